@@ -1,0 +1,3 @@
+"""scbm: plan, run, test and cover behavior models of automation systems."""
+
+__version__ = "0.1.0"

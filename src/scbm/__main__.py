@@ -1,0 +1,5 @@
+"""`python -m scbm` is `scbm`."""
+
+from scbm.cli import main
+
+main()

@@ -1,0 +1,85 @@
+"""The names of all errors and warnings. `docs/messages.md` says of each what it means and what to do."""
+
+from enum import StrEnum
+
+
+class Slug(StrEnum):
+    """A short stable name to search for; part of the interface, so never renamed lightly."""
+
+    # the file
+    FILE_MISSING = "file-missing"
+    FILE_IS_DIRECTORY = "file-is-directory"
+    FILE_UNREADABLE = "file-unreadable"
+    FILE_TOO_LARGE = "file-too-large"
+    FILE_EMPTY = "file-empty"
+    NOT_UTF8 = "not-utf8"
+    YAML_SYNTAX = "yaml-syntax"
+    YAML_TAG = "yaml-tag"
+    YAML_TOO_LARGE = "yaml-too-large"
+
+    # its shape
+    WRONG_SHAPE = "wrong-shape"
+    MISSING_KEY = "missing-key"
+    UNKNOWN_KEY = "unknown-key"
+    DUPLICATE_KEY = "duplicate-key"
+
+    # names, values, domains
+    BAD_NAME = "bad-name"
+    RESERVED_NAME = "reserved-name"
+    DUPLICATE_NAME = "duplicate-name"
+    AMBIGUOUS_SYMBOL = "ambiguous-symbol"
+    BAD_DOMAIN = "bad-domain"
+    EMPTY_DOMAIN = "empty-domain"
+    DOMAIN_TOO_LARGE = "domain-too-large"
+    VALUE_OUTSIDE_DOMAIN = "value-outside-domain"
+    DUPLICATE_VALUE = "duplicate-value"
+
+    # durations, distributions
+    BARE_DURATION = "bare-duration"
+    BAD_DURATION = "bad-duration"
+    BAD_LATENCY = "bad-latency"
+    NOT_A_DISTRIBUTION = "not-a-distribution"
+
+    # predicates, actions, requirements
+    PREDICATE_SYNTAX = "predicate-syntax"
+    ACTION_SYNTAX = "action-syntax"
+    REQUIREMENT_SYNTAX = "requirement-syntax"
+    TOO_DEEP = "too-deep"
+    UNKNOWN_VARIABLE = "unknown-variable"
+    UNKNOWN_NAME = "unknown-name"
+    NOT_A_PREDICATE = "not-a-predicate"
+    COMPARES_NO_VARIABLE = "compares-no-variable"
+    DIFFERENT_KINDS = "different-kinds"
+    DISJOINT_DOMAINS = "disjoint-domains"
+    ORDER_NEEDS_INTEGERS = "order-needs-integers"
+    ASSIGNED_TWICE = "assigned-twice"
+    NOT_ASSIGNABLE = "not-assignable"
+    NOT_A_COUNTER = "not-a-counter"
+    NEVER_FITS = "never-fits"
+    RUNNER_VARIABLE = "runner-variable"
+    AUTOMATIC_DOES_NOTHING = "automatic-does-nothing"
+
+    # what a command asks for
+    BAD_OPTION = "bad-option"
+    UNKNOWN_GOAL = "unknown-goal"
+    NO_GOALS = "no-goals"
+    NO_INITIAL_STATE = "no-initial-state"
+    INITIAL_STATE_NOT_FOUND = "initial-state-not-found"
+    INITIAL_STATE_NOT_ALLOWED = "initial-state-not-allowed"
+
+    # traces and replay
+    BAD_TRACE = "bad-trace"
+    REPLAY_DIFFERS = "replay-differs"
+
+    # doubts that `scbm check` has about a model that loads
+    GUARD_NEVER_HOLDS = "guard-never-holds"
+    OPERATION_NEVER_ENABLED = "operation-never-enabled"
+    GOAL_UNREACHABLE = "goal-unreachable"
+    GOAL_NOT_ALWAYS_REACHABLE = "goal-not-always-reachable"
+    DOMAIN_LEFT = "domain-left"
+    AUTOMATIC_LIVELOCK = "automatic-livelock"
+    INITIAL_STATE_NOMINAL = "initial-state-nominal"
+    PLANNER_READS_RUNNER = "planner-reads-runner"
+    NEVER_FAILS_VISIBLY = "never-fails-visibly"
+    UNUSED_VARIABLE = "unused-variable"
+    CHECK_INCOMPLETE = "check-incomplete"

@@ -1,0 +1,69 @@
+"""A behavior model: variables, operations and automatic transitions (paper, Section II), and what is asked of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from scbm.model.predicates import TRUE, Predicate
+from scbm.model.state import State
+from scbm.model.variables import StateSpace, Variable, resource_variables, runner_variables
+
+if TYPE_CHECKING:
+    from scbm.model.operations import Operation
+    from scbm.model.requirements import Requirement
+    from scbm.model.resources import Resource
+    from scbm.model.transitions import Transition
+
+
+@dataclass(frozen=True)
+class BehaviorModel:
+    """Everything that a model file says. All orders are those of the file, and they matter.
+
+    Attributes:
+        name: an identifier.
+        variables: the variables that the file declares.
+        resources: what requests are sent to.
+        operations: what can be planned; the order decides between plans of one length (semantics 4.2).
+        automatic_transitions: taken as soon as they can be, the first in order first (semantics 5.1).
+        initial_states: what every initial state must satisfy.
+        goals: what runs are for, by name.
+        requirements: what must hold during runs.
+    """
+
+    name: str
+    variables: tuple[Variable, ...]
+    operations: tuple[Operation, ...]
+    resources: tuple[Resource, ...] = ()
+    automatic_transitions: tuple[Transition, ...] = ()
+    initial_states: Predicate = TRUE
+    goals: tuple[tuple[str, Predicate], ...] = ()
+    requirements: tuple[Requirement, ...] = ()
+
+    @cached_property
+    def space(self) -> StateSpace:
+        """The variables of the world: those declared, then two for each resource."""
+        owned = (variable for resource in self.resources for variable in resource_variables(resource.name))
+        return StateSpace((*self.variables, *owned))
+
+    @cached_property
+    def running_space(self) -> StateSpace:
+        """The variables of the world, then those that the runner keeps (semantics 1.3)."""
+        return StateSpace((*self.space, *runner_variables(operation.name for operation in self.operations)))
+
+    @cached_property
+    def nominal_state(self) -> State:
+        """The state of the world in which every variable has its nominal value."""
+        return State.nominal(self.space)
+
+    def goal(self, name: str) -> Predicate | None:
+        """The goal of that name, if there is one."""
+        return dict(self.goals).get(name)
+
+    def operation(self, name: str) -> Operation:
+        """The operation of that name. Raises `KeyError` if there is none."""
+        for operation in self.operations:
+            if operation.name == name:
+                return operation
+        raise KeyError(name)

@@ -1,0 +1,89 @@
+"""Resources: what carries out requests, and how a simulated one behaves (semantics 6)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from scbm.model.variables import request_state_name, trigger_name
+
+if TYPE_CHECKING:
+    from scbm.model.values import Value
+
+
+class Outcome(StrEnum):
+    """How a request ends: a reply that says succeeded, a reply that says failed, or no reply."""
+
+    SUCCEED = "succeed"
+    FAIL = "fail"
+    TIMEOUT = "timeout"
+
+
+class LatencyShape(StrEnum):
+    """How latencies are distributed."""
+
+    FIXED = "fixed"
+    UNIFORM = "uniform"
+    TRIANGULAR = "triangular"
+
+
+@dataclass(frozen=True, slots=True)
+class Latency:
+    """The time from a request to its reply.
+
+    Attributes:
+        shape: the distribution.
+        points_ns: its parameters: (value,), (low, high), or (low, mode, high).
+    """
+
+    shape: LatencyShape
+    points_ns: tuple[int, ...]
+
+    @property
+    def lowest_ns(self) -> int:
+        """The shortest latency that it can give."""
+        return self.points_ns[0]
+
+
+@dataclass(frozen=True, slots=True)
+class Simulation:
+    """How a simulated resource answers.
+
+    Attributes:
+        latency: the time to its reply.
+        outcomes: the probability of each outcome; they add up to 1.
+        measured: for each variable that the resource measures, the values a successful reply draws from.
+    """
+
+    latency: Latency = Latency(LatencyShape.FIXED, (0,))
+    outcomes: tuple[tuple[Outcome, Fraction], ...] = ((Outcome.SUCCEED, Fraction(1)),)
+    measured: tuple[tuple[str, tuple[Value, ...]], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Resource:
+    """A resource that the model sends requests to.
+
+    Attributes:
+        name: an identifier; the resource owns `<name>_req_trigger` and `<name>_req_state`.
+        request: the variables whose values a request carries.
+        measures: the variables whose values a reply, or a message of its own, may carry.
+        simulation: how it answers when simulated.
+    """
+
+    name: str
+    request: tuple[str, ...] = ()
+    measures: tuple[str, ...] = ()
+    simulation: Simulation = field(default_factory=Simulation)
+
+    @property
+    def trigger(self) -> str:
+        """The variable that asks for a request."""
+        return trigger_name(self.name)
+
+    @property
+    def request_state(self) -> str:
+        """The variable that follows the request."""
+        return request_state_name(self.name)

@@ -1,0 +1,79 @@
+"""Values and the finite domains they come from (paper, Section II: a variable has a finite domain)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TypeAlias
+
+Value: TypeAlias = bool | int | str
+"""A boolean, an integer of a range, or a symbol."""
+
+
+class Kind(StrEnum):
+    """What sort of values a domain has. Values of different kinds are never compared."""
+
+    BOOLEAN = "bool"
+    SYMBOL = "symbol"
+    INTEGER = "integer"
+
+
+def kind_of(value: Value) -> Kind:
+    """The kind of one value. (`True` is an `int` to Python, so booleans are asked for first.)"""
+    if isinstance(value, bool):
+        return Kind.BOOLEAN
+    return Kind.INTEGER if isinstance(value, int) else Kind.SYMBOL
+
+
+def format_value(value: Value) -> str:
+    """The value as it is written in a model file."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return str(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Domain:
+    """The finite, ordered set of values that a variable can have. Never empty, all of one kind."""
+
+    values: tuple[Value, ...]
+
+    @staticmethod
+    def boolean() -> Domain:
+        """`bool`."""
+        return Domain((False, True))
+
+    @staticmethod
+    def symbols(*symbols: str) -> Domain:
+        """`[a, b, c]`, in the order given."""
+        return Domain(symbols)
+
+    @staticmethod
+    def integers(low: int, high: int) -> Domain:
+        """`low..high`, both ends included."""
+        return Domain(tuple(range(low, high + 1)))
+
+    @property
+    def kind(self) -> Kind:
+        """The kind that all values share."""
+        return kind_of(self.values[0])
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def __contains__(self, value: object) -> bool:
+        return isinstance(value, (bool, int, str)) and kind_of(value) is self.kind and value in self.values
+
+    def __str__(self) -> str:
+        if self.kind is Kind.BOOLEAN:
+            return "bool"
+        if self.kind is Kind.INTEGER:
+            return f"{self.values[0]}..{self.values[-1]}"
+        return f"[{', '.join(map(format_value, self.values))}]"
+
+    def __hash__(self) -> int:
+        return hash((self.kind, self.values))
+
+    def __eq__(self, other: object) -> bool:
+        # (False, True) == (0, 1) to Python; to this language they are different domains.
+        return isinstance(other, Domain) and self.kind is other.kind and self.values == other.values

@@ -1,0 +1,181 @@
+"""Variables: those a model declares, those a resource brings, and those the runner keeps (semantics 1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, StrEnum
+from typing import TYPE_CHECKING
+
+from scbm.model.values import Domain, Value
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+
+class OperationState(StrEnum):
+    """The states of an operation while it is run (paper, Figure 4)."""
+
+    INITIAL = "initial"
+    DISABLED = "disabled"
+    EXECUTING = "executing"
+    TIMEDOUT = "timedout"
+    FAILED = "failed"
+    COMPLETED = "completed"
+
+
+class RequestState(StrEnum):
+    """The states of a request to a resource."""
+
+    INITIAL = "initial"
+    EXECUTING = "executing"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+
+
+class PlanState(StrEnum):
+    """What the runner does for its goal."""
+
+    IDLE = "idle"
+    PLANNING = "planning"
+    EXECUTING = "executing"
+    COMPLETED = "completed"
+    UNSOLVABLE = "unsolvable"
+    ABORTED = "aborted"
+
+
+NO_OPERATION = "none"
+"""The value of `current.name` while no operation is at the head of the queue."""
+
+CURRENT_NAME = "current.name"
+CURRENT_STATE = "current.state"
+PLAN_STATE = "plan.state"
+
+
+class Role(Enum):
+    """Who a variable belongs to."""
+
+    DECLARED = "declared in the model file"
+    RESOURCE = "owned by a resource"
+    OPERATION_STATE = "the state of an operation, kept by the runner"
+    CURRENT_NAME = "the operation at the head of the queue, kept by the runner"
+    CURRENT_STATE = "the state of the operation at the head of the queue, kept by the runner"
+    PLAN_STATE = "what the runner does for its goal, kept by the runner"
+
+    @property
+    def is_runner(self) -> bool:
+        """Whether the runner keeps it, so that planning never changes it."""
+        return self not in (Role.DECLARED, Role.RESOURCE)
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """One variable.
+
+    Attributes:
+        name: an identifier; `.` is allowed inside.
+        domain: its values.
+        initial: the nominal value.
+        random: the values that random initial states draw from; `(initial,)` if nothing was said.
+        role: who it belongs to.
+    """
+
+    name: str
+    domain: Domain
+    initial: Value
+    random: tuple[Value, ...]
+    role: Role = Role.DECLARED
+
+    @property
+    def assignable(self) -> tuple[Value, ...]:
+        """The values that a model may assign to it (semantics 1.3); empty if it may not at all."""
+        match self.role:
+            case Role.DECLARED | Role.RESOURCE:
+                return self.domain.values
+            case Role.OPERATION_STATE | Role.CURRENT_STATE:
+                return (OperationState.FAILED.value,)
+            case Role.PLAN_STATE:
+                return (PlanState.ABORTED.value,)
+            case Role.CURRENT_NAME:
+                return ()
+
+
+def _fixed(name: str, values: Iterable[str], initial: str, role: Role) -> Variable:
+    return Variable(name, Domain(tuple(values)), initial, (initial,), role)
+
+
+def trigger_name(resource: str) -> str:
+    """The variable that asks for a request to be sent."""
+    return f"{resource}_req_trigger"
+
+
+def request_state_name(resource: str) -> str:
+    """The variable that follows the request."""
+    return f"{resource}_req_state"
+
+
+def operation_state_name(operation: str) -> str:
+    """The variable that follows the operation."""
+    return f"{operation}.state"
+
+
+def resource_variables(resource: str) -> tuple[Variable, Variable]:
+    """The two variables that a resource owns (semantics 6.1)."""
+    states = [state.value for state in RequestState]
+    return (
+        Variable(trigger_name(resource), Domain.boolean(), False, (False,), Role.RESOURCE),
+        _fixed(request_state_name(resource), states, RequestState.INITIAL.value, Role.RESOURCE),
+    )
+
+
+def runner_variables(operations: Iterable[str]) -> tuple[Variable, ...]:
+    """The variables that the runner keeps (semantics 1.3)."""
+    names = tuple(operations)
+    states = tuple(state.value for state in OperationState)
+    plan_states = tuple(state.value for state in PlanState)
+    initial = OperationState.INITIAL.value
+    return (
+        *(_fixed(operation_state_name(name), states, initial, Role.OPERATION_STATE) for name in names),
+        _fixed(CURRENT_NAME, (NO_OPERATION, *names), NO_OPERATION, Role.CURRENT_NAME),
+        _fixed(CURRENT_STATE, states, initial, Role.CURRENT_STATE),
+        _fixed(PLAN_STATE, plan_states, PlanState.IDLE.value, Role.PLAN_STATE),
+    )
+
+
+class StateSpace:
+    """The variables of a model, in order and by name. Immutable."""
+
+    __slots__ = ("_by_name", "variables")
+
+    def __init__(self, variables: Iterable[Variable]) -> None:
+        self.variables = tuple(variables)
+        self._by_name = {variable.name: index for index, variable in enumerate(self.variables)}
+
+    def __getitem__(self, name: str) -> Variable:
+        return self.variables[self._by_name[name]]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._by_name
+
+    def __iter__(self) -> Iterator[Variable]:
+        return iter(self.variables)
+
+    def __len__(self) -> int:
+        return len(self.variables)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, StateSpace) and self.variables == other.variables
+
+    def __hash__(self) -> int:
+        return hash(self.variables)
+
+    def __repr__(self) -> str:
+        return f"StateSpace({', '.join(self._by_name)})"
+
+    def position(self, name: str) -> int:
+        """Where the variable stands in the order."""
+        return self._by_name[name]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All names, in order."""
+        return tuple(self._by_name)

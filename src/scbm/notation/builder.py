@@ -1,0 +1,478 @@
+"""From the tree of a document to a behavior model, or to everything that is wrong with it.
+
+Works on any tree, also on one whose shape is wrong: what is missing or of the wrong sort is passed over here, as
+`shape` tells of it, so that one error never hides another.
+"""
+
+from __future__ import annotations
+
+import re
+from fractions import Fraction
+from typing import TYPE_CHECKING
+
+from scbm.errors import Place, Slug
+from scbm.model.behavior import BehaviorModel
+from scbm.model.operations import Operation
+from scbm.model.predicates import FALSE, TRUE, Predicate, conjunction
+from scbm.model.requirements import Requirement
+from scbm.model.resources import Latency, LatencyShape, Outcome, Resource, Simulation
+from scbm.model.transitions import Transition
+from scbm.model.values import Domain, Kind, Value, format_value, kind_of
+from scbm.model.variables import NO_OPERATION, Role, Variable, resource_variables, runner_variables
+from scbm.notation.durations import parse_duration
+from scbm.notation.grammar import KEYWORDS
+from scbm.notation.nearest import nearest, suggestion
+from scbm.notation.resolution import Resolver
+from scbm.notation.scope import Scope, Where
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.model.actions import Action
+    from scbm.notation.document import Node, Source
+    from scbm.notation.report import Report
+
+MOST_VALUES = 65_536
+"""So many values may a domain have."""
+
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*", re.ASCII)
+_SYMBOL = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*", re.ASCII)
+_RANGE = re.compile(r"(-?\d{1,18})\s*\.\.\s*(-?\d{1,18})", re.ASCII)
+_NUMBER = re.compile(r"\d{1,18}(\.\d{1,18})?|\.\d{1,18}", re.ASCII)
+_RESERVED_OPERATIONS = (NO_OPERATION, "current", "plan", "automatic")
+
+
+class Builder:
+    """Builds one model out of one document, noting every error in a report."""
+
+    def __init__(self, document: Node, source: Source, report: Report) -> None:
+        self._document = document
+        self._source = source
+        self._report = report
+        self._scope = Scope({})
+
+    def model(self) -> BehaviorModel:
+        """The model; only good if the report is empty afterwards."""
+        variables = self._variables()
+        self._scope = Scope(self._all_names(variables))
+        self._refuse_ambiguous_symbols()
+        resources = [self._resource(name, node) for name, node in self._named("resources")]
+        operations = [self._operation(name, node) for name, node in self._named("operations")]
+        automatic = [self._automatic(name, node) for name, node in self._named("automatic_transitions")]
+        initial = self._predicate(self._document.get("initial_states"), Where.WORLD)
+        goals = [(name, self._predicate(node, Where.WORLD)) for name, node in self._named("goals")]
+        requirements = [self._requirement(name, node) for name, node in self._named("requirements")]
+        return BehaviorModel(
+            name=self._model_name(),
+            variables=tuple(variable for variable in variables.values() if variable is not None),
+            operations=tuple(operation for operation in operations if operation is not None),
+            resources=tuple(resources),
+            automatic_transitions=tuple(transition for transition in automatic if transition is not None),
+            initial_states=initial,
+            goals=tuple(goals),
+            requirements=tuple(requirement for requirement in requirements if requirement is not None),
+        )
+
+    # names
+
+    def _model_name(self) -> str:
+        node = self._document.get("behavior_model")
+        if node is None or node.text is None:
+            return ""
+        if not _NAME.fullmatch(node.text):
+            self._add(Slug.BAD_NAME, f"`{node.text}` is not a name", node.place, _name_remedy(node.text))
+        return node.text
+
+    def _named(self, section: str) -> Iterator[tuple[str, Node]]:
+        """The entries of a section whose keys are names; complains of names that are none."""
+        mapping = self._document.get(section)
+        if mapping is None:
+            return
+        for name, node in mapping.items.items():
+            place = mapping.key_places[name]
+            if not _NAME.fullmatch(name):
+                self._add(Slug.BAD_NAME, f"`{name}` is not a name", place, _name_remedy(name))
+            elif name in KEYWORDS or (section == "operations" and name in _RESERVED_OPERATIONS):
+                self._add(Slug.RESERVED_NAME, f"`{name}` has a meaning of its own", place, "choose another name")
+            yield name, node
+
+    def _all_names(self, declared: dict[str, Variable | None]) -> dict[str, Variable | None]:
+        """All variables: those declared, then what resources and operations bring; complains of duplicates."""
+        names: dict[str, Variable | None] = dict(declared)
+        owners = {name: "declared in `variables`" for name in declared}
+        resources = self._document.get("resources")
+        for resource in resources.items if resources is not None else ():
+            for variable in resource_variables(resource):
+                self._own(names, owners, variable, f"owned by the resource `{resource}`", "resources", resource)
+        operations = self._document.get("operations")
+        for variable in runner_variables(operations.items if operations is not None else ()):
+            operation = variable.name.removesuffix(".state") if variable.role is Role.OPERATION_STATE else ""
+            self._own(names, owners, variable, "kept by the runner", "operations", operation)
+        return names
+
+    def _own(
+        self,
+        names: dict[str, Variable | None],
+        owners: dict[str, str],
+        variable: Variable,
+        owner: str,
+        section: str,
+        entry: str,
+    ) -> None:
+        if variable.name not in names:
+            names[variable.name] = variable
+            owners[variable.name] = owner
+            return
+        mapping = self._document.get("variables")
+        place = mapping.key_places.get(variable.name) if mapping is not None else None
+        if place is None:
+            other = self._document.get(section)
+            place = other.key_places[entry] if other is not None and entry else self._document.place
+        message = f"`{variable.name}` is already {owners[variable.name]}"
+        self._add(Slug.DUPLICATE_NAME, f"{message}, and it is {owner}", place, "choose another name")
+
+    def _refuse_ambiguous_symbols(self) -> None:
+        """A name is either a variable or a value, wherever it stands."""
+        for name, node in self._entries("variables"):
+            domain = node.get("domain")
+            for element in domain.elements if domain is not None else ():
+                if element.text in self._scope.variables:
+                    message = f"the value `{element.text}` of `{name}` is also the name of a variable"
+                    self._add(Slug.AMBIGUOUS_SYMBOL, message, element.place, "rename one of them")
+
+    def _entries(self, section: str) -> Iterator[tuple[str, Node]]:
+        mapping = self._document.get(section)
+        yield from mapping.items.items() if mapping is not None else ()
+
+    # variables
+
+    def _variables(self) -> dict[str, Variable | None]:
+        return {name: self._variable(name, node) for name, node in self._named("variables")}
+
+    def _variable(self, name: str, node: Node) -> Variable | None:
+        domain = self._domain(node.get("domain"))
+        if domain is None:
+            return None
+        initial = self._value(node.get("initial"), domain, name)
+        random = self._values(node.get("random"), domain, name)
+        if initial is None:
+            return Variable(name, domain, domain.values[0], (domain.values[0],))
+        return Variable(name, domain, initial, random or (initial,))
+
+    def _domain(self, node: Node | None) -> Domain | None:
+        if node is None:
+            return None
+        if isinstance(node.plain, list):
+            return self._symbols(node)
+        if node.text is None:
+            return None
+        if node.text == "bool":
+            return Domain.boolean()
+        match = _RANGE.fullmatch(node.text)
+        if match is not None:
+            return self._range(int(match[1]), int(match[2]), node)
+        near = nearest(node.text, ["bool", "boolean"])
+        remedy = "write `bool`" if near else "write `bool`, `[a, b, c]` or `0..5`"
+        if node.plain is not None:
+            self._add(Slug.BAD_DOMAIN, f"`{node.text}` is not a domain", node.place, remedy)
+        return None
+
+    def _range(self, low: int, high: int, node: Node) -> Domain | None:
+        if low > high:
+            message = f"no integer lies in {low}..{high}"
+            self._add(Slug.EMPTY_DOMAIN, message, node.place, f"write `{high}..{low}`")
+            return None
+        if high - low >= MOST_VALUES:
+            message = f"a domain can have {MOST_VALUES} values, and this has {high - low + 1}"
+            self._add(Slug.DOMAIN_TOO_LARGE, message, node.place)
+            return None
+        return Domain.integers(low, high)
+
+    def _symbols(self, node: Node) -> Domain | None:
+        if not node.elements:
+            self._add(Slug.EMPTY_DOMAIN, "a domain needs at least one value", node.place)
+            return None
+        if len(node.elements) > MOST_VALUES:
+            message = f"a domain can have {MOST_VALUES} values, and this has {len(node.elements)}"
+            self._add(Slug.DOMAIN_TOO_LARGE, message, node.place)
+            return None
+        symbols: dict[str, None] = {}
+        sound = True
+        for element in node.elements:
+            if element.text is None:
+                sound = False
+            elif not isinstance(element.plain, str) or not _SYMBOL.fullmatch(element.text) or element.text in KEYWORDS:
+                self._bad_symbol(element)
+                sound = False
+            elif element.text in symbols:
+                self._add(Slug.DUPLICATE_VALUE, f"`{element.text}` stands here twice", element.place)
+                sound = False
+            else:
+                symbols[element.text] = None
+        return Domain(tuple(symbols)) if sound else None
+
+    def _bad_symbol(self, element: Node) -> None:
+        remedy = "a symbol is a word, such as `box_a`"
+        if isinstance(element.plain, bool) or element.text in ("true", "false"):
+            remedy = "write `domain: bool`"
+        elif isinstance(element.plain, int):
+            remedy = "write a range, such as `0..5`"
+        self._add(Slug.BAD_DOMAIN, f"`{element.text}` is not a symbol", element.place, remedy)
+
+    def _value(self, node: Node | None, domain: Domain, name: str) -> Value | None:
+        """The value of a domain that a scalar says."""
+        if node is None or node.text is None or node.plain is None:
+            return None
+        value = node.plain
+        if domain.kind is Kind.SYMBOL and node.text in domain:
+            value = node.text
+        if isinstance(value, (bool, int, str)) and value in domain:
+            return value
+        written = node.text
+        if isinstance(value, (bool, int, str)) and kind_of(value) is domain.kind:
+            values = [format_value(value) for value in domain.values]
+            remedy = f"its domain is {domain}"
+            if domain.kind is Kind.SYMBOL:
+                remedy = suggestion(written, values, "its values are") or remedy
+            message = f"`{written}` is not a value of `{name}`"
+            self._add(Slug.VALUE_OUTSIDE_DOMAIN, message, node.place, remedy)
+        else:
+            message = f"`{written}` is not a value of `{name}`"
+            self._add(Slug.DIFFERENT_KINDS, message, node.place, f"its domain is {domain}")
+        return None
+
+    def _values(self, node: Node | None, domain: Domain, name: str) -> tuple[Value, ...]:
+        """The values of a domain that `any` or a list say; empty if nothing is said."""
+        if node is None:
+            return ()
+        if not isinstance(node.plain, list):
+            if node.text == "any":
+                return domain.values
+            if node.text is not None and node.plain is not None:
+                self._add(Slug.WRONG_SHAPE, "expected `any` or a list of values", node.place)
+            return ()
+        if not node.elements:
+            self._add(Slug.EMPTY_DOMAIN, "a list of values needs at least one", node.place)
+        values: list[Value] = []
+        for element in node.elements:
+            value = self._value(element, domain, name)
+            if value is not None and value in values:
+                self._add(Slug.DUPLICATE_VALUE, f"`{element.text}` stands here twice", element.place)
+            elif value is not None:
+                values.append(value)
+        return tuple(values)
+
+    # resources
+
+    def _resource(self, name: str, node: Node) -> Resource:
+        request = self._declared_names(node.get("request"))
+        measures = self._declared_names(node.get("measures"))
+        simulation = node.get("simulation")
+        return Resource(name, request, measures, self._simulation(simulation, measures))
+
+    def _declared_names(self, node: Node | None) -> tuple[str, ...]:
+        names: list[str] = []
+        for element in node.elements if node is not None else ():
+            if element.text is None:
+                continue
+            variable = self._scope.variables.get(element.text)
+            if element.text not in self._scope.variables or (variable is not None and variable.role.is_runner):
+                known = [n for n, v in self._scope.variables.items() if v is None or v.role is Role.DECLARED]
+                message = f"there is no variable `{element.text}`"
+                remedy = suggestion(element.text, known, "the variables are")
+                self._add(Slug.UNKNOWN_VARIABLE, message, element.place, remedy)
+            elif element.text in names:
+                self._add(Slug.DUPLICATE_VALUE, f"`{element.text}` stands here twice", element.place)
+            else:
+                names.append(element.text)
+        return tuple(names)
+
+    def _simulation(self, node: Node | None, measures: tuple[str, ...]) -> Simulation:
+        if node is None:
+            return Simulation()
+        default = Simulation()
+        latency = node.get("latency")
+        outcomes = node.get("outcomes")
+        return Simulation(
+            default.latency if latency is None else self._latency(latency),
+            default.outcomes if outcomes is None else self._outcomes(outcomes),
+            self._measured(node.get("measured"), measures),
+        )
+
+    def _measured(self, node: Node | None, measures: tuple[str, ...]) -> tuple[tuple[str, tuple[Value, ...]], ...]:
+        drawn: list[tuple[str, tuple[Value, ...]]] = []
+        for name, values in node.items.items() if node is not None else ():
+            variable = self._scope.variables.get(name)
+            if name not in measures:
+                assert node is not None  # noqa: S101 - its items are gone through
+                message = f"this resource does not measure `{name}`"
+                remedy = suggestion(name, measures, "it measures") or f"add `measures: [{name}]` to the resource"
+                self._add(Slug.UNKNOWN_VARIABLE, message, node.key_places[name], remedy)
+            elif variable is not None:
+                drawn.append((name, self._values(values, variable.domain, name)))
+        return tuple(drawn)
+
+    def _latency(self, node: Node) -> Latency:
+        default = Simulation().latency
+        if not node.items:
+            value_ns = self._duration(node)
+            return default if value_ns is None else Latency(LatencyShape.FIXED, (value_ns,))
+        if len(node.items) > 1:
+            message = "a latency has one distribution, and these are several"
+            self._add(Slug.BAD_LATENCY, message, node.place)
+            return default
+        key, points = next(iter(node.items.items()))
+        if key not in tuple(LatencyShape):
+            return default
+        shape = LatencyShape(key)
+        nodes = points.elements if points.elements else [points]
+        points_ns = [self._duration(point) for point in nodes]
+        wanted = {LatencyShape.FIXED: 1, LatencyShape.UNIFORM: 2, LatencyShape.TRIANGULAR: 3}[shape]
+        if len(nodes) != wanted:
+            message = f"`{key}` takes {wanted} duration{'s' * (wanted > 1)}, and here are {len(nodes)}"
+            self._add(Slug.BAD_LATENCY, message, points.place)
+            return default
+        known_ns = [point_ns for point_ns in points_ns if point_ns is not None]
+        if len(known_ns) == wanted and known_ns != sorted(known_ns):
+            self._add(Slug.BAD_LATENCY, f"the durations of `{key}` must not fall", points.place)
+        return Latency(shape, tuple(known_ns)) if len(known_ns) == wanted else default
+
+    def _outcomes(self, node: Node) -> tuple[tuple[Outcome, Fraction], ...]:
+        outcomes: list[tuple[Outcome, Fraction]] = []
+        sound = True
+        for key, value in node.items.items():
+            if key not in tuple(Outcome) or value.text is None or value.plain is None:
+                sound = False
+                continue
+            probability = Fraction(value.text) if _NUMBER.fullmatch(value.text) else None
+            if probability is None or probability > 1:
+                message = f"`{value.text}` is not a probability"
+                self._add(Slug.NOT_A_DISTRIBUTION, message, value.place, "write a number from 0 to 1")
+                sound = False
+                continue
+            outcomes.append((Outcome(key), probability))
+        total = sum(probability for _, probability in outcomes)
+        if sound and total != 1:
+            message = f"the probabilities add up to {float(total):g}, not to 1"
+            self._add(Slug.NOT_A_DISTRIBUTION, message, node.place)
+        order = list(Outcome)
+        return tuple(sorted(outcomes, key=lambda pair: order.index(pair[0])))
+
+    def _duration(self, node: Node | None) -> int | None:
+        if node is None or node.text is None or node.plain is None:
+            return None
+        duration_ns = parse_duration(node.text)
+        if duration_ns is not None:
+            return duration_ns
+        if isinstance(node.plain, (int, float)) and not isinstance(node.plain, bool):
+            message = f"`{node.text}` is a number without a unit"
+            self._add(Slug.BARE_DURATION, message, node.place, f"write `{node.text} s` or `{node.text} ms`")
+        else:
+            remedy = "write a number and a unit: `10 s`, `500 ms`, `2 minutes`"
+            self._add(Slug.BAD_DURATION, f"`{node.text}` is not a duration", node.place, remedy)
+        return None
+
+    # operations and transitions
+
+    def _operation(self, name: str, node: Node) -> Operation | None:
+        pre = self._transition(node.get("pre"), f"start_{name}", Where.PLANNED, Where.RUNNING)
+        post = self._transition(node.get("post"), f"complete_{name}", Where.PLANNED, Where.RUNNING)
+        failed_node = node.get("failed")
+        failed = self._transition(failed_node, f"fail_{name}", Where.RUNNING, Where.RUNNING)
+        timedout = node.get("timedout")
+        actions = self._actions((timedout,), (Where.RUNNING,))[0]
+        deadline_ns = self._duration(node.get("deadline"))
+        disabled_deadline_ns = self._duration(node.get("disabled_deadline"))
+        if timedout is not None and timedout.elements and node.get("deadline") is None:
+            message = f"`{name}` has no deadline, so it never times out"
+            place = node.key_places["timedout"]
+            self._add(Slug.MISSING_KEY, message, place, "add `deadline: 10 s`, or leave out `timedout`")
+        if pre is None or post is None:
+            return None
+        return Operation(name, pre, post, deadline_ns, failed, actions, disabled_deadline_ns)
+
+    def _automatic(self, name: str, node: Node) -> Transition | None:
+        transition = self._transition(node, name, Where.AUTOMATIC, Where.AUTOMATIC)
+        written = [part for key in ("a", "ar") if (part := node.get(key)) is not None and part.elements]
+        if node.items and not written:
+            place = self._document.items["automatic_transitions"].key_places[name]
+            message = f"`{name}` has no actions, so it could never be taken"
+            self._add(Slug.AUTOMATIC_DOES_NOTHING, message, place, "add `a: [...]`")
+        return transition
+
+    def _transition(self, node: Node | None, name: str, a_where: Where, ar_where: Where) -> Transition | None:
+        if node is None:
+            return None
+        label = node.get("name")
+        if label is not None and label.text and label.plain is not None:
+            name = label.text
+        g = self._predicate(node.get("g"), Where.GUARD)
+        gr = self._predicate(node.get("gr"), Where.GUARD)
+        a, ar = self._actions((node.get("a"), node.get("ar")), (a_where, ar_where))
+        return Transition(name, g, gr, a, ar)
+
+    def _actions(self, nodes: tuple[Node | None, ...], wheres: tuple[Where, ...]) -> tuple[tuple[Action, ...], ...]:
+        """The actions of one transition, list by list; complains of two assignments to one variable."""
+        lists: list[tuple[Action, ...]] = []
+        assigned: dict[str, str] = {}
+        for node, where in zip(nodes, wheres, strict=True):
+            actions: list[Action] = []
+            for element in node.elements if node is not None else ():
+                if element.text is None or element.plain is None:
+                    continue
+                action = self._resolver(element, where).read_action(element.text)
+                if action is None:
+                    continue
+                target = self._alias(action.target)
+                if target in assigned:
+                    message = f"`{action.target}` is assigned twice; the actions of a transition happen at once"
+                    remedy = f"the other is `{assigned[target]}`"
+                    self._add(Slug.ASSIGNED_TWICE, message, element.place, remedy)
+                assigned.setdefault(target, str(action))
+                actions.append(action)
+            lists.append(tuple(actions))
+        return tuple(lists)
+
+    def _alias(self, target: str) -> str:
+        """Assignments to the states of operations count as one: only the current operation can be meant."""
+        variable = self._scope.variables.get(target)
+        is_state = variable is not None and variable.role in (Role.OPERATION_STATE, Role.CURRENT_STATE)
+        return "the state of the operation" if is_state else target
+
+    # expressions
+
+    def _predicate(self, node: Node | None, where: Where) -> Predicate:
+        """The predicate that a scalar or a list says; `true` for none and for one that is wrong."""
+        if node is None:
+            return TRUE
+        if node.elements:
+            return conjunction(self._predicate(element, where) for element in node.elements)
+        if isinstance(node.plain, bool):
+            return TRUE if node.plain else FALSE
+        if node.text is None or node.plain is None:
+            return TRUE
+        return self._resolver(node, where).read_predicate(node.text) or TRUE
+
+    def _requirement(self, name: str, node: Node) -> Requirement | None:
+        if node.text is None or node.plain is None:
+            return None
+        sentence = self._resolver(node, Where.REQUIREMENT).read_requirement(node.text)
+        return None if sentence is None else Requirement(name, sentence)
+
+    def _resolver(self, node: Node, where: Where) -> Resolver:
+        """What resolves the text of a scalar and complains at its places."""
+
+        def complain(slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
+            self._add(slug, message, self._source.span(node, begin, end), remedy)
+
+        return Resolver(self._scope, where, complain)
+
+    def _add(self, slug: Slug, message: str, place: Place, remedy: str | None = None) -> None:
+        self._report.add(slug, message, place, remedy)
+
+
+def _name_remedy(name: str) -> str:
+    fixed = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")
+    if not fixed or fixed[0].isdigit():
+        return "names are letters, digits and `_`, and begin with a letter"
+    return f"write `{fixed}`"

@@ -1,0 +1,68 @@
+"""Predicates, actions and requirements read from a text of their own, such as an option of a command."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scbm.errors import InputError, Place, Slug
+from scbm.model.values import Domain, Value, format_value
+from scbm.notation.report import Report
+from scbm.notation.resolution import Resolver
+from scbm.notation.scope import Scope, Where
+
+if TYPE_CHECKING:
+    from scbm.model.actions import Action
+    from scbm.model.predicates import Predicate
+    from scbm.model.requirements import Sentence
+
+
+class _Text:
+    """One text, its resolver, and what is wrong with it."""
+
+    def __init__(self, text: str, scope: Scope, where: Where, file: str) -> None:
+        self.text = text.replace("\n", " ").replace("\r", " ")
+        self._file = file
+        self._report = Report([self.text])
+        self.resolver = Resolver(scope, where, self._complain)
+
+    def _complain(self, slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
+        self._report.add(slug, message, Place(self._file, 1, begin + 1, max(1, end - begin)), remedy)
+
+    def error(self) -> InputError:
+        """Everything that is wrong with the text."""
+        return self._report.error()
+
+
+def parse_predicate(text: str, scope: Scope, where: Where = Where.WORLD, file: str = "predicate") -> Predicate:
+    """The predicate that the text says. Raises `InputError`, located in the text, `file` being its name."""
+    alone = _Text(text, scope, where, file)
+    predicate = alone.resolver.read_predicate(alone.text)
+    if predicate is None:
+        raise alone.error()
+    return predicate
+
+
+def parse_action(text: str, scope: Scope, where: Where = Where.AUTOMATIC, file: str = "action") -> Action:
+    """The action that the text says. Raises `InputError`."""
+    alone = _Text(text, scope, where, file)
+    action = alone.resolver.read_action(alone.text)
+    if action is None:
+        raise alone.error()
+    return action
+
+
+def parse_requirement(text: str, scope: Scope, file: str = "requirement") -> Sentence:
+    """The sentence that the text says. Raises `InputError`."""
+    alone = _Text(text, scope, Where.REQUIREMENT, file)
+    requirement = alone.resolver.read_requirement(alone.text)
+    if requirement is None:
+        raise alone.error()
+    return requirement
+
+
+def parse_value(text: str, domain: Domain) -> Value | None:
+    """The value of a domain that is written so, if there is one."""
+    for value in domain.values:
+        if format_value(value) == text:
+            return value
+    return None

@@ -1,0 +1,92 @@
+"""From a file to a behavior model. Every error of the file comes at once, each with its place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scbm.errors import Diagnostic, InputError, Place, Slug
+from scbm.notation.report import Report
+
+if TYPE_CHECKING:
+    from scbm.model.behavior import BehaviorModel
+
+MOST_BYTES = 4 * 1024 * 1024
+"""A model file may be so large; the largest that people write are a hundredth of it."""
+
+
+def load_model(path: str | Path) -> BehaviorModel:
+    """The model in a file. Raises `InputError` with everything that is wrong with it."""
+    return read_model(_read_text(Path(path)), str(path))
+
+
+def read_model(text: str, file: str = "model") -> BehaviorModel:
+    """The model that a text says. Raises `InputError` with everything that is wrong with it.
+
+    Args:
+        text: YAML.
+        file: what errors call the text.
+    """
+    from scbm.notation.builder import Builder  # noqa: PLC0415 - ruamel, lark and pydantic load when needed
+    from scbm.notation.document import Source, read_document  # noqa: PLC0415
+    from scbm.notation.shape import check_shape  # noqa: PLC0415
+
+    source = Source(text, file)
+    report = Report(source.lines)
+    document = read_document(source, report)
+    if document is None or document.plain in (None, ""):
+        raise InputError([Diagnostic(Slug.FILE_EMPTY, "the file is empty", Place(file), _START)])
+    if not isinstance(document.plain, dict):
+        message = "a model file is a mapping that begins with `behavior_model: <name>`"
+        report.add(Slug.WRONG_SHAPE, message, document.place)
+        report.raise_any()
+    check_shape(document, report)
+    model = Builder(document, source, report).model()
+    report.raise_any()
+    return model
+
+
+_START = "a model begins with `behavior_model: <name>`"
+
+
+def _read_text(path: Path) -> str:
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(MOST_BYTES + 1)
+    except FileNotFoundError:
+        raise _unreadable(Slug.FILE_MISSING, "there is no such file", path) from None
+    except IsADirectoryError:
+        raise _unreadable(Slug.FILE_IS_DIRECTORY, "this is a directory, not a file", path) from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise _unreadable(Slug.FILE_UNREADABLE, f"cannot read the file: {reason.lower()}", path) from None
+    if len(data) > MOST_BYTES:
+        raise _unreadable(Slug.FILE_TOO_LARGE, f"the file is larger than {MOST_BYTES // 1024**2} MiB", path)
+    try:
+        return data.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        before = data[: error.start].decode("utf-8", errors="replace")
+        line, column = before.count("\n") + 1, len(before) - (before.rfind("\n") + 1) + 1
+        place = Place(str(path), line, column)
+        message = f"the byte 0x{data[error.start]:02x} is not UTF-8"
+        diagnostic = Diagnostic(Slug.NOT_UTF8, message, place, "save the file as UTF-8")
+        raise InputError([diagnostic]) from None
+
+
+def _unreadable(slug: Slug, message: str, path: Path) -> InputError:
+    remedy = None
+    if slug is Slug.FILE_MISSING:
+        remedy = _neighbour(path)
+    return InputError([Diagnostic(slug, message, Place(str(path)), remedy)])
+
+
+def _neighbour(path: Path) -> str | None:
+    """The file beside a missing one that was probably meant."""
+    from scbm.notation.nearest import nearest  # noqa: PLC0415 - only on the way to an error
+
+    try:
+        names = sorted(entry.name for entry in path.parent.iterdir())
+    except OSError:
+        return None
+    near = nearest(path.name, names)
+    return f"did you mean `{path.parent / near}`?" if near else None

@@ -1,0 +1,83 @@
+"""Whether a document has the shape of a model file; every deviation is noted with its place."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, get_args
+
+from pydantic import ValidationError
+
+from scbm.errors import Place, Slug
+from scbm.notation.file_types import FileType, ModelFile, wrong_shape
+from scbm.notation.nearest import suggestion
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from pydantic_core import ErrorDetails
+
+    from scbm.notation.document import Node
+    from scbm.notation.report import Report
+
+_EXPECTED = {
+    "model_type": "a mapping",
+    "model_attributes_type": "a mapping",
+    "dict_type": "a mapping of names",
+    "list_type": "a list",
+    "string_type": "text",
+}
+
+
+def check_shape(document: Node, report: Report) -> None:
+    """Note every key that is unknown or missing and every piece of the wrong sort."""
+    try:
+        ModelFile.model_validate(document.plain)
+    except ValidationError as error:
+        for detail in error.errors(include_url=False):
+            _note(detail, document, report)
+
+
+def _note(detail: ErrorDetails, document: Node, report: Report) -> None:
+    path = tuple(step for step in detail["loc"] if step != "[key]")
+    owner = document.at(path[:-1])
+    match detail["type"]:
+        case "extra_forbidden":
+            key = str(path[-1])
+            remedy = suggestion(key, _keys(path[:-1]), "the keys here are")
+            report.add(Slug.UNKNOWN_KEY, f"unknown key `{key}`", owner.key_places[key], remedy)
+        case "missing":
+            whose = f" in `{path[-2]}`" if len(path) > 1 else ""
+            report.add(Slug.MISSING_KEY, f"`{path[-1]}` is missing{whose}", _place_of(document, path[:-1]))
+        case Slug.WRONG_SHAPE.value:
+            report.add(Slug.WRONG_SHAPE, detail["msg"] + _where(path), _place_of(document, path))
+        case kind:
+            problem = wrong_shape(_EXPECTED.get(kind, "something else"), document.at(path).plain)
+            report.add(Slug.WRONG_SHAPE, problem.message() + _where(path), _place_of(document, path))
+
+
+def _where(path: tuple[int | str, ...]) -> str:
+    names = [str(step) for step in path if isinstance(step, str)]
+    return f" under `{names[-1]}`" if names else ""
+
+
+def _place_of(document: Node, path: tuple[int | str, ...]) -> Place:
+    """The key that leads to a node, as it is easier found than what stands behind it; else the node itself."""
+    if not path:
+        return document.place
+    owner = document.at(path[:-1])
+    if isinstance(path[-1], str) and path[-1] in owner.key_places:
+        return owner.key_places[path[-1]]
+    return document.at(path).place
+
+
+def _keys(path: Iterable[int | str]) -> list[str]:
+    """The keys that the file type at the end of a path knows."""
+    kind: Any = ModelFile
+    for step in path:
+        if isinstance(kind, type) and issubclass(kind, FileType):
+            kind = kind.model_fields[str(step)].annotation if str(step) in kind.model_fields else None
+        else:
+            kind = get_args(kind)[-1] if get_args(kind) else None
+        options = [option for option in get_args(kind) if option is not type(None)]
+        if len(options) == 1:  # `X | None`
+            kind = options[0]
+    return list(kind.model_fields) if isinstance(kind, type) and issubclass(kind, FileType) else []
