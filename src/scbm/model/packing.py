@@ -45,16 +45,13 @@ class Field:
         variable: what is packed there.
         shift: the lowest bit.
         width: how many bits; 0 for a domain of one value.
+        mask: all its bits, in place.
     """
 
     variable: Variable
     shift: int
     width: int
-
-    @property
-    def mask(self) -> int:
-        """All bits of the field, in place."""
-        return ((1 << self.width) - 1) << self.shift
+    mask: int
 
     def bits(self, value: Value) -> int:
         """The value, in place. Raises `ValueError` if it is outside the domain."""
@@ -105,8 +102,8 @@ class Packing:
         difference = before ^ after
         while difference:
             field = self._by_bit[(difference & -difference).bit_length() - 1]
-            mask = field.mask
-            changes.append((field.variable.name, field.variable.domain.values[(after & mask) >> field.shift]))
+            variable, mask = field.variable, field.mask
+            changes.append((variable.name, variable.domain.values[(after & mask) >> field.shift]))
             difference &= ~mask
         return tuple(changes)
 
@@ -156,7 +153,7 @@ def _lay_out(space: StateSpace) -> tuple[Field, ...]:
     shift = 0
     for variable in space:
         width = (len(variable.domain) - 1).bit_length()
-        fields.append(Field(variable, shift, width))
+        fields.append(Field(variable, shift, width, ((1 << width) - 1) << shift))
         shift += width
     return tuple(fields)
 

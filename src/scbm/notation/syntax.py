@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, cast
 
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
@@ -150,7 +150,7 @@ def _fault(error: UnexpectedInput, text: str, start: Start) -> SyntaxFault:
             slug, f"`{error.token}` cannot stand here", begin, end, _remedy(text, begin, end, start, error)
         )
     if isinstance(error, UnexpectedCharacters):
-        begin = int(error.pos_in_stream)
+        begin = cast("int", error.pos_in_stream)  # Lark declares it without a type
         message = f"`{text[begin]}` cannot stand here"
         return SyntaxFault(slug, message, begin, begin + 1, _remedy(text, begin, begin + 1, start, error))
     open_bracket = _unclosed(text)

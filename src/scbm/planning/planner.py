@@ -1,0 +1,56 @@
+"""The planner: a model with its packed tasks, which later problems find ready."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scbm.planning.answers import Answer, PlanLimits
+from scbm.planning.search import breadth_first
+from scbm.planning.task import Task
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from scbm.model import BehaviorModel, Predicate, Value
+
+_DEFAULT_LIMITS = PlanLimits()
+
+
+class Planner:
+    """Finds canonical plans for one model. Answers depend on the problem alone, never on what was asked before."""
+
+    def __init__(self, model: BehaviorModel) -> None:
+        self.model = model
+        self._task = Task(model)
+        self._tasks: dict[tuple[str, ...], Task] = {}
+        self._goals: dict[Predicate, tuple[Task, Callable[[int], bool]]] = {}
+
+    def plan(self, state: Mapping[str, Value], goal: Predicate, limits: PlanLimits = _DEFAULT_LIMITS) -> Answer:
+        """Answers the planning problem (state, goal, model, limits).
+
+        Args:
+            state: a value for each variable of the world; more are ignored, the runner's are at rest if missing.
+            goal: a predicate over the variables of the model.
+            limits: when to give up.
+        """
+        task, is_goal = self._goal(goal)
+        return breadth_first(task, task.pack(state), is_goal, limits)
+
+    def task(self, goal: Predicate) -> Task:
+        """The packed task in which a goal can be told apart."""
+        return self._goal(goal)[0]
+
+    def _goal(self, goal: Predicate) -> tuple[Task, Callable[[int], bool]]:
+        if goal not in self._goals:
+            task = self._task_for(tuple(name for name in goal.reads() if name not in self._task.packing.space))
+            self._goals[goal] = (task, task.packing.test(goal))
+        return self._goals[goal]
+
+    def _task_for(self, more: tuple[str, ...]) -> Task:
+        """The task that also tells the variables `more` apart."""
+        if not more:
+            return self._task
+        key = tuple(sorted(more))
+        if key not in self._tasks:
+            self._tasks[key] = Task(self.model, more)
+        return self._tasks[key]

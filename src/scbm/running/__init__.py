@@ -1,0 +1,43 @@
+"""The operation runner: a state machine without I/O, clock or chance (semantics 5 and 6).
+
+Events go in, each with the time; effects come out, and the next deadline. What drives it (virtual time, wall time,
+DDS) and what plans for it are other rooms, which it does not know.
+"""
+
+from scbm.running.effects import AskPlan, CancelRequest, Effect, RunFinished, SendRequest
+from scbm.running.ends import End
+from scbm.running.events import (
+    Event,
+    GoalGiven,
+    InjectionGiven,
+    Measured,
+    PlanAnswered,
+    PlanStatus,
+    ReplyArrived,
+    TimePassed,
+)
+from scbm.running.injections import Injection
+from scbm.running.options import RunnerOptions
+from scbm.running.program import Program
+from scbm.running.runner import Runner
+
+__all__ = [
+    "AskPlan",
+    "CancelRequest",
+    "Effect",
+    "End",
+    "Event",
+    "GoalGiven",
+    "Injection",
+    "InjectionGiven",
+    "Measured",
+    "PlanAnswered",
+    "PlanStatus",
+    "Program",
+    "ReplyArrived",
+    "RunFinished",
+    "Runner",
+    "RunnerOptions",
+    "SendRequest",
+    "TimePassed",
+]

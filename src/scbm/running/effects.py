@@ -1,0 +1,48 @@
+"""What a runner wants done. Records are effects too: whoever drives the runner keeps or publishes them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from scbm.model import Predicate, Value
+from scbm.running.ends import End
+from scbm.trace import Changes, Record
+
+
+@dataclass(frozen=True, slots=True)
+class SendRequest:
+    """Send a request to a resource."""
+
+    request: int
+    resource: str
+    payload: Changes
+
+
+@dataclass(frozen=True, slots=True)
+class CancelRequest:
+    """Tell a resource that nobody waits for this request any more."""
+
+    request: int
+    resource: str
+
+
+@dataclass(frozen=True, slots=True)
+class AskPlan:
+    """Ask the planner, and answer with `PlanAnswered` and the same `ask`."""
+
+    ask: int
+    state: Mapping[str, Value]
+    goal: Predicate
+
+
+@dataclass(frozen=True, slots=True)
+class RunFinished:
+    """The run for a goal ended."""
+
+    goal: str
+    end: End
+
+
+Effect: TypeAlias = SendRequest | CancelRequest | AskPlan | RunFinished | Record

@@ -1,0 +1,481 @@
+"""The operation runner (paper, Sections II and IV; semantics 5 and 6).
+
+`handle` takes one event and then micro-steps until none applies. A micro-step is the first that applies of
+`_MICRO_STEPS`, which is the order of semantics 5; each of these methods says whether it did something.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scbm.model import OperationState, PlanState
+from scbm.model.variables import PLAN_STATE
+from scbm.running.automatic import find_cycle
+from scbm.running.effects import AskPlan, CancelRequest, Effect, RunFinished, SendRequest
+from scbm.running.ends import End
+from scbm.running.events import (
+    Event,
+    GoalGiven,
+    InjectionGiven,
+    Measured,
+    PlanAnswered,
+    PlanStatus,
+    ReplyArrived,
+    TimePassed,
+)
+from scbm.running.lifecycle import RULES, Rule, Then, TimedoutLeavesDomainError, timer_ns, transition_of
+from scbm.running.options import RunnerOptions
+from scbm.running.requests import Requests
+from scbm.trace import (
+    AutomaticTaken,
+    BecameCurrent,
+    InjectionApplied,
+    MeasurementReceived,
+    MeasurementRefused,
+    OperationStepped,
+    PlanAsked,
+    PlanDropped,
+    PlanReceived,
+    PutBack,
+    ReplyDropped,
+    ReplyReceived,
+    RequestCancelled,
+    RequestSent,
+    RunEnded,
+    RunStarted,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from scbm.model import Predicate, Value
+    from scbm.model.packing import Test
+    from scbm.running.injections import Injection
+    from scbm.running.program import Program, RequestLine, RunnableOperation, Step
+    from scbm.trace import Changes
+
+
+@dataclass(frozen=True, slots=True)
+class _Goal:
+    name: str
+    predicate: Predicate
+    holds: Test
+
+
+@dataclass(frozen=True, slots=True)
+class _Armed:
+    """An injection that waits for its moment."""
+
+    injection: Injection
+    step: Step
+
+
+@dataclass(frozen=True, slots=True)
+class _Held:
+    """An injection that will be put back: what each variable was, and what it was made."""
+
+    name: str
+    until_ns: int
+    before: Changes
+    injected: Changes
+
+
+class Runner:
+    """Runs one model, one goal after the other."""
+
+    def __init__(
+        self, program: Program, state: Mapping[str, Value], options: RunnerOptions | None = None, now_ns: int = 0
+    ) -> None:
+        """Starts in a state of the world; the runner's own variables begin at rest.
+
+        Args:
+            program: the compiled model.
+            state: a value for every variable of the world.
+            options: limits.
+            now_ns: the time now; events must not come from before it.
+        """
+        self.program = program
+        self.options = options or RunnerOptions()
+        self._now_ns = now_ns
+        space = program.packing.space
+        self._state = program.packing.pack({v.name: v.initial if v.role.is_runner else state[v.name] for v in space})
+        self._plan_states = {s: program.packing.assignment({PLAN_STATE: s.value}) for s in PlanState}
+        self._plan_state = program.packing[PLAN_STATE]
+        self._effects: list[Effect] = []
+        self._requests = Requests()
+        self._waiting: deque[_Goal] = deque()
+        self._armed: list[_Armed] = []
+        self._held: list[_Held] = []
+        self._asks = 0
+        self._automatics = 0
+        self._rest()
+
+    def _rest(self) -> None:
+        """No goal is pursued."""
+        self._goal: _Goal | None = None
+        self._queue: deque[RunnableOperation] = deque()
+        self._current: RunnableOperation | None = None
+        self._current_state = OperationState.INITIAL
+        self._timer_ns: int | None = None
+        self._goal_deadline_ns = 0
+        self._plans = 0
+        self._asked: int | None = None
+        self._unsolvable_in: int | None = None
+
+    # the door
+
+    def handle(self, event: Event, now_ns: int) -> list[Effect]:
+        """What `event` at time `now_ns` brings about, in order. Raises `ValueError` if time runs backwards."""
+        if now_ns < self._now_ns:
+            raise ValueError(f"time runs backwards, from {self._now_ns} ns to {now_ns} ns")
+        self._now_ns = now_ns
+        self._effects = []
+        self._receive(event)
+        self._settle()
+        return self._effects
+
+    @property
+    def deadline_ns(self) -> int | None:
+        """When `TimePassed` is due if nothing else happens before; `None` if the runner waits for nothing."""
+        times = [armed.injection.at_ns for armed in self._armed if armed.injection.at_ns is not None]
+        times = [at_ns for at_ns in times if at_ns > self._now_ns]
+        times += [held.until_ns for held in self._held]
+        if self._timer_ns is not None:
+            times.append(self._timer_ns)
+        if self._goal is not None:
+            times.append(self._goal_deadline_ns)
+        return min(times, default=None)
+
+    @property
+    def state(self) -> dict[str, Value]:
+        """The value of every variable, the runner's own among them."""
+        return self.program.packing.values(self._state)
+
+    @property
+    def dropped_replies(self) -> dict[str, int]:
+        """How many replies were dropped, by the reason: `late`, `repeated`, `unknown`."""
+        return dict(self._requests.dropped)
+
+    # events
+
+    def _receive(self, event: Event) -> None:
+        match event:
+            case ReplyArrived():
+                self._receive_reply(event)
+            case PlanAnswered():
+                self._receive_plan(event)
+            case GoalGiven(name, predicate):
+                self._waiting.append(_Goal(name, predicate, self.program.test(predicate)))
+            case Measured(values):
+                changes = self._set(self._with_measured(values))
+                self._effects.append(MeasurementReceived(self._now_ns, changes))
+            case InjectionGiven(injection):
+                self._armed.append(_Armed(injection, self.program.injection(injection)))
+            case TimePassed():
+                pass
+
+    def _receive_reply(self, reply: ReplyArrived) -> None:
+        line = self._requests.answer(reply.request)
+        if isinstance(line, str):
+            self._effects.append(ReplyDropped(self._now_ns, reply.request, line))
+            return
+        keep, bits = line.succeeded if reply.succeeded else line.failed
+        changes = self._set(self._with_measured(reply.measured) & keep | bits)
+        record = ReplyReceived(self._now_ns, reply.request, line.resource.name, reply.succeeded, changes)
+        self._effects.append(record)
+
+    def _with_measured(self, values: Changes) -> int:
+        """The state with measured values in it. What cannot be is refused, and said so."""
+        state = self._state
+        for name, value in values:
+            if name in self.program.measured and value in self.program.packing.space[name].domain:
+                keep, bits = self.program.packing.assignment({name: value})
+                state = state & keep | bits
+            else:
+                self._effects.append(MeasurementRefused(self._now_ns, name, value))
+        return state
+
+    def _receive_plan(self, answer: PlanAnswered) -> None:
+        if answer.ask != self._asked:
+            self._effects.append(PlanDropped(self._now_ns, answer.ask))
+            return
+        self._asked = None
+        state = self._state
+        if answer.status is PlanStatus.SOLVED:
+            self._queue = deque(self.program.operations[name] for name in answer.plan)
+            state = self._in_plan_state(PlanState.EXECUTING)
+        changes = self._set(state)
+        self._effects.append(PlanReceived(self._now_ns, answer.ask, answer.status.value, answer.plan, changes))
+        if answer.status is PlanStatus.LIMIT_REACHED:
+            self._end(End.PLANNER_LIMIT)
+        elif answer.status is PlanStatus.UNSOLVABLE:
+            self._unsolvable_in = self._state
+
+    def _may_still_change(self) -> bool:
+        """Whether something is on its way that could make the goal reachable (semantics 5.6)."""
+        return bool(self._requests.in_flight or self._armed or self._held or self.options.awaits_measurements)
+
+    # settling
+
+    def _settle(self) -> None:
+        self._automatics = 0
+        while self._micro_step():
+            pass
+        if self._goal is not None and self._now_ns >= self._goal_deadline_ns:
+            self._end(End.TIME_LIMIT)
+            self._settle()
+
+    def _micro_step(self) -> bool:
+        """Does the first thing that applies, in the order of semantics 5; `False` when settled."""
+        return (
+            self._put_back()
+            or self._inject()
+            or self._take_automatic()
+            or self._abort()
+            or self._send_requests()
+            or self._cancel_requests()
+            or self._reach_goal()
+            or self._go_on()
+        )
+
+    # 0: injections
+
+    def _inject(self) -> bool:
+        for index, armed in enumerate(self._armed):
+            at_ns = armed.injection.at_ns
+            if (at_ns is not None and self._now_ns < at_ns) or not armed.step.test(self._state):
+                continue
+            del self._armed[index]
+            self._apply(armed)
+            return True
+        return False
+
+    def _apply(self, armed: _Armed) -> None:
+        injection = armed.injection
+        before = self._state
+        after = armed.step.update(before)
+        assert after is not None  # noqa: S101 - constants never leave a domain
+        if armed.step.fails_operation:
+            after = self._failed(after)
+        changes = self._set(after)
+        self._effects.append(InjectionApplied(self._now_ns, injection.name, changes))
+        if injection.hold_ns is not None:
+            packing = self.program.packing
+            was = tuple((name, packing.value(before, name)) for name, _ in injection.assign)
+            self._held.append(_Held(injection.name, self._now_ns + injection.hold_ns, was, injection.assign))
+
+    def _put_back(self) -> bool:
+        for index, held in enumerate(self._held):
+            if self._now_ns >= held.until_ns:
+                del self._held[index]
+                pairs = zip(held.before, held.injected, strict=True)
+                packing = self.program.packing
+                unchanged = {n: was for (n, was), (_, made) in pairs if packing.value(self._state, n) == made}
+                keep, bits = packing.assignment(unchanged)
+                self._effects.append(PutBack(self._now_ns, held.name, self._set(self._state & keep | bits)))
+                return True
+        return False
+
+    # 1: automatic transitions
+
+    def _take_automatic(self) -> bool:
+        state = self._state
+        for step in self.program.automatic:
+            if not step.test(state):  # not `take`: this is asked in every micro-step of every transition
+                continue
+            after = step.update(state)
+            if after is None or after == state:
+                continue
+            if self._automatics == self.options.livelock_bound:
+                return self._livelock()
+            self._automatics += 1
+            failed = self._current.name if step.fails_operation and self._current is not None else None
+            changes = self._set(self._failed(after) if step.fails_operation else after)
+            self._effects.append(AutomaticTaken(self._now_ns, step.name, failed, changes))
+            return True
+        return False
+
+    def _failed(self, state: int) -> int:
+        """The state with the current operation failed."""
+        assert self._current is not None  # noqa: S101 - such a step is guarded by an executing operation
+        self._current_state = OperationState.FAILED
+        self._timer_ns = None
+        keep, bits = self._current.become[OperationState.FAILED]
+        return state & keep | bits
+
+    def _livelock(self) -> bool:
+        """Ends the run, if there is one; in any case nothing more happens until the next event."""
+        if self._goal is not None:
+            self._end(End.LIVELOCK, find_cycle(self.program.automatic, self._state, self.options.livelock_bound))
+        return False
+
+    # 2: abort
+
+    def _abort(self) -> bool:
+        if self._goal is None or not self._has_plan_state(PlanState.ABORTED):
+            return False
+        self._end(End.ABORTED)
+        return True
+
+    # 3: requests
+
+    def _send_requests(self) -> bool:
+        state = self._state
+        for line in self.program.requests:
+            if state & line.watched == line.ready:
+                self._cancel(line, state)
+                self._send(line)
+                return True
+        return False
+
+    def _send(self, line: RequestLine) -> None:
+        packing = self.program.packing
+        payload = tuple((name, packing.value(self._state, name)) for name in line.resource.request)
+        request = self._requests.send(line)
+        keep, bits = line.executing
+        changes = self._set(self._state & keep | bits)
+        name = line.resource.name
+        self._effects.append(RequestSent(self._now_ns, request, name, payload, changes))
+        self._effects.append(SendRequest(request, name, payload))
+
+    def _cancel_requests(self) -> bool:
+        state = self._state
+        for line in self._requests.in_flight:
+            if not state & line.trigger:
+                keep, bits = line.idle
+                self._cancel(line, state & keep | bits)
+                return True
+        return False
+
+    def _cancel(self, line: RequestLine, after: int) -> None:
+        """Gives up the request in flight, if there is one, and goes to the state `after`."""
+        request = self._requests.cancel(line)
+        if request is None:
+            return
+        name = line.resource.name
+        self._effects.append(RequestCancelled(self._now_ns, request, name, self._set(after)))
+        self._effects.append(CancelRequest(request, name))
+
+    # 4: the goal
+
+    def _reach_goal(self) -> bool:
+        goal = self._goal
+        if goal is None or self._current_state is not OperationState.INITIAL or not goal.holds(self._state):
+            return False
+        self._end(End.REACHED)
+        return True
+
+    # 5: what is next
+
+    def _go_on(self) -> bool:
+        if self._goal is None:
+            return self._start_next_goal()
+        if self._current is not None:
+            return self._step_operation(self._current)
+        if self._queue:
+            return self._make_current(self._queue.popleft())
+        return self._ask_plan(self._goal)
+
+    def _start_next_goal(self) -> bool:
+        if not self._waiting:
+            return False
+        self._goal = goal = self._waiting.popleft()
+        self._goal_deadline_ns = self._now_ns + self.options.time_limit_ns
+        before = tuple(self.state.items())
+        changes = self._set(self._in_plan_state(PlanState.PLANNING))
+        self._effects.append(RunStarted(self._now_ns, goal.name, str(goal.predicate), before, changes))
+        return True
+
+    def _ask_plan(self, goal: _Goal) -> bool:
+        if self._asked is not None:
+            return False
+        if self._unsolvable_in == self._state:
+            return self._give_up_waiting()
+        if self._plans == self.options.plan_limit:
+            self._end(End.REPLAN_LIMIT)
+            return True
+        self._plans += 1
+        self._asks += 1
+        self._asked = self._asks
+        changes = self._set(self._in_plan_state(PlanState.PLANNING))
+        self._effects.append(PlanAsked(self._now_ns, self._asked, changes))
+        self._effects.append(AskPlan(self._asked, self.state, goal.predicate))
+        return True
+
+    def _give_up_waiting(self) -> bool:
+        """No plan from here: the end, unless something is on its way that could change the state."""
+        if self._may_still_change():
+            return False
+        self._end(End.UNSOLVABLE)
+        return True
+
+    def _make_current(self, operation: RunnableOperation) -> bool:
+        self._current = operation
+        self._current_state = OperationState.INITIAL
+        keep, bits = operation.take_current
+        self._effects.append(BecameCurrent(self._now_ns, operation.name, self._set(self._state & keep | bits)))
+        return True
+
+    def _step_operation(self, operation: RunnableOperation) -> bool:
+        due = self._timer_ns is not None and self._now_ns >= self._timer_ns
+        for rule in RULES[self._current_state]:
+            try:
+                after = rule.condition(operation, self._state, due)
+            except TimedoutLeavesDomainError:
+                self._end(End.MODEL_ERROR, (f"the `timedout` actions of {operation.name} would leave a domain",))
+                return True
+            if after is not None:
+                self._follow(rule, operation, after)
+                return True
+        return False
+
+    def _follow(self, rule: Rule, operation: RunnableOperation, after: int) -> None:
+        """Puts the current operation into the rule's target state."""
+        keep, bits = operation.become[rule.target]
+        changes = self._set(after & keep | bits)
+        self._current_state = rule.target
+        allowed_ns = timer_ns(operation, rule.target)
+        self._timer_ns = None if allowed_ns is None else self._now_ns + allowed_ns
+        transition = transition_of(rule, operation)
+        record = OperationStepped(self._now_ns, operation.name, rule.source, rule.target, transition, changes)
+        self._effects.append(record)
+        if rule.then is not Then.STAY:
+            self._current = None
+        if rule.then is Then.REPLAN:
+            self._queue.clear()
+
+    # the end
+
+    def _end(self, end: End, detail: tuple[str, ...] = ()) -> None:
+        """Ends the run: requests in flight cancelled, the operation initial again, the plan given up."""
+        assert self._goal is not None  # noqa: S101 - only a run that goes on can end
+        for line in list(self._requests.in_flight):
+            keep, bits = line.cleared
+            self._cancel(line, self._state & keep | bits)
+        state = self._in_plan_state(end.plan_state)
+        if self._current is not None:
+            keep, bits = self._current.become[OperationState.INITIAL]
+            state = state & keep | bits
+        goal = self._goal.name
+        self._effects.append(RunEnded(self._now_ns, goal, end.value, detail, self._set(state)))
+        self._effects.append(RunFinished(goal, end))
+        self._rest()
+
+    # the packed state
+
+    def _set(self, state: int) -> Changes:
+        """Makes this the state, and says what that changes."""
+        if state == self._state:
+            return ()
+        changes = self.program.packing.changes(self._state, state)
+        self._state = state
+        return changes
+
+    def _in_plan_state(self, plan_state: PlanState) -> int:
+        keep, bits = self._plan_states[plan_state]
+        return self._state & keep | bits
+
+    def _has_plan_state(self, plan_state: PlanState) -> bool:
+        return self._state & self._plan_state.mask == self._plan_states[plan_state][1]

@@ -1,0 +1,54 @@
+"""What happened in a run: records, and how they are written to a file and read from one.
+
+Knows the values of a model, not how it is run. Simulated and real runs leave the same records, and coverage,
+requirements and pictures are made of them alone.
+"""
+
+from scbm.trace.reader import read_trace
+from scbm.trace.records import (
+    AutomaticTaken,
+    BecameCurrent,
+    Changes,
+    InjectionApplied,
+    MeasurementReceived,
+    MeasurementRefused,
+    OperationStepped,
+    PlanAsked,
+    PlanDropped,
+    PlanReceived,
+    PutBack,
+    Record,
+    ReplyDropped,
+    ReplyReceived,
+    RequestCancelled,
+    RequestSent,
+    RunEnded,
+    RunStarted,
+    Trace,
+)
+from scbm.trace.writer import FORMAT_VERSION, write_trace
+
+__all__ = [
+    "FORMAT_VERSION",
+    "AutomaticTaken",
+    "BecameCurrent",
+    "Changes",
+    "InjectionApplied",
+    "MeasurementReceived",
+    "MeasurementRefused",
+    "OperationStepped",
+    "PlanAsked",
+    "PlanDropped",
+    "PlanReceived",
+    "PutBack",
+    "Record",
+    "ReplyDropped",
+    "ReplyReceived",
+    "RequestCancelled",
+    "RequestSent",
+    "RunEnded",
+    "RunStarted",
+    "Trace",
+    "read_trace",
+    "write_trace",
+]
