@@ -6,6 +6,7 @@ Everything here prints back to the notation that it is written in; `scbm.notatio
 from scbm.model.actions import Action, Add, Assign
 from scbm.model.behavior import BehaviorModel
 from scbm.model.durations import format_duration
+from scbm.model.initial_states import InitialStates
 from scbm.model.operations import Operation
 from scbm.model.packing import Packing
 from scbm.model.predicates import (
@@ -45,6 +46,7 @@ __all__ = [
     "Domain",
     "Equal",
     "Implies",
+    "InitialStates",
     "Kind",
     "Latency",
     "LatencyShape",

@@ -4,8 +4,25 @@ The one room that knows `ruamel.yaml`, `lark` and `pydantic`. It never prints an
 """
 
 from scbm.notation.durations import parse_duration
-from scbm.notation.loader import load_model, read_model
+from scbm.notation.expressions import parse_action, parse_predicate, parse_requirement, parse_value
+from scbm.notation.loader import Places, load_located, load_model, read_model
 from scbm.notation.nearest import nearest, suggestion
 from scbm.notation.schema import model_schema
+from scbm.notation.scope import Scope, Where
 
-__all__ = ["load_model", "model_schema", "nearest", "parse_duration", "read_model", "suggestion"]
+__all__ = [
+    "Places",
+    "Scope",
+    "Where",
+    "load_located",
+    "load_model",
+    "model_schema",
+    "nearest",
+    "parse_action",
+    "parse_duration",
+    "parse_predicate",
+    "parse_requirement",
+    "parse_value",
+    "read_model",
+    "suggestion",
+]

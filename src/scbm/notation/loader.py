@@ -6,7 +6,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scbm.errors import Diagnostic, InputError, Place, Slug
+from scbm.notation.builder import Builder
+from scbm.notation.document import Node, Source, read_document
+from scbm.notation.nearest import nearest
 from scbm.notation.report import Report
+from scbm.notation.shape import check_shape
 
 if TYPE_CHECKING:
     from scbm.model.behavior import BehaviorModel
@@ -15,9 +19,32 @@ MOST_BYTES = 4 * 1024 * 1024
 """A model file may be so large; the largest that people write are a hundredth of it."""
 
 
+class Places:
+    """Where each part of a model stands in its file."""
+
+    def __init__(self, document: Node, source: Source) -> None:
+        self._document = document
+        self._source = source
+
+    def find(self, path: tuple[str, ...]) -> tuple[Place, str]:
+        """The key at the end of a path, or the last one on the way that is there, and the line that it stands in."""
+        place = Place(self._source.file)
+        for length in range(len(path)):
+            owner = self._document.at(path[:length])
+            if path[length] not in owner.key_places:
+                break
+            place = owner.key_places[path[length]]
+        return place, self._source.lines[place.line - 1] if place.line else ""
+
+
 def load_model(path: str | Path) -> BehaviorModel:
     """The model in a file. Raises `InputError` with everything that is wrong with it."""
-    return read_model(_read_text(Path(path)), str(path))
+    return load_located(path)[0]
+
+
+def load_located(path: str | Path) -> tuple[BehaviorModel, Places]:
+    """The model in a file, and where its parts stand there. Raises `InputError`."""
+    return _read(_read_text(Path(path)), str(path))
 
 
 def read_model(text: str, file: str = "model") -> BehaviorModel:
@@ -27,10 +54,10 @@ def read_model(text: str, file: str = "model") -> BehaviorModel:
         text: YAML.
         file: what errors call the text.
     """
-    from scbm.notation.builder import Builder  # noqa: PLC0415 - ruamel, lark and pydantic load when needed
-    from scbm.notation.document import Source, read_document  # noqa: PLC0415
-    from scbm.notation.shape import check_shape  # noqa: PLC0415
+    return _read(text, file)[0]
 
+
+def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
     source = Source(text, file)
     report = Report(source.lines)
     document = read_document(source, report)
@@ -43,7 +70,7 @@ def read_model(text: str, file: str = "model") -> BehaviorModel:
     check_shape(document, report)
     model = Builder(document, source, report).model()
     report.raise_any()
-    return model
+    return model, Places(document, source)
 
 
 _START = "a model begins with `behavior_model: <name>`"
@@ -82,8 +109,6 @@ def _unreadable(slug: Slug, message: str, path: Path) -> InputError:
 
 def _neighbour(path: Path) -> str | None:
     """The file beside a missing one that was probably meant."""
-    from scbm.notation.nearest import nearest  # noqa: PLC0415 - only on the way to an error
-
     try:
         names = sorted(entry.name for entry in path.parent.iterdir())
     except OSError:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from scbm.notation.file_types import ModelFile
+
 
 def model_schema() -> dict[str, Any]:
     """The schema (draft 2020-12), made of the loader's own types."""
-    from scbm.notation.file_types import ModelFile  # noqa: PLC0415 - pydantic is imported when it is needed
-
     schema = ModelFile.model_json_schema()
     schema = {key: value for key, value in schema.items() if key not in ("title", "description")}
     return {

@@ -17,11 +17,16 @@ _DEFAULT_LIMITS = PlanLimits()
 
 
 class Planner:
-    """Finds canonical plans for one model. Answers depend on the problem alone, never on what was asked before."""
+    """Finds canonical plans for one model. Answers depend on the problem alone, never on what was asked before.
+
+    Attributes:
+        model: the model.
+        base_task: the packed task in which operations can be told apart, whatever the goal.
+    """
 
     def __init__(self, model: BehaviorModel) -> None:
         self.model = model
-        self._task = Task(model)
+        self.base_task = Task(model)
         self._tasks: dict[tuple[str, ...], Task] = {}
         self._goals: dict[Predicate, tuple[Task, Callable[[int], bool]]] = {}
 
@@ -42,14 +47,14 @@ class Planner:
 
     def _goal(self, goal: Predicate) -> tuple[Task, Callable[[int], bool]]:
         if goal not in self._goals:
-            task = self._task_for(tuple(name for name in goal.reads() if name not in self._task.packing.space))
+            task = self._task_for(tuple(name for name in goal.reads() if name not in self.base_task.packing.space))
             self._goals[goal] = (task, task.packing.test(goal))
         return self._goals[goal]
 
     def _task_for(self, more: tuple[str, ...]) -> Task:
         """The task that also tells the variables `more` apart."""
         if not more:
-            return self._task
+            return self.base_task
         key = tuple(sorted(more))
         if key not in self._tasks:
             self._tasks[key] = Task(self.model, more)

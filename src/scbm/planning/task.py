@@ -42,6 +42,10 @@ class Task:
         space = self.packing.space
         return self.packing.pack({variable.name: state.get(variable.name, variable.initial) for variable in space})
 
+    def update(self, actions: Iterable[Action]) -> Step:
+        """Actions as a function of packed states; `None` where they would leave a domain."""
+        return _update(actions, self.packing)
+
     def successors(self, state: int) -> tuple[tuple[int, int], ...]:
         """Each operation that is enabled, by its index and in order, with the state that it leads to."""
         known = self._seen.get(state)
@@ -56,9 +60,7 @@ class Task:
 def _step(operation: Operation, packing: Packing) -> Step:
     """The operation as one step; `None` where it is not enabled or would leave a domain."""
     pre_holds, post_holds = packing.test(operation.pre.g), packing.test(operation.post.g)
-    names = packing.space.names
-    start = packing.update(action for action in operation.pre.a if action.target in names)
-    complete = packing.update(action for action in operation.post.a if action.target in names)
+    start, complete = _update(operation.pre.a, packing), _update(operation.post.a, packing)
 
     def step(state: int) -> int | None:
         if not pre_holds(state):
@@ -69,6 +71,11 @@ def _step(operation: Operation, packing: Packing) -> Step:
         return complete(between)
 
     return step
+
+
+def _update(actions: Iterable[Action], packing: Packing) -> Step:
+    """Those of the actions that planning can tell, at once."""
+    return packing.update(action for action in actions if action.target in packing.space)
 
 
 def _relevant(model: BehaviorModel, also: Iterable[str]) -> frozenset[str]:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
-from scbm.model import Predicate, Value
-from scbm.running.ends import End
 from scbm.trace import Changes, Record
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from scbm.model import Predicate, Value
+    from scbm.running.ends import End
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
-from scbm.model import Predicate
-from scbm.running.injections import Injection
-from scbm.trace import Changes
+if TYPE_CHECKING:
+    from scbm.model import Predicate
+    from scbm.running.injections import Injection
+    from scbm.trace import Changes
 
 
 @dataclass(frozen=True, slots=True)

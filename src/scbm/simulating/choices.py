@@ -114,6 +114,11 @@ class RecordedChoices:
         self._reactions = tuple(reactions)
         self._used = 0
 
+    @property
+    def used(self) -> tuple[Reaction, ...]:
+        """The reactions that were repeated so far."""
+        return self._reactions[: self._used]
+
     def react(self, resource: Resource) -> Reaction:
         """The next recorded reaction. Raises `ReplayError` if there is none, or one for another resource."""
         if self._used == len(self._reactions):

@@ -26,7 +26,7 @@ from scbm.trace.records import (
     RunStarted,
     Trace,
 )
-from scbm.trace.writer import FORMAT_VERSION, write_trace
+from scbm.trace.writer import FORMAT_VERSION, records_json, write_trace
 
 __all__ = [
     "FORMAT_VERSION",
@@ -50,5 +50,6 @@ __all__ = [
     "RunStarted",
     "Trace",
     "read_trace",
+    "records_json",
     "write_trace",
 ]

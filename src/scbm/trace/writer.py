@@ -19,8 +19,13 @@ PAIRED = ("changes", "state", "payload")
 def write_trace(trace: Trace) -> str:
     """The trace as JSON Lines, each line ended."""
     header = {"format": "scbm-trace", "version": FORMAT_VERSION, "model": trace.model, "case": trace.case}
-    lines = [header, *(_record(record) for record in trace.records)]
+    lines = [header, *records_json(trace)]
     return "".join(f"{json.dumps(line, ensure_ascii=False, separators=(',', ':'))}\n" for line in lines)
+
+
+def records_json(trace: Trace) -> list[dict[str, Any]]:
+    """The records of a trace as data that `json` can write."""
+    return [_record(record) for record in trace.records]
 
 
 def _record(record: Record) -> dict[str, Any]:

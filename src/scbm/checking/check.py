@@ -1,0 +1,48 @@
+"""All checks of a model, in the order in which their findings are told."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scbm.checking.guards import doubts_about_guards
+from scbm.checking.livelocks import doubts_about_livelocks
+from scbm.checking.plans import doubts_about_plans, explore_model
+from scbm.checking.variables import doubts_about_variables
+from scbm.planning import explore
+
+if TYPE_CHECKING:
+    from scbm.checking.doubts import Doubt
+    from scbm.model import BehaviorModel
+
+
+@dataclass(frozen=True, slots=True)
+class Checked:
+    """What a check found.
+
+    Attributes:
+        doubts: what is odd, in the order of the checks.
+        initial_states: how many allowed initial states there are, or were looked at.
+        reachable: how many planning states the operations reach from the nominal state.
+        complete: whether these numbers are exact, and not cut off by a limit.
+    """
+
+    doubts: tuple[Doubt, ...]
+    initial_states: int
+    reachable: int
+    complete: bool
+
+
+def check_model(model: BehaviorModel) -> Checked:
+    """Everything that is doubtful about a model."""
+    exploration = explore_model(model)
+    doubts = (
+        *doubts_about_variables(model),
+        *doubts_about_guards(model),
+        *doubts_about_plans(model, exploration),
+        *doubts_about_livelocks(model, exploration),
+    )
+    task = exploration.planner.base_task
+    nominal = explore(task, [task.pack(model.nominal_state)], len(exploration.reach.states) + 1)
+    complete = exploration.reach.complete and exploration.all_starts and nominal.complete
+    return Checked(doubts, len(exploration.starts), len(nominal.states), complete)

@@ -1,0 +1,86 @@
+"""`scbm check`: errors and warnings of model files."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from scbm.checking import Checked, Doubt, check_model
+from scbm.cli.output import count_of, counted, errors, results, write_json
+from scbm.coverage import Obligations
+from scbm.errors import Diagnostic, InputError, Severity
+from scbm.model import BehaviorModel
+from scbm.notation import Places, load_located
+
+FORMAT_VERSION = 1
+
+
+def command(
+    models: Annotated[list[Path], typer.Argument(metavar="MODEL...", help="Model files.", show_default=False)],
+    *,
+    strict: Annotated[bool, typer.Option("--strict", help="Exit with 1 if there are warnings.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> int:
+    """Tell the errors of model files, and what is doubtful about those that have none."""
+    reports = [_check(path, quiet=json) for path in models]
+    if json:
+        write_json({"format_version": FORMAT_VERSION, "models": reports})
+    if any(report["errors"] for report in reports):
+        return 2
+    return 1 if strict and any(report["warnings"] for report in reports) else 0
+
+
+def _check(path: Path, *, quiet: bool) -> dict[str, Any]:
+    try:
+        model, places = load_located(path)
+    except InputError as error:
+        if not quiet:
+            errors().diagnostics(error.diagnostics)
+        return {"file": str(path), "errors": [_json(fault) for fault in error.diagnostics], "warnings": []}
+    checked = check_model(model)
+    warnings = [_warning(doubt, places) for doubt in checked.doubts]
+    if not quiet:
+        out = results()
+        for warning in warnings:
+            out.diagnostics([warning])
+        out.line(f"{path}: {count_of(warnings) or 'good'}")
+        out.line(_summary(model, checked))
+    return {
+        "file": str(path),
+        "errors": [],
+        "warnings": [_json(warning) for warning in warnings],
+        "model": model.name,
+        "initial_states": checked.initial_states,
+        "reachable": checked.reachable,
+        "complete": checked.complete,
+    }
+
+
+def _warning(doubt: Doubt, places: Places) -> Diagnostic:
+    place, line = places.find(doubt.path)
+    return Diagnostic(doubt.slug, doubt.message, place, doubt.remedy, line, Severity.WARNING)
+
+
+def _json(diagnostic: Diagnostic) -> dict[str, Any]:
+    return {
+        "slug": diagnostic.slug.value,
+        "message": diagnostic.message,
+        "line": diagnostic.place.line,
+        "column": diagnostic.place.column,
+        "remedy": diagnostic.remedy,
+    }
+
+
+def _summary(model: BehaviorModel, checked: Checked) -> str:
+    obligations = Obligations.of(model).counted.bit_count()
+    at_least = "" if checked.complete else "at least "
+    parts = (
+        f"  {model.name}: {counted(len(model.variables), 'variable')}, {counted(len(model.resources), 'resource')}, "
+        f"{counted(len(model.operations), 'operation')}, "
+        f"{counted(len(model.automatic_transitions), 'automatic transition')}, "
+        f"{counted(len(model.goals), 'goal')}, {counted(len(model.requirements), 'requirement')}",
+        f"  {counted(obligations, 'obligation')} of SCBM-IAS, "
+        f"{at_least}{counted(checked.initial_states, 'initial state')}, "
+        f"{at_least}{counted(checked.reachable, 'planning state')} reachable from the nominal one",
+    )
+    return "\n".join(parts)

@@ -1,0 +1,82 @@
+"""Finds the verb, runs it, and turns what goes wrong into one place, one message and one exit code."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from functools import wraps
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+import typer
+
+import scbm
+from scbm.errors import ScbmError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+VERBS = ("check", "plan", "run", "test", "schema")
+"""In the order of the help. Module `scbm.cli.<verb>` has the function `command`, which returns an exit code."""
+
+GOOD, FAILED, WRONG_INPUT, OWN_FAULT, INTERRUPTED = 0, 1, 2, 3, 130
+
+_HELP = "Plan, run, test and cover behavior models of automation systems (SCBM-IAS)."
+
+
+def main() -> None:
+    """`scbm`: exits with 0 good, 1 the tests failed, 2 the input is wrong, 3 a fault of scbm itself."""
+    try:
+        _application(sys.argv[1:])(prog_name="scbm")
+    except ScbmError as error:
+        _show(error)
+        sys.exit(WRONG_INPUT)
+    except BrokenPipeError:  # whoever read our output has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(GOOD)
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
+    except Exception:  # noqa: BLE001 - the last line of defence, which tells apart our faults from theirs
+        traceback.print_exc()
+        message = "scbm: this is a fault of scbm, not of your input. Please report it with the lines above.\n"
+        sys.stderr.write(message)
+        sys.exit(OWN_FAULT)
+
+
+def _application(arguments: list[str]) -> typer.Typer:
+    """The command line with the verb that is asked for, or with all of them: loading one is faster."""
+    application = typer.Typer(
+        help=_HELP, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None
+    )
+    application.callback()(_version)
+    asked = [verb for verb in VERBS if verb in arguments[:1]]
+    for verb in asked or VERBS:
+        command = import_module(f"scbm.cli.{verb}").command
+        application.command(verb)(_exiting(command))
+    return application
+
+
+def _version(
+    *,
+    version: bool = typer.Option(False, "--version", help="Show the version and exit.", is_eager=True),
+) -> None:
+    if version:
+        sys.stdout.write(f"scbm {scbm.__version__}\n")
+        raise typer.Exit(GOOD)
+
+
+def _exiting(command: Callable[..., int]) -> Callable[..., None]:
+    """The command with its result as the exit code of the process."""
+
+    @wraps(command)
+    def call(*args: object, **options: object) -> None:
+        raise typer.Exit(command(*args, **options))
+
+    return call
+
+
+def _show(error: ScbmError) -> None:
+    from scbm.cli.output import errors  # noqa: PLC0415 - rich, which a good run may not need
+
+    errors().diagnostics(error.diagnostics)

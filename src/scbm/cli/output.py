@@ -1,0 +1,80 @@
+"""Where output goes: to a terminal with colours, to a pipe without, and never wrapped or cut."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.text import Text
+
+from scbm.errors import Severity
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from scbm.errors import Diagnostic
+
+_STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
+
+
+class Output:
+    """One stream. Lines are as long as they are: who reads them decides on wrapping."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+
+    def line(self, text: Text | str = "") -> None:
+        """One line of text, or several."""
+        shown = Text(text) if isinstance(text, str) else text
+        self._console.print(shown, soft_wrap=True, highlight=False, markup=False)
+
+    def diagnostics(self, diagnostics: Sequence[Diagnostic]) -> None:
+        """Each with its place, its line and its remedy; then how many there are."""
+        for diagnostic in diagnostics:
+            self.line(_coloured(diagnostic))
+        if len(diagnostics) > 1:
+            self.line(count_of(diagnostics))
+
+
+def results() -> Output:
+    """Where results go."""
+    return Output(Console(file=sys.stdout))
+
+
+def errors() -> Output:
+    """Where errors and progress go."""
+    return Output(Console(file=sys.stderr))
+
+
+def write_json(data: dict[str, Any]) -> None:
+    """Data for machines."""
+    sys.stdout.write(json.dumps(data, indent=2, ensure_ascii=False) + "\n")
+
+
+def counted(count: int, singular: str, plural: str | None = None) -> str:
+    """`1 error`, `2 errors`."""
+    return f"{count} {singular if count == 1 else plural or singular + 's'}"
+
+
+def count_of(diagnostics: Sequence[Diagnostic]) -> str:
+    """How many errors and warnings there are."""
+    errors = sum(diagnostic.severity is Severity.ERROR for diagnostic in diagnostics)
+    warnings = len(diagnostics) - errors
+    parts = [counted(number, name) for number, name in ((errors, "error"), (warnings, "warning")) if number]
+    return ", ".join(parts)
+
+
+def _coloured(diagnostic: Diagnostic) -> Text:
+    head, *rest = str(diagnostic).split("\n")
+    text = Text(head)
+    label = f"{diagnostic.severity}[{diagnostic.slug}]:"
+    begin = head.find(label)
+    text.stylize(_STYLES[diagnostic.severity], begin, begin + len(label))
+    text.stylize("bold", 0, begin)
+    for line in rest:
+        stripped = line.strip()
+        style = "green" if stripped.startswith("^") else "cyan" if stripped.startswith("= ") else ""
+        text.append("\n").append(line, style=style)
+    return text

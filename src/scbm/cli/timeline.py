@@ -1,0 +1,175 @@
+"""A run as a picture in text: what happened, line by line under its time, and the operations as bars over time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich.text import Text
+
+from scbm.model import OperationState, format_value
+from scbm.running import End
+from scbm.trace import (
+    AutomaticTaken,
+    BecameCurrent,
+    InjectionApplied,
+    MeasurementReceived,
+    MeasurementRefused,
+    OperationStepped,
+    PlanAsked,
+    PlanDropped,
+    PlanReceived,
+    PutBack,
+    Record,
+    ReplyDropped,
+    ReplyReceived,
+    RequestCancelled,
+    RequestSent,
+    RunEnded,
+    RunStarted,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.cli.output import Output
+    from scbm.model import BehaviorModel
+    from scbm.testing import Execution
+    from scbm.trace import Changes
+
+_BAR_WIDTH = 60
+
+_STATE_STYLES = {
+    OperationState.COMPLETED: "green",
+    OperationState.FAILED: "red",
+    OperationState.TIMEDOUT: "magenta",
+    OperationState.DISABLED: "yellow",
+}
+_BAR_MARKS = {OperationState.COMPLETED: "█", OperationState.FAILED: "x", OperationState.TIMEDOUT: "!"}
+
+
+def draw_timeline(model: BehaviorModel, execution: Execution, out: Output, *, every: bool) -> None:
+    """Draws a run. `every` also shows the variables of resources and of the runner."""
+    carried = frozenset(name for resource in model.resources for name in resource.request)
+    told = [variable.name for variable in model.variables if variable.name not in carried]
+    shown = frozenset(model.running_space.names if every else told)
+    last_ns = -1
+    for record in execution.trace.records:
+        for line in _lines(record, shown, model):
+            time = f"{record.at_ns / 1e9:9.3f} s" if record.at_ns != last_ns else " " * 11
+            last_ns = record.at_ns
+            out.line(Text(time, style="cyan").append("  ").append_text(line))
+    out.line()
+    for line in _bars(execution):
+        out.line(line)
+    for failure in execution.verdict.failures:
+        out.line(Text("FAILED  ", style="bold red").append(failure))
+
+
+def _lines(record: Record, shown: frozenset[str], model: BehaviorModel) -> Iterator[Text]:  # noqa: C901, PLR0912 - one case for each record
+    """What a record says; nothing for the steps that only lead to the next one."""
+    changes = _changes(record.changes, shown)
+    match record:
+        case RunStarted():
+            name = "" if record.goal == record.predicate else f"  ({record.goal})"
+            yield Text("● goal  ", style="bold").append(record.predicate).append(name, style="dim")
+            nominal = model.nominal_state
+            differing = tuple((name, value) for name, value in record.state if nominal.get(name, value) != value)
+            values = _changes(differing, shown) or "the nominal state"
+            yield Text("  from  ", style="dim").append(values, style="dim")
+        case PlanReceived(status="solved", plan=plan):
+            yield Text(f"  plan  {len(plan)}: ", style="bold blue").append(" → ".join(plan) or "nothing to do")
+        case PlanReceived(status=status):
+            yield Text(f"  plan  {status.replace('_', ' ')}", style="bold blue")
+        case OperationStepped(target=OperationState.EXECUTING):
+            yield Text("┌ ").append(record.operation, style="bold").append(_tail(changes), style="dim")
+        case OperationStepped(target=OperationState.DISABLED):
+            yield Text("┆ ").append(record.operation, style="bold").append("  disabled", style="yellow")
+        case OperationStepped(target=OperationState.INITIAL, source=OperationState.DISABLED):
+            yield Text("┆ given up, a new plan is asked for", style="yellow")
+        case OperationStepped(target=target) if target is not OperationState.INITIAL:
+            yield Text("└ ").append(target.value, style=_STATE_STYLES.get(target, "")).append(_tail(changes))
+        case AutomaticTaken():
+            yield Text("│ automatic  ", style="magenta").append(record.transition).append(_tail(changes))
+            if record.failed is not None:
+                yield Text("└ ").append("failed", style="red")
+        case RequestSent():
+            values = ", ".join(format_value(value) for _, value in record.payload)
+            yield Text(f"│ request {record.request} → {record.resource}").append(f"  {values}".rstrip(), style="dim")
+        case RequestCancelled():
+            yield Text(f"│ request {record.request} → {record.resource} cancelled", style="yellow")
+        case ReplyReceived():
+            result = Text("succeeded", style="green") if record.succeeded else Text("failed", style="red")
+            reply = Text(f"│ reply {record.request} ← {record.resource}  ").append_text(result)
+            yield reply.append(_tail(changes))
+        case ReplyDropped():
+            yield Text(f"│ reply {record.request} dropped: {record.why}", style="yellow")
+        case MeasurementReceived():
+            yield Text("│ measured").append(_tail(changes))
+        case MeasurementRefused():
+            value = format_value(record.value)
+            yield Text(f"│ measured value refused: {record.variable} = {value}", style="yellow")
+        case InjectionApplied():
+            yield Text(f"⚡ injection {record.injection}", style="bold yellow").append(_tail(changes))
+        case PutBack():
+            yield Text(f"⚡ injection {record.injection} put back", style="yellow").append(_tail(changes))
+        case RunEnded():
+            style = "bold green" if record.end == End.REACHED else "bold red"
+            yield Text(f"■ {record.end.replace('_', ' ')}", style=style).append(_tail("; ".join(record.detail)))
+        case PlanAsked() | PlanDropped() | BecameCurrent() | OperationStepped():
+            return
+
+
+def _changes(changes: Changes, shown: frozenset[str]) -> str:
+    return ", ".join(f"{name} = {format_value(value)}" for name, value in changes if name in shown)
+
+
+def _tail(text: str) -> str:
+    return f"   {text}" if text else ""
+
+
+def _bars(execution: Execution) -> Iterator[Text]:
+    """For each operation that executed a row, with a bar from each start to its end."""
+    spans = list(_spans(execution.trace.records))
+    if not spans or not execution.ended_ns:
+        return
+    names = list(dict.fromkeys(name for name, _, _, _ in spans))
+    width = max(map(len, names))
+    scale = _BAR_WIDTH / execution.ended_ns
+    end = f"{execution.ended_ns / 1e9:.3f} s"
+    yield Text(f"{'operation':<{width}}  0 s{end:>{_BAR_WIDTH - 3}}", style="dim")
+    for name in names:
+        row = Text(f"{name:<{width}}  ")
+        column = 0
+        for other, begin_ns, end_ns, state in spans:
+            if other == name:
+                begin = max(column, min(int(begin_ns * scale), _BAR_WIDTH - 1))
+                length = max(1, round((end_ns - begin_ns) * scale))
+                mark = _BAR_MARKS.get(state, "░")
+                bar = mark * min(length, _BAR_WIDTH - begin)
+                row.append(" " * (begin - column)).append(bar, style=_STATE_STYLES.get(state, ""))
+                column = begin + len(bar)
+        yield row
+    marks = [f"{mark} {state.value}" for state, mark in _BAR_MARKS.items() if any(s is state for *_, s in spans)]
+    yield Text(f"{'':<{width}}  {'   '.join(marks)}", style="dim")
+
+
+def _spans(records: tuple[Record, ...]) -> Iterator[tuple[str, int, int, OperationState]]:
+    """Each execution of an operation: its name, begin, end, and the state that it ended in."""
+    current: tuple[str, int] | None = None
+    for record in records:
+        if isinstance(record, OperationStepped) and record.target is OperationState.EXECUTING:
+            current = (record.operation, record.at_ns)
+        elif current is not None:
+            state = _ended_in(record)
+            if state is not None:
+                yield (*current, record.at_ns, state)
+                current = None
+
+
+def _ended_in(record: Record) -> OperationState | None:
+    """The state in which this record leaves the operation that executes, if it ends its execution."""
+    if isinstance(record, OperationStepped):
+        return record.target
+    if isinstance(record, RunEnded):
+        return OperationState.INITIAL
+    return OperationState.FAILED if isinstance(record, AutomaticTaken) and record.failed is not None else None

@@ -1,0 +1,90 @@
+"""What the tests of a model must visit (paper, Section V; semantics 8.1 and 8.2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from scbm.model import BehaviorModel
+
+
+class Aspect(StrEnum):
+    """What of an operation or of an automatic transition must be visited."""
+
+    DISABLED = "disabled"
+    EXECUTING = "executing"
+    TIMEDOUT = "timedout"
+    FAILED = "failed"
+    COMPLETED = "completed"
+    TAKEN = "taken"
+    QUEUED = "queued"
+
+
+STATE_ASPECTS = (Aspect.DISABLED, Aspect.EXECUTING, Aspect.FAILED, Aspect.TIMEDOUT, Aspect.COMPLETED)
+"""The five states of an operation, in the order of the paper's report."""
+
+
+@dataclass(frozen=True, slots=True)
+class Obligation:
+    """One aspect of one operation, or the taking of one automatic transition."""
+
+    subject: str
+    aspect: Aspect
+
+    @property
+    def counts(self) -> bool:
+        """Whether it is in the paper's figure; *queued* is reported beside it."""
+        return self.aspect is not Aspect.QUEUED
+
+    def __str__(self) -> str:
+        return f"automatic/{self.subject}" if self.aspect is Aspect.TAKEN else f"{self.subject}/{self.aspect}"
+
+
+class Obligations:
+    """All obligations of a model, in a fixed order. Obligation i is bit i wherever sets of them are integers."""
+
+    def __init__(self, obligations: Iterable[Obligation]) -> None:
+        self.all = tuple(obligations)
+        self._bits = {obligation: 1 << index for index, obligation in enumerate(self.all)}
+
+    @staticmethod
+    def of(model: BehaviorModel) -> Obligations:
+        """Five for each operation, one for each automatic transition, and *queued* for each operation."""
+        operations = [operation.name for operation in model.operations]
+        return Obligations(
+            (
+                *(Obligation(name, aspect) for name in operations for aspect in STATE_ASPECTS),
+                *(Obligation(transition.name, Aspect.TAKEN) for transition in model.automatic_transitions),
+                *(Obligation(name, Aspect.QUEUED) for name in operations),
+            )
+        )
+
+    def __iter__(self) -> Iterator[Obligation]:
+        return iter(self.all)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Obligations) and self.all == other.all
+
+    def __hash__(self) -> int:
+        return hash(self.all)
+
+    def bit(self, obligation: Obligation) -> int:
+        """The bit of an obligation; 0 if it is none of this model."""
+        return self._bits.get(obligation, 0)
+
+    def mask(self, *aspects: Aspect) -> int:
+        """The bits of all obligations of some aspects."""
+        return sum(bit for obligation, bit in self._bits.items() if obligation.aspect in aspects)
+
+    @property
+    def counted(self) -> int:
+        """The bits of all obligations in the paper's figure."""
+        return sum(bit for obligation, bit in self._bits.items() if obligation.counts)
+
+    def names(self, bits: int) -> tuple[str, ...]:
+        """The names of the obligations in a set."""
+        return tuple(str(obligation) for obligation, bit in self._bits.items() if bits & bit)

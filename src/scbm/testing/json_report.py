@@ -1,0 +1,62 @@
+"""A campaign as JSON, for machines. `docs/formats.md` describes it field by field."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from scbm.coverage import STATE_ASPECTS, Aspect
+
+if TYPE_CHECKING:
+    from scbm.coverage import Coverage, Figure
+    from scbm.testing.campaign import Campaign, CaseResult
+
+FORMAT_VERSION = 1
+
+
+def campaign_json(campaign: Campaign) -> dict[str, Any]:
+    """The campaign as data that `json` can write; equal campaigns give equal bytes."""
+    return {
+        "format_version": FORMAT_VERSION,
+        "model": campaign.model.name,
+        "seed": campaign.seed,
+        "passed": not campaign.failed,
+        "coverage": coverage_json(campaign.coverage),
+        "simulated_seconds": campaign.simulated_ns / 1e9,
+        "cases": [_case(result, campaign) for result in campaign.results],
+    }
+
+
+def coverage_json(coverage: Coverage) -> dict[str, Any]:
+    """The figures of a coverage, what was missed, and who visited what first."""
+    figure = coverage.figure
+    visited = {str(obligation): coverage.first_visitor(obligation) for obligation in coverage.obligations}
+    return {
+        "visited": figure.visited,
+        "obligations": figure.of,
+        "percent": figure.percent,
+        "by_state": {aspect.value: _figure(coverage.figure_of(aspect)) for aspect in STATE_ASPECTS},
+        "automatic": _figure(coverage.figure_of(Aspect.TAKEN)),
+        "queued": _figure(coverage.figure_of(Aspect.QUEUED)),
+        "missed": [str(obligation) for obligation in coverage.missed()],
+        "missed_queued": [str(obligation) for obligation in coverage.missed(Aspect.QUEUED)],
+        "first_visited_by": {name: case for name, case in visited.items() if case is not None},
+    }
+
+
+def _figure(figure: Figure) -> dict[str, int]:
+    return {"visited": figure.visited, "of": figure.of}
+
+
+def _case(result: CaseResult, campaign: Campaign) -> dict[str, Any]:
+    case = result.case
+    return {
+        "name": case.name,
+        "verdict": result.verdict.end.value,
+        "passed": result.verdict.passed,
+        "failures": list(result.verdict.failures),
+        "goal": case.goal,
+        "initial": {variable.name: case.initial[variable.name] for variable in campaign.model.variables},
+        "simulated_seconds": result.ended_ns / 1e9,
+        "requests": len(case.reactions or ()),
+        "visited": list(campaign.coverage.obligations.names(result.visited)),
+    }

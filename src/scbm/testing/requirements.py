@@ -1,0 +1,188 @@
+"""Whether a run keeps the requirements of its model: checked on every state of its trace (semantics 7.3).
+
+A monitor watches one sentence. It is shown the state at the beginning and after every record that changes a
+variable which it reads, and says what is wrong as soon as something is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from scbm.model import AfterAlways, Always, Before, LeadsTo, Never, format_duration, format_value
+from scbm.model.variables import CURRENT_NAME
+from scbm.trace import Record, RunStarted
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from scbm.model import Predicate, Requirement, Value
+    from scbm.model.requirements import Sentence
+    from scbm.trace import Changes
+
+    Valuation = Mapping[str, Value]
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """Where a run broke a requirement first.
+
+    Attributes:
+        requirement: its name.
+        at_ns: when.
+        record: the index in the trace of the record that brought it about.
+        reason: what is wrong, in words.
+        operation: the current operation, or `none`.
+        values: the variables that the requirement reads, as they were.
+    """
+
+    requirement: str
+    at_ns: int
+    record: int
+    reason: str
+    operation: str
+    values: Changes
+
+    def __str__(self) -> str:
+        values = ", ".join(f"{name} == {format_value(value)}" for name, value in self.values)
+        seconds = f"{self.at_ns / 1e9:.3f} s"
+        return f"{self.requirement} is violated at {seconds}, {self.operation} being current: {self.reason} ({values})"
+
+
+class _Monitor(Protocol):
+    def see(self, state: Valuation, at_ns: int) -> str | None:
+        """What is wrong now, if anything."""
+        ...
+
+    def end(self, at_ns: int) -> str | None:
+        """What is wrong at the end of the run, if anything."""
+        ...
+
+
+class _Invariant:
+    """`always p`, and `never p` as its opposite."""
+
+    def __init__(self, predicate: Predicate, *, wanted: bool) -> None:
+        self._predicate = predicate
+        self._wanted = wanted
+
+    def see(self, state: Valuation, at_ns: int) -> str | None:  # noqa: ARG002 - the same for all monitors
+        if self._predicate.holds(state) is self._wanted:
+            return None
+        return f"{self._predicate} {'does not hold' if self._wanted else 'holds'}"
+
+    def end(self, at_ns: int) -> str | None:  # noqa: ARG002
+        return None
+
+
+class _LeadsTo:
+    """`p leads to q [within d]`: remembers since when q is owed."""
+
+    def __init__(self, sentence: LeadsTo) -> None:
+        self._sentence = sentence
+        self._owed_since_ns: int | None = None
+
+    def see(self, state: Valuation, at_ns: int) -> str | None:
+        late = self._late(at_ns)
+        if late is not None:
+            return late
+        if self._sentence.effect.holds(state):
+            self._owed_since_ns = None
+        elif self._owed_since_ns is None and self._sentence.cause.holds(state):
+            self._owed_since_ns = at_ns
+        return None
+
+    def end(self, at_ns: int) -> str | None:
+        late = self._late(at_ns)
+        if late is None and self._owed_since_ns is not None:
+            return f"the run ends, and {self._sentence.effect} is owed since {self._owed_since_ns / 1e9:.3f} s"
+        return late
+
+    def _late(self, at_ns: int) -> str | None:
+        within_ns = self._sentence.within_ns
+        if self._owed_since_ns is None or within_ns is None or at_ns - self._owed_since_ns <= within_ns:
+            return None
+        since = f"{self._owed_since_ns / 1e9:.3f} s"
+        return f"{self._sentence.effect} is owed since {since}, and {format_duration(within_ns)} have passed"
+
+
+class _Before:
+    """`p before q`."""
+
+    def __init__(self, sentence: Before) -> None:
+        self._sentence = sentence
+        self._free = False
+
+    def see(self, state: Valuation, at_ns: int) -> str | None:  # noqa: ARG002
+        self._free = self._free or self._sentence.first.holds(state)
+        if self._free or not self._sentence.second.holds(state):
+            return None
+        return f"{self._sentence.second} holds, and {self._sentence.first} has not held yet"
+
+    def end(self, at_ns: int) -> str | None:  # noqa: ARG002
+        return None
+
+
+class _AfterAlways:
+    """`after p always q until r`."""
+
+    def __init__(self, sentence: AfterAlways) -> None:
+        self._sentence = sentence
+        self._bound = False
+
+    def see(self, state: Valuation, at_ns: int) -> str | None:  # noqa: ARG002
+        self._bound = (self._bound or self._sentence.start.holds(state)) and not self._sentence.stop.holds(state)
+        if not self._bound or self._sentence.predicate.holds(state):
+            return None
+        return f"{self._sentence.predicate} does not hold, and {self._sentence.stop} has not held yet"
+
+    def end(self, at_ns: int) -> str | None:  # noqa: ARG002
+        return None
+
+
+def _monitor(sentence: Sentence) -> tuple[_Monitor, tuple[str, ...]]:
+    """What watches a sentence, and which variables it reads."""
+    match sentence:
+        case Always(predicate):
+            return _Invariant(predicate, wanted=True), predicate.reads()
+        case Never(predicate):
+            return _Invariant(predicate, wanted=False), predicate.reads()
+        case LeadsTo(cause, effect):
+            return _LeadsTo(sentence), _both(cause, effect)
+        case Before(first, second):
+            return _Before(sentence), _both(first, second)
+        case AfterAlways(start, predicate, stop):
+            return _AfterAlways(sentence), _both(start, predicate, stop)
+
+
+def _both(*predicates: Predicate) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(name for predicate in predicates for name in predicate.reads()))
+
+
+def find_violations(requirements: Sequence[Requirement], records: Sequence[Record]) -> tuple[Violation, ...]:
+    """The first violation of each requirement in a trace, in the order of the requirements."""
+    found = (_first_violation(requirement, records) for requirement in requirements)
+    return tuple(violation for violation in found if violation is not None)
+
+
+def _first_violation(requirement: Requirement, records: Sequence[Record]) -> Violation | None:
+    monitor, reads = _monitor(requirement.sentence)
+    state: dict[str, Value] = {}
+    index = at_ns = 0
+    for index, record in enumerate(records):  # noqa: B007 - where the loop ends is told in the violation
+        at_ns = record.at_ns
+        reason = None
+        if isinstance(record, RunStarted):
+            state.update(record.state)
+            reason = monitor.see(state, at_ns)
+        state.update(record.changes)
+        if reason is None and any(name in reads for name, _ in record.changes):
+            reason = monitor.see(state, at_ns)
+        if reason is not None:
+            break
+    else:
+        reason = monitor.end(at_ns)
+    if reason is None:
+        return None
+    values = tuple((name, state[name]) for name in reads)
+    return Violation(requirement.name, at_ns, index, reason, str(state.get(CURRENT_NAME, "none")), values)
