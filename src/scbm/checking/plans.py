@@ -1,4 +1,4 @@
-"""What planning can reach from the allowed initial states: operations never enabled, goals out of reach, domains left."""
+"""What planning reaches from the initial states: operations never enabled, goals out of reach, domains left."""
 
 from __future__ import annotations
 

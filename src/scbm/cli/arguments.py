@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scbm.errors import Diagnostic, InputError, Place, Slug
-from scbm.model import State, format_value
-from scbm.notation import Scope, nearest, parse_predicate, parse_value, suggestion
+from scbm.notation import Scope, parse_predicate, parse_state, suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scbm.model import BehaviorModel, Predicate, Value
+    from scbm.model import BehaviorModel, Predicate, State
 
 
 def read_goal(text: str, model: BehaviorModel) -> tuple[str, Predicate]:
@@ -30,40 +29,7 @@ def read_goal(text: str, model: BehaviorModel) -> tuple[str, Predicate]:
 
 def read_state(assignments: Sequence[str], model: BehaviorModel) -> State:
     """The nominal state with some variables changed, each as `variable=value`. Raises `InputError` with all faults."""
-    values: dict[str, Value] = {}
-    faults: list[Diagnostic] = []
-    for assignment in assignments:
-        name, equals, written = (part.strip() for part in assignment.partition("="))
-        value = None
-        if not equals:
-            faults.append(_fault(Slug.BAD_OPTION, f"`{assignment}` is not `variable=value`", assignment, 0))
-        elif name not in model.space:
-            remedy = suggestion(name, model.space.names, "the variables are")
-            faults.append(_fault(Slug.UNKNOWN_VARIABLE, f"there is no variable `{name}`", assignment, 0, remedy))
-        elif name in values:
-            faults.append(_fault(Slug.ASSIGNED_TWICE, f"`{name}` is given twice", assignment, 0))
-        else:
-            value = parse_value(written.removeprefix("=").strip(), model.space[name].domain)
-            if value is None:
-                faults.append(_outside(name, written, assignment, model))
-            else:
-                values[name] = value
-    if faults:
-        raise InputError(faults)
-    return model.nominal_state.replace(values)
-
-
-def _outside(name: str, written: str, assignment: str, model: BehaviorModel) -> Diagnostic:
-    domain = model.space[name].domain
-    near = nearest(written, [format_value(value) for value in domain.values])
-    remedy = f"did you mean `{near}`?" if near else f"its domain is {domain}"
-    message = f"`{written}` is not a value of `{name}`"
-    return _fault(Slug.VALUE_OUTSIDE_DOMAIN, message, assignment, assignment.find(written) if written else 0, remedy)
-
-
-def _fault(slug: Slug, message: str, assignment: str, index: int, remedy: str | None = None) -> Diagnostic:
-    length = max(1, len(assignment) - index if index else len(assignment.partition("=")[0].strip()))
-    return Diagnostic(slug, message, Place("--state", 1, index + 1, length), remedy, assignment)
+    return parse_state(", ".join(assignments), model.space, file="--state")
 
 
 def allowed_state(state: State, model: BehaviorModel) -> State:

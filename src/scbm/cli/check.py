@@ -74,13 +74,17 @@ def _json(diagnostic: Diagnostic) -> dict[str, Any]:
 def _summary(model: BehaviorModel, checked: Checked) -> str:
     obligations = Obligations.of(model).counted.bit_count()
     at_least = "" if checked.complete else "at least "
-    parts = (
-        f"  {model.name}: {counted(len(model.variables), 'variable')}, {counted(len(model.resources), 'resource')}, "
-        f"{counted(len(model.operations), 'operation')}, "
-        f"{counted(len(model.automatic_transitions), 'automatic transition')}, "
-        f"{counted(len(model.goals), 'goal')}, {counted(len(model.requirements), 'requirement')}",
-        f"  {counted(obligations, 'obligation')} of SCBM-IAS, "
-        f"{at_least}{counted(checked.initial_states, 'initial state')}, "
+    parts = [
+        counted(len(model.variables), "variable"),
+        counted(len(model.resources), "resource"),
+        counted(len(model.operations), "operation"),
+        counted(len(model.automatic_transitions), "automatic transition"),
+        counted(len(model.goals), "goal"),
+        counted(len(model.requirements), "requirement"),
+    ]
+    reach = [
+        f"{counted(obligations, 'obligation')} of SCBM-IAS",
+        f"{at_least}{counted(checked.initial_states, 'initial state')}",
         f"{at_least}{counted(checked.reachable, 'planning state')} reachable from the nominal one",
-    )
-    return "\n".join(parts)
+    ]
+    return f"  {model.name}: {', '.join(parts)}\n  {', '.join(reach)}"

@@ -49,7 +49,7 @@ def _application(arguments: list[str]) -> typer.Typer:
     application = typer.Typer(
         help=_HELP, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None
     )
-    application.callback()(_version)
+    application.callback(help=_HELP)(_common)
     asked = [verb for verb in VERBS if verb in arguments[:1]]
     for verb in asked or VERBS:
         command = import_module(f"scbm.cli.{verb}").command
@@ -57,13 +57,19 @@ def _application(arguments: list[str]) -> typer.Typer:
     return application
 
 
-def _version(
-    *,
-    version: bool = typer.Option(False, "--version", help="Show the version and exit.", is_eager=True),
-) -> None:
-    if version:
+def _show_version(asked: bool) -> None:  # noqa: FBT001 - typer gives the value of an option so
+    if asked:
         sys.stdout.write(f"scbm {scbm.__version__}\n")
         raise typer.Exit(GOOD)
+
+
+def _common(
+    *,
+    version: bool = typer.Option(
+        False, "--version", help="Show the version and exit.", is_eager=True, callback=_show_version
+    ),
+) -> None:
+    """The options that belong to no verb."""
 
 
 def _exiting(command: Callable[..., int]) -> Callable[..., None]:

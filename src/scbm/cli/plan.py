@@ -10,7 +10,7 @@ from scbm.cli.output import Output, counted, results, write_json
 from scbm.model import And, BehaviorModel, Predicate, State, format_value
 from scbm.model.actions import apply
 from scbm.notation import load_model
-from scbm.planning import Answer, LimitReached, Planner, PlanLimits, Solved, find_flaw
+from scbm.planning import Answer, LimitReached, PlanLimits, Planner, Solved, find_flaw
 
 FORMAT_VERSION = 1
 

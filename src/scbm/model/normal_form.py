@@ -33,6 +33,7 @@ class OneOf:
 
     @property
     def all_values(self) -> int:
+        """The bits of the whole domain."""
         return (1 << len(self.field.variable.domain)) - 1
 
 
@@ -47,11 +48,15 @@ class Pair:
 
 @dataclass(frozen=True, slots=True)
 class AllOf:
+    """All parts hold."""
+
     parts: tuple[Node, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class AnyOf:
+    """One part holds."""
+
     parts: tuple[Node, ...]
 
 
@@ -59,6 +64,7 @@ Node: TypeAlias = bool | OneOf | Pair | AllOf | AnyOf
 
 
 def normal_form(predicate: Predicate, wanted: bool, fields: Fields) -> Node:  # noqa: FBT001 - polarity
+    """The normal form of a predicate, or of its negation if it is not `wanted`."""
     match predicate:
         case Truth(truth):
             return truth is wanted

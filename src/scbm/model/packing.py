@@ -32,7 +32,11 @@ class Packing:
     def __init__(self, space: StateSpace) -> None:
         self.space = space
         self.fields = lay_out(space)
-        self._by_bit = {bit: field for field in self.fields for bit in range(field.shift, field.shift + field.width)}
+        self._by_bit = [
+            (field.variable.name, field.variable.domain.values, field.mask, field.shift)
+            for field in self.fields
+            for _ in range(field.width)
+        ]
 
     def __getitem__(self, name: str) -> Field:
         return self.fields[self.space.position(name)]
@@ -65,9 +69,8 @@ class Packing:
         changes = []
         difference = before ^ after
         while difference:
-            field = self._by_bit[(difference & -difference).bit_length() - 1]
-            variable, mask = field.variable, field.mask
-            changes.append((variable.name, variable.domain.values[(after & mask) >> field.shift]))
+            name, values, mask, shift = self._by_bit[(difference & -difference).bit_length() - 1]
+            changes.append((name, values[(after & mask) >> shift]))
             difference &= ~mask
         return tuple(changes)
 
@@ -86,6 +89,11 @@ class Packing:
     def test(self, predicate: Predicate) -> Test:
         """The predicate as a function of packed states."""
         return _emit(self.normal_form(predicate))
+
+    def cube(self, predicate: Predicate) -> tuple[int, int]:
+        """`(mask, bits)`, so that `packed & mask == bits` wherever the predicate holds: a first look without a call."""
+        node = self.normal_form(predicate)
+        return _cube(node.parts if isinstance(node, AllOf) else (node,))
 
     def update(self, actions: Iterable[Action]) -> Update:
         """The actions, at once, as a function of packed states; it gives `None` if a domain would be left."""
@@ -162,20 +170,28 @@ def _emit_pair(left: Field, right: Field, table: tuple[int, ...]) -> Test:
 
 def _emit_all(parts: tuple[Node, ...]) -> Test:
     """All single values as one cube (mask and bits), the rest one after the other behind it."""
-    mask = bits = 0
-    rest: list[Test] = []
-    for part in parts:
-        if isinstance(part, OneOf) and part.allowed.bit_count() == 1:
-            mask |= part.field.mask
-            bits |= (part.allowed.bit_length() - 1) << part.field.shift
-        else:
-            rest.append(_emit(part))
+    mask, bits = _cube(parts)
+    rest = [_emit(part) for part in parts if not _is_single(part)]
     if not mask:
         return _all_of(rest)
     if not rest:
         return lambda packed: packed & mask == bits
     others = _all_of(rest)
     return lambda packed: packed & mask == bits and others(packed)
+
+
+def _cube(parts: tuple[Node, ...]) -> tuple[int, int]:
+    """The mask and bits of those parts that allow a field only one value."""
+    mask = bits = 0
+    for part in parts:
+        if isinstance(part, OneOf) and _is_single(part):
+            mask |= part.field.mask
+            bits |= (part.allowed.bit_length() - 1) << part.field.shift
+    return mask, bits
+
+
+def _is_single(part: Node) -> bool:
+    return isinstance(part, OneOf) and part.allowed.bit_count() == 1
 
 
 _MOST_NESTED = 4

@@ -36,7 +36,7 @@ class Transition:
 
     @property
     def running_actions(self) -> tuple[Action, ...]:
-        """`a ∪ ar`, what the runner takes."""
+        """`a` and `ar`, what the runner takes."""
         return self.a + self.ar
 
     def __str__(self) -> str:

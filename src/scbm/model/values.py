@@ -19,7 +19,7 @@ class Kind(StrEnum):
 
 
 def kind_of(value: Value) -> Kind:
-    """The kind of one value. (`True` is an `int` to Python, so booleans are asked for first.)"""
+    """The kind of one value. Booleans are asked for first, as `True` is an `int` to Python."""
     if isinstance(value, bool):
         return Kind.BOOLEAN
     return Kind.INTEGER if isinstance(value, int) else Kind.SYMBOL
@@ -40,7 +40,7 @@ class Domain:
 
     @staticmethod
     def boolean() -> Domain:
-        """`bool`."""
+        """`bool`: false, then true."""
         return Domain((False, True))
 
     @staticmethod

@@ -29,8 +29,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.model.actions import Action
-    from scbm.notation.document import Node, Source
+    from scbm.notation.document import Node
     from scbm.notation.report import Report
+    from scbm.notation.source import Scalar
 
 MOST_VALUES = 65_536
 """So many values may a domain have."""
@@ -45,9 +46,8 @@ _RESERVED_OPERATIONS = (NO_OPERATION, "current", "plan", "automatic")
 class Builder:
     """Builds one model out of one document, noting every error in a report."""
 
-    def __init__(self, document: Node, source: Source, report: Report) -> None:
+    def __init__(self, document: Node, report: Report) -> None:
         self._document = document
-        self._source = source
         self._report = report
         self._scope = Scope({})
 
@@ -99,37 +99,28 @@ class Builder:
     def _all_names(self, declared: dict[str, Variable | None]) -> dict[str, Variable | None]:
         """All variables: those declared, then what resources and operations bring; complains of duplicates."""
         names: dict[str, Variable | None] = dict(declared)
-        owners = {name: "declared in `variables`" for name in declared}
-        resources = self._document.get("resources")
-        for resource in resources.items if resources is not None else ():
-            for variable in resource_variables(resource):
-                self._own(names, owners, variable, f"owned by the resource `{resource}`", "resources", resource)
-        operations = self._document.get("operations")
-        for variable in runner_variables(operations.items if operations is not None else ()):
-            operation = variable.name.removesuffix(".state") if variable.role is Role.OPERATION_STATE else ""
-            self._own(names, owners, variable, "kept by the runner", "operations", operation)
+        owners = dict.fromkeys(declared, "declared in `variables`")
+        for variable, owner, place in self._brought():
+            if variable.name in names:
+                message = f"`{variable.name}` is {owner}, and also {owners[variable.name]}"
+                declared_place = self._document.at(("variables",)).key_places.get(variable.name)
+                self._add(Slug.DUPLICATE_NAME, message, declared_place or place, "choose another name")
+            else:
+                names[variable.name] = variable
+                owners[variable.name] = owner
         return names
 
-    def _own(
-        self,
-        names: dict[str, Variable | None],
-        owners: dict[str, str],
-        variable: Variable,
-        owner: str,
-        section: str,
-        entry: str,
-    ) -> None:
-        if variable.name not in names:
-            names[variable.name] = variable
-            owners[variable.name] = owner
-            return
-        mapping = self._document.get("variables")
-        place = mapping.key_places.get(variable.name) if mapping is not None else None
-        if place is None:
-            other = self._document.get(section)
-            place = other.key_places[entry] if other is not None and entry else self._document.place
-        message = f"`{variable.name}` is already {owners[variable.name]}"
-        self._add(Slug.DUPLICATE_NAME, f"{message}, and it is {owner}", place, "choose another name")
+    def _brought(self) -> Iterator[tuple[Variable, str, Place]]:
+        """The variables that nobody declares: each with who it belongs to, and where that is named."""
+        resources = self._document.get("resources")
+        for resource, place in resources.key_places.items() if resources is not None else ():
+            for variable in resource_variables(resource):
+                yield variable, f"owned by the resource `{resource}`", place
+        operations = self._document.get("operations")
+        places = operations.key_places if operations is not None else {}
+        for variable in runner_variables(places):
+            operation = variable.name.removesuffix(".state")
+            yield variable, "kept by the runner", places.get(operation, self._document.place)
 
     def _refuse_ambiguous_symbols(self) -> None:
         """A name is either a variable or a value, wherever it stands."""
@@ -325,7 +316,7 @@ class Builder:
         if key not in tuple(LatencyShape):
             return default
         shape = LatencyShape(key)
-        nodes = points.elements if points.elements else [points]
+        nodes = points.elements or [points]
         points_ns = [self._duration(point) for point in nodes]
         wanted = {LatencyShape.FIXED: 1, LatencyShape.UNIFORM: 2, LatencyShape.TRIANGULAR: 3}[shape]
         if len(nodes) != wanted:
@@ -418,9 +409,9 @@ class Builder:
         for node, where in zip(nodes, wheres, strict=True):
             actions: list[Action] = []
             for element in node.elements if node is not None else ():
-                if element.text is None or element.plain is None:
+                if element.scalar is None or element.plain is None:
                     continue
-                action = self._resolver(element, where).read_action(element.text)
+                action = self._resolver(element.scalar, where).read_action(element.scalar.text)
                 if action is None:
                     continue
                 target = self._alias(action.target)
@@ -449,21 +440,21 @@ class Builder:
             return conjunction(self._predicate(element, where) for element in node.elements)
         if isinstance(node.plain, bool):
             return TRUE if node.plain else FALSE
-        if node.text is None or node.plain is None:
+        if node.scalar is None or node.plain is None:
             return TRUE
-        return self._resolver(node, where).read_predicate(node.text) or TRUE
+        return self._resolver(node.scalar, where).read_predicate(node.scalar.text) or TRUE
 
     def _requirement(self, name: str, node: Node) -> Requirement | None:
-        if node.text is None or node.plain is None:
+        if node.scalar is None or node.plain is None:
             return None
-        sentence = self._resolver(node, Where.REQUIREMENT).read_requirement(node.text)
+        sentence = self._resolver(node.scalar, Where.REQUIREMENT).read_requirement(node.scalar.text)
         return None if sentence is None else Requirement(name, sentence)
 
-    def _resolver(self, node: Node, where: Where) -> Resolver:
+    def _resolver(self, scalar: Scalar, where: Where) -> Resolver:
         """What resolves the text of a scalar and complains at its places."""
 
         def complain(slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
-            self._add(slug, message, self._source.span(node, begin, end), remedy)
+            self._add(slug, message, scalar.stretch(begin, end), remedy)
 
         return Resolver(self._scope, where, complain)
 

@@ -1,28 +1,58 @@
 """A YAML text as a tree of nodes that know their place, down to the character inside a scalar.
 
-Only data: no tags, no merge keys, no types of Python. A text that is not such YAML is an `InputError`.
+Only data: no tags, no merge keys, no types of Python, one document. What breaks these rules is noted, and the rest is
+read nevertheless; a text that is not YAML at all is an `InputError`.
 """
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.nodes import MappingNode, ScalarNode, SequenceNode
+from ruamel.yaml.error import YAMLError
+from ruamel.yaml.events import (
+    AliasEvent,
+    CollectionStartEvent,
+    DocumentStartEvent,
+    MappingEndEvent,
+    MappingStartEvent,
+    NodeEvent,
+    ScalarEvent,
+    SequenceEndEvent,
+    StreamEndEvent,
+)
 
 from scbm.errors import Diagnostic, InputError, Place, Slug
+from scbm.notation.nearest import nearest
+from scbm.notation.source import Scalar, Source
+from scbm.notation.yaml_faults import yaml_fault
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from ruamel.yaml.events import Event
+
     from scbm.notation.report import Report
 
 MOST_NODES = 200_000
 MOST_DEPTH = 30
 
-_CORE = "tag:yaml.org,2002:"
+Plain: TypeAlias = "bool | int | float | str | list[Plain] | dict[str, Plain] | None"
 
-Plain: TypeAlias = "None | bool | int | float | str | list[Plain] | dict[str, Plain]"
+_NULL = re.compile(r"|~|null|Null|NULL")
+_BOOLEAN = re.compile(r"true|True|TRUE|false|False|FALSE")
+_INTEGER = re.compile(r"[-+]?[0-9]{1,100}")
+_FLOAT = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
+"""YAML's core schema, less what no place of a model accepts: there `0x1F` and `.inf` are text."""
+
+_PROPERTY = re.compile(r"[&!]\S*(?:\s|#.*)*")
+"""An anchor or a tag, and what lies between it and the next one or the content."""
+_TAG = re.compile(r"(?:&\S*\s+)?(!\S*)")
+
+_Start: TypeAlias = ScalarEvent | CollectionStartEvent
+"""What begins a node that is not an alias."""
 
 
 @dataclass(slots=True)
@@ -32,22 +62,27 @@ class Node:
     Attributes:
         plain: its data as Python has it: dictionaries, lists, strings, numbers, booleans, `None`.
         place: where it begins.
-        text: what a scalar says, whatever it stands for.
-        extent: for a scalar, where it begins and ends in the source.
-        style: for a scalar, the YAML style: a quote, `|`, `>`, or nothing.
+        scalar: what a scalar says, whatever it stands for, and where in the source each character of it is.
         items: the children of a mapping by key.
         key_places: where those keys stand.
         elements: the children of a sequence.
+        size: how many nodes it is made of.
+        condemned: whether an error is already told that explains whatever else may be wrong with it.
     """
 
     plain: Plain
     place: Place
-    text: str | None = None
-    extent: tuple[int, int] = (0, 0)
-    style: str = ""
+    scalar: Scalar | None = None
     items: dict[str, Node] = field(default_factory=dict)
     key_places: dict[str, Place] = field(default_factory=dict)
     elements: list[Node] = field(default_factory=list)
+    size: int = 1
+    condemned: bool = False
+
+    @property
+    def text(self) -> str | None:
+        """What a scalar says, whatever it stands for."""
+        return None if self.scalar is None else self.scalar.text
 
     def get(self, key: str) -> Node | None:
         """The child under a key, if this is a mapping that has it."""
@@ -66,195 +101,161 @@ class Node:
         return node
 
 
-class Source:
-    """The text of a file, and the places in it."""
-
-    def __init__(self, text: str, file: str) -> None:
-        self.text = text
-        self.file = file
-        self.lines = text.splitlines()
-        self._starts = [0]
-        for line in text.splitlines(keepends=True):
-            self._starts.append(self._starts[-1] + len(line))
-
-    def place(self, index: int, length: int = 1) -> Place:
-        """The place of the character at `index`."""
-        low, high = 0, len(self._starts) - 1
-        while low < high:
-            middle = (low + high + 1) // 2
-            if self._starts[middle] <= index:
-                low = middle
-            else:
-                high = middle - 1
-        if low == len(self.lines) and low:  # the end of a text that ends its last line
-            low -= 1
-        column = min(index - self._starts[low], len(self.lines[low]) if self.lines else 0) + 1
-        return Place(self.file, low + 1, column, length)
-
-    def span(self, node: Node, begin: int, end: int) -> Place:
-        """The place of the characters `begin..end` inside a scalar; what lies on the first line of them."""
-        offsets = self._align(node)
-        last = len(offsets) - 1
-        first_index = offsets[min(begin, last)]
-        end_index = offsets[min(max(end - 1, begin), last)] + 1
-        place = self.place(first_index)
-        line_end = self._starts[place.line - 1] + len(self.lines[place.line - 1]) if self.lines else 0
-        return self.place(first_index, max(1, min(end_index, line_end) - first_index))
-
-    def _align(self, node: Node) -> list[int]:
-        """For each character of a scalar, its index in the source; then the index behind the last.
-
-        Quotes, indentation, folded line ends and escapes make the two differ. The characters of the scalar are
-        looked up in the source in their order; white space stands for any white space.
-        """
-        index, end = node.extent
-        if node.style in ("|", ">"):
-            index = self.text.find("\n", index) + 1
-        elif node.style:
-            index += 1
-        offsets = []
-        for character in node.text or "":
-            if character.isspace():
-                offsets.append(min(index, end))
-                index += index < end and self.text[index].isspace()
-                continue
-            while index < end and self.text[index] != character:
-                index += 1
-            offsets.append(min(index, max(end - 1, 0)))
-            index += 1
-        return [*offsets, min(index, end)]
-
-
 def read_document(source: Source, report: Report) -> Node | None:
-    """The tree of a YAML text. Notes duplicate keys and the like in `report`; `None` for an empty document.
+    """The tree of a YAML text; `None` for an empty one. Notes in `report` what YAML allows and a model does not.
 
     Raises:
         InputError: the text is not YAML, or it is larger or deeper than any model.
     """
     try:
-        composed = YAML(typ="safe", pure=True).compose(source.text)
-    except MarkedYAMLError as error:
-        raise InputError([_syntax_error(error, source)]) from None
-    except (YAMLError, ValueError, IndexError, RecursionError, AssertionError, AttributeError) as error:
-        message = str(error).splitlines()[0] if str(error) else type(error).__name__
-        diagnostic = Diagnostic(Slug.YAML_SYNTAX, f"this is not YAML: {message}", Place(source.file, 1))
-        raise InputError([diagnostic]) from None
-    return None if composed is None else _Reader(source, report).node(composed, 0)
-
-
-def _syntax_error(error: MarkedYAMLError, source: Source) -> Diagnostic:
-    mark = error.problem_mark or error.context_mark
-    index = mark.index if mark is not None else 0
-    place = source.place(index)
-    line = source.lines[place.line - 1] if source.lines else ""
-    message = " ".join(part for part in (error.context, error.problem) if part) or "this is not YAML"
-    remedy = None
-    value = line.split(": ", 1)[-1].lstrip("- ")
-    if value.startswith("!"):
-        remedy = f'a value that begins with `!` needs quotes: "{value}"'
-    elif value.startswith(("&", "*", "%", "@", "`")):
-        remedy = f"a value that begins with `{value[0]}` needs quotes"
-    elif "\t" in line[: len(line) - len(line.lstrip())]:
-        remedy = "indent with spaces: YAML does not allow tabs there"
-    elif "mapping values are not allowed" in message:
-        remedy = "a `: ` inside a value needs quotes around the value, or the line before lacks something"
-    slug = Slug.YAML_TAG if value.startswith("!") else Slug.YAML_SYNTAX
-    return Diagnostic(slug, f"this is not YAML: {message}", place, remedy, line)
+        return _Reader(source, report).document()
+    except (YAMLError, ValueError, IndexError, AssertionError, AttributeError) as error:
+        raise InputError([yaml_fault(error, source)]) from None
 
 
 class _Reader:
-    """Turns composed nodes into ours, counting them: an alias is read as often as it is used."""
+    """Builds the tree out of the events of the YAML parser; an alias counts as all that it stands for."""
 
     def __init__(self, source: Source, report: Report) -> None:
         self._source = source
         self._report = report
+        self._events: Iterator[Event] = YAML(typ="safe", pure=True).parse(source.text)
+        self._anchors: dict[str, Node | None] = {}
         self._count = 0
 
-    def node(self, composed: Any, depth: int) -> Node:  # noqa: ANN401 - ruamel's nodes have no common type
-        self._count += 1
-        place = self._source.place(composed.start_mark.index)
-        if self._count > MOST_NODES or depth > MOST_DEPTH:
-            raise InputError([Diagnostic(Slug.YAML_TOO_LARGE, self._limit(depth), place)])
-        tag = str(composed.tag)
-        if not tag.startswith(_CORE):
-            shown = self._source.text[composed.start_mark.index : composed.end_mark.index].split("\n")[0]
-            self._report.add(
-                Slug.YAML_TAG,
-                f"`{shown.split()[0] if shown.split() else tag}` is read as a YAML tag",
-                place,
-                f'a value that begins with `!` needs quotes: "{shown.strip()}"',
-            )
-        if isinstance(composed, MappingNode):
-            return self._mapping(composed, place, depth)
-        if isinstance(composed, SequenceNode):
-            elements = [self.node(child, depth + 1) for child in composed.value]
-            return Node([element.plain for element in elements], place, elements=elements)
-        return self._scalar(composed, place)
+    def document(self) -> Node | None:
+        """The first document, all of it."""
+        root: Node | None = None
+        for event in self._events:
+            if isinstance(event, DocumentStartEvent) and root is not None:
+                message = "a second document begins here, and a model file is one"
+                place = self._source.place(event.start_mark.index, 3)
+                self._report.add(Slug.YAML_SYNTAX, message, place, "leave out the `---`, or write two files")
+                return root
+            if isinstance(event, NodeEvent):
+                root = self._node(event, 0)
+            if isinstance(event, StreamEndEvent):
+                break
+        return root
 
-    @staticmethod
-    def _limit(depth: int) -> str:
+    def _node(self, event: Event, depth: int) -> Node:
+        begin = event.start_mark.index
+        if isinstance(event, AliasEvent):
+            return self._alias(event)
+        assert isinstance(event, (ScalarEvent, CollectionStartEvent))  # noqa: S101 - the parser says so
         if depth > MOST_DEPTH:
-            return f"nested more than {MOST_DEPTH} levels deep"
-        return f"more than {MOST_NODES} YAML nodes, aliases counted as often as they are used"
+            raise self._too_large(f"nested more than {MOST_DEPTH} levels deep", begin)
+        self._add_to_count(1, begin)
+        if event.anchor is not None:
+            self._anchors[event.anchor] = None  # until it is complete: it cannot stand inside itself
+        node = self._content(event, depth)
+        if event.tag is not None:
+            self._refuse_tag(event, node)
+        if event.anchor is not None:
+            self._anchors[event.anchor] = node
+        return node
 
-    def _mapping(self, composed: MappingNode, place: Place, depth: int) -> Node:
+    def _content(self, event: _Start, depth: int) -> Node:
+        begin = self._content_begin(event)
+        if isinstance(event, ScalarEvent):
+            return self._scalar(event, begin)
+        place = self._source.place(begin)
+        if isinstance(event, MappingStartEvent):
+            return self._mapping(place, depth)
+        elements = []
+        while not isinstance(child := next(self._events), SequenceEndEvent):
+            elements.append(self._node(child, depth + 1))
+        size = 1 + sum(element.size for element in elements)
+        return Node([element.plain for element in elements], place, elements=elements, size=size)
+
+    def _content_begin(self, event: _Start) -> int:
+        """Where a node begins, behind its anchor and its tag."""
+        index: int = event.start_mark.index
+        for _ in (prefix for prefix in (event.anchor, event.tag) if prefix is not None):
+            match = _PROPERTY.match(self._source.text, index)
+            index = match.end() if match else index
+        is_scalar = isinstance(event, ScalarEvent)
+        return min(index, event.end_mark.index) if is_scalar else index
+
+    def _scalar(self, event: ScalarEvent, begin: int) -> Node:
+        scalar = Scalar(self._source, str(event.value), begin, event.end_mark.index, event.style or "")
+        place = self._source.stretch(begin, scalar.end) if scalar.style not in ("|", ">") else self._source.place(begin)
+        return Node(_plain(scalar.text) if not scalar.style else scalar.text, place, scalar)
+
+    def _mapping(self, place: Place, depth: int) -> Node:
         node = Node({}, place)
-        for key_node, value_node in composed.value:
-            key_place = self._source.place(key_node.start_mark.index)
-            if not isinstance(key_node, ScalarNode):
-                self._report.add(Slug.WRONG_SHAPE, "a key must be a name", key_place)
-                continue
-            key = str(key_node.value)
-            key_place = self._source.place(key_node.start_mark.index, max(1, len(key)))
-            if key == "<<" or str(key_node.tag).endswith(":merge"):
-                self._report.add(Slug.UNKNOWN_KEY, "merge keys (`<<`) are not part of model files", key_place)
-                continue
-            child = self.node(value_node, depth + 1)
-            if key in node.items:
-                first = node.key_places[key]
-                self._report.add(
-                    Slug.DUPLICATE_KEY, f"`{key}` stands here twice, first in line {first.line}", key_place
-                )
-                continue
-            node.items[key] = child
-            node.key_places[key] = key_place
+        while not isinstance(event := next(self._events), MappingEndEvent):
+            key = self._node(event, depth + 1)
+            value = self._node(next(self._events), depth + 1)
+            node.size += key.size + value.size
+            self._enter(node, key, value)
         node.plain = {key: child.plain for key, child in node.items.items()}
         return node
 
-    def _scalar(self, composed: ScalarNode, place: Place) -> Node:
-        text = str(composed.value)
-        extent = (composed.start_mark.index, composed.end_mark.index)
-        on_one_line = composed.start_mark.line == composed.end_mark.line
-        length = max(1, extent[1] - extent[0]) if on_one_line else 1
-        place = Place(place.file, place.line, place.column, length)
-        tag = str(composed.tag)
-        if not tag.startswith(_CORE):
-            return Node(text, place)  # complained of already: nothing more is to be read in it
-        return Node(_plain(text, tag), place, text=text, extent=extent, style=composed.style or "")
+    def _enter(self, node: Node, key: Node, value: Node) -> None:
+        name = key.text
+        if name is None:
+            if not key.condemned:
+                self._report.add(Slug.WRONG_SHAPE, "a key must be a name", key.place)
+        elif name == "<<" and isinstance(value.plain, (dict, list)):
+            self._report.add(Slug.UNKNOWN_KEY, "merge keys (`<<`) are not part of model files", key.place)
+        elif name in node.items:
+            message = f"`{name}` stands here twice, first in line {node.key_places[name].line}"
+            self._report.add(Slug.DUPLICATE_KEY, message, key.place)
+        else:
+            node.items[name] = value
+            node.key_places[name] = key.place
+
+    def _alias(self, event: AliasEvent) -> Node:
+        begin = event.start_mark.index
+        node = self._anchors.get(event.anchor)
+        if node is not None:
+            self._add_to_count(node.size, begin)
+            return node
+        place = self._source.stretch(begin, event.end_mark.index)
+        if event.anchor in self._anchors:
+            self._report.add(Slug.YAML_SYNTAX, f"`*{event.anchor}` stands inside what it stands for", place)
+        else:
+            near = nearest(event.anchor, self._anchors)
+            remedy = f"did you mean `*{near}`?" if near else "a value that begins with `*` needs quotes"
+            self._report.add(Slug.YAML_SYNTAX, f"there is no anchor `&{event.anchor}` before", place, remedy)
+        return Node(None, place, condemned=True)
+
+    def _refuse_tag(self, event: _Start, node: Node) -> None:
+        """Notes a tag. Mostly it is a predicate that begins with `!`, so nothing more is to be read in it."""
+        begin = event.start_mark.index
+        match = _TAG.match(self._source.text, begin)
+        begin, end = match.span(1) if match else (begin, begin + 1)
+        tag = self._source.text[begin:end]
+        remedy = f"leave out `{tag}`"
+        if isinstance(event, ScalarEvent) and not tag.startswith("!!"):
+            written = self._source.text[begin : event.end_mark.index].rstrip()
+            quoted = f": '{written}'" if "\n" not in written and "'" not in written else ""
+            remedy = f"a value that begins with `!` needs quotes{quoted}"
+        message = f"`{tag}` is read as a YAML tag, and model files have none"
+        self._report.add(Slug.YAML_TAG, message, self._source.stretch(begin, end), remedy)
+        if isinstance(event, ScalarEvent):
+            node.scalar = None
+            node.condemned = True
+
+    def _add_to_count(self, size: int, index: int) -> None:
+        self._count += size
+        if self._count > MOST_NODES:
+            message = f"more than {MOST_NODES} YAML nodes, where an alias counts as all that it stands for"
+            raise self._too_large(message, index)
+
+    def _too_large(self, message: str, index: int) -> InputError:
+        place = self._source.place(index)
+        line = self._source.lines[place.line - 1]
+        return InputError([Diagnostic(Slug.YAML_TOO_LARGE, message, place, source_line=line)])
 
 
-def _plain(text: str, tag: str) -> Plain:
-    match tag.rpartition(":")[2]:
-        case "null":
-            return None
-        case "bool":
-            return text.lower() == "true"
-        case "int":
-            return _integer(text)
-        case "float":
-            return _float(text)
-        case _:
-            return text
-
-
-def _integer(text: str) -> int | str:
-    """Decimal integers only; `0x1F` and `1_000` stay text, which no place for an integer accepts."""
-    digits = text.removeprefix("-").removeprefix("+")
-    return int(text) if digits.isascii() and digits.isdigit() and len(digits) < 19 else text  # noqa: PLR2004 - 64 bits
-
-
-def _float(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
+def _plain(text: str) -> Plain:
+    """What an unquoted scalar stands for in YAML 1.2."""
+    if _NULL.fullmatch(text):
+        return None
+    if _BOOLEAN.fullmatch(text):
+        return text.lower() == "true"
+    if _INTEGER.fullmatch(text):
+        return int(text)
+    return float(text) if _FLOAT.fullmatch(text) else text

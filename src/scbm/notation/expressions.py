@@ -5,15 +5,20 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scbm.errors import InputError, Place, Slug
+from scbm.model.state import State
 from scbm.model.values import Domain, Value, format_value
+from scbm.notation.nearest import nearest, suggestion
 from scbm.notation.report import Report
 from scbm.notation.resolution import Resolver
 from scbm.notation.scope import Scope, Where
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from scbm.model.actions import Action
     from scbm.model.predicates import Predicate
     from scbm.model.requirements import Sentence
+    from scbm.model.variables import StateSpace
 
 
 class _Text:
@@ -66,3 +71,42 @@ def parse_value(text: str, domain: Domain) -> Value | None:
         if format_value(value) == text:
             return value
     return None
+
+
+def parse_state(text: str, space: StateSpace, file: str = "state") -> State:
+    """The state that `v=x, w=y, …` says; variables that it leaves out are nominal. Raises `InputError`."""
+    report = Report([text])
+    values: dict[str, Value] = {}
+    for begin, assignment in _assignments(text):
+        written_name, equals, written_value = assignment.partition("=")
+        name, value = written_name.strip(), written_value.strip()
+        place = Place(file, 1, begin + 1, max(1, len(name)))
+        value_place = Place(file, 1, begin + 1 + assignment.rfind(value), max(1, len(value)))
+        if not equals or not name:
+            message = f"`{assignment.strip()}` is not `variable=value`"
+            report.add(Slug.BAD_OPTION, message, place, "write for example `robot_at=home`")
+        elif name not in space:
+            remedy = suggestion(name, space.names, "the variables are")
+            report.add(Slug.UNKNOWN_VARIABLE, f"there is no variable `{name}`", place, remedy)
+        elif name in values:
+            report.add(Slug.ASSIGNED_TWICE, f"`{name}` is given twice", place)
+        else:
+            domain = space[name].domain
+            meant = parse_value(value, domain)
+            if meant is None:
+                near = nearest(value, map(format_value, domain.values))
+                remedy = f"did you mean `{near}`?" if near else f"its domain is {domain}"
+                report.add(Slug.VALUE_OUTSIDE_DOMAIN, f"`{value}` is not a value of `{name}`", value_place, remedy)
+            else:
+                values[name] = meant
+    report.raise_any()
+    return State.nominal(space).replace(values)
+
+
+def _assignments(text: str) -> Iterator[tuple[int, str]]:
+    """The parts between commas, each with where it begins, leading blanks left out."""
+    index = 0
+    for part in text.split(","):
+        if part.strip():
+            yield index + len(part) - len(part.lstrip()), part.strip()
+        index += len(part) + 1

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 from scbm.errors import Diagnostic, InputError, Place, Slug
 from scbm.notation.builder import Builder
-from scbm.notation.document import Node, Source, read_document
+from scbm.notation.document import Node, read_document
 from scbm.notation.nearest import nearest
 from scbm.notation.report import Report
 from scbm.notation.shape import check_shape
+from scbm.notation.source import Source
 
 if TYPE_CHECKING:
     from scbm.model.behavior import BehaviorModel
@@ -58,17 +59,18 @@ def read_model(text: str, file: str = "model") -> BehaviorModel:
 
 
 def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
-    source = Source(text, file)
+    source = Source(text.removeprefix("\N{BYTE ORDER MARK}"), file)
     report = Report(source.lines)
     document = read_document(source, report)
-    if document is None or document.plain in (None, ""):
-        raise InputError([Diagnostic(Slug.FILE_EMPTY, "the file is empty", Place(file), _START)])
+    if document is None or (document.plain is None and not document.condemned):
+        message = "there is nothing in the file but comments" if text.strip() else "the file is empty"
+        raise InputError([Diagnostic(Slug.FILE_EMPTY, message, Place(file), _START)])
     if not isinstance(document.plain, dict):
-        message = "a model file is a mapping that begins with `behavior_model: <name>`"
-        report.add(Slug.WRONG_SHAPE, message, document.place)
-        report.raise_any()
+        if not document.condemned:
+            report.add(Slug.WRONG_SHAPE, "a model file is a mapping of keys", document.place, _START)
+        raise report.error()
     check_shape(document, report)
-    model = Builder(document, source, report).model()
+    model = Builder(document, report).model()
     report.raise_any()
     return model, Places(document, source)
 
@@ -90,7 +92,7 @@ def _read_text(path: Path) -> str:
     if len(data) > MOST_BYTES:
         raise _unreadable(Slug.FILE_TOO_LARGE, f"the file is larger than {MOST_BYTES // 1024**2} MiB", path)
     try:
-        return data.decode("utf-8-sig").replace("\r\n", "\n")
+        return data.decode("utf-8")
     except UnicodeDecodeError as error:
         before = data[: error.start].decode("utf-8", errors="replace")
         line, column = before.count("\n") + 1, len(before) - (before.rfind("\n") + 1) + 1

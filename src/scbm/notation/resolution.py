@@ -37,7 +37,8 @@ from scbm.notation.syntax import Start, SyntaxFault, SyntaxTree, extent, parse
 class Complain(Protocol):
     """Notes an error about the characters `begin..end` of the text that is resolved."""
 
-    def __call__(self, slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None: ...
+    def __call__(self, slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
+        """Notes it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,29 +85,23 @@ class Resolver:
     def predicate(self, tree: SyntaxTree) -> Predicate | None:
         """The predicate that a tree stands for."""
         match tree.data:
-            case "predicate" | "group":
-                return self.predicate(_child(tree, 0))
             case "truth":
                 return Truth(_token(tree, 0) == "true")
-            case "no":
-                operand = self.predicate(_child(tree, 0))
-                return None if operand is None else Not(operand)
-            case "conjunction" | "disjunction":
-                operands = [self.predicate(_child(tree, index)) for index in range(len(tree.children))]
-                whole = tuple(operand for operand in operands if operand is not None)
-                if len(whole) < len(operands):
-                    return None
-                return And(whole) if tree.data == "conjunction" else Or(whole)
-            case "implication":
-                condition, consequence = self.predicate(_child(tree, 0)), self.predicate(_child(tree, 1))
-                return None if condition is None or consequence is None else Implies(condition, consequence)
+            case "comparison":
+                return self._comparison(tree)
             case "member":
                 return self._member(tree)
             case "bare":
                 self._refuse_bare(tree)
                 return None
             case _:
-                return self._comparison(tree)
+                return self._connective(tree)
+
+    def _connective(self, tree: SyntaxTree) -> Predicate | None:
+        """`!`, `&&`, `||`, `->` and brackets: all operands are looked at, also after a wrong one."""
+        operands = [self.predicate(_child(tree, index)) for index in range(len(tree.children))]
+        whole = tuple(operand for operand in operands if operand is not None)
+        return _connect(tree.data, whole) if len(whole) == len(operands) else None
 
     def _refuse_bare(self, tree: SyntaxTree) -> None:
         name = _token(tree, 0)
@@ -398,6 +393,20 @@ class Resolver:
             self.complain(Slug.BAD_DURATION, message, *extent(limit), "write for example `10 s` or `500 ms`")
             return None
         return LeadsTo(cause, effect, within_ns)
+
+
+def _connect(connective: str, operands: tuple[Predicate, ...]) -> Predicate:
+    match connective:
+        case "no":
+            return Not(operands[0])
+        case "conjunction":
+            return And(operands)
+        case "disjunction":
+            return Or(operands)
+        case "implication":
+            return Implies(*operands)
+        case _:
+            return operands[0]
 
 
 def _compare(operator: str, left: Term, right: Term) -> Predicate:

@@ -39,6 +39,8 @@ def check_shape(document: Node, report: Report) -> None:
 def _note(detail: ErrorDetails, document: Node, report: Report) -> None:
     path = tuple(step for step in detail["loc"] if step != "[key]")
     owner = document.at(path[:-1])
+    if document.at(path).condemned:
+        return
     match detail["type"]:
         case "extra_forbidden":
             key = str(path[-1])

@@ -27,7 +27,7 @@ SLUGS = {
 
 
 @dataclass(slots=True)
-class SyntaxFault(Exception):
+class SyntaxFault(Exception):  # noqa: N818 - it never leaves this room; outside it is a diagnostic
     """Why a text has no tree: what, from which character to which, and what to write instead."""
 
     slug: Slug
@@ -99,7 +99,7 @@ _CHARACTERS = {
     "|": "write `||`",
     "=": "write `==` to compare",
     "∧": "write `&&`",
-    "∨": "write `||`",
+    "\N{LOGICAL OR}": "write `||`",
     "¬": "write `!`",
     "~": "write `!`",
     "→": "write `->`",
@@ -162,17 +162,17 @@ def _fault(error: UnexpectedInput, text: str, start: Start) -> SyntaxFault:
 
 
 def _remedy(text: str, begin: int, end: int, start: Start, error: UnexpectedInput) -> str | None:
-    token = text[begin:end]
+    written = text[begin:end]
     around = text[max(0, begin - 1) : begin + 2]
-    if start == "action" and (token in ("=", "==") or ":=" in around or around.startswith("==")):
+    if start == "action" and (written in ("=", "==") or ":=" in around or around.startswith("==")):
         return "write `<-` to assign"
     if start != "action" and "<-" in around:
         return "`<-` assigns and belongs into actions; write `==` to compare"
-    if token.lower() in _WORDS:
-        return f"write `{_WORDS[token.lower()]}`"
-    if token in _CHARACTERS:
-        return _CHARACTERS[token]
-    if token == ")" and _unclosed(text[:begin]) is None:
+    if written.lower() in _WORDS:
+        return f"write `{_WORDS[written.lower()]}`"
+    if written in _CHARACTERS:
+        return _CHARACTERS[written]
+    if written == ")" and _unclosed(text[:begin]) is None:
         return "there is no `(` for it"
     return _expected(error)
 

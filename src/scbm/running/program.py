@@ -35,18 +35,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A transition as the runner takes it: `g && gr`, and `a ∪ ar` at once.
+    """A transition as the runner takes it: `g && gr`, and `a` and `ar` at once.
 
     Attributes:
         name: the transition's.
         test: whether the guard holds.
         update: the state after the actions; `None` if they would leave a domain.
+        cube: `(mask, bits)` with `state & mask == bits` wherever the guard holds.
         fails_operation: whether the actions fail the current operation.
     """
 
     name: str
     test: Test
     update: Update
+    cube: tuple[int, int]
     fails_operation: bool = False
 
     def take(self, state: int) -> int | None:
@@ -106,6 +108,7 @@ class Program:
         self.packing = Packing(model.running_space)
         self.operations = {operation.name: self._operation(operation) for operation in model.operations}
         self.automatic = tuple(self._automatic(transition) for transition in model.automatic_transitions)
+        self.automatic_cubes = tuple((*step.cube, step) for step in self.automatic)
         self.requests = tuple(self._request_line(resource) for resource in model.resources)
         self.measured = tuple(dict.fromkeys(name for resource in model.resources for name in resource.measures))
 
@@ -138,8 +141,9 @@ class Program:
         )
 
     def _step(self, transition: Transition) -> Step:
-        test = self.packing.test(transition.running_guard)
-        return Step(transition.name, test, self.packing.update(transition.running_actions))
+        guard = transition.running_guard
+        update = self.packing.update(transition.running_actions)
+        return Step(transition.name, self.packing.test(guard), update, self.packing.cube(guard))
 
     def _automatic(self, transition: Transition) -> Step:
         """An automatic transition; one that fails an operation can be taken only while that one executes."""
@@ -152,8 +156,9 @@ class Program:
         # of the runner's variables when the runner fails its current operation.
         failed = Assign(CURRENT_STATE, Constant(OperationState.FAILED.value))
         others = tuple(action for action in transition.running_actions if action.target != CURRENT_STATE)
-        test = self.packing.test(conjunction(guards))
-        return Step(transition.name, test, self.packing.update((*others, failed)), fails_operation=True)
+        guard = conjunction(guards)
+        update = self.packing.update((*others, failed))
+        return Step(transition.name, self.packing.test(guard), update, self.packing.cube(guard), fails_operation=True)
 
     def _is_operation_state(self, action: Action) -> bool:
         role = self.packing.space[action.target].role

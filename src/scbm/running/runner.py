@@ -230,8 +230,8 @@ class Runner:
     def _micro_step(self) -> bool:
         """Does the first thing that applies, in the order of semantics 5; `False` when settled."""
         return (
-            self._put_back()
-            or self._inject()
+            (bool(self._held) and self._put_back())
+            or (bool(self._armed) and self._inject())
             or self._take_automatic()
             or self._abort()
             or self._send_requests()
@@ -282,8 +282,8 @@ class Runner:
 
     def _take_automatic(self) -> bool:
         state = self._state
-        for step in self.program.automatic:
-            if not step.test(state):  # not `take`: this is asked in every micro-step of every transition
+        for mask, bits, step in self.program.automatic_cubes:  # most are ruled out without a call
+            if state & mask != bits or not step.test(state):
                 continue
             after = step.update(state)
             if after is None or after == state:

@@ -78,6 +78,8 @@ class Campaign:
 class Tester:
     """Runs cases of one model in simulation."""
 
+    __test__ = False  # its name looks to pytest like that of a class of tests
+
     def __init__(
         self,
         model: BehaviorModel,

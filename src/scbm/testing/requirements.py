@@ -21,6 +21,8 @@ if TYPE_CHECKING:
     from scbm.trace import Changes
 
     Valuation = Mapping[str, Value]
+    Finding = tuple[int, str]
+    """When a sentence was broken, and how."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,11 +52,11 @@ class Violation:
 
 
 class _Monitor(Protocol):
-    def see(self, state: Valuation, at_ns: int) -> str | None:
-        """What is wrong now, if anything."""
+    def see(self, state: Valuation, at_ns: int) -> Finding | None:
+        """What is wrong by now, if anything."""
         ...
 
-    def end(self, at_ns: int) -> str | None:
+    def end(self, at_ns: int) -> Finding | None:
         """What is wrong at the end of the run, if anything."""
         ...
 
@@ -66,12 +68,12 @@ class _Invariant:
         self._predicate = predicate
         self._wanted = wanted
 
-    def see(self, state: Valuation, at_ns: int) -> str | None:  # noqa: ARG002 - the same for all monitors
+    def see(self, state: Valuation, at_ns: int) -> Finding | None:
         if self._predicate.holds(state) is self._wanted:
             return None
-        return f"{self._predicate} {'does not hold' if self._wanted else 'holds'}"
+        return at_ns, f"{self._predicate} {'does not hold' if self._wanted else 'holds'}"
 
-    def end(self, at_ns: int) -> str | None:  # noqa: ARG002
+    def end(self, at_ns: int) -> Finding | None:  # noqa: ARG002 - monitors are alike
         return None
 
 
@@ -82,7 +84,7 @@ class _LeadsTo:
         self._sentence = sentence
         self._owed_since_ns: int | None = None
 
-    def see(self, state: Valuation, at_ns: int) -> str | None:
+    def see(self, state: Valuation, at_ns: int) -> Finding | None:
         late = self._late(at_ns)
         if late is not None:
             return late
@@ -92,18 +94,20 @@ class _LeadsTo:
             self._owed_since_ns = at_ns
         return None
 
-    def end(self, at_ns: int) -> str | None:
+    def end(self, at_ns: int) -> Finding | None:
         late = self._late(at_ns)
         if late is None and self._owed_since_ns is not None:
-            return f"the run ends, and {self._sentence.effect} is owed since {self._owed_since_ns / 1e9:.3f} s"
+            since = f"{self._owed_since_ns / 1e9:.3f} s"
+            return at_ns, f"the run ends, and {self._sentence.effect} is owed since {since}"
         return late
 
-    def _late(self, at_ns: int) -> str | None:
+    def _late(self, at_ns: int) -> Finding | None:
         within_ns = self._sentence.within_ns
         if self._owed_since_ns is None or within_ns is None or at_ns - self._owed_since_ns <= within_ns:
             return None
         since = f"{self._owed_since_ns / 1e9:.3f} s"
-        return f"{self._sentence.effect} is owed since {since}, and {format_duration(within_ns)} have passed"
+        reason = f"{self._sentence.effect} is owed since {since}, and {format_duration(within_ns)} have passed"
+        return self._owed_since_ns + within_ns, reason
 
 
 class _Before:
@@ -113,13 +117,13 @@ class _Before:
         self._sentence = sentence
         self._free = False
 
-    def see(self, state: Valuation, at_ns: int) -> str | None:  # noqa: ARG002
+    def see(self, state: Valuation, at_ns: int) -> Finding | None:
         self._free = self._free or self._sentence.first.holds(state)
         if self._free or not self._sentence.second.holds(state):
             return None
-        return f"{self._sentence.second} holds, and {self._sentence.first} has not held yet"
+        return at_ns, f"{self._sentence.second} holds, and {self._sentence.first} has not held yet"
 
-    def end(self, at_ns: int) -> str | None:  # noqa: ARG002
+    def end(self, at_ns: int) -> Finding | None:  # noqa: ARG002 - monitors are alike
         return None
 
 
@@ -130,13 +134,13 @@ class _AfterAlways:
         self._sentence = sentence
         self._bound = False
 
-    def see(self, state: Valuation, at_ns: int) -> str | None:  # noqa: ARG002
+    def see(self, state: Valuation, at_ns: int) -> Finding | None:
         self._bound = (self._bound or self._sentence.start.holds(state)) and not self._sentence.stop.holds(state)
         if not self._bound or self._sentence.predicate.holds(state):
             return None
-        return f"{self._sentence.predicate} does not hold, and {self._sentence.stop} has not held yet"
+        return at_ns, f"{self._sentence.predicate} does not hold, and {self._sentence.stop} has not held yet"
 
-    def end(self, at_ns: int) -> str | None:  # noqa: ARG002
+    def end(self, at_ns: int) -> Finding | None:  # noqa: ARG002 - monitors are alike
         return None
 
 
@@ -168,21 +172,29 @@ def find_violations(requirements: Sequence[Requirement], records: Sequence[Recor
 def _first_violation(requirement: Requirement, records: Sequence[Record]) -> Violation | None:
     monitor, reads = _monitor(requirement.sentence)
     state: dict[str, Value] = {}
-    index = at_ns = 0
+    index, found = 0, None
     for index, record in enumerate(records):  # noqa: B007 - where the loop ends is told in the violation
-        at_ns = record.at_ns
-        reason = None
-        if isinstance(record, RunStarted):
-            state.update(record.state)
-            reason = monitor.see(state, at_ns)
-        state.update(record.changes)
-        if reason is None and any(name in reads for name, _ in record.changes):
-            reason = monitor.see(state, at_ns)
-        if reason is not None:
+        found = _look(monitor, reads, state, record)
+        if found is not None:
             break
     else:
-        reason = monitor.end(at_ns)
-    if reason is None:
+        found = monitor.end(records[-1].at_ns) if state else None
+    if found is None:
         return None
+    at_ns, reason = found
     values = tuple((name, state[name]) for name in reads)
-    return Violation(requirement.name, at_ns, index, reason, str(state.get(CURRENT_NAME, "none")), values)
+    return Violation(requirement.name, at_ns, index, reason, str(state[CURRENT_NAME]), values)
+
+
+def _look(monitor: _Monitor, reads: tuple[str, ...], state: dict[str, Value], record: Record) -> Finding | None:
+    """Shows a monitor what a record does to the state, which is brought up to date; nothing before a run starts."""
+    found = None
+    if isinstance(record, RunStarted):
+        state.update(record.state)
+        found = monitor.see(state, record.at_ns)
+    elif not state:
+        return None
+    state.update(record.changes)
+    if found is None and any(name in reads for name, _ in record.changes):
+        found = monitor.see(state, record.at_ns)
+    return found

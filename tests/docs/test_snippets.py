@@ -1,0 +1,178 @@
+"""What README.md and docs/*.md show is true: their commands are run, their models are loaded.
+
+- A block marked `console` holds commands (`$ scbm …`, `$ cat …`, `$ diff …`) and behind each what it prints. A line
+  `...` stands for any lines; `# exit code N` behind the output says how the command ends, if not with 0.
+- A block marked `yaml` that begins with `# model: NAME` is a model, and must load.
+- The commands of a page find the models of the page as `NAME.yaml`, and its other YAML blocks that begin with
+  `# file: PATH` under that path; of blocks of one name the last one above the command counts.
+
+Commands run in a directory of their own, in which everything of the repository's root is linked. So what they write
+is gone afterwards.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from scbm.notation import read_model
+
+ROOT = Path(__file__).parents[2]
+PAGES = tuple(page for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))) if page.is_file())
+
+PROGRAMS = {"scbm": [sys.executable, "-m", "scbm"], "cat": ["cat"], "diff": ["diff"]}
+MOST_SECONDS = 60
+
+FENCE = re.compile(r"```(\w*)")
+FILE = re.compile(r"# file: (\S+)")
+MODEL = re.compile(r"# model: (\S+)")
+EXIT_CODE = re.compile(r"# exit code (\d+)")
+
+
+@dataclass(frozen=True)
+class Block:
+    """A fenced block: its lines, and the line of the page that it begins in."""
+
+    page: Path
+    number: int
+    language: str
+    lines: tuple[str, ...]
+
+    @property
+    def first(self) -> str:
+        return self.lines[0] if self.lines else ""
+
+    @property
+    def text(self) -> str:
+        return "".join(f"{line}\n" for line in self.lines)
+
+    def __str__(self) -> str:
+        return f"{self.page.relative_to(ROOT)}:{self.number}"
+
+
+@dataclass(frozen=True)
+class Command:
+    """A line that begins with `$ `, and what is said to come of it."""
+
+    words: tuple[str, ...]
+    expected: tuple[str, ...]
+    exit_code: int
+
+
+def read_blocks(page: Path) -> list[Block]:
+    """The fenced blocks of a page, in order."""
+    blocks: list[Block] = []
+    opened: tuple[int, str] | None = None
+    lines: list[str] = []
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), start=1):
+        fence = FENCE.fullmatch(line)
+        if opened is None:
+            opened, lines = (None if fence is None else (number, fence[1])), []
+        elif fence is not None:
+            blocks.append(Block(page, *opened, tuple(lines)))
+            opened = None
+        else:
+            lines.append(line)
+    assert opened is None, f"{page}:{opened}: this block is not closed"
+    return blocks
+
+
+def read_commands(block: Block) -> list[Command]:
+    """The commands of a console block with what they are said to print."""
+    starts = [index for index, line in enumerate(block.lines) if line.startswith("$ ")]
+    assert starts[:1] == [0], f"{block}: a console block begins with a command"
+    return [_command(block.lines[start:end]) for start, end in zip(starts, [*starts[1:], None], strict=True)]
+
+
+def _command(lines: tuple[str, ...]) -> Command:
+    exit_code = EXIT_CODE.fullmatch(lines[-1])
+    expected = lines[1:] if exit_code is None else lines[1:-1]
+    return Command(tuple(shlex.split(lines[0][2:])), expected, 0 if exit_code is None else int(exit_code[1]))
+
+
+def furnish(directory: Path, block: Block) -> None:
+    """Links what the repository has into a directory, and writes the files of the page above the block there."""
+    for entry in ROOT.iterdir():
+        if not entry.name.startswith("."):
+            (directory / entry.name).symlink_to(entry)
+    for above in read_blocks(block.page):
+        if above.number >= block.number:
+            break
+        name = file_name(above)
+        if name is not None:
+            path = directory / name
+            assert not path.is_symlink(), f"{above}: the repository has a file of this name"
+            path.write_text(above.text, encoding="utf-8")
+
+
+def file_name(block: Block) -> str | None:
+    """The name under which the commands of the page find a block."""
+    if block.language != "yaml":
+        return None
+    model, file = MODEL.fullmatch(block.first), FILE.fullmatch(block.first)
+    if model is not None:
+        return f"{model[1]}.yaml"
+    return None if file is None else file[1]
+
+
+def run(words: tuple[str, ...], directory: Path) -> tuple[list[str], int]:
+    """What a command prints, to both streams, and its exit code."""
+    environment = {key: value for key, value in os.environ.items() if key != "FORCE_COLOR"}
+    environment |= {"COLUMNS": "80", "LC_ALL": "C", "NO_COLOR": "1", "PYTHONUTF8": "1", "TERM": "dumb"}
+    assert words[0] in PROGRAMS, f"`{words[0]}` is none of {', '.join(PROGRAMS)}"
+    done = subprocess.run(  # noqa: S603 - the commands are those of our own pages
+        [*PROGRAMS[words[0]], *words[1:]],
+        cwd=directory,
+        env=environment,
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        encoding="utf-8",
+        timeout=MOST_SECONDS,
+        check=False,
+    )
+    return done.stdout.splitlines(), done.returncode
+
+
+def matches(expected: tuple[str, ...], printed: list[str]) -> bool:
+    """Whether lines are as expected, where `...` stands for any lines."""
+    pattern = "".join("(?:.*\n)*" if line == "..." else re.escape(f"{line}\n") for line in expected)
+    return re.fullmatch(pattern, "".join(f"{line}\n" for line in printed)) is not None
+
+
+BLOCKS = [block for page in PAGES for block in read_blocks(page)]
+CONSOLE = [block for block in BLOCKS if block.language == "console"]
+MODELS = [block for block in BLOCKS if block.language == "yaml" and MODEL.fullmatch(block.first)]
+
+
+@pytest.mark.parametrize("block", CONSOLE, ids=str)
+def test_commands_print_what_the_page_says(block: Block, tmp_path: Path) -> None:
+    furnish(tmp_path, block)
+    for command in read_commands(block):
+        printed, exit_code = run(command.words, tmp_path)
+        if "..." in command.expected:
+            assert matches(command.expected, printed), "\n".join(printed)
+        else:
+            assert printed == list(command.expected)
+        assert exit_code == command.exit_code
+
+
+@pytest.mark.parametrize("block", MODELS, ids=str)
+def test_models_of_a_page_load(block: Block) -> None:
+    model = read_model(block.text, str(block))
+    assert f"# model: {model.name}" == block.first
+
+
+def test_three_dots_stand_for_any_lines() -> None:
+    assert matches(("a", "...", "c"), ["a", "c"])
+    assert matches(("a", "...", "c"), ["a", "b", "b", "c"])
+    assert not matches(("a", "...", "c"), ["a", "b"])
+    assert not matches(("a", "...", "c"), ["b", "a", "c"])
+    assert not matches(("a.", "..."), ["ab"])

@@ -1,0 +1,70 @@
+"""The planner against the slow reference, on random models."""
+
+from __future__ import annotations
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from scbm.model import BehaviorModel, State
+from scbm.planning import Limit, LimitReached, PlanLimits, Planner, Solved, Task, Unsolvable, explore, find_flaw
+from support.reference import canonical_plan, reachable
+from support.strategies import planning_models
+
+
+@given(planning_models())
+@settings(deadline=None, max_examples=300)
+def test_the_plan_is_the_canonical_one_of_the_reference(model: BehaviorModel) -> None:
+    planner = Planner(model)
+    for _, goal in model.goals:
+        expected = canonical_plan(model, model.nominal_state, goal, most=1_000)
+        answer = planner.plan(model.nominal_state, goal)
+        if expected is None:
+            assert isinstance(answer, Unsolvable)
+        else:
+            assert isinstance(answer, Solved)
+            assert answer.plan == expected
+            assert find_flaw(model, model.nominal_state, goal, answer.plan) is None
+
+
+@given(planning_models(), st.integers(0, 4))
+@settings(deadline=None, max_examples=200)
+def test_a_limit_on_the_length_is_exact(model: BehaviorModel, most: int) -> None:
+    _, goal = model.goals[0]
+    unlimited = Planner(model).plan(model.nominal_state, goal)
+    limited = Planner(model).plan(model.nominal_state, goal, PlanLimits(length=most))
+    if isinstance(unlimited, Solved) and len(unlimited.plan) <= most:
+        assert limited == unlimited
+    elif isinstance(unlimited, Solved):
+        assert isinstance(limited, LimitReached)
+        assert limited.limit is Limit.LENGTH
+    else:
+        assert isinstance(limited, (Unsolvable, LimitReached))
+
+
+@given(planning_models(), st.integers(0, 6))
+@settings(deadline=None, max_examples=200)
+def test_a_limit_on_expansions_never_changes_an_answer_that_is_given(model: BehaviorModel, most: int) -> None:
+    _, goal = model.goals[0]
+    unlimited = Planner(model).plan(model.nominal_state, goal)
+    limited = Planner(model).plan(model.nominal_state, goal, PlanLimits(expansions=most))
+    assert limited == unlimited or (isinstance(limited, LimitReached) and limited.expanded == most)
+    assert isinstance(limited, LimitReached) == (unlimited.expanded > most)
+
+
+@given(planning_models())
+@settings(deadline=None, max_examples=100)
+def test_answers_do_not_depend_on_what_was_asked_before(model: BehaviorModel) -> None:
+    asked_often = Planner(model)
+    for _, goal in [*model.goals, *reversed(model.goals)]:
+        assert asked_often.plan(model.nominal_state, goal) == Planner(model).plan(model.nominal_state, goal)
+
+
+@given(planning_models())
+@settings(deadline=None, max_examples=100)
+def test_exploration_finds_what_the_reference_reaches(model: BehaviorModel) -> None:
+    task = Task(model, model.space.names)
+    found = explore(task, [task.pack(model.nominal_state)], limit=1_000_000)
+    expected = {State(model.space, {n: s[n] for n in model.space.names}) for s in reachable(model, model.nominal_state)}
+    assert found.complete
+    assert {task.packing.unpack(state) for state in found.states} == expected
+    assert len(found.states) == len(expected)

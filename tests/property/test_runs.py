@@ -1,0 +1,192 @@
+"""Whatever a model is and whatever resources do, a run ends, its trace is whole, and a replay repeats it."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from random import Random
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from scbm.coverage import Coverage, Obligations, visited_by
+from scbm.model import (
+    AfterAlways,
+    Always,
+    Before,
+    BehaviorModel,
+    LeadsTo,
+    Never,
+    OperationState,
+    Predicate,
+    Requirement,
+    Role,
+    Value,
+)
+from scbm.planning import PlanLimits
+from scbm.running import End, Injection, RunnerOptions
+from scbm.simulating import DrawnChoices, RecordedChoices, Simulated, Simulator
+from scbm.testing import find_violations
+from scbm.trace import (
+    ReplyReceived,
+    RequestSent,
+    RunEnded,
+    RunStarted,
+    Trace,
+    read_trace,
+    write_trace,
+)
+from support.strategies import SECOND_NS, running_models, sentences
+
+OPTIONS = RunnerOptions(time_limit_ns=100 * SECOND_NS, plan_limit=12, livelock_bound=60)
+LIMITS = PlanLimits(length=50, expansions=5_000)
+
+
+@st.composite
+def injections(draw: st.DrawFn, model: BehaviorModel) -> tuple[Injection, ...]:
+    found = []
+    for index in range(draw(st.integers(0, 2))):
+        variable = draw(st.sampled_from([v for v in model.running_space if v.assignable]))
+        value = draw(st.sampled_from(variable.assignable))
+        at_ns = draw(st.sampled_from([None, 0, SECOND_NS, 7 * SECOND_NS]))
+        holds = variable.role in (Role.DECLARED, Role.RESOURCE)
+        hold_ns = draw(st.sampled_from([None, SECOND_NS])) if holds else None
+        found.append(Injection(f"i{index}", ((variable.name, value),), at_ns=at_ns, hold_ns=hold_ns))
+    return tuple(found)
+
+
+def _run(data: st.DataObject, model: BehaviorModel) -> tuple[Simulated, DrawnChoices, tuple[Injection, ...]]:
+    given_injections = data.draw(injections(model))
+    chooser = DrawnChoices(Random(data.draw(st.integers(0, 2**32))))
+    simulator = Simulator(model, OPTIONS, LIMITS)
+    return simulator.run(model.nominal_state, model.goals[0], chooser, given_injections), chooser, given_injections
+
+
+def _states(run: Simulated) -> list[tuple[int, dict[str, Value]]]:
+    """The state at the beginning and after every record, with the time."""
+    first = run.records[0]
+    for record in run.records:
+        if isinstance(record, RunStarted):
+            first = record
+            break
+    assert isinstance(first, RunStarted)
+    begin = run.records.index(first)
+    state = dict(first.state)
+    states = [(first.at_ns, dict(state))]
+    for record in run.records[begin:]:
+        state.update(record.changes)
+        states.append((record.at_ns, dict(state)))
+    return states
+
+
+@given(running_models(), st.data())
+@settings(deadline=None, max_examples=250)
+def test_a_run_ends_and_its_trace_is_whole(model: BehaviorModel, data: st.DataObject) -> None:
+    run, _, _ = _run(data, model)
+    ended = run.records[-1] if isinstance(run.records[-1], RunEnded) else None
+    ended = ended or next(record for record in run.records if isinstance(record, RunEnded))
+    assert ended.end == run.end.value
+    assert all(before.at_ns <= after.at_ns for before, after in pairwise(run.records))
+    assert run.ended_ns <= OPTIONS.time_limit_ns
+    space = model.running_space
+    for _, state in _states(run):
+        assert all(state[variable.name] in variable.domain for variable in space)
+        busy = [o.name for o in model.operations if state[f"{o.name}.state"] != OperationState.INITIAL]
+        assert busy in ([], [state["current.name"]])
+        if busy:
+            assert state["current.state"] == state[f"{busy[0]}.state"]
+    if run.end is End.REACHED:
+        assert model.goals[0][1].holds(_states(run)[-1][1])
+
+
+@given(running_models(), st.data())
+@settings(deadline=None, max_examples=150)
+def test_no_request_is_answered_twice_and_no_reply_goes_to_another_request(
+    model: BehaviorModel, data: st.DataObject
+) -> None:
+    run, _, _ = _run(data, model)
+    sent = {record.request: record.resource for record in run.records if isinstance(record, RequestSent)}
+    answered = [record.request for record in run.records if isinstance(record, ReplyReceived)]
+    assert len(answered) == len(set(answered))
+    assert all(sent[r.request] == r.resource for r in run.records if isinstance(r, ReplyReceived))
+
+
+@given(running_models(), st.data())
+@settings(deadline=None, max_examples=150)
+def test_a_replay_of_the_recorded_choices_gives_the_same_bytes(model: BehaviorModel, data: st.DataObject) -> None:
+    run, chooser, given_injections = _run(data, model)
+    again = Simulator(model, OPTIONS, LIMITS).run(
+        model.nominal_state, model.goals[0], RecordedChoices(chooser.drawn), given_injections
+    )
+    text = write_trace(Trace(model.name, "case", run.records))
+    assert write_trace(Trace(model.name, "case", again.records)) == text
+    assert read_trace(text).records == run.records
+
+
+@given(running_models(), st.data())
+@settings(deadline=None, max_examples=100)
+def test_what_a_run_visits_is_what_its_states_show(model: BehaviorModel, data: st.DataObject) -> None:
+    run, _, _ = _run(data, model)
+    obligations = Obligations.of(model)
+    names = Coverage(obligations, (("case", visited_by(run.records, obligations)),)).obligations.names(
+        visited_by(run.records, obligations)
+    )
+    shown = {
+        f"{operation.name}/{state[f'{operation.name}.state']}"
+        for _, state in _states(run)
+        for operation in model.operations
+        if state[f"{operation.name}.state"] != OperationState.INITIAL
+    }
+    assert {name for name in names if not name.startswith("automatic/") and not name.endswith("/queued")} == shown
+
+
+@given(running_models(), st.data())
+@settings(deadline=None, max_examples=250)
+def test_violations_are_those_of_a_slow_monitor(model: BehaviorModel, data: st.DataObject) -> None:
+    run, _, _ = _run(data, model)
+    sentence = data.draw(sentences(model.running_space.variables))
+    found = find_violations([Requirement("q", sentence)], run.records)
+    expected = _violated_at(sentence, _states(run))
+    assert [violation.at_ns for violation in found] == ([] if expected is None else [expected])
+
+
+def _violated_at(sentence: object, states: list[tuple[int, dict[str, Value]]]) -> int | None:  # noqa: PLR0911
+    """When a sequence of states breaks a sentence, straight from the definition, looking at all states again."""
+    match sentence:
+        case Always(p):
+            return next((at for at, state in states if not p.holds(state)), None)
+        case Never(p):
+            return next((at for at, state in states if p.holds(state)), None)
+        case Before(p, q):
+            for index, (at, state) in enumerate(states):
+                if q.holds(state) and not any(p.holds(earlier) for _, earlier in states[: index + 1]):
+                    return at
+            return None
+        case AfterAlways(p, q, r):
+            for index, (at, state) in enumerate(states):
+                if not q.holds(state) and _is_bound(p, r, states[: index + 1]):
+                    return at
+            return None
+        case LeadsTo(p, q, within):
+            return _late_at(p, q, within, states)
+    raise AssertionError(sentence)
+
+
+def _is_bound(p: Predicate, r: Predicate, states: list[tuple[int, dict[str, Value]]]) -> bool:
+    """Whether some state with p has no state with r from it on."""
+    return any(
+        p.holds(state) and not any(r.holds(later) for _, later in states[index:])
+        for index, (_, state) in enumerate(states)
+    )
+
+
+def _late_at(p: Predicate, q: Predicate, within: int | None, states: list[tuple[int, dict[str, Value]]]) -> int | None:
+    """The first moment at which it is seen that some p is not followed by q in time; the end at the latest."""
+    end = states[-1][0]
+    moments = []
+    for index, (at, state) in enumerate(states):
+        if not p.holds(state):
+            continue
+        answered = next((later for later, other in states[index:] if q.holds(other)), None)
+        if answered is None or (within is not None and answered - at > within):
+            moments.append(end if within is None or end - at <= within else at + within)
+    return min(moments, default=None)

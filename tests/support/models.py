@@ -1,0 +1,49 @@
+"""Small models by hand."""
+
+from __future__ import annotations
+
+from scbm.model import BehaviorModel
+from scbm.notation import read_model
+
+SCAN_CELL = """
+behavior_model: scan_cell
+variables:
+  box_is_scanned: {domain: bool, initial: false}
+  light: {domain: [green, red, blue], initial: green}
+  count: {domain: 0..2, initial: 0}
+  temperature: {domain: 0..9, initial: 5}
+  scan_command: {domain: [none, scan_box], initial: none}
+resources:
+  scan:
+    request: [scan_command]
+    measures: [temperature]
+operations:
+  scan_box:
+    deadline: 10 seconds
+    pre:
+      name: start_scan_box
+      g: scan_req_state == initial && scan_req_trigger == false && box_is_scanned == false
+      gr: light != red
+      a: [scan_req_trigger <- true, scan_command <- scan_box]
+    post:
+      name: complete_scan_box
+      g: true
+      gr: scan_req_state == succeeded
+      a: [scan_req_state <- initial, scan_req_trigger <- false, box_is_scanned <- true]
+    timedout: [scan_req_trigger <- false]
+automatic_transitions:
+  scan_failed:
+    g: scan_req_state == failed && current.state == executing
+    a: [current.state <- failed, scan_req_state <- initial, scan_req_trigger <- false]
+goals:
+  scanned: box_is_scanned == true
+"""
+
+
+def scan_cell(*replacements: tuple[str, str], more: str = "") -> BehaviorModel:
+    """The paper's scanning cell, with texts replaced and sections added."""
+    text = SCAN_CELL
+    for old, new in replacements:
+        assert old in text, old
+        text = text.replace(old, new)
+    return read_model(text + more)

@@ -1,0 +1,27 @@
+"""Models that load and then fail: each file has the end and the failures of its first case beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from scbm.notation import load_model
+from scbm.running import End
+from scbm.testing import RandomCases, Tester
+
+MODELS = sorted((Path(__file__).parents[2] / "models" / "fails_at_run").glob("*.yaml"))
+
+
+@pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
+def test_the_first_case_fails_as_expected(path: Path) -> None:
+    model = load_model(path)
+    verdict = Tester(model).execute(RandomCases(model).case(0, 1)).verdict
+    told = [f"end: {verdict.end}", *(f"failure: {failure}" for failure in verdict.failures)]
+    assert "\n".join(told) + "\n" == path.with_suffix(".expected").read_text(encoding="utf-8")
+    assert not verdict.passed
+
+
+def test_every_end_that_a_model_can_bring_about_has_a_model() -> None:
+    ends = {path.with_suffix(".expected").read_text(encoding="utf-8").split()[1] for path in MODELS}
+    assert ends == {end.value for end in End} - {End.PLANNER_LIMIT.value}
