@@ -5,12 +5,26 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scbm.errors import Diagnostic, InputError, Place, Slug
-from scbm.notation import Scope, parse_predicate, parse_state, suggestion
+from scbm.notation import Scope, parse_duration, parse_predicate, parse_state, suggestion
+from scbm.running import RunnerOptions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from scbm.model import BehaviorModel, Predicate, State
+
+
+def read_limits(time_limit: str | None) -> RunnerOptions:
+    """The limits of a run; those that are not given have their defaults. Raises `InputError`."""
+    if time_limit is None:
+        return RunnerOptions()
+    time_limit_ns = parse_duration(time_limit)
+    if not time_limit_ns:
+        message = f"`{time_limit}` is not a duration to run for"
+        place = Place("--time-limit", 1, 1, max(1, len(time_limit)))
+        remedy = "write a number and a unit: `10 min`, `90 s`"
+        raise InputError([Diagnostic(Slug.BAD_DURATION, message, place, remedy, time_limit)])
+    return RunnerOptions(time_limit_ns=time_limit_ns)
 
 
 def read_goal(text: str, model: BehaviorModel) -> tuple[str, Predicate]:

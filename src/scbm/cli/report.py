@@ -58,7 +58,8 @@ def _cases(campaign: Campaign) -> str:
         ends[end] = ends.get(end, 0) + 1
     told = ", ".join(f"{count} {end}" for end, count in ends.items())
     random = counted(len(campaign.results), "random case")
-    return f"{random} of seed {campaign.seed}{': ' + told if told else ''}"
+    failed = f"; {len(campaign.failed)} failed" if campaign.failed else ""
+    return f"{random} of seed {campaign.seed}{': ' + told if told else ''}{failed}"
 
 
 def _figures(coverage: Coverage) -> Iterator[Text]:
@@ -103,12 +104,12 @@ def _missed(campaign: Campaign) -> Iterator[Text]:
     transitions = [t for t in campaign.model.automatic_transitions if Obligation(t.name, Aspect.TAKEN) in missed]
     width = max(len(name) for name in (*rows, *(transition.name for transition in transitions)))
     yield Text()
-    heads = "".join(f"{aspect.value:^11}" for aspect in _COLUMNS).rstrip() if rows else ""
+    heads = "".join(f"{aspect.value:^10}" for aspect in _COLUMNS).rstrip() if rows else ""
     yield Text(f"{'Missed (○)':<{width + 6}}", style="bold").append(heads)
     for name in rows:
         yield _marks(name, width, missed)
     for transition in transitions:
-        line = Text(f"  at: {transition.name:<{width}}").append("    ○      ", style="red")
+        line = Text(f"  at: {transition.name:<{width}}").append("    ○     ", style="red")
         yield line.append(f"waits for {transition.running_guard}")
 
 
@@ -116,7 +117,7 @@ def _marks(name: str, width: int, missed: frozenset[Obligation]) -> Text:
     row = Text(f"  op: {name:<{width}}")
     for aspect in _COLUMNS:
         is_missed = Obligation(name, aspect) in missed
-        row.append(f"{'○' if is_missed else '●':^11}", style="red" if is_missed else "dim green")
+        row.append(f"{'○' if is_missed else '●':^10}", style="red" if is_missed else "dim green")
     row.rstrip()
     return row
 

@@ -5,7 +5,7 @@ from typing import Annotated, Any
 
 import typer
 
-from scbm.cli.arguments import allowed_state, read_goal, read_state
+from scbm.cli.arguments import allowed_state, read_goal, read_limits, read_state
 from scbm.cli.output import results, write_json
 from scbm.cli.timeline import draw_timeline
 from scbm.errors import Diagnostic, InputError, Place, Slug
@@ -28,13 +28,16 @@ def command(
     case: Annotated[
         int | None, typer.Option("--case", min=1, help="Goal and initial state of this case of `scbm test --seed`.")
     ] = None,
+    time_limit: Annotated[
+        str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time for the goal. [1 h]")
+    ] = None,
     every: Annotated[bool, typer.Option("--all", help="Show changes of every variable.")] = False,
     trace: Annotated[Path | None, typer.Option("--trace", help="Write the trace to a file.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
     """Run one goal against simulated resources, and draw what happens."""
     loaded = load_model(model)
-    execution = Tester(loaded).execute(_case(loaded, str(model), goal, state, seed, case))
+    execution = Tester(loaded, read_limits(time_limit)).execute(_case(loaded, str(model), goal, state, seed, case))
     if trace is not None:
         _save(trace, execution)
     if json:

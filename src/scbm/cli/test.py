@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from scbm.cli.arguments import read_limits
 from scbm.cli.output import errors, results, write_json
 from scbm.cli.report import draw_report
 from scbm.notation import load_model
@@ -24,11 +25,14 @@ def command(
     fail_under: Annotated[
         float | None, typer.Option("--fail-under", min=0, max=100, help="Exit with 1 if fewer per cent are visited.")
     ] = None,
+    time_limit: Annotated[
+        str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time for each case. [1 h]")
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
     """Run random cases, judge them, and report how much of the model they visited."""
     loaded = load_model(model)
-    tester = Tester(loaded)
+    tester = Tester(loaded, read_limits(time_limit))
     drawn = RandomCases(loaded, str(model)).first(cases, seed)
     campaign = tester.campaign(_with_progress(tester.results(drawn), cases), seed)
     if json:

@@ -53,8 +53,11 @@ def draw_timeline(model: BehaviorModel, execution: Execution, out: Output, *, ev
     told = [variable.name for variable in model.variables if variable.name not in carried]
     shown = frozenset(model.running_space.names if every else told)
     last_ns = -1
-    for record in execution.trace.records:
-        for line in _lines(record, shown, model):
+    for index, record in enumerate(execution.trace.records):
+        lines = list(_lines(record, shown, model))
+        broken = [violation for violation in execution.violations if violation.record == index]
+        lines += [Text(f"✗ {violation.requirement}: {violation.reason}", style="bold red") for violation in broken]
+        for line in lines:
             time = f"{record.at_ns / 1e9:9.3f} s" if record.at_ns != last_ns else " " * 11
             last_ns = record.at_ns
             out.line(Text(time, style="cyan").append("  ").append_text(line))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.coverage.obligations import Aspect, Obligation, Obligations
+from scbm.coverage.obligations import Aspect, Obligations
 from scbm.model import OperationState
 from scbm.trace import AutomaticTaken, OperationStepped, PlanReceived, Record
 
@@ -17,20 +17,16 @@ _ASPECTS = {state: Aspect(state.value) for state in OperationState if state is n
 def visited_by(records: Iterable[Record], obligations: Obligations) -> int:
     """The obligations that these records visit, as bits."""
     visited = 0
-    for obligation in dict.fromkeys(_obligations(records)):
-        visited |= obligations.bit(obligation)
-    return visited
-
-
-def _obligations(records: Iterable[Record]) -> Iterable[Obligation]:
+    bit_of = obligations.bit_of
     for record in records:
         if isinstance(record, OperationStepped):
             if record.target is not OperationState.INITIAL:
-                yield Obligation(record.operation, _ASPECTS[record.target])
+                visited |= bit_of(record.operation, _ASPECTS[record.target])
         elif isinstance(record, AutomaticTaken):
-            yield Obligation(record.transition, Aspect.TAKEN)
+            visited |= bit_of(record.transition, Aspect.TAKEN)
             if record.failed is not None:
-                yield Obligation(record.failed, Aspect.FAILED)
+                visited |= bit_of(record.failed, Aspect.FAILED)
         elif isinstance(record, PlanReceived):
             for operation in record.plan:
-                yield Obligation(operation, Aspect.QUEUED)
+                visited |= bit_of(operation, Aspect.QUEUED)
+    return visited

@@ -50,6 +50,7 @@ class Obligations:
     def __init__(self, obligations: Iterable[Obligation]) -> None:
         self.all = tuple(obligations)
         self._bits = {obligation: 1 << index for index, obligation in enumerate(self.all)}
+        self._bits_by_name = {(o.subject, o.aspect): bit for o, bit in self._bits.items()}
 
     @staticmethod
     def of(model: BehaviorModel) -> Obligations:
@@ -75,6 +76,10 @@ class Obligations:
     def bit(self, obligation: Obligation) -> int:
         """The bit of an obligation; 0 if it is none of this model."""
         return self._bits.get(obligation, 0)
+
+    def bit_of(self, subject: str, aspect: Aspect) -> int:
+        """The same, by the parts of its name."""
+        return self._bits_by_name.get((subject, aspect), 0)
 
     def mask(self, *aspects: Aspect) -> int:
         """The bits of all obligations of some aspects."""

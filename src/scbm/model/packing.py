@@ -32,11 +32,11 @@ class Packing:
     def __init__(self, space: StateSpace) -> None:
         self.space = space
         self.fields = lay_out(space)
-        self._by_bit = [
-            (field.variable.name, field.variable.domain.values, field.mask, field.shift)
-            for field in self.fields
-            for _ in range(field.width)
-        ]
+        # The same as the fields, unpacked: these are read for every record of every run.
+        readers = [(f.variable.name, f.variable.domain.values, f.mask, f.shift) for f in self.fields]
+        self._readers = tuple(readers)
+        self._by_bit = [r for f, r in zip(self.fields, readers, strict=True) for _ in range(f.width)]
+        self._writers = tuple((f.variable.name, {v: f.bits(v) for v in f.variable.domain.values}) for f in self.fields)
 
     def __getitem__(self, name: str) -> Field:
         return self.fields[self.space.position(name)]
@@ -44,8 +44,8 @@ class Packing:
     def pack(self, state: Mapping[str, Value]) -> int:
         """The state as an integer. `state` may have more variables than the space."""
         packed = 0
-        for field in self.fields:
-            packed |= field.bits(state[field.variable.name])
+        for name, bits in self._writers:
+            packed |= bits[state[name]]
         return packed
 
     def value(self, packed: int, name: str) -> Value:
@@ -55,10 +55,7 @@ class Packing:
 
     def values(self, packed: int) -> dict[str, Value]:
         """All variables of the packed state by name, in order."""
-        return {
-            field.variable.name: field.variable.domain.values[(packed & field.mask) >> field.shift]
-            for field in self.fields
-        }
+        return {name: values[(packed & mask) >> shift] for name, values, mask, shift in self._readers}
 
     def unpack(self, packed: int) -> State:
         """The packed state, with names."""

@@ -1,6 +1,6 @@
 """A model compiled for running: every guard a test, every transition an update, on packed integers.
 
-Made once for a model and shared by all its runners; it never changes.
+Made once for a model and shared by all its runners; what it says never changes.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from scbm.model import (
     Operation,
     OperationState,
     Packing,
+    PlanState,
     Predicate,
     Reference,
     RequestState,
@@ -26,7 +27,7 @@ from scbm.model import (
     Truth,
     conjunction,
 )
-from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, operation_state_name
+from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
 
 if TYPE_CHECKING:
     from scbm.model.packing import Test, Update
@@ -106,10 +107,13 @@ class Program:
     def __init__(self, model: BehaviorModel) -> None:
         self.model = model
         self.packing = Packing(model.running_space)
+        self._tests: dict[Predicate, Test] = {}
         self.operations = {operation.name: self._operation(operation) for operation in model.operations}
         self.automatic = tuple(self._automatic(transition) for transition in model.automatic_transitions)
         self.automatic_cubes = tuple((*step.cube, step) for step in self.automatic)
         self.requests = tuple(self._request_line(resource) for resource in model.resources)
+        self.plan_states = {s: self.packing.assignment({PLAN_STATE: s.value}) for s in PlanState}
+        self.aborted = self.packing.cube(Equal(Reference(PLAN_STATE), Constant(PlanState.ABORTED.value)))
         self.measured = tuple(dict.fromkeys(name for resource in model.resources for name in resource.measures))
 
     def injection(self, injection: Injection) -> Step:
@@ -118,8 +122,10 @@ class Program:
         return self._automatic(Transition(injection.name, injection.when or Truth(True), a=assign))
 
     def test(self, predicate: Predicate) -> Test:
-        """A predicate as a function of packed states."""
-        return self.packing.test(predicate)
+        """A predicate as a function of packed states; compiled once, as goals come back case after case."""
+        if predicate not in self._tests:
+            self._tests[predicate] = self.packing.test(predicate)
+        return self._tests[predicate]
 
     def _operation(self, operation: Operation) -> RunnableOperation:
         own = operation_state_name(operation.name)

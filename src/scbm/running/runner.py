@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scbm.model import OperationState, PlanState
-from scbm.model.variables import PLAN_STATE
 from scbm.running.automatic import find_cycle
 from scbm.running.effects import AskPlan, CancelRequest, Effect, RunFinished, SendRequest
 from scbm.running.ends import End
@@ -101,8 +100,6 @@ class Runner:
         self._now_ns = now_ns
         space = program.packing.space
         self._state = program.packing.pack({v.name: v.initial if v.role.is_runner else state[v.name] for v in space})
-        self._plan_states = {s: program.packing.assignment({PLAN_STATE: s.value}) for s in PlanState}
-        self._plan_state = program.packing[PLAN_STATE]
         self._effects: list[Effect] = []
         self._requests = Requests()
         self._waiting: deque[_Goal] = deque()
@@ -314,7 +311,8 @@ class Runner:
     # 2: abort
 
     def _abort(self) -> bool:
-        if self._goal is None or not self._has_plan_state(PlanState.ABORTED):
+        mask, bits = self.program.aborted
+        if self._goal is None or self._state & mask != bits:
             return False
         self._end(End.ABORTED)
         return True
@@ -474,8 +472,5 @@ class Runner:
         return changes
 
     def _in_plan_state(self, plan_state: PlanState) -> int:
-        keep, bits = self._plan_states[plan_state]
+        keep, bits = self.program.plan_states[plan_state]
         return self._state & keep | bits
-
-    def _has_plan_state(self, plan_state: PlanState) -> bool:
-        return self._state & self._plan_state.mask == self._plan_states[plan_state][1]

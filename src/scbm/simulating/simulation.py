@@ -128,16 +128,18 @@ class _Run:
         return TimePassed()
 
     def _perform(self, effect: Effect) -> None:
-        if isinstance(effect, SendRequest):
-            self._react(effect)
-        elif isinstance(effect, CancelRequest):
-            self._cancelled.add(effect.request)
-        elif isinstance(effect, AskPlan):
-            self._plan(effect)
-        elif isinstance(effect, RunFinished):
-            self._end = effect.end
-        else:
-            self._records.append(effect)
+        """Does what the runner wants done; all but four kinds of effects are records, to be kept."""
+        match effect:
+            case SendRequest():
+                self._react(effect)
+            case CancelRequest(request):
+                self._cancelled.add(request)
+            case AskPlan():
+                self._plan(effect)
+            case RunFinished():
+                self._end = effect.end
+            case _:
+                self._records.append(effect)
 
     def _react(self, sent: SendRequest) -> None:
         """A simulated resource gets a request; a cancelled one is not answered."""

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from scbm.planning import PlanLimits
     from scbm.running import RunnerOptions
     from scbm.testing.cases import Case
+    from scbm.testing.requirements import Violation
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,26 +31,30 @@ class Execution:
         trace: what happened.
         verdict: what that means.
         ended_ns: how long the run took, in simulated time.
+        violations: the first violation of each requirement that was broken.
     """
 
     case: Case
     trace: Trace
     verdict: Verdict
     ended_ns: int
+    violations: tuple[Violation, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class CaseResult:
-    """What a campaign keeps of a case: all but its trace.
+    """What a campaign keeps of a case: neither its trace nor what was drawn, as both can be had again from the case.
 
     Attributes:
-        case: the case as it was run.
+        case: the case as it was given.
+        requests: how many requests its run sent.
         verdict: how it ended.
         ended_ns: how long it took, in simulated time.
         visited: the obligations that it visited, as bits.
     """
 
     case: Case
+    requests: int
     verdict: Verdict
     ended_ns: int
     visited: int
@@ -109,14 +114,15 @@ class Tester:
         violations = find_violations(self.model.requirements, run.records)
         verdict = judge(case, run.end, run.records, reactions, violations)
         trace = Trace(self.model.name, case.name, run.records)
-        return Execution(replace(case, reactions=reactions), trace, verdict, run.ended_ns)
+        return Execution(replace(case, reactions=reactions), trace, verdict, run.ended_ns, violations)
 
     def results(self, cases: Iterable[Case]) -> Iterator[CaseResult]:
         """Runs cases one by one and measures what each visits."""
         for case in cases:
             done = self.execute(case)
             visited = visited_by(done.trace.records, self.obligations)
-            yield CaseResult(done.case, done.verdict, done.ended_ns, visited)
+            requests = len(done.case.reactions or ())
+            yield CaseResult(case, requests, done.verdict, done.ended_ns, visited)
 
     def campaign(self, results: Iterable[CaseResult], seed: int) -> Campaign:
         """Adds results up."""

@@ -57,6 +57,6 @@ def _case(result: CaseResult, campaign: Campaign) -> dict[str, Any]:
         "goal": case.goal,
         "initial": {variable.name: case.initial[variable.name] for variable in campaign.model.variables},
         "simulated_seconds": result.ended_ns / 1e9,
-        "requests": len(case.reactions or ()),
+        "requests": result.requests,
         "visited": list(campaign.coverage.obligations.names(result.visited)),
     }

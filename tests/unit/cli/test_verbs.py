@@ -186,6 +186,7 @@ def test_a_failed_case_is_told_with_the_command_that_repeats_it(scbm: Scbm, tmp_
     again = scbm(*command.split())
     assert again.code == 1
     assert "FAILED  home is violated at" in again.out
+    assert "✗ home: gantry_req_state == executing -> robot_at == home does not hold" in again.out
 
 
 def test_a_model_without_goals_cannot_draw_cases(scbm: Scbm, tmp_path: Path) -> None:
@@ -203,6 +204,17 @@ def test_an_impossible_initial_state_is_an_error_and_not_an_endless_loop(scbm: S
     assert (ran.code, "error[no-initial-state]" in ran.err) == (2, True)
     ran = scbm("run", impossible, "--goal", "item_a_scanned")
     assert (ran.code, "error[initial-state-not-allowed]" in ran.err) == (2, True)
+
+
+def test_a_time_limit_is_simulated_time(scbm: Scbm) -> None:
+    ran = scbm("run", BEFORE, "--goal", "item_a_scanned", "--time-limit", "2 s", "--json")
+    assert json.loads(ran.out)["verdict"] == "time_limit"
+    assert json.loads(ran.out)["simulated_seconds"] == 2
+    ends = [c["verdict"] for c in json.loads(scbm("test", BEFORE, "--time-limit", "2 s", "--json").out)["cases"]]
+    assert "time_limit" in ends
+    for wrong in ("2", "0 s", "soon", ""):
+        ran = scbm("run", BEFORE, "--goal", "item_a_scanned", "--time-limit", wrong)
+        assert (ran.code, "error[bad-duration]" in ran.err) == (2, True)
 
 
 def test_the_schema_is_printed(scbm: Scbm) -> None:
