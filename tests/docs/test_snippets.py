@@ -1,7 +1,8 @@
 """What README.md and docs/*.md show is true: their commands are run, their models are loaded.
 
 - A block marked `console` holds commands (`$ scbm …`, `$ cat …`, `$ diff …`) and behind each what it prints. A line
-  `...` stands for any lines; `# exit code N` behind the output says how the command ends, if not with 0.
+  `...` stands for any lines; `# exit code N` behind the output says how the command ends, if not with 0. Blanks at the
+  end of a line do not count, as editors take them away.
 - A block marked `yaml` that begins with `# model: NAME` is a model, and must load.
 - The commands of a page find the models of the page as `NAME.yaml`, and its other YAML blocks that begin with
   `# file: PATH` under that path; of blocks of one name the last one above the command counts.
@@ -61,9 +62,13 @@ class Block:
 class Command:
     """A line that begins with `$ `, and what is said to come of it."""
 
-    words: tuple[str, ...]
+    line: str
     expected: tuple[str, ...]
     exit_code: int
+
+    @property
+    def words(self) -> tuple[str, ...]:
+        return tuple(shlex.split(self.line.removeprefix("$ ")))
 
 
 def read_blocks(page: Path) -> list[Block]:
@@ -94,7 +99,11 @@ def read_commands(block: Block) -> list[Command]:
 def _command(lines: tuple[str, ...]) -> Command:
     exit_code = EXIT_CODE.fullmatch(lines[-1])
     expected = lines[1:] if exit_code is None else lines[1:-1]
-    return Command(tuple(shlex.split(lines[0][2:])), expected, 0 if exit_code is None else int(exit_code[1]))
+    return Command(
+        lines[0],
+        tuple(map(str.rstrip, expected)),
+        0 if exit_code is None else int(exit_code[1]),
+    )
 
 
 def furnish(directory: Path, block: Block) -> None:
@@ -123,11 +132,11 @@ def file_name(block: Block) -> str | None:
 
 
 def run(words: tuple[str, ...], directory: Path) -> tuple[list[str], int]:
-    """What a command prints, to both streams, and its exit code."""
+    """What a command prints to both streams, without blanks at the end of lines, and its exit code."""
     environment = {key: value for key, value in os.environ.items() if key != "FORCE_COLOR"}
     environment |= {"COLUMNS": "80", "LC_ALL": "C", "NO_COLOR": "1", "PYTHONUTF8": "1", "TERM": "dumb"}
     assert words[0] in PROGRAMS, f"`{words[0]}` is none of {', '.join(PROGRAMS)}"
-    done = subprocess.run(  # noqa: S603 - the commands are those of our own pages
+    done = subprocess.run(
         [*PROGRAMS[words[0]], *words[1:]],
         cwd=directory,
         env=environment,
@@ -138,7 +147,7 @@ def run(words: tuple[str, ...], directory: Path) -> tuple[list[str], int]:
         timeout=MOST_SECONDS,
         check=False,
     )
-    return done.stdout.splitlines(), done.returncode
+    return [line.rstrip() for line in done.stdout.splitlines()], done.returncode
 
 
 def matches(expected: tuple[str, ...], printed: list[str]) -> bool:
@@ -152,10 +161,25 @@ CONSOLE = [block for block in BLOCKS if block.language == "console"]
 MODELS = [block for block in BLOCKS if block.language == "yaml" and MODEL.fullmatch(block.first)]
 
 
+def write_anew(block: Block, commands: list[Command], directory: Path) -> None:
+    """Puts what the commands print today into the page, but where `...` leaves something out."""
+    lines: list[str] = []
+    for command in commands:
+        printed, exit_code = run(command.words, directory)
+        lines += [command.line, *(command.expected if "..." in command.expected else printed)]
+        lines += [f"# exit code {exit_code}"] * bool(exit_code)
+    page = block.page.read_text(encoding="utf-8")
+    block.page.write_text(page.replace(block.text, "".join(f"{line}\n" for line in lines), 1), encoding="utf-8")
+
+
 @pytest.mark.parametrize("block", CONSOLE, ids=str)
-def test_commands_print_what_the_page_says(block: Block, tmp_path: Path) -> None:
+def test_commands_print_what_the_page_says(block: Block, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     furnish(tmp_path, block)
-    for command in read_commands(block):
+    commands = read_commands(block)
+    if request.config.getoption("--update-golden"):
+        write_anew(block, commands, tmp_path)
+        return
+    for command in commands:
         printed, exit_code = run(command.words, tmp_path)
         if "..." in command.expected:
             assert matches(command.expected, printed), "\n".join(printed)

@@ -36,10 +36,13 @@ class Checked:
 def check_model(model: BehaviorModel) -> Checked:
     """Everything that is doubtful about a model."""
     exploration = explore_model(model)
+    guards = tuple(doubts_about_guards(model))
+    told = [doubt.path for doubt in guards]
     doubts = (
         *doubts_about_variables(model),
-        *doubts_about_guards(model),
-        *doubts_about_plans(model, exploration),
+        *guards,
+        # A guard that can never hold explains that its operation is never enabled, or its goal never reached.
+        *(doubt for doubt in doubts_about_plans(model, exploration) if doubt.path not in told),
         *doubts_about_livelocks(model, exploration),
     )
     task = exploration.planner.base_task

@@ -76,7 +76,9 @@ def _never_enabled(exploration: Exploration) -> Iterator[Doubt]:
         enabled.update(dict.fromkeys(operation for operation, _ in task.successors(state)))
     for index, name in enumerate(task.operations):
         if index not in enabled and exploration.reach.complete and exploration.all_starts:
-            message = f"{name} is enabled in none of the {len(exploration.reach.states)} states that plans can reach"
+            count = len(exploration.reach.states)
+            where = f"in none of the {count} states" if count > 1 else "not in the only state"
+            message = f"{name} is enabled {where} that plans can reach"
             yield Doubt(Slug.OPERATION_NEVER_ENABLED, message, ("operations", name, "pre", "g"))
     if not exploration.reach.complete:
         message = f"plans reach more than {MOST_STATES} states, and only so many were looked at"

@@ -55,20 +55,23 @@ def command(
 def _draw(answer: Answer, name: str, goal: Predicate, start: State, planner: Planner, out: Output) -> None:
     shown = name if name == str(goal) else f"{name}: {goal}"
     expanded = f"{counted(answer.expanded, 'state')} expanded"
-    if isinstance(answer, Solved):
+    if isinstance(answer, Solved) and not answer.plan:
+        out.line(f"Nothing to do: the goal holds already: {shown}")
+    elif isinstance(answer, Solved):
         out.line(f"{counted(len(answer.plan), 'operation')} to {shown}   ({expanded})")
-        _draw_steps(answer.plan, start, planner, out)
+        _draw_steps(answer.plan, goal, start, planner, out)
     elif isinstance(answer, LimitReached):
-        out.line(f"No answer: the search to {shown} reached its limit of {answer.limit.value}   ({expanded})")
+        out.line(f"No answer: the search for {shown} met its limit on {answer.limit.value}   ({expanded})")
     else:
-        out.line(f"No plan: nothing reaches {shown}   (all {counted(answer.expanded, 'reachable state')} looked at)")
+        looked = f"all {answer.expanded} reachable states" if answer.expanded > 1 else "the only reachable state"
+        out.line(f"No plan: nothing reaches {shown}   ({looked} looked at)")
         for line in _reasons(goal, start, planner):
             out.line(f"  {line}")
 
 
-def _draw_steps(plan: tuple[str, ...], start: State, planner: Planner, out: Output) -> None:
+def _draw_steps(plan: tuple[str, ...], goal: Predicate, start: State, planner: Planner, out: Output) -> None:
     """The operations by number, each with what it does to the variables that planning can tell apart."""
-    model, told = planner.model, planner.base_task.packing.space
+    model, told = planner.model, planner.task(goal).packing.space
     width = max((len(name) for name in plan), default=0)
     now = State(model.running_space, {v.name: start.get(v.name, v.initial) for v in model.running_space})
     for number, name in enumerate(plan, start=1):

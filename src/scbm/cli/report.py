@@ -71,7 +71,9 @@ def _figures(coverage: Coverage) -> Iterator[Text]:
 
 def _row(label: str, figure: Figure) -> Text:
     line = Text(f"  {label + ':':<29}{figure.visited:>4} / {figure.of:<4}")
-    return line.append_text(_bar(figure, min(figure.of, _BAR_WIDTH)))
+    line.append_text(_bar(figure, min(figure.of, _BAR_WIDTH)))
+    line.rstrip()
+    return line
 
 
 def _failures(campaign: Campaign, file: str) -> Iterator[Text]:
@@ -139,9 +141,11 @@ def _reason(aspect: Aspect, campaign: Campaign, file: str) -> Iterator[Text]:
     if missed and aspect is Aspect.QUEUED:
         yield _advice(aspect, len(missed), "in no plan: another goal, or another initial state, has to need them")
     elif missed and aspect is Aspect.DISABLED:
-        yield _advice(aspect, len(missed), "nothing came between a plan and its next operation: inject state")
+        yield _advice(aspect, len(missed), "in these runs nothing came between a plan and its next operation")
     elif missed and aspect is Aspect.TIMEDOUT and not _may_time_out(campaign):
         yield _advice(aspect, len(missed), "all requests are answered: give `timeout` a share in `outcomes`")
+    elif by_chance and aspect is Aspect.TAKEN:
+        yield _advice(aspect, len(by_chance), "their guards did not hold in these runs: see above what they wait for")
     elif by_chance:
         advice = f"perhaps by chance: scbm test {file} --cases {more} --seed {campaign.seed}"
         yield _advice(aspect, len(by_chance), advice)

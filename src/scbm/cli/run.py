@@ -11,7 +11,7 @@ from scbm.cli.timeline import draw_timeline
 from scbm.errors import Diagnostic, InputError, Place, Slug
 from scbm.model import BehaviorModel
 from scbm.notation import load_model
-from scbm.testing import Case, Execution, Origin, RandomCases, Tester
+from scbm.testing import Case, Execution, Origin, RandomCases, Tester, Violation
 from scbm.trace import records_json, write_trace
 
 FORMAT_VERSION = 1
@@ -41,7 +41,7 @@ def command(
     if trace is not None:
         _save(trace, execution)
     if json:
-        write_json(_json(execution))
+        write_json(_json(loaded, execution))
     else:
         draw_timeline(loaded, execution, results(), every=every)
     return 0 if execution.verdict.passed else 1
@@ -75,17 +75,29 @@ def _save(path: Path, execution: Execution) -> None:
         raise _bad(f"cannot write {path}: {reason}", "--trace") from None
 
 
-def _json(execution: Execution) -> dict[str, Any]:
+def _json(model: BehaviorModel, execution: Execution) -> dict[str, Any]:
     return {
         "format_version": FORMAT_VERSION,
         "model": execution.trace.model,
         "case": execution.case.name,
         "goal": execution.case.goal,
         "predicate": str(execution.case.predicate),
-        "initial": dict(execution.case.initial),
+        "initial": {variable.name: execution.case.initial[variable.name] for variable in model.variables},
         "verdict": execution.verdict.end.value,
         "passed": execution.verdict.passed,
         "failures": list(execution.verdict.failures),
+        "violations": [_violation(violation) for violation in execution.violations],
         "simulated_seconds": execution.ended_ns / 1e9,
         "trace": records_json(execution.trace),
+    }
+
+
+def _violation(violation: Violation) -> dict[str, Any]:
+    return {
+        "requirement": violation.requirement,
+        "at_ns": violation.at_ns,
+        "record": violation.record,
+        "reason": violation.reason,
+        "operation": violation.operation,
+        "values": dict(violation.values),
     }

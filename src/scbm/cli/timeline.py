@@ -38,6 +38,9 @@ if TYPE_CHECKING:
 
 _BAR_WIDTH = 60
 
+_MOST_IN_A_ROW = 20
+"""So many automatic transitions in a row are shown; more of them are one line, as in a livelock."""
+
 _STATE_STYLES = {
     OperationState.COMPLETED: "green",
     OperationState.FAILED: "red",
@@ -53,17 +56,23 @@ def draw_timeline(model: BehaviorModel, execution: Execution, out: Output, *, ev
     told = [variable.name for variable in model.variables if variable.name not in carried]
     shown = frozenset(model.running_space.names if every else told)
     last_ns = -1
+    in_a_row = 0
     for index, record in enumerate(execution.trace.records):
-        lines = list(_lines(record, shown, model))
+        in_a_row = in_a_row + 1 if isinstance(record, AutomaticTaken) and record.failed is None else 0
+        lines = list(_lines(record, shown, model)) if in_a_row <= _MOST_IN_A_ROW else []
+        if in_a_row == _MOST_IN_A_ROW + 1:
+            lines = [Text("│ automatic  … and more, without a pause", style="magenta")]
         broken = [violation for violation in execution.violations if violation.record == index]
         lines += [Text(f"✗ {violation.requirement}: {violation.reason}", style="bold red") for violation in broken]
         for line in lines:
             time = f"{record.at_ns / 1e9:9.3f} s" if record.at_ns != last_ns else " " * 11
             last_ns = record.at_ns
             out.line(Text(time, style="cyan").append("  ").append_text(line))
-    out.line()
-    for line in _bars(execution):
+    bars = list(_bars(execution))
+    for line in [Text(), *bars] if bars else []:
         out.line(line)
+    if execution.verdict.failures:
+        out.line()
     for failure in execution.verdict.failures:
         out.line(Text("FAILED  ", style="bold red").append(failure))
 
@@ -117,7 +126,7 @@ def _lines(record: Record, shown: frozenset[str], model: BehaviorModel) -> Itera
             yield Text(f"⚡ injection {record.injection} put back", style="yellow").append(_tail(changes))
         case RunEnded():
             style = "bold green" if record.end == End.REACHED else "bold red"
-            yield Text(f"■ {record.end.replace('_', ' ')}", style=style).append(_tail("; ".join(record.detail)))
+            yield Text(f"■ {record.end.replace('_', ' ')}", style=style)
         case PlanAsked() | PlanDropped() | BecameCurrent() | OperationStepped():
             return
 

@@ -80,6 +80,5 @@ class Slug(StrEnum):
     AUTOMATIC_LIVELOCK = "automatic-livelock"
     INITIAL_STATE_NOMINAL = "initial-state-nominal"
     PLANNER_READS_RUNNER = "planner-reads-runner"
-    NEVER_FAILS_VISIBLY = "never-fails-visibly"
     UNUSED_VARIABLE = "unused-variable"
     CHECK_INCOMPLETE = "check-incomplete"

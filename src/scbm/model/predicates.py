@@ -2,8 +2,8 @@
 
 The grammar of the paper is `F: F && F | F || F | !F | atom`, `atom: term == term | true | false`,
 `term: variable | value`. `!=`, `->`, `in {…}` and the order on integers can be written with these; they are kept
-as they were written so that a predicate prints back to its source. Precedence, tightest first:
-`!`, comparison, `&&`, `||`, `->` (to the right).
+as they were written so that a predicate prints back to its source. Precedence, tightest first: comparison, `!`, `&&`,
+`||`, `->` (to the right).
 """
 
 from __future__ import annotations

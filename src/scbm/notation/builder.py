@@ -20,13 +20,14 @@ from scbm.model.transitions import Transition
 from scbm.model.values import Domain, Kind, Value, format_value, kind_of
 from scbm.model.variables import NO_OPERATION, Role, Variable, resource_variables, runner_variables
 from scbm.notation.durations import parse_duration
+from scbm.notation.file_types import FileType, ModelFile, OperationFile, ResourceFile, VariableFile
 from scbm.notation.grammar import KEYWORDS
 from scbm.notation.nearest import nearest, suggestion
 from scbm.notation.resolution import Resolver
 from scbm.notation.scope import Scope, Where
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Container, Iterator
 
     from scbm.model.actions import Action
     from scbm.notation.document import Node
@@ -37,9 +38,20 @@ MOST_VALUES = 65_536
 """So many values may a domain have."""
 
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*", re.ASCII)
-_SYMBOL = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*", re.ASCII)
+_NEARLY_NAME = re.compile(r"[\w .-]{1,60}", re.ASCII)
 _RANGE = re.compile(r"(-?\d{1,18})\s*\.\.\s*(-?\d{1,18})", re.ASCII)
-_NUMBER = re.compile(r"\d{1,18}(\.\d{1,18})?|\.\d{1,18}", re.ASCII)
+_NUMBER = re.compile(r"\+?(\d{1,18}(\.\d{0,18})?|\.\d{1,18})(e[-+]?\d{1,2})?", re.ASCII | re.IGNORECASE)
+_ENDS = re.compile(r"(-?\d{1,18})\s*(?:\.+|-|:|,|to|…)\s*(-?\d{1,18})", re.ASCII)
+"""Ranges as other languages write them."""
+
+_DECLARING: dict[str, type[FileType]] = {
+    "variables": VariableFile,
+    "resources": ResourceFile,
+    "operations": OperationFile,
+}
+"""The sections whose keys are names that expressions use."""
+
+_POINTS = {LatencyShape.FIXED: 1, LatencyShape.UNIFORM: 2, LatencyShape.TRIANGULAR: 3}
 _RESERVED_OPERATIONS = (NO_OPERATION, "current", "plan", "automatic")
 
 
@@ -54,7 +66,7 @@ class Builder:
     def model(self) -> BehaviorModel:
         """The model; only good if the report is empty afterwards."""
         variables = self._variables()
-        self._scope = Scope(self._all_names(variables))
+        self._scope = Scope(self._all_names(variables), self._misses_names())
         self._refuse_ambiguous_symbols()
         resources = [self._resource(name, node) for name, node in self._named("resources")]
         operations = [self._operation(name, node) for name, node in self._named("operations")]
@@ -77,7 +89,7 @@ class Builder:
 
     def _model_name(self) -> str:
         node = self._document.get("behavior_model")
-        if node is None or node.text is None:
+        if node is None or node.text is None or node.plain is None:
             return ""
         if not _NAME.fullmatch(node.text):
             self._add(Slug.BAD_NAME, f"`{node.text}` is not a name", node.place, _name_remedy(node.text))
@@ -91,7 +103,8 @@ class Builder:
         for name, node in mapping.items.items():
             place = mapping.key_places[name]
             if not _NAME.fullmatch(name):
-                self._add(Slug.BAD_NAME, f"`{name}` is not a name", place, _name_remedy(name))
+                message = f"`{name}` is not a name" if name else "a name is missing"
+                self._add(Slug.BAD_NAME, message, place, _name_remedy(name))
             elif name in KEYWORDS or (section == "operations" and name in _RESERVED_OPERATIONS):
                 self._add(Slug.RESERVED_NAME, f"`{name}` has a meaning of its own", place, "choose another name")
             yield name, node
@@ -101,6 +114,8 @@ class Builder:
         names: dict[str, Variable | None] = dict(declared)
         owners = dict.fromkeys(declared, "declared in `variables`")
         for variable, owner, place in self._brought():
+            if owners.get(variable.name) == owner:  # of an operation whose name is reserved, and told of
+                continue
             if variable.name in names:
                 message = f"`{variable.name}` is {owner}, and also {owners[variable.name]}"
                 declared_place = self._document.at(("variables",)).key_places.get(variable.name)
@@ -122,12 +137,32 @@ class Builder:
             operation = variable.name.removesuffix(".state")
             yield variable, "kept by the runner", places.get(operation, self._document.place)
 
+    def _misses_names(self) -> bool:
+        """Whether something declares names that cannot be read as it is meant; its own error tells of it."""
+        if self._document.incomplete or not self._document.items.keys() <= ModelFile.model_fields.keys():
+            return True
+        return any(self._is_unclear(section) for section in _DECLARING)
+
+    def _is_unclear(self, section: str) -> bool:
+        node = self._document.get(section)
+        if node is None:
+            return ModelFile.model_fields[section].is_required()
+        others = {key for kind in _DECLARING.values() for key in kind.model_fields} - {
+            *_DECLARING[section].model_fields
+        }
+        return (
+            node.incomplete
+            or not isinstance(node.plain, dict)
+            or not all(_NAME.fullmatch(name) for name in node.items)
+            or any(not others.isdisjoint(entry.items) for entry in node.items.values())
+        )
+
     def _refuse_ambiguous_symbols(self) -> None:
         """A name is either a variable or a value, wherever it stands."""
         for name, node in self._entries("variables"):
             domain = node.get("domain")
             for element in domain.elements if domain is not None else ():
-                if element.text in self._scope.variables:
+                if self._scope.variables.get(element.text or "") is not None:
                     message = f"the value `{element.text}` of `{name}` is also the name of a variable"
                     self._add(Slug.AMBIGUOUS_SYMBOL, message, element.place, "rename one of them")
 
@@ -144,7 +179,7 @@ class Builder:
         domain = self._domain(node.get("domain"))
         if domain is None:
             return None
-        initial = self._value(node.get("initial"), domain, name)
+        initial = self._value(node.get("initial"), domain, name, domain.values)
         random = self._values(node.get("random"), domain, name)
         if initial is None:
             return Variable(name, domain, domain.values[0], (domain.values[0],))
@@ -162,10 +197,8 @@ class Builder:
         match = _RANGE.fullmatch(node.text)
         if match is not None:
             return self._range(int(match[1]), int(match[2]), node)
-        near = nearest(node.text, ["bool", "boolean"])
-        remedy = "write `bool`" if near else "write `bool`, `[a, b, c]` or `0..5`"
         if node.plain is not None:
-            self._add(Slug.BAD_DOMAIN, f"`{node.text}` is not a domain", node.place, remedy)
+            self._add(Slug.BAD_DOMAIN, f"`{node.text}` is not a domain", node.place, _domain_remedy(node.text))
         return None
 
     def _range(self, low: int, high: int, node: Node) -> Domain | None:
@@ -187,49 +220,56 @@ class Builder:
             message = f"a domain can have {MOST_VALUES} values, and this has {len(node.elements)}"
             self._add(Slug.DOMAIN_TOO_LARGE, message, node.place)
             return None
+        if self._refuse_list_of_others(node):
+            return None
         symbols: dict[str, None] = {}
         sound = True
         for element in node.elements:
-            if element.text is None:
-                sound = False
-            elif not isinstance(element.plain, str) or not _SYMBOL.fullmatch(element.text) or element.text in KEYWORDS:
-                self._bad_symbol(element)
+            if not self._is_symbol(element):
                 sound = False
             elif element.text in symbols:
                 self._add(Slug.DUPLICATE_VALUE, f"`{element.text}` stands here twice", element.place)
-                sound = False
-            else:
+            elif element.text is not None:
                 symbols[element.text] = None
         return Domain(tuple(symbols)) if sound else None
 
-    def _bad_symbol(self, element: Node) -> None:
-        remedy = "a symbol is a word, such as `box_a`"
-        if isinstance(element.plain, bool) or element.text in ("true", "false"):
-            remedy = "write `domain: bool`"
-        elif isinstance(element.plain, int):
-            remedy = "write a range, such as `0..5`"
-        self._add(Slug.BAD_DOMAIN, f"`{element.text}` is not a symbol", element.place, remedy)
+    def _refuse_list_of_others(self, node: Node) -> bool:
+        """A list of integers or truth values is one mistake, not as many as it has elements."""
+        values = [element.plain for element in node.elements]
+        if all(isinstance(value, bool) for value in values):
+            self._add(Slug.BAD_DOMAIN, "a list of truth values is not a domain", node.place, "write `bool`")
+            return True
+        numbers = [value for value in values if isinstance(value, int) and not isinstance(value, bool)]
+        if len(numbers) < len(values):
+            return False
+        remedy = f"write a range: `{min(numbers)}..{max(numbers)}`"
+        self._add(Slug.BAD_DOMAIN, "a list of numbers is not a domain", node.place, remedy)
+        return True
 
-    def _value(self, node: Node | None, domain: Domain, name: str) -> Value | None:
-        """The value of a domain that a scalar says."""
+    def _is_symbol(self, element: Node) -> bool:
+        """Whether an element of a domain is a symbol; complains if it is another scalar."""
+        text = element.text
+        if text is None or element.plain is None:
+            return False
+        if text in KEYWORDS:
+            self._add(Slug.RESERVED_NAME, f"`{text}` has a meaning of its own", element.place, "choose another word")
+        elif not isinstance(element.plain, str) or not _NAME.fullmatch(text):
+            remedy = "a symbol is a word of letters, digits and `_`, such as `box_a`"
+            self._add(Slug.BAD_DOMAIN, f"`{text}` is not a symbol", element.place, remedy)
+        else:
+            return True
+        return False
+
+    def _value(self, node: Node | None, domain: Domain, name: str, values: Container[Value]) -> Value | None:
+        """The value of a domain that a scalar says; `values` are all of the domain's."""
         if node is None or node.text is None or node.plain is None:
             return None
-        value = node.plain
-        if domain.kind is Kind.SYMBOL and node.text in domain:
-            value = node.text
-        if isinstance(value, (bool, int, str)) and value in domain:
-            return value
-        written = node.text
-        if isinstance(value, (bool, int, str)) and kind_of(value) is domain.kind:
-            values = [format_value(value) for value in domain.values]
-            remedy = f"its domain is {domain}"
-            if domain.kind is Kind.SYMBOL:
-                remedy = suggestion(written, values, "its values are") or remedy
-            message = f"`{written}` is not a value of `{name}`"
-            self._add(Slug.VALUE_OUTSIDE_DOMAIN, message, node.place, remedy)
-        else:
-            message = f"`{written}` is not a value of `{name}`"
-            self._add(Slug.DIFFERENT_KINDS, message, node.place, f"its domain is {domain}")
+        slug = Slug.DIFFERENT_KINDS
+        if isinstance(node.plain, (bool, int, str)) and kind_of(node.plain) is domain.kind:
+            if node.plain in values:
+                return node.plain
+            slug = Slug.VALUE_OUTSIDE_DOMAIN
+        self._add(slug, f"`{node.text}` is not a value of `{name}`", node.place, _value_remedy(node, domain))
         return None
 
     def _values(self, node: Node | None, domain: Domain, name: str) -> tuple[Value, ...]:
@@ -240,26 +280,32 @@ class Builder:
             if node.text == "any":
                 return domain.values
             if node.text is not None and node.plain is not None:
-                self._add(Slug.WRONG_SHAPE, "expected `any` or a list of values", node.place)
+                message = f"expected `any` or a list of values, found `{node.text}`"
+                is_value = node.text in map(format_value, domain.values)
+                self._add(
+                    Slug.WRONG_SHAPE, message, node.place, f"write `[{node.text}]`" if is_value else "write `any`"
+                )
             return ()
         if not node.elements:
             self._add(Slug.EMPTY_DOMAIN, "a list of values needs at least one", node.place)
-        values: list[Value] = []
+        values: dict[Value, None] = {}
+        all_values = frozenset(domain.values)
         for element in node.elements:
-            value = self._value(element, domain, name)
+            value = self._value(element, domain, name, all_values)
             if value is not None and value in values:
                 self._add(Slug.DUPLICATE_VALUE, f"`{element.text}` stands here twice", element.place)
             elif value is not None:
-                values.append(value)
+                values[value] = None
         return tuple(values)
 
     # resources
 
     def _resource(self, name: str, node: Node) -> Resource:
         request = self._declared_names(node.get("request"))
-        measures = self._declared_names(node.get("measures"))
-        simulation = node.get("simulation")
-        return Resource(name, request, measures, self._simulation(simulation, measures))
+        measures_node = node.get("measures")
+        measures = self._declared_names(measures_node)
+        written = [element.text for element in measures_node.elements] if measures_node is not None else []
+        return Resource(name, request, measures, self._simulation(node.get("simulation"), written))
 
     def _declared_names(self, node: Node | None) -> tuple[str, ...]:
         names: list[str] = []
@@ -267,18 +313,24 @@ class Builder:
             if element.text is None:
                 continue
             variable = self._scope.variables.get(element.text)
-            if element.text not in self._scope.variables or (variable is not None and variable.role.is_runner):
-                known = [n for n, v in self._scope.variables.items() if v is None or v.role is Role.DECLARED]
-                message = f"there is no variable `{element.text}`"
-                remedy = suggestion(element.text, known, "the variables are")
-                self._add(Slug.UNKNOWN_VARIABLE, message, element.place, remedy)
+            if element.text not in self._scope.variables:
+                self._refuse_unknown(element.text, element.place)
+            elif variable is not None and variable.role.is_runner:
+                message = f"`{element.text}` belongs to the runner; resources speak of the world"
+                self._add(Slug.RUNNER_VARIABLE, message, element.place)
             elif element.text in names:
                 self._add(Slug.DUPLICATE_VALUE, f"`{element.text}` stands here twice", element.place)
             else:
                 names.append(element.text)
         return tuple(names)
 
-    def _simulation(self, node: Node | None, measures: tuple[str, ...]) -> Simulation:
+    def _refuse_unknown(self, name: str, place: Place) -> None:
+        if not self._scope.incomplete:
+            known = [n for n, v in self._scope.variables.items() if v is None or v.role is Role.DECLARED]
+            remedy = suggestion(name, known, "the variables are")
+            self._add(Slug.UNKNOWN_VARIABLE, f"there is no variable `{name}`", place, remedy)
+
+    def _simulation(self, node: Node | None, measures: list[str | None]) -> Simulation:
         if node is None:
             return Simulation()
         default = Simulation()
@@ -290,14 +342,15 @@ class Builder:
             self._measured(node.get("measured"), measures),
         )
 
-    def _measured(self, node: Node | None, measures: tuple[str, ...]) -> tuple[tuple[str, tuple[Value, ...]], ...]:
+    def _measured(self, node: Node | None, measures: list[str | None]) -> tuple[tuple[str, tuple[Value, ...]], ...]:
         drawn: list[tuple[str, tuple[Value, ...]]] = []
         for name, values in node.items.items() if node is not None else ():
             variable = self._scope.variables.get(name)
             if name not in measures:
                 assert node is not None  # noqa: S101 - its items are gone through
                 message = f"this resource does not measure `{name}`"
-                remedy = suggestion(name, measures, "it measures") or f"add `measures: [{name}]` to the resource"
+                known = [measured for measured in measures if measured is not None]
+                remedy = suggestion(name, known, "it measures") or f"add `measures: [{name}]` to the resource"
                 self._add(Slug.UNKNOWN_VARIABLE, message, node.key_places[name], remedy)
             elif variable is not None:
                 drawn.append((name, self._values(values, variable.domain, name)))
@@ -305,32 +358,35 @@ class Builder:
 
     def _latency(self, node: Node) -> Latency:
         default = Simulation().latency
-        if not node.items:
+        if not isinstance(node.plain, dict):
             value_ns = self._duration(node)
             return default if value_ns is None else Latency(LatencyShape.FIXED, (value_ns,))
-        if len(node.items) > 1:
-            message = "a latency has one distribution, and these are several"
-            self._add(Slug.BAD_LATENCY, message, node.place)
+        if len(node.items) != 1:
+            found = "here are several" if node.items else "here is none"
+            remedy = f"write one of {', '.join(f'`{shape}`' for shape in LatencyShape)}"
+            self._add(Slug.BAD_LATENCY, f"a latency has one distribution, and {found}", node.place, remedy)
             return default
         key, points = next(iter(node.items.items()))
-        if key not in tuple(LatencyShape):
-            return default
-        shape = LatencyShape(key)
-        nodes = points.elements or [points]
-        points_ns = [self._duration(point) for point in nodes]
-        wanted = {LatencyShape.FIXED: 1, LatencyShape.UNIFORM: 2, LatencyShape.TRIANGULAR: 3}[shape]
+        return self._distribution(LatencyShape(key), points) or default if key in tuple(LatencyShape) else default
+
+    def _distribution(self, shape: LatencyShape, points: Node) -> Latency | None:
+        if isinstance(points.plain, list) is (shape is LatencyShape.FIXED):
+            return None
+        nodes = [points] if shape is LatencyShape.FIXED else points.elements
+        points_ns = [point_ns for node in nodes if (point_ns := self._duration(node)) is not None]
+        wanted = _POINTS[shape]
         if len(nodes) != wanted:
-            message = f"`{key}` takes {wanted} duration{'s' * (wanted > 1)}, and here are {len(nodes)}"
+            message = f"`{shape}` takes {wanted} durations, and this is a list of {len(nodes)}"
             self._add(Slug.BAD_LATENCY, message, points.place)
-            return default
-        known_ns = [point_ns for point_ns in points_ns if point_ns is not None]
-        if len(known_ns) == wanted and known_ns != sorted(known_ns):
-            self._add(Slug.BAD_LATENCY, f"the durations of `{key}` must not fall", points.place)
-        return Latency(shape, tuple(known_ns)) if len(known_ns) == wanted else default
+        elif len(points_ns) == wanted and points_ns != sorted(points_ns):
+            message = f"the durations of `{shape}` must not fall"
+            remedy = "write the shortest first"
+            self._add(Slug.BAD_LATENCY, message, points.place, remedy)
+        return Latency(shape, tuple(points_ns)) if len(points_ns) == wanted else None
 
     def _outcomes(self, node: Node) -> tuple[tuple[Outcome, Fraction], ...]:
         outcomes: list[tuple[Outcome, Fraction]] = []
-        sound = True
+        sound = isinstance(node.plain, dict) and not node.incomplete
         for key, value in node.items.items():
             if key not in tuple(Outcome) or value.text is None or value.plain is None:
                 sound = False
@@ -374,7 +430,7 @@ class Builder:
         actions = self._actions((timedout,), (Where.RUNNING,))[0]
         deadline_ns = self._duration(node.get("deadline"))
         disabled_deadline_ns = self._duration(node.get("disabled_deadline"))
-        if timedout is not None and timedout.elements and node.get("deadline") is None:
+        if timedout is not None and timedout.elements and nearest("deadline", node.items) is None:
             message = f"`{name}` has no deadline, so it never times out"
             place = node.key_places["timedout"]
             self._add(Slug.MISSING_KEY, message, place, "add `deadline: 10 s`, or leave out `timedout`")
@@ -384,8 +440,8 @@ class Builder:
 
     def _automatic(self, name: str, node: Node) -> Transition | None:
         transition = self._transition(node, name, Where.AUTOMATIC, Where.AUTOMATIC)
-        written = [part for key in ("a", "ar") if (part := node.get(key)) is not None and part.elements]
-        if node.items and not written:
+        written = [part for key in ("a", "ar") if (part := node.get(key)) is not None and part.plain != []]
+        if node.items and not written and not node.incomplete:
             place = self._document.items["automatic_transitions"].key_places[name]
             message = f"`{name}` has no actions, so it could never be taken"
             self._add(Slug.AUTOMATIC_DOES_NOTHING, message, place, "add `a: [...]`")
@@ -395,8 +451,10 @@ class Builder:
         if node is None:
             return None
         label = node.get("name")
-        if label is not None and label.text and label.plain is not None:
+        if label is not None and label.text is not None and label.plain is not None:
             name = label.text
+            if not _NAME.fullmatch(name):
+                self._add(Slug.BAD_NAME, f"`{name}` is not a name", label.place, _name_remedy(name))
         g = self._predicate(node.get("g"), Where.GUARD)
         gr = self._predicate(node.get("gr"), Where.GUARD)
         a, ar = self._actions((node.get("a"), node.get("ar")), (a_where, ar_where))
@@ -464,6 +522,22 @@ class Builder:
 
 def _name_remedy(name: str) -> str:
     fixed = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")
-    if not fixed or fixed[0].isdigit():
-        return "names are letters, digits and `_`, and begin with a letter"
+    if not fixed or fixed[0].isdigit() or not _NEARLY_NAME.fullmatch(name):
+        return "names are letters from a to z, digits and `_`, and begin with a letter"
     return f"write `{fixed}`"
+
+
+def _domain_remedy(written: str) -> str:
+    if nearest(written, ["bool", "boolean"]):
+        return "write `bool`"
+    ends = _ENDS.fullmatch(written)
+    return f"write `{ends[1]}..{ends[2]}`" if ends else "write `bool`, `[a, b, c]` or `0..5`"
+
+
+def _value_remedy(node: Node, domain: Domain) -> str:
+    written = node.text or ""
+    if domain.kind is Kind.SYMBOL:
+        return suggestion(written, map(format_value, domain.values), "its values are") or f"its domain is {domain}"
+    if node.scalar is not None and node.scalar.style and written in map(format_value, domain.values):
+        return "leave out the quotes"
+    return "write `true` or `false`" if domain.kind is Kind.BOOLEAN else f"its domain is {domain}"

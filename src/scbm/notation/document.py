@@ -50,6 +50,7 @@ _FLOAT = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
 _PROPERTY = re.compile(r"[&!]\S*(?:\s|#.*)*")
 """An anchor or a tag, and what lies between it and the next one or the content."""
 _TAG = re.compile(r"(?:&\S*\s+)?(!\S*)")
+_ANCHOR_NAME = re.compile(r"[\w-]+")
 
 _Start: TypeAlias = ScalarEvent | CollectionStartEvent
 """What begins a node that is not an alias."""
@@ -68,6 +69,7 @@ class Node:
         elements: the children of a sequence.
         size: how many nodes it is made of.
         condemned: whether an error is already told that explains whatever else may be wrong with it.
+        incomplete: for a mapping, whether it has a key that is no name, of which an error is told.
     """
 
     plain: Plain
@@ -78,6 +80,7 @@ class Node:
     elements: list[Node] = field(default_factory=list)
     size: int = 1
     condemned: bool = False
+    incomplete: bool = False
 
     @property
     def text(self) -> str | None:
@@ -87,6 +90,14 @@ class Node:
     def get(self, key: str) -> Node | None:
         """The child under a key, if this is a mapping that has it."""
         return self.items.get(key)
+
+    def add_entries(self, other: Node) -> None:
+        """Takes over what only the other mapping has: of a section that is there twice, both are read."""
+        for key, child in other.items.items():
+            if key not in self.items and isinstance(self.plain, dict):
+                self.items[key] = child
+                self.key_places[key] = other.key_places[key]
+                self.plain[key] = child.plain
 
     def at(self, path: tuple[int | str, ...]) -> Node:
         """The node at the end of a path, or the last one on the way that exists."""
@@ -107,8 +118,13 @@ def read_document(source: Source, report: Report) -> Node | None:
     Raises:
         InputError: the text is not YAML, or it is larger or deeper than any model.
     """
+    return _Reader(source, report).document()
+
+
+def _events(source: Source) -> Iterator[Event]:
+    """What the YAML parser finds, one after the other; it may fall over a text in more ways than it says."""
     try:
-        return _Reader(source, report).document()
+        yield from YAML(typ="safe", pure=True).parse(source.text)
     except (YAMLError, ValueError, IndexError, AssertionError, AttributeError) as error:
         raise InputError([yaml_fault(error, source)]) from None
 
@@ -119,7 +135,7 @@ class _Reader:
     def __init__(self, source: Source, report: Report) -> None:
         self._source = source
         self._report = report
-        self._events: Iterator[Event] = YAML(typ="safe", pure=True).parse(source.text)
+        self._events = _events(source)
         self._anchors: dict[str, Node | None] = {}
         self._count = 0
 
@@ -153,6 +169,7 @@ class _Reader:
             self._refuse_tag(event, node)
         if event.anchor is not None:
             self._anchors[event.anchor] = node
+            self._refuse_odd_anchor(event, node)
         return node
 
     def _content(self, event: _Start, depth: int) -> Node:
@@ -171,11 +188,11 @@ class _Reader:
     def _content_begin(self, event: _Start) -> int:
         """Where a node begins, behind its anchor and its tag."""
         index: int = event.start_mark.index
-        for _ in (prefix for prefix in (event.anchor, event.tag) if prefix is not None):
+        for written in (event.anchor, event.tag):
             match = _PROPERTY.match(self._source.text, index)
-            index = match.end() if match else index
-        is_scalar = isinstance(event, ScalarEvent)
-        return min(index, event.end_mark.index) if is_scalar else index
+            if written is not None and match is not None:
+                index = match.end()
+        return min(index, event.end_mark.index) if isinstance(event, ScalarEvent) else index
 
     def _scalar(self, event: ScalarEvent, begin: int) -> Node:
         scalar = Scalar(self._source, str(event.value), begin, event.end_mark.index, event.style or "")
@@ -194,17 +211,20 @@ class _Reader:
 
     def _enter(self, node: Node, key: Node, value: Node) -> None:
         name = key.text
-        if name is None:
-            if not key.condemned:
-                self._report.add(Slug.WRONG_SHAPE, "a key must be a name", key.place)
-        elif name == "<<" and isinstance(value.plain, (dict, list)):
-            self._report.add(Slug.UNKNOWN_KEY, "merge keys (`<<`) are not part of model files", key.place)
-        elif name in node.items:
-            message = f"`{name}` stands here twice, first in line {node.key_places[name].line}"
-            self._report.add(Slug.DUPLICATE_KEY, message, key.place)
-        else:
+        if name is not None and name not in node.items and not _is_merge(name, value):
             node.items[name] = value
             node.key_places[name] = key.place
+            return
+        if name in node.items:
+            message = f"`{name}` stands here twice, first in line {node.key_places[name].line}"
+            self._report.add(Slug.DUPLICATE_KEY, message, key.place)
+            node.items[name].add_entries(value)
+            return
+        node.incomplete = True
+        if name is not None:
+            self._report.add(Slug.UNKNOWN_KEY, "merge keys (`<<`) are not part of model files", key.place)
+        elif not key.condemned:
+            self._report.add(Slug.WRONG_SHAPE, "a key must be a name", key.place)
 
     def _alias(self, event: AliasEvent) -> Node:
         begin = event.start_mark.index
@@ -222,21 +242,31 @@ class _Reader:
         return Node(None, place, condemned=True)
 
     def _refuse_tag(self, event: _Start, node: Node) -> None:
-        """Notes a tag. Mostly it is a predicate that begins with `!`, so nothing more is to be read in it."""
-        begin = event.start_mark.index
-        match = _TAG.match(self._source.text, begin)
-        begin, end = match.span(1) if match else (begin, begin + 1)
+        """Notes a tag. Mostly it is a predicate that begins with `!`."""
+        match = _TAG.match(self._source.text, event.start_mark.index)
+        begin, end = match.span(1) if match else (event.start_mark.index, event.end_mark.index)
         tag = self._source.text[begin:end]
-        remedy = f"leave out `{tag}`"
-        if isinstance(event, ScalarEvent) and not tag.startswith("!!"):
-            written = self._source.text[begin : event.end_mark.index].rstrip()
-            quoted = f": '{written}'" if "\n" not in written and "'" not in written else ""
-            remedy = f"a value that begins with `!` needs quotes{quoted}"
+        is_value = isinstance(event, ScalarEvent) and not tag.startswith("!!")
+        remedy = self._quoted(begin, event) if is_value else f"leave out `{tag}`"
         message = f"`{tag}` is read as a YAML tag, and model files have none"
         self._report.add(Slug.YAML_TAG, message, self._source.stretch(begin, end), remedy)
-        if isinstance(event, ScalarEvent):
-            node.scalar = None
-            node.condemned = True
+        _condemn(node)
+
+    def _refuse_odd_anchor(self, event: _Start, node: Node) -> None:
+        """Notes an anchor that nobody means as one: a predicate that begins with `&&`."""
+        if _ANCHOR_NAME.fullmatch(event.anchor):
+            return
+        begin = self._source.text.find(f"&{event.anchor}", event.start_mark.index)
+        message = f"`&{event.anchor}` is read as a YAML anchor"
+        place = self._source.stretch(begin, begin + 1 + len(event.anchor))
+        self._report.add(Slug.YAML_SYNTAX, message, place, self._quoted(begin, event))
+        _condemn(node)
+
+    def _quoted(self, begin: int, event: _Start) -> str:
+        """The remedy for a value that begins with a character that YAML takes for its own."""
+        text = self._source.text[begin : event.end_mark.index].rstrip()
+        shown = f": '{text}'" if "\n" not in text and "'" not in text else ""
+        return f"a value that begins with `{text[:1]}` needs quotes{shown}"
 
     def _add_to_count(self, size: int, index: int) -> None:
         self._count += size
@@ -248,6 +278,17 @@ class _Reader:
         place = self._source.place(index)
         line = self._source.lines[place.line - 1]
         return InputError([Diagnostic(Slug.YAML_TOO_LARGE, message, place, source_line=line)])
+
+
+def _condemn(node: Node) -> None:
+    """Nothing more is to be read in a scalar: it is not what was meant."""
+    if node.scalar is not None:
+        node.scalar = None
+        node.condemned = True
+
+
+def _is_merge(name: str, value: Node) -> bool:
+    return name == "<<" and isinstance(value.plain, (dict, list))
 
 
 def _plain(text: str) -> Plain:

@@ -7,7 +7,16 @@ from __future__ import annotations
 
 from typing import Annotated, Any, TypeAlias
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    TypeAdapter,
+    ValidatorFunctionWrapHandler,
+    WithJsonSchema,
+    WrapValidator,
+)
 from pydantic_core import PydanticCustomError
 
 from scbm.errors import Slug
@@ -32,10 +41,10 @@ def _found(value: object) -> str:
             return f"`{str(value).lower() if isinstance(value, bool) else str(value)[:40]}`"
 
 
-def wrong_shape(expected: str, value: object) -> PydanticCustomError:
+def wrong_shape(expected: str, value: object, remedy: str | None = None) -> PydanticCustomError:
     """What to raise where something else was expected."""
-    return PydanticCustomError(Slug.WRONG_SHAPE.value, "expected {expected}, found {found}",
-                               {"expected": expected, "found": _found(value)})  # fmt: skip
+    context = {"expected": expected, "found": _found(value), "remedy": remedy}
+    return PydanticCustomError(Slug.WRONG_SHAPE.value, "expected {expected}, found {found}", context)
 
 
 def _scalar(expected: str) -> BeforeValidator:
@@ -47,25 +56,25 @@ def _scalar(expected: str) -> BeforeValidator:
     return BeforeValidator(check)
 
 
-def _scalar_or_list(expected: str) -> BeforeValidator:
+def _scalar_or_list(expected: str, expected_element: str) -> BeforeValidator:
+    elements = TypeAdapter(list[Annotated[Any, _scalar(expected_element)]])
+
     def check(value: object) -> object:
-        elements = value if isinstance(value, list) else [value]
-        for element in elements:
-            if element is None or isinstance(element, (dict, list)):
-                raise wrong_shape(expected, value if element is None else element)
-        return value
+        if value is None or isinstance(value, dict):
+            raise wrong_shape(expected, value)
+        return elements.validate_python(value) if isinstance(value, list) else value
 
     return BeforeValidator(check)
 
 
-def _list(expected: str) -> BeforeValidator:
+def _list(expected: str, expected_element: str) -> BeforeValidator:
+    elements = TypeAdapter(list[Annotated[Any, _scalar(expected_element)]])
+
     def check(value: object) -> object:
         if not isinstance(value, list):
-            raise wrong_shape(f"a list of {expected}", value)
-        for element in value:
-            if element is None or isinstance(element, (dict, list)):
-                raise wrong_shape(expected.removesuffix("s"), element)
-        return value
+            remedy = f"write `[{value}]`" if isinstance(value, str) else None
+            raise wrong_shape(expected, value, remedy)
+        return elements.validate_python(value)
 
     return BeforeValidator(check)
 
@@ -78,7 +87,7 @@ Name: TypeAlias = Annotated[Any, _scalar("a name"), WithJsonSchema({"type": "str
 Value: TypeAlias = Annotated[Any, _scalar("a value"), WithJsonSchema(_SCALAR_SCHEMA)]
 Predicate: TypeAlias = Annotated[
     Any,
-    _scalar_or_list("a predicate"),
+    _scalar_or_list("a predicate", "a predicate"),
     WithJsonSchema(
         {
             "description": _PREDICATE_HELP,
@@ -96,7 +105,7 @@ Requirement: TypeAlias = Annotated[
 ]
 Actions: TypeAlias = Annotated[
     Any,
-    _list("actions"),
+    _list("a list of actions", "an action"),
     WithJsonSchema(
         {
             "type": "array",
@@ -105,10 +114,12 @@ Actions: TypeAlias = Annotated[
         }
     ),
 ]
-Names: TypeAlias = Annotated[Any, _list("names"), WithJsonSchema({"type": "array", "items": {"type": "string"}})]
+Names: TypeAlias = Annotated[
+    Any, _list("a list of names", "a name"), WithJsonSchema({"type": "array", "items": {"type": "string"}})
+]
 Domain: TypeAlias = Annotated[
     Any,
-    _scalar_or_list("`bool`, a list of symbols such as `[open, closed]`, or a range such as `0..5`"),
+    _scalar_or_list("`bool`, a list of symbols such as `[open, closed]`, or a range such as `0..5`", "a symbol"),
     WithJsonSchema(
         {
             "description": "`bool`, a list of symbols, or an integer range `lo..hi`.",
@@ -122,7 +133,7 @@ Domain: TypeAlias = Annotated[
 ]
 Values: TypeAlias = Annotated[
     Any,
-    _scalar_or_list("`any` or a list of values"),
+    _scalar_or_list("`any` or a list of values", "a value"),
     WithJsonSchema({"anyOf": [{"const": "any"}, {"type": "array", "items": _SCALAR_SCHEMA, "minItems": 1}]}),
 ]
 Duration: TypeAlias = Annotated[
@@ -132,7 +143,7 @@ Duration: TypeAlias = Annotated[
 ]
 Durations: TypeAlias = Annotated[
     Any,
-    _list("durations"),
+    _list("a list of durations", "a duration such as `10 s`"),
     WithJsonSchema({"type": "array", "items": {"type": "string", "pattern": DURATION_PATTERN}}),
 ]
 Probability: TypeAlias = Annotated[
@@ -167,15 +178,15 @@ class LatencyFile(FileType):
     """`[lowest, most likely, highest]`."""
 
 
-def _latency(value: object) -> object:
+def _latency(value: object, check: ValidatorFunctionWrapHandler) -> object:
     if value is None or isinstance(value, list):
         raise wrong_shape("a duration or a distribution such as `{uniform: [200 ms, 1 s]}`", value)
-    return LatencyFile.model_validate(value) if isinstance(value, dict) else value
+    return check(value) if isinstance(value, dict) else value
 
 
 Latency: TypeAlias = Annotated[
-    Any,
-    BeforeValidator(_latency),
+    LatencyFile,
+    WrapValidator(_latency),
     WithJsonSchema(
         {
             "description": "A duration, or `{fixed: d}`, `{uniform: [low, high]}`, `{triangular: [low, mode, high]}`.",
@@ -220,8 +231,8 @@ class OutcomesFile(FileType):
 class SimulationFile(FileType):
     """How a simulated resource behaves."""
 
-    latency: Latency = "0 s"
-    outcomes: OutcomesFile | None = None
+    latency: Latency = Field(default_factory=LatencyFile)
+    outcomes: OutcomesFile = Field(default_factory=OutcomesFile)
     measured: dict[str, Values] = Field(default_factory=dict)
     """For each measured variable, the values that a successful reply draws from."""
 
@@ -233,13 +244,12 @@ class ResourceFile(FileType):
     """The variables whose values a request carries."""
     measures: Names = Field(default_factory=list)
     """The variables whose values a reply may carry."""
-    simulation: SimulationFile | None = None
+    simulation: SimulationFile = Field(default_factory=SimulationFile)
 
 
-class TransitionFile(FileType):
-    """A running transition `g / gr / a / ar`."""
+class AutomaticFile(FileType):
+    """A running transition `g / gr / a / ar` whose name is its key."""
 
-    name: Name = None
     g: Predicate
     """The guard that planner and runner see."""
     gr: Predicate = True
@@ -248,6 +258,13 @@ class TransitionFile(FileType):
     """The actions that planner and runner take."""
     ar: Actions = Field(default_factory=list)
     """The actions that only the runner adds."""
+
+
+class TransitionFile(AutomaticFile):
+    """A running transition `g / gr / a / ar`."""
+
+    name: Name = None
+    """What reports call it."""
 
 
 class OperationFile(FileType):
@@ -259,7 +276,7 @@ class OperationFile(FileType):
     """Taken when the operation starts."""
     post: TransitionFile
     """Taken when the operation completes."""
-    failed: TransitionFile | None = None
+    failed: TransitionFile = None  # type: ignore[assignment] # only the shape of what is there is ever looked at
     """Fails the operation while it executes."""
     timedout: Actions = Field(default_factory=list)
     """Taken when the deadline passes."""
@@ -276,7 +293,7 @@ class ModelFile(FileType):
     resources: dict[str, ResourceFile] = Field(default_factory=dict)
     operations: dict[str, OperationFile]
     """What can be planned. Their order decides between plans of one length."""
-    automatic_transitions: dict[str, TransitionFile] = Field(default_factory=dict)
+    automatic_transitions: dict[str, AutomaticFile] = Field(default_factory=dict)
     """Taken as soon as they can be, the first one first."""
     initial_states: Predicate = True
     """What every initial state satisfies."""

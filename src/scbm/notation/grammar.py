@@ -8,7 +8,7 @@ predicate: implication
 ?negation: "!" negation -> no | atom
 ?atom: "(" implication ")" -> group
      | term RELATION term -> comparison
-     | NAME "in" "{" [term ("," term)*] "}" -> member
+     | NAME _IN "{" [term ("," term)*] "}" -> member
      | truth
      | NAME -> bare
 truth: TRUE | FALSE
@@ -18,11 +18,11 @@ action: NAME _GETS term -> assign
       | NAME _INCREASES INTEGER -> add
       | NAME _DECREASES INTEGER -> subtract
 
-requirement: "always" implication -> always
-           | "never" implication -> never
-           | implication "leads" "to" implication ["within" DURATION] -> leads_to
-           | implication "before" implication -> before
-           | "after" implication "always" implication "until" implication -> after_always
+requirement: _ALWAYS implication -> always
+           | _NEVER implication -> never
+           | implication _LEADS _TO implication [_WITHIN DURATION] -> leads_to
+           | implication _BEFORE implication -> before
+           | _AFTER implication _ALWAYS implication _UNTIL implication -> after_always
 
 RELATION: "==" | "!=" | "<=" | "<" | ">=" | ">"
 _IMPLIES: "->"
@@ -31,6 +31,15 @@ _AND: "&&"
 _GETS: "<-"
 _INCREASES: "+="
 _DECREASES: "-="
+_IN.2: /in(?![\w.])/
+_ALWAYS.2: /always(?![\w.])/
+_NEVER.2: /never(?![\w.])/
+_LEADS.2: /leads(?![\w.])/
+_TO.2: /to(?![\w.])/
+_WITHIN.2: /within(?![\w.])/
+_BEFORE.2: /before(?![\w.])/
+_AFTER.2: /after(?![\w.])/
+_UNTIL.2: /until(?![\w.])/
 TRUE: "true"
 FALSE: "false"
 NAME: /[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*/

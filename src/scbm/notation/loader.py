@@ -59,11 +59,11 @@ def read_model(text: str, file: str = "model") -> BehaviorModel:
 
 
 def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
-    source = Source(text.removeprefix("\N{BYTE ORDER MARK}"), file)
+    source = Source(text.removeprefix(_MARK), file)
     report = Report(source.lines)
     document = read_document(source, report)
     if document is None or (document.plain is None and not document.condemned):
-        message = "there is nothing in the file but comments" if text.strip() else "the file is empty"
+        message = "there is no model in the file" if source.text.strip() else "the file is empty"
         raise InputError([Diagnostic(Slug.FILE_EMPTY, message, Place(file), _START)])
     if not isinstance(document.plain, dict):
         if not document.condemned:
@@ -75,6 +75,7 @@ def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
     return model, Places(document, source)
 
 
+_MARK = "\N{BYTE ORDER MARK}"
 _START = "a model begins with `behavior_model: <name>`"
 
 
@@ -94,12 +95,16 @@ def _read_text(path: Path) -> str:
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError as error:
-        before = data[: error.start].decode("utf-8", errors="replace")
-        line, column = before.count("\n") + 1, len(before) - (before.rfind("\n") + 1) + 1
-        place = Place(str(path), line, column)
-        message = f"the byte 0x{data[error.start]:02x} is not UTF-8"
-        diagnostic = Diagnostic(Slug.NOT_UTF8, message, place, "save the file as UTF-8")
-        raise InputError([diagnostic]) from None
+        raise InputError([_not_utf8(data, error.start, path)]) from None
+
+
+def _not_utf8(data: bytes, begin: int, path: Path) -> Diagnostic:
+    """What to say of the first byte that does not belong into a file in UTF-8."""
+    readable = data[:begin].decode("utf-8").removeprefix(_MARK)
+    source = Source(readable + data[begin:].decode("utf-8", errors="replace"), str(path))
+    place = source.place(len(readable))
+    message = f"the byte 0x{data[begin]:02x} is not UTF-8"
+    return Diagnostic(Slug.NOT_UTF8, message, place, "save the file as UTF-8", source.lines[place.line - 1])
 
 
 def _unreadable(slug: Slug, message: str, path: Path) -> InputError:

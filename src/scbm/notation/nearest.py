@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from difflib import get_close_matches
+from itertools import islice
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -11,11 +12,17 @@ if TYPE_CHECKING:
 _SHOWN = 8
 """So many names are listed at most when none is near."""
 
+_ALIKE = 0.65
+"""The least ratio of `difflib` that counts as alike: `avg` is like `agv`, and `normal` is not like `uniform`."""
+
+_MOST_COMPARED = 2_000
+"""So many names are looked at: a model with thousands of them gets its errors in seconds, if with fewer hints."""
+
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
     """The known name most like `name`, or `None` if none is like it. Upper and lower case count as alike."""
-    by_folded = {candidate.casefold(): candidate for candidate in known}
-    found = get_close_matches(name.casefold(), by_folded, n=1, cutoff=0.6)
+    by_folded = {candidate.casefold(): candidate for candidate in islice(known, _MOST_COMPARED)}
+    found = get_close_matches(name.casefold(), by_folded, n=1, cutoff=_ALIKE)
     return by_folded[found[0]] if found else None
 
 

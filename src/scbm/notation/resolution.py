@@ -31,7 +31,8 @@ from scbm.model.variables import Role, Variable
 from scbm.notation.durations import parse_duration
 from scbm.notation.nearest import nearest, suggestion
 from scbm.notation.scope import Scope, Where
-from scbm.notation.syntax import Start, SyntaxFault, SyntaxTree, extent, parse
+from scbm.notation.syntax import SyntaxTree, extent, parse
+from scbm.notation.syntax_faults import Start, SyntaxFault
 
 
 class Complain(Protocol):
@@ -112,9 +113,16 @@ class Resolver:
             message = f"`{name}` is a variable, not a predicate"
             self.complain(Slug.NOT_A_PREDICATE, message, begin, end, f"compare it: `{name} == {value}`")
         elif name not in self.scope.variables:
-            near = nearest(name, self.scope.variables)
+            near = nearest(name, (*self._readable(), "true", "false"))
             remedy = f"did you mean a comparison with `{near}`?" if near else "compare a variable with a value"
+            remedy = f"write `{near}`" if near in ("true", "false") else remedy
             self.complain(Slug.NOT_A_PREDICATE, f"`{name}` is not a predicate", begin, end, remedy)
+
+    def _readable(self, domain: Domain | None = None) -> list[str]:
+        """The names that an expression at this place can read; if a domain is given, those that can be equal to it."""
+        variables = self.scope.variables.items()
+        readable = [(n, v) for n, v in variables if v is None or self.where is not Where.WORLD or not v.role.is_runner]
+        return [name for name, v in readable if v is None or domain is None or _overlap(v.domain, domain)]
 
     def _comparison(self, tree: SyntaxTree) -> Predicate | None:
         operator = _token(tree, 1)
@@ -155,7 +163,7 @@ class Resolver:
         name = tree.children[0]
         assert isinstance(name, Token)  # noqa: S101 - the grammar says so
         reference = self._variable(str(name), *extent(name))
-        members: list[Constant] = []
+        members: dict[Constant, None] = {}
         for index in range(1, len(tree.children)):
             child = _child(tree, index)
             term = self._term(child)
@@ -165,9 +173,10 @@ class Resolver:
             if constant is not None and constant in members:
                 self.complain(Slug.DUPLICATE_VALUE, f"`{constant}` stands here twice", *extent(child))
             elif constant is not None:
-                members.append(constant)
+                members[constant] = None
         if len(tree.children) == 1:
-            self.complain(Slug.PREDICATE_SYNTAX, "an empty set, in which nothing is", *extent(tree))
+            message = "`in {}` holds for no value"
+            self.complain(Slug.PREDICATE_SYNTAX, message, *extent(tree), "list at least one value")
         if reference is None or len(members) < len(tree.children) - 1 or not members:
             return None
         return Member(reference, tuple(members))
@@ -200,8 +209,9 @@ class Resolver:
         return Reference(name)
 
     def _unknown_variable(self, name: str, begin: int, end: int) -> None:
-        remedy = suggestion(name, self.scope.variables, "the variables are")
-        self.complain(Slug.UNKNOWN_VARIABLE, f"there is no variable `{name}`", begin, end, remedy)
+        if not self.scope.incomplete:
+            remedy = suggestion(name, self._readable(), "the variables are")
+            self.complain(Slug.UNKNOWN_VARIABLE, f"there is no variable `{name}`", begin, end, remedy)
 
     def _refuse_two_values(self, tree: SyntaxTree, left: object, right: object) -> None:
         """Neither side is a variable: say which of the words was probably meant to be one."""
@@ -227,25 +237,36 @@ class Resolver:
 
     def _misfit(self, term: Constant | _Word, value: Value, name: str, domain: Domain, tree: SyntaxTree) -> None:
         """Complain of a value that the variable `name` cannot have, or of a word that is nothing at all."""
+        if self.scope.incomplete and isinstance(term, _Word):
+            return
         shown = format_value(value)
         begin, end = extent(tree)
         if domain.kind is kind_of(value):
             message = f"`{shown}` is not a value of `{name}`"
             self.complain(Slug.VALUE_OUTSIDE_DOMAIN, message, begin, end, self._value_remedy(shown, domain))
         elif isinstance(term, _Word) and not self.scope.has(shown):
-            near = nearest(shown, [*map(format_value, domain.values[:50]), *self.scope.variables])
-            remedy = f"did you mean `{near}`?" if near else f"`{name}` is {_described(domain)}"
-            message = f"`{shown}` is neither a variable nor a value"
-            self.complain(Slug.UNKNOWN_NAME, message, begin, end, remedy)
+            self._unknown_name(shown, name, domain, begin, end)
         else:
             message = f"`{name}` is {_described(domain)}, and `{shown}` is {_KINDS[kind_of(value)]}"
-            self.complain(Slug.DIFFERENT_KINDS, message, begin, end)
+            remedy = "write `true` or `false`" if domain.kind is Kind.BOOLEAN else None
+            self.complain(Slug.DIFFERENT_KINDS, message, begin, end, remedy)
+
+    def _unknown_name(self, shown: str, name: str, domain: Domain, begin: int, end: int) -> None:
+        """Complain of a word that is no variable, where only a variable or a number or truth value fits."""
+        truths = [format_value(value) for value in domain.values if domain.kind is Kind.BOOLEAN]
+        near = nearest(shown, [*truths, *self._readable(domain)])
+        remedy = f"did you mean `{near}`?" if near else f"`{name}` is {_described(domain)}"
+        if domain.kind is Kind.BOOLEAN and not near:
+            remedy = "write `true` or `false`"
+        self.complain(Slug.UNKNOWN_NAME, f"`{shown}` is neither a variable nor a value", begin, end, remedy)
 
     def _value_remedy(self, shown: str, domain: Domain) -> str | None:
         if domain.kind is not Kind.SYMBOL:
             return f"its domain is {domain}"
         values = [format_value(value) for value in domain.values]
-        near = nearest(shown, values) or nearest(shown, self.scope.variables)
+        near = nearest(shown, values)
+        if near is None and not self.scope.has(shown):
+            near = nearest(shown, self._readable(domain))
         return f"did you mean `{near}`?" if near else suggestion(shown, values, "its values are")
 
     def _comparable(self, tree: SyntaxTree, left: Reference, right: Reference) -> bool:
@@ -257,19 +278,14 @@ class Resolver:
             message = f"`{left.name}` is {_described(mine)}, and `{right.name}` is {_described(other)}"
             self.complain(Slug.DIFFERENT_KINDS, message, *extent(tree))
             return False
-        if mine.kind is Kind.SYMBOL and not any(value in other for value in mine.values):
-            message = f"`{left.name}` and `{right.name}` have no value in common"
-            remedy = f"their domains are {mine} and {other}"
-            self.complain(Slug.DISJOINT_DOMAINS, message, *extent(tree), remedy)
-            return False
-        if mine.kind is Kind.INTEGER and tree.data == "comparison" and _token(tree, 1) in ("==", "!="):
-            low, high = max(mine.values[0], other.values[0]), min(mine.values[-1], other.values[-1])
-            if low > high:  # type: ignore[operator] # both are integers
-                message = f"`{left.name}` and `{right.name}` have no value in common"
-                remedy = f"their domains are {mine} and {other}"
-                self.complain(Slug.DISJOINT_DOMAINS, message, *extent(tree), remedy)
-                return False
-        return True
+        if left.name in other or right.name in mine:
+            return False  # an ambiguous symbol, and told of as that
+        if _overlap(mine, other) or _token(tree, 1) not in ("==", "!="):
+            return True
+        message = f"`{left.name}` and `{right.name}` have no value in common"
+        remedy = f"their domains are {mine} and {other}"
+        self.complain(Slug.DISJOINT_DOMAINS, message, *extent(tree), remedy)
+        return False
 
     def _domain(self, reference: Reference) -> Domain | None:
         variable = self.scope.variables[reference.name]
@@ -333,13 +349,13 @@ class Resolver:
             self.complain(Slug.NOT_ASSIGNABLE, message, *extent(tree))
             return False
         domain = self._domain(source)
-        if domain is None:
+        if domain is None or source.name in target.domain:  # an ambiguous symbol is told of as that
             return False
         if domain.kind is not target.domain.kind:
             message = f"`{target.name}` is {_described(target.domain)}, and `{source.name}` is {_described(domain)}"
             self.complain(Slug.DIFFERENT_KINDS, message, *extent(tree))
             return False
-        if not any(value in target.domain for value in domain.values):
+        if not _overlap(domain, target.domain):
             message = f"no value of `{source.name}` is a value of `{target.name}`"
             self.complain(Slug.NEVER_FITS, message, *extent(tree), f"their domains are {domain} and {target.domain}")
             return False
@@ -353,11 +369,11 @@ class Resolver:
             return None
         amount = int(_token(tree, 1)[:19])
         if amount <= 0:
-            message = f"`{amount}` is not a number of steps to count by"
+            message = f"`{_token(tree, 1)}` is not a number of steps to count by"
             self.complain(Slug.NOT_A_COUNTER, message, begin, end, "write a positive number, with `+=` or `-=`")
             return None
         if amount >= len(target.domain):
-            message = f"counting by {amount} always leaves the domain {target.domain} of `{target.name}`"
+            message = f"counting by {_token(tree, 1)} always leaves the domain {target.domain} of `{target.name}`"
             self.complain(Slug.NEVER_FITS, message, begin, end)
             return None
         return Add(target.name, amount if tree.data == "add" else -amount)
@@ -393,6 +409,15 @@ class Resolver:
             self.complain(Slug.BAD_DURATION, message, *extent(limit), "write for example `10 s` or `500 ms`")
             return None
         return LeadsTo(cause, effect, within_ns)
+
+
+def _overlap(left: Domain, right: Domain) -> bool:
+    """Whether two domains have a value in common."""
+    if left.kind is not right.kind:
+        return False
+    if left.kind is Kind.INTEGER:
+        return max(left.values[0], right.values[0]) <= min(left.values[-1], right.values[-1])  # type: ignore[operator]
+    return not set(left.values).isdisjoint(right.values)
 
 
 def _connect(connective: str, operands: tuple[Predicate, ...]) -> Predicate:

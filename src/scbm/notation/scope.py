@@ -33,9 +33,11 @@ class Scope:
 
     Attributes:
         variables: by name, in order; `None` for a name whose declaration is wrong, of which no more is said.
+        incomplete: whether a part of the model that declares names is wrong, so that an unknown one may be meant there.
     """
 
     variables: Mapping[str, Variable | None]
+    incomplete: bool = False
 
     @staticmethod
     def of(model: BehaviorModel) -> Scope:

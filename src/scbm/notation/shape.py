@@ -7,8 +7,17 @@ from typing import TYPE_CHECKING, Any, get_args
 from pydantic import ValidationError
 
 from scbm.errors import Place, Slug
-from scbm.notation.file_types import FileType, ModelFile, wrong_shape
-from scbm.notation.nearest import suggestion
+from scbm.notation.file_types import (
+    FileType,
+    ModelFile,
+    OperationFile,
+    ResourceFile,
+    SimulationFile,
+    TransitionFile,
+    VariableFile,
+    wrong_shape,
+)
+from scbm.notation.nearest import nearest, suggestion
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -27,6 +36,16 @@ _EXPECTED = {
 }
 
 
+_OWNERS: tuple[tuple[type[FileType], str], ...] = (
+    (VariableFile, "a variable"),
+    (ResourceFile, "a resource"),
+    (SimulationFile, "the `simulation` of a resource"),
+    (OperationFile, "an operation"),
+    (TransitionFile, "a transition"),
+    (ModelFile, "the model"),
+)
+
+
 def check_shape(document: Node, report: Report) -> None:
     """Note every key that is unknown or missing and every piece of the wrong sort."""
     try:
@@ -37,23 +56,51 @@ def check_shape(document: Node, report: Report) -> None:
 
 
 def _note(detail: ErrorDetails, document: Node, report: Report) -> None:
-    path = tuple(step for step in detail["loc"] if step != "[key]")
+    path = detail["loc"]
     owner = document.at(path[:-1])
     if document.at(path).condemned:
         return
     match detail["type"]:
         case "extra_forbidden":
             key = str(path[-1])
-            remedy = suggestion(key, _keys(path[:-1]), "the keys here are")
-            report.add(Slug.UNKNOWN_KEY, f"unknown key `{key}`", owner.key_places[key], remedy)
+            report.add(
+                Slug.UNKNOWN_KEY, f"unknown key `{key}`", owner.key_places[key], _key_remedy(key, _keys(path[:-1]))
+            )
         case "missing":
-            whose = f" in `{path[-2]}`" if len(path) > 1 else ""
-            report.add(Slug.MISSING_KEY, f"`{path[-1]}` is missing{whose}", _place_of(document, path[:-1]))
+            _note_missing(path, document, report)
         case Slug.WRONG_SHAPE.value:
-            report.add(Slug.WRONG_SHAPE, detail["msg"] + _where(path), _place_of(document, path))
+            message = detail["msg"] + _where(path)
+            report.add(Slug.WRONG_SHAPE, message, _place_of(document, path), detail["ctx"]["remedy"])
         case kind:
             problem = wrong_shape(_EXPECTED.get(kind, "something else"), document.at(path).plain)
-            report.add(Slug.WRONG_SHAPE, problem.message() + _where(path), _place_of(document, path))
+            message = problem.message() + _where(path)
+            report.add(Slug.WRONG_SHAPE, message, _place_of(document, path), _mapping_remedy(path, document))
+
+
+def _key_remedy(key: str, known: list[str]) -> str | None:
+    """What to do about an unknown key; one from elsewhere tells that a line above it is lost or indented wrongly."""
+    near = nearest(key, known)
+    owner = next((owner for kind, owner in _OWNERS if key in kind.model_fields), None)
+    if owner is not None and near is None:
+        return f"`{key}` belongs to {owner}; the keys here are: {', '.join(known)}"
+    return suggestion(key, known, "the keys here are")
+
+
+def _note_missing(path: tuple[int | str, ...], document: Node, report: Report) -> None:
+    """Note a missing key, unless one is there that is told of and that was probably meant."""
+    known = _keys(path[:-1])
+    owner = document.at(path[:-1])
+    others = [key for key in owner.items if key not in known]
+    if not owner.incomplete and all(nearest(key, known) != path[-1] for key in others):
+        whose = f" in `{path[-2]}`" if len(path) > 1 else ""
+        report.add(Slug.MISSING_KEY, f"`{path[-1]}` is missing{whose}", _place_of(document, path[:-1]))
+
+
+def _mapping_remedy(path: tuple[int | str, ...], document: Node) -> str | None:
+    keys = _keys(path)
+    if keys:
+        return f"its keys are: {', '.join(keys)}"
+    return "write `{}` for none" if document.at(path).plain is None else None
 
 
 def _where(path: tuple[int | str, ...]) -> str:
@@ -79,7 +126,4 @@ def _keys(path: Iterable[int | str]) -> list[str]:
             kind = kind.model_fields[str(step)].annotation if str(step) in kind.model_fields else None
         else:
             kind = get_args(kind)[-1] if get_args(kind) else None
-        options = [option for option in get_args(kind) if option is not type(None)]
-        if len(options) == 1:  # `X | None`
-            kind = options[0]
     return list(kind.model_fields) if isinstance(kind, type) and issubclass(kind, FileType) else []

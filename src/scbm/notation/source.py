@@ -68,8 +68,8 @@ class Scalar:
             self._offsets = self._align()
         last = len(self._offsets) - 1
         first_index = self._offsets[min(begin, last)]
-        end_index = self._offsets[min(max(end - 1, begin), last)] + 1
-        return self._source.stretch(first_index, end_index)
+        last_index = self._offsets[min(max(end - 1, begin), last)]
+        return self._source.stretch(first_index, last_index + (self._escape(last_index) or 1))
 
     def _align(self) -> list[int]:
         """For each character of the scalar, its index in the source; then the index of its last one.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from ruamel.yaml.error import MarkedYAMLError
@@ -53,6 +53,16 @@ class _Fault:
         """What stands before it in its line."""
         return self.source.lines[self.place.line - 1][: self.place.column - 1]
 
+    @property
+    def indentation(self) -> int:
+        """Of the line where it was found."""
+        return _indentation(self.source.lines[self.place.line - 1])
+
+    @property
+    def opener_indentation(self) -> int:
+        """Of the line where the thing began that the parser was reading."""
+        return _indentation(self.source.lines[self.source.place(self.begin).line - 1])
+
     def diagnostic(self, message: str, index: int, remedy: str | None, slug: Slug = Slug.YAML_SYNTAX) -> Diagnostic:
         """The fault in our words."""
         place = self.source.place(index)
@@ -76,6 +86,10 @@ def yaml_fault(error: Exception, source: Source) -> Diagnostic:
     return _explain(_Fault(source, error.problem or "", index, error.context or "", begin))
 
 
+def _indentation(line: str) -> int:
+    return len(line) - len(line.lstrip(" "))
+
+
 def _explain(fault: _Fault) -> Diagnostic:
     for pattern, explanation in _EXPLANATIONS:
         if re.search(pattern, f"{fault.context}; {fault.problem}"):
@@ -92,7 +106,8 @@ def _tag(fault: _Fault) -> Diagnostic:
 def _bad_beginning(fault: _Fault) -> Diagnostic:
     if fault.character == "\t":
         return fault.diagnostic("a tab cannot stand here", fault.index, "indent and separate with spaces")
-    message = f"a value cannot begin with `{fault.character}`"
+    character = "a backtick" if fault.character == "`" else f"`{fault.character}`"
+    message = f"a value cannot begin with {character}"
     return fault.diagnostic(message, fault.index, "put the value into quotes")
 
 
@@ -103,7 +118,8 @@ def _anchor(fault: _Fault) -> Diagnostic:
 
 def _directive(fault: _Fault) -> Diagnostic:
     message = "a line that begins with `%` is read as a YAML directive"
-    return fault.diagnostic(message, fault.begin, "leave it out, or put the value into quotes")
+    begin = fault.source.text.rfind("%", 0, fault.index + 1)
+    return fault.diagnostic(message, max(begin, 0), "leave it out, or put the value into quotes")
 
 
 def _colon(fault: _Fault) -> Diagnostic:
@@ -116,6 +132,7 @@ def _colon(fault: _Fault) -> Diagnostic:
 
 def _no_colon(fault: _Fault) -> Diagnostic:
     remedy = "write `key: value`, or indent the line if it belongs to the value before"
+    remedy = _comment_remedy(fault, fault.begin) or remedy
     return fault.diagnostic("a `:` is missing in this line", fault.begin, remedy)
 
 
@@ -126,10 +143,22 @@ def _misplaced_line(fault: _Fault) -> Diagnostic:
     what = "list" if "sequence" in fault.context or "collection" in fault.context else "mapping"
     line = fault.source.place(fault.begin).line
     message = f"this line is no part of the {what} that begins in line {line}"
-    return fault.diagnostic(message, fault.index, "look at the indentation of both, and of the lines between")
+    remedy = _comment_remedy(fault, fault.index) or "look at the indentation of both, and of the lines between"
+    return fault.diagnostic(message, fault.index, remedy)
+
+
+def _comment_remedy(fault: _Fault, index: int) -> str | None:
+    """What to do if the line before, which this one would go on with, ends with a comment."""
+    number = fault.source.place(index).line - 1
+    before, line = fault.source.lines[max(0, number - 1)], fault.source.lines[number]
+    if " #" not in before or _indentation(line) <= _indentation(before):
+        return None
+    return "a comment ends the value of the line before: move it, or put the value into quotes"
 
 
 def _second_root(fault: _Fault) -> Diagnostic:
+    if fault.source.text.startswith("%"):
+        return _directive(fault)
     if fault.before.strip():
         return _misplaced_line(fault)
     remedy = "indent all keys of the model alike, from the first one on"
@@ -137,14 +166,21 @@ def _second_root(fault: _Fault) -> Diagnostic:
 
 
 def _unclosed_bracket(fault: _Fault) -> Diagnostic:
+    tag = _TAG.search(fault.source.text, fault.begin, fault.index)
+    if tag is not None:
+        return _tag(replace(fault, begin=tag.start(1)))
     closer = "]" if "']'" in fault.problem else "}"
-    if not fault.character:
-        return fault.diagnostic(f"this `{fault.opener}` is not closed", fault.begin, f"a `{closer}` is missing")
     opened = fault.source.place(fault.begin)
+    if not fault.character or (fault.place.line > opened.line and fault.indentation <= fault.opener_indentation):
+        return fault.diagnostic(f"this `{fault.opener}` is not closed", fault.begin, f"a `{closer}` is missing")
     remedy = f"a `{closer}` is missing for the `{fault.opener}` in line {opened.line}, or a value needs quotes"
     if fault.character in "{[":
-        remedy = f"inside `{fault.opener}{closer}`, a value that has brackets needs quotes"
+        remedy = "a `,` or a `:` is missing before it, or the value needs quotes"
     return fault.diagnostic(f"expected `,` or `{closer}`", fault.index, remedy)
+
+
+_TAG = re.compile(r"[\[{,:]\s*(!)")
+"""A value in brackets that begins with `!`: the tag that it is read as takes the next comma or bracket with it."""
 
 
 def _no_value(fault: _Fault) -> Diagnostic:

@@ -34,7 +34,7 @@ class Planner:
         """Answers the planning problem (state, goal, model, limits).
 
         Args:
-            state: a value for each variable of the world; more are ignored, the runner's are at rest if missing.
+            state: a value for each variable of the world; the runner's own stand still, at rest (semantics 4.1).
             goal: a predicate over the variables of the model.
             limits: when to give up.
         """

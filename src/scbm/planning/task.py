@@ -38,9 +38,9 @@ class Task:
         self._seen: dict[int, tuple[tuple[int, int], ...]] = {}
 
     def pack(self, state: Mapping[str, Value]) -> int:
-        """The state of the world as this task packs it; the runner's variables at rest if `state` lacks them."""
+        """The state of the world as this task packs it; the runner's variables are at rest, whatever `state` says."""
         space = self.packing.space
-        return self.packing.pack({variable.name: state.get(variable.name, variable.initial) for variable in space})
+        return self.packing.pack({v.name: v.initial if v.role.is_runner else state[v.name] for v in space})
 
     def update(self, actions: Iterable[Action]) -> Step:
         """Actions as a function of packed states; `None` where they would leave a domain."""

@@ -27,7 +27,7 @@ class Flaw:
 
 def find_flaw(model: BehaviorModel, state: Mapping[str, Value], goal: Predicate, plan: Sequence[str]) -> Flaw | None:
     """The first flaw of a plan from `state` to `goal`, or `None` if it is sound (semantics 3.3)."""
-    known = {variable.name: state.get(variable.name, variable.initial) for variable in model.running_space}
+    known = {v.name: v.initial if v.role.is_runner else state[v.name] for v in model.running_space}
     now = State(model.running_space, known)
     for step, name in enumerate(plan):
         operation = model.operation(name)

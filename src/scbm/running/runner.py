@@ -165,6 +165,8 @@ class Runner:
                 self._receive_plan(event)
             case GoalGiven(name, predicate):
                 self._waiting.append(_Goal(name, predicate, self.program.test(predicate)))
+                if self._goal is None:  # at once, so that all that follows from the goal belongs to its run
+                    self._start_next_goal()
             case Measured(values):
                 changes = self._set(self._with_measured(values))
                 self._effects.append(MeasurementReceived(self._now_ns, changes))

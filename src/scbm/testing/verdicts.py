@@ -60,5 +60,5 @@ def _disturbed(case: Case, reactions: Sequence[Reaction]) -> bool:
 def _described(end: End, records: Sequence[Record]) -> str:
     detail = next((record.detail for record in reversed(records) if isinstance(record, RunEnded)), ())
     if end is End.LIVELOCK:
-        return f"automatic transitions go round without end: {' -> '.join(detail)}"
+        return f"automatic transitions go round without end: {' -> '.join((*detail, *detail[:1]))}"
     return f"the model is wrong: {', '.join(detail)}"

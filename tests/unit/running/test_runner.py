@@ -24,6 +24,7 @@ from scbm.trace import (
     PlanReceived,
     ReplyDropped,
     RunEnded,
+    RunStarted,
 )
 from support.driving import SECOND_NS, Hand
 from support.models import scan_cell
@@ -57,6 +58,14 @@ def test_a_goal_that_holds_is_reached_without_a_plan() -> None:
     hand.goal()
     assert hand.ends == [End.REACHED]
     assert not any(isinstance(effect, AskPlan) for effect in hand.effects)
+
+
+def test_automatic_transitions_in_the_initial_state_belong_to_the_run() -> None:
+    fade = "automatic_transitions:\n  fade: {g: light == blue, a: [light <- green]}"
+    hand = Hand(scan_cell(("automatic_transitions:", fade)), state={"light": "blue"})
+    hand.goal()
+    assert [type(record) for record in hand.records[:2]] == [RunStarted, AutomaticTaken]
+    assert hand.ends == []
 
 
 def test_goals_wait_in_order_while_one_is_pursued() -> None:

@@ -58,7 +58,7 @@ def test_a_livelock_fails_whatever_went_wrong() -> None:
     )
     done = _execute(scan_cell(("automatic_transitions:", ring)))
     assert done.verdict.end is End.LIVELOCK
-    assert done.verdict.failures == ("automatic transitions go round without end: up -> down",)
+    assert done.verdict.failures == ("automatic transitions go round without end: up -> down -> up",)
 
 
 def test_a_fault_of_the_model_fails() -> None:

@@ -1,0 +1,75 @@
+"""docs/messages.md has one section for each slug, in the order and the groups of `errors/slugs.py`."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from scbm.errors import ScbmError, Slug
+from scbm.model import Resource
+from scbm.notation import load_model
+from scbm.simulating import RecordedChoices
+from scbm.trace import read_trace
+
+PAGE = (Path(__file__).parents[2] / "docs" / "messages.md").read_text(encoding="utf-8")
+WITHOUT_BLOCKS = re.sub(r"^```.*?^```$", "", PAGE, flags=re.MULTILINE | re.DOTALL)
+SECTIONS = re.findall(r"^### (.+)$", WITHOUT_BLOCKS, flags=re.MULTILINE)
+
+
+def section(slug: str) -> str:
+    """What stands under the heading of a slug."""
+    return PAGE.partition(f"\n### {slug}\n")[2].partition("\n### ")[0].partition("\n## ")[0]
+
+
+@pytest.mark.parametrize("slug", Slug)
+def test_every_slug_has_one_section_that_says_something(slug: Slug) -> None:
+    assert SECTIONS.count(slug.value) == 1
+    assert section(slug.value).strip()
+
+
+@pytest.mark.parametrize("heading", SECTIONS)
+def test_every_section_is_that_of_a_slug(heading: str) -> None:
+    assert heading in {slug.value for slug in Slug}
+
+
+def test_sections_stand_in_the_order_of_the_slugs() -> None:
+    assert [slug.value for slug in Slug] == SECTIONS
+
+
+@pytest.mark.parametrize("slug", Slug)
+def test_the_example_of_a_slug_shows_it(slug: Slug) -> None:
+    """But for a slug that the section calls reserved."""
+    text = section(slug.value)
+    assert f"[{slug.value}]: " in text or text.strip().startswith("Reserved.")
+
+
+def too_large(directory: Path) -> None:
+    path = directory / "large.yaml"
+    path.write_bytes(b"#" * (4 * 1024 * 1024 + 1))
+    load_model(path)
+
+
+def not_utf8(directory: Path) -> None:
+    path = directory / "latin.yaml"
+    path.write_bytes(b"behavior_model: cell\nvariables:\n  behaelt\xe4r: {domain: bool, initial: false}\n")
+    load_model(path)
+
+
+def a_trace_of_another_version(_: Path) -> None:
+    read_trace('{"format": "scbm-trace", "version": 2}\n', "run.jsonl")
+
+
+def a_replay_with_a_request_too_many(_: Path) -> None:
+    RecordedChoices(()).react(Resource("scan"))
+
+
+@pytest.mark.parametrize("provoke", [too_large, not_utf8, a_trace_of_another_version, a_replay_with_a_request_too_many])
+def test_messages_that_no_command_of_the_page_prints_are_those_of_the_page(provoke: object, tmp_path: Path) -> None:
+    assert callable(provoke)
+    with pytest.raises(ScbmError) as caught:
+        provoke(tmp_path)
+    (diagnostic,) = caught.value.diagnostics
+    told = str(diagnostic).replace(f"{tmp_path}/", "")
+    assert f"```text\n{told}\n```" in section(diagnostic.slug.value)
