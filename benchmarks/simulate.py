@@ -39,7 +39,7 @@ def rooms(model: BehaviorModel) -> dict[str, float]:
     spent: dict[str, float] = {}
     for (file, _, _), (_, _, own, _, _) in pstats.Stats(profile).stats.items():  # type: ignore[attr-defined]
         parts = Path(file).parts
-        room = parts[parts.index("scbm") + 1] if "scbm" in parts and file.endswith(".py") else "Python itself"
+        room = parts[-2] if parts[-3:-2] == ("scbm",) else "Python itself"
         spent[room] = spent.get(room, 0.0) + own
     whole = sum(spent.values())
     return {room: share / whole for room, share in sorted(spent.items(), key=lambda item: -item[1])}

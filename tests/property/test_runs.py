@@ -187,6 +187,8 @@ def _late_at(p: Predicate, q: Predicate, within: int | None, states: list[tuple[
         if not p.holds(state):
             continue
         answered = next((later for later, other in states[index:] if q.holds(other)), None)
-        if answered is None or (within is not None and answered - at > within):
-            moments.append(end if within is None or end - at <= within else at + within)
+        if within is None and answered is None:
+            moments.append(end)
+        elif within is not None and (end if answered is None else answered) - at > within:
+            moments.append(at + within)
     return min(moments, default=None)

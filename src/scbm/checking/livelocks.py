@@ -13,7 +13,7 @@ from scbm.errors import Slug
 from scbm.model import OperationState, PlanState, RequestState
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, PLAN_STATE, operation_state_name
 from scbm.running import Program
-from scbm.running.automatic import find_cycle
+from scbm.running.automatic import describe_cycle, find_cycle
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -37,9 +37,9 @@ def doubts_about_livelocks(model: BehaviorModel, exploration: Exploration) -> It
         cycle = find_cycle(program.automatic, state, _BOUND)
         if cycle and frozenset(cycle) not in told:
             told[frozenset(cycle)] = None
-            message = f"these automatic transitions go round without end: {' -> '.join((*cycle, cycle[0]))}"
             remedy = f"met where {_where(program, state, cycle)}"
-            yield Doubt(Slug.AUTOMATIC_LIVELOCK, message, ("automatic_transitions", cycle[0]), remedy)
+            path = ("automatic_transitions", cycle[0])
+            yield Doubt(Slug.AUTOMATIC_LIVELOCK, describe_cycle(cycle), path, remedy)
 
 
 def _running_states(program: Program, exploration: Exploration) -> Iterator[int]:

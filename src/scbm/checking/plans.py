@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from scbm.checking.doubts import Doubt
 from scbm.errors import Slug
 from scbm.model import InitialStates, State, format_value
-from scbm.planning import LimitReached, Planner, Reach, Unsolvable, explore
+from scbm.planning import LimitReached, PlanLimits, Planner, Reach, Unsolvable, explore
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -21,7 +21,10 @@ MOST_STATES = 100_000
 """So many planning states are explored."""
 
 _MOST_STARTS = 200
-"""From so many initial states a plan to each goal is looked for."""
+"""From so many initial states is explored."""
+
+_MOST_EXPANSIONS = 200_000
+"""So many states may be expanded to find out from which initial states a goal can be reached."""
 
 _MOST_COMBINATIONS = 20_000
 """So many combinations of random values are gone through to find initial states."""
@@ -111,19 +114,25 @@ def _leaving(transition: Transition, path: tuple[str, ...], states: Sequence[int
 
 
 def _unreachable(name: str, goal: Predicate, exploration: Exploration) -> Iterator[Doubt]:
-    answers = [exploration.planner.plan(state, goal) for state in exploration.starts]
-    lost = [s for s, answer in zip(exploration.starts, answers, strict=True) if isinstance(answer, Unsolvable)]
-    if len(lost) == len(answers):
-        message = f"no plan reaches the goal {name} from any initial state"
-        if not exploration.all_starts:
-            message = f"no plan reaches the goal {name} from any of {len(answers)} initial states"
+    """A goal that no initial state reaches, or not all of them."""
+    lost: list[State] = []
+    left = _MOST_EXPANSIONS
+    for tried, start in enumerate(exploration.starts):
+        answer = exploration.planner.plan(start, goal, PlanLimits(expansions=left))
+        left -= answer.expanded
+        if isinstance(answer, LimitReached):
+            message = f"the search for plans to the goal {name} was given up after {tried} initial states"
+            yield Doubt(Slug.CHECK_INCOMPLETE, message, ("goals", name))
+            return
+        if isinstance(answer, Unsolvable):
+            lost.append(start)
+    if len(lost) == len(exploration.starts):
+        count = "any" if exploration.all_starts else f"any of {len(lost)}"
+        message = f"no plan reaches the goal {name} from {count} initial state{'' if exploration.all_starts else 's'}"
         yield Doubt(Slug.GOAL_UNREACHABLE, message, ("goals", name))
     elif lost:
-        message = f"no plan reaches the goal {name} from {len(lost)} of {len(answers)} initial states"
+        message = f"no plan reaches the goal {name} from {len(lost)} of {len(exploration.starts)} initial states"
         yield Doubt(Slug.GOAL_NOT_ALWAYS_REACHABLE, message, ("goals", name), f"one of them: {_drawn(lost[0])}")
-    if any(isinstance(answer, LimitReached) for answer in answers):
-        message = f"the planner gave up on the goal {name}"
-        yield Doubt(Slug.CHECK_INCOMPLETE, message, ("goals", name))
 
 
 def _drawn(state: State) -> str:

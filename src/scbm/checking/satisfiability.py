@@ -50,10 +50,11 @@ class _Search:
                 return self.satisfy([*parts, *rest], allowed)
             case AnyOf(parts):
                 return any(self.satisfy([part, *rest], allowed) for part in parts)
-            case Pair(left, right, table):
+            case Pair(left, right):
                 return any(
-                    self.satisfy([OneOf(left, 1 << index), OneOf(right, row), *rest], allowed)
-                    for index, row in enumerate(table)
+                    self.satisfy([OneOf(left, 1 << index), OneOf(right, node.row(value)), *rest], allowed)
+                    for index, value in enumerate(left.variable.domain.values)
+                    if allowed.get(left.variable.name, -1) >> index & 1
                 )
 
     def _narrowed(self, field: Field, values: int, rest: list[Node], allowed: dict[str, int]) -> bool:

@@ -7,6 +7,7 @@ import sys
 import traceback
 from functools import wraps
 from importlib import import_module
+from io import TextIOWrapper
 from typing import TYPE_CHECKING
 
 import typer
@@ -27,14 +28,23 @@ _HELP = "Plan, run, test and cover behavior models of automation systems (SCBM-I
 
 def main() -> None:
     """`scbm`: exits with 0 good, 1 the tests failed, 2 the input is wrong, 3 a fault of scbm itself."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, TextIOWrapper):  # a terminal or a file that is not UTF-8 gets `?` for what it lacks
+            stream.reconfigure(errors="replace")
     try:
-        _application(sys.argv[1:])(prog_name="scbm")
+        code = _run(sys.argv[1:])
+        sys.stdout.flush()
+        sys.exit(code)
     except ScbmError as error:
         _show(error)
         sys.exit(WRONG_INPUT)
     except BrokenPipeError:  # whoever read our output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(GOOD)
+    except OSError as error:
+        sys.stderr.write(f"scbm: cannot write the output: {(error.strerror or str(error)).lower()}\n")
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(OWN_FAULT)
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
     except Exception:  # noqa: BLE001 - the last line of defence, which tells apart our faults from theirs
@@ -42,6 +52,15 @@ def main() -> None:
         message = "scbm: this is a fault of scbm, not of your input. Please report it with the lines above.\n"
         sys.stderr.write(message)
         sys.exit(OWN_FAULT)
+
+
+def _run(arguments: list[str]) -> int:
+    """Runs the command line, which ends by `SystemExit`, and gives its exit code."""
+    try:
+        _application(arguments)(prog_name="scbm")
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else GOOD
+    return GOOD
 
 
 def _application(arguments: list[str]) -> typer.Typer:

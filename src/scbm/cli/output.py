@@ -19,6 +19,14 @@ if TYPE_CHECKING:
 _STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
 
 
+class _Console(Console):
+    """A console that leaves it to `main` what a closed pipe means."""
+
+    def on_broken_pipe(self) -> None:
+        """Rich would end the process with 1, which is how failed tests end."""
+        raise BrokenPipeError
+
+
 class Output:
     """One stream. Lines are as long as they are: who reads them decides on wrapping."""
 
@@ -40,12 +48,12 @@ class Output:
 
 def results() -> Output:
     """Where results go."""
-    return Output(Console(file=sys.stdout))
+    return Output(_Console(file=sys.stdout))
 
 
 def errors() -> Output:
     """Where errors and progress go."""
-    return Output(Console(file=sys.stderr))
+    return Output(_Console(file=sys.stderr))
 
 
 def write_json(data: dict[str, Any]) -> None:

@@ -1,5 +1,6 @@
 """`scbm plan`: the canonical plan to a goal, or why there is none."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -10,7 +11,7 @@ from scbm.cli.output import Output, counted, results, write_json
 from scbm.model import And, BehaviorModel, Predicate, State, format_value
 from scbm.model.actions import apply
 from scbm.notation import load_model
-from scbm.planning import Answer, LimitReached, PlanLimits, Planner, Solved, find_flaw
+from scbm.planning import Answer, Limit, LimitReached, PlanLimits, Planner, Solved, find_flaw
 
 FORMAT_VERSION = 1
 
@@ -23,6 +24,7 @@ def command(
         list[str] | None, typer.Option("--state", metavar="VAR=VALUE", help="Differs from the nominal state.")
     ] = None,
     max_length: Annotated[int, typer.Option("--max-length", min=0, help="The longest plan to look for.")] = 1_000,
+    max_expanded: Annotated[int, typer.Option("--max-expanded", min=1, help="The most states to look at.")] = 1_000_000,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
     """Find the canonical plan: the shortest, and of the shortest the first in the order of the file."""
@@ -30,7 +32,8 @@ def command(
     name, predicate = read_goal(goal, loaded)
     start = read_state(state or [], loaded)
     planner = Planner(loaded)
-    answer = planner.plan(start, predicate, PlanLimits(length=max_length))
+    limits = PlanLimits(max_length, max_expanded)
+    answer = planner.plan(start, predicate, limits)
     if isinstance(answer, Solved):
         flaw = find_flaw(loaded, start, predicate, answer.plan)
         if flaw is not None:
@@ -48,37 +51,67 @@ def command(
             }
         )
     else:
-        _draw(answer, name, predicate, start, planner, results())
+        _Drawing(planner, start, name, predicate, limits, results()).draw(answer)
     return 0 if isinstance(answer, Solved) else 1
 
 
-def _draw(answer: Answer, name: str, goal: Predicate, start: State, planner: Planner, out: Output) -> None:
-    shown = name if name == str(goal) else f"{name}: {goal}"
-    expanded = f"{counted(answer.expanded, 'state')} expanded"
-    if isinstance(answer, Solved) and not answer.plan:
-        out.line(f"Nothing to do: the goal holds already: {shown}")
-    elif isinstance(answer, Solved):
-        out.line(f"{counted(len(answer.plan), 'operation')} to {shown}   ({expanded})")
-        _draw_steps(answer.plan, goal, start, planner, out)
-    elif isinstance(answer, LimitReached):
-        out.line(f"No answer: the search for {shown} met its limit on {answer.limit.value}   ({expanded})")
-    else:
-        looked = f"all {answer.expanded} reachable states" if answer.expanded > 1 else "the only reachable state"
-        out.line(f"No plan: nothing reaches {shown}   ({looked} looked at)")
-        for line in _reasons(goal, start, planner):
-            out.line(f"  {line}")
+@dataclass(frozen=True)
+class _Drawing:
+    """A planning problem, and where its answer is drawn."""
+
+    planner: Planner
+    start: State
+    name: str
+    goal: Predicate
+    limits: PlanLimits
+    out: Output
+
+    def draw(self, answer: Answer) -> None:
+        """The plan, step by step; or why there is none."""
+        shown = self.name if self.name == str(self.goal) else f"{self.name}: {self.goal}"
+        expanded = f"{counted(answer.expanded, 'state')} expanded"
+        if isinstance(answer, Solved) and not answer.plan:
+            self.out.line(f"Nothing to do: the goal holds already: {shown}")
+        elif isinstance(answer, Solved):
+            self.out.line(f"{counted(len(answer.plan), 'operation')} to {shown}   ({expanded})")
+            self._draw_steps(answer.plan)
+        elif isinstance(answer, LimitReached):
+            self.out.line(f"No answer: the search for {shown} met its limit on {answer.limit.value}   ({expanded})")
+            self.out.line(f"  {_RAISE[answer.limit]} sets another limit")
+        else:
+            looked = f"all {answer.expanded} reachable states" if answer.expanded > 1 else "the only reachable state"
+            self.out.line(f"No plan: nothing reaches {shown}   ({looked} looked at)")
+            for line in self._reasons():
+                self.out.line(f"  {line}")
+
+    def _draw_steps(self, plan: tuple[str, ...]) -> None:
+        """The operations by number, each with what it does to the variables that planning can tell apart."""
+        model, told = self.planner.model, self.planner.task(self.goal).packing.space
+        width = max(len(name) for name in plan)
+        now = State(model.running_space, {v.name: self.start.get(v.name, v.initial) for v in model.running_space})
+        for number, name in enumerate(plan, start=1):
+            after = _after(model, name, now)
+            changes = [f"{key} <- {format_value(after[key])}" for key in told.names if after[key] != now[key]]
+            self.out.line(f"  {number:>3}  {name:<{width}}   {', '.join(changes)}".rstrip())
+            now = after
+
+    def _reasons(self) -> list[str]:
+        """For each part of the goal, whether it can be reached alone."""
+        parts = self.goal.operands if isinstance(self.goal, And) else (self.goal,)
+        if len(parts) == 1:
+            return [f"{self.goal} holds in none of them"]
+        return [f"{part}: {self._alone(part)}" for part in parts]
+
+    def _alone(self, part: Predicate) -> str:
+        answer = self.planner.plan(self.start, part, self.limits)
+        if isinstance(answer, Solved):
+            return f"can be reached alone, with {counted(len(answer.plan), 'operation')}"
+        if isinstance(answer, LimitReached):
+            return "was not found within the limits, even alone"
+        return "cannot even be reached alone"
 
 
-def _draw_steps(plan: tuple[str, ...], goal: Predicate, start: State, planner: Planner, out: Output) -> None:
-    """The operations by number, each with what it does to the variables that planning can tell apart."""
-    model, told = planner.model, planner.task(goal).packing.space
-    width = max((len(name) for name in plan), default=0)
-    now = State(model.running_space, {v.name: start.get(v.name, v.initial) for v in model.running_space})
-    for number, name in enumerate(plan, start=1):
-        after = _after(model, name, now)
-        changes = [f"{key} <- {format_value(after[key])}" for key in after if after[key] != now[key] and key in told]
-        out.line(f"  {number:>3}  {name:<{width}}   {', '.join(changes)}".rstrip())
-        now = after
+_RAISE = {Limit.LENGTH: "--max-length", Limit.EXPANSIONS: "--max-expanded"}
 
 
 def _after(model: BehaviorModel, name: str, state: State) -> State:
@@ -88,18 +121,3 @@ def _after(model: BehaviorModel, name: str, state: State) -> State:
     if after is None:
         raise AssertionError(f"{name} leaves a domain, though its plan was validated")
     return after
-
-
-def _reasons(goal: Predicate, start: State, planner: Planner) -> list[str]:
-    """For each part of the goal, whether it can be reached alone."""
-    parts = goal.operands if isinstance(goal, And) else (goal,)
-    if len(parts) == 1:
-        return [f"{goal} holds in none of them"]
-    lines = []
-    for part in parts:
-        alone = planner.plan(start, part)
-        reached = f"can be reached alone, with {counted(len(alone.plan), 'operation')}" if isinstance(
-            alone, Solved
-        ) else "cannot even be reached alone"  # fmt: skip
-        lines.append(f"{part}: {reached}")
-    return lines

@@ -8,6 +8,7 @@ from rich.text import Text
 
 from scbm.cli.output import counted
 from scbm.coverage import STATE_ASPECTS, Aspect, Obligation
+from scbm.model import Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -142,8 +143,10 @@ def _reason(aspect: Aspect, campaign: Campaign, file: str) -> Iterator[Text]:
         yield _advice(aspect, len(missed), "in no plan: another goal, or another initial state, has to need them")
     elif missed and aspect is Aspect.DISABLED:
         yield _advice(aspect, len(missed), "in these runs nothing came between a plan and its next operation")
-    elif missed and aspect is Aspect.TIMEDOUT and not _may_time_out(campaign):
-        yield _advice(aspect, len(missed), "all requests are answered: give `timeout` a share in `outcomes`")
+    elif missed and aspect is Aspect.TIMEDOUT and not _may(campaign, Outcome.TIMEOUT):
+        yield from _never_late(missed, campaign)
+    elif missed and aspect is Aspect.FAILED and not _may(campaign, Outcome.FAIL):
+        yield _advice(aspect, len(missed), "no request fails: give `fail` a share in `outcomes`")
     elif by_chance and aspect is Aspect.TAKEN:
         yield _advice(aspect, len(by_chance), "their guards did not hold in these runs: see above what they wait for")
     elif by_chance:
@@ -155,9 +158,20 @@ def _is_unqueued(obligation: Obligation, coverage: Coverage) -> bool:
     return Obligation(obligation.subject, Aspect.QUEUED) in coverage.missed(Aspect.QUEUED)
 
 
-def _may_time_out(campaign: Campaign) -> bool:
+def _never_late(missed: tuple[Obligation, ...], campaign: Campaign) -> Iterator[Text]:
+    """Why operations do not time out where every request is answered."""
+    timeless = [o for o in missed if campaign.model.operation(o.subject).deadline_ns is None]
+    if timeless:
+        yield _advice(Aspect.TIMEDOUT, len(timeless), "these have no `deadline`, so they never time out")
+    if len(timeless) < len(missed):
+        advice = "all requests are answered: give `timeout` a share in `outcomes`"
+        yield _advice(Aspect.TIMEDOUT, len(missed) - len(timeless), advice)
+
+
+def _may(campaign: Campaign, outcome: Outcome) -> bool:
+    """Whether some simulated resource may react so."""
     outcomes = [pair for resource in campaign.model.resources for pair in resource.simulation.outcomes]
-    return any(outcome == "timeout" and probability for outcome, probability in outcomes)
+    return any(possible is outcome and probability for possible, probability in outcomes)
 
 
 def _advice(aspect: Aspect, count: int, advice: str) -> Text:

@@ -52,8 +52,8 @@ _BAR_MARKS = {OperationState.COMPLETED: "█", OperationState.FAILED: "x", Opera
 
 def draw_timeline(model: BehaviorModel, execution: Execution, out: Output, *, every: bool) -> None:
     """Draws a run. `every` also shows the variables of resources and of the runner."""
-    carried = frozenset(name for resource in model.resources for name in resource.request)
-    told = [variable.name for variable in model.variables if variable.name not in carried]
+    commands = frozenset(name for resource in model.resources for name in resource.request) - _read(model)
+    told = [variable.name for variable in model.variables if variable.name not in commands]
     shown = frozenset(model.running_space.names if every else told)
     last_ns = -1
     in_a_row = 0
@@ -77,7 +77,14 @@ def draw_timeline(model: BehaviorModel, execution: Execution, out: Output, *, ev
         out.line(Text("FAILED  ", style="bold red").append(failure))
 
 
-def _lines(record: Record, shown: frozenset[str], model: BehaviorModel) -> Iterator[Text]:  # noqa: C901, PLR0912 - one case for each record
+def _read(model: BehaviorModel) -> frozenset[str]:
+    """The variables that a guard or a goal reads: what requests only carry is shown with the request."""
+    transitions = [t for operation in model.operations for t in (operation.pre, operation.post)]
+    guards = [transition.running_guard for transition in (*transitions, *model.automatic_transitions)]
+    return frozenset(name for part in (*guards, *(goal for _, goal in model.goals)) for name in part.reads())
+
+
+def _lines(record: Record, shown: frozenset[str], model: BehaviorModel) -> Iterator[Text]:  # noqa: C901, PLR0912, PLR0915 - one case for each record
     """What a record says; nothing for the steps that only lead to the next one."""
     changes = _changes(record.changes, shown)
     match record:
@@ -122,6 +129,8 @@ def _lines(record: Record, shown: frozenset[str], model: BehaviorModel) -> Itera
             yield Text(f"│ measured value refused: {record.variable} = {value}", style="yellow")
         case InjectionApplied():
             yield Text(f"⚡ injection {record.injection}", style="bold yellow").append(_tail(changes))
+            if record.failed is not None:
+                yield Text("└ ").append("failed", style="red")
         case PutBack():
             yield Text(f"⚡ injection {record.injection} put back", style="yellow").append(_tail(changes))
         case RunEnded():
@@ -184,4 +193,5 @@ def _ended_in(record: Record) -> OperationState | None:
         return record.target
     if isinstance(record, RunEnded):
         return OperationState.INITIAL
-    return OperationState.FAILED if isinstance(record, AutomaticTaken) and record.failed is not None else None
+    failing = isinstance(record, (AutomaticTaken, InjectionApplied)) and record.failed is not None
+    return OperationState.FAILED if failing else None

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from scbm.coverage.obligations import Aspect, Obligations
 from scbm.model import OperationState
-from scbm.trace import AutomaticTaken, OperationStepped, PlanReceived, Record
+from scbm.trace import AutomaticTaken, InjectionApplied, OperationStepped, PlanReceived, Record
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -24,6 +24,9 @@ def visited_by(records: Iterable[Record], obligations: Obligations) -> int:
                 visited |= bit_of(record.operation, _ASPECTS[record.target])
         elif isinstance(record, AutomaticTaken):
             visited |= bit_of(record.transition, Aspect.TAKEN)
+            if record.failed is not None:
+                visited |= bit_of(record.failed, Aspect.FAILED)
+        elif isinstance(record, InjectionApplied):
             if record.failed is not None:
                 visited |= bit_of(record.failed, Aspect.FAILED)
         elif isinstance(record, PlanReceived):

@@ -27,8 +27,8 @@ class Field:
     mask: int
 
     def bits(self, value: Value) -> int:
-        """The value, in place. Raises `ValueError` if it is outside the domain."""
-        return self.variable.domain.values.index(value) << self.shift
+        """The value, in place. Raises `KeyError` if it is outside the domain."""
+        return self.variable.domain.index(value) << self.shift
 
     def index(self, packed: int) -> int:
         """Which value of the domain the packed state has here."""

@@ -39,11 +39,22 @@ class OneOf:
 
 @dataclass(frozen=True, slots=True)
 class Pair:
-    """Two fields have values that a relation allows: `table[i]` are the right indices allowed for left index i."""
+    """Two fields have values for which a comparison is as wanted. No table: the domains may be large."""
 
     left: Field
     right: Field
-    table: tuple[int, ...]
+    comparison: Equal | NotEqual | Order
+    wanted: bool
+
+    def holds(self, left: Value, right: Value) -> bool:
+        """Whether these two values go together."""
+        values = {self.left.variable.name: left, self.right.variable.name: right}
+        return self.comparison.holds(values) is self.wanted
+
+    def row(self, left: Value) -> int:
+        """The right values that go with a left one, as bits."""
+        known = {self.left.variable.name: left}
+        return _satisfying(self.comparison, known, self.right, wanted=self.wanted)
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,11 +102,8 @@ def _leaf(leaf: Equal | NotEqual | Order | Member, wanted: bool, fields: Fields)
     left = read[0]
     if len(read) == 1:
         return _one_of(left, _satisfying(leaf, {}, left, wanted=wanted))
-    right = read[1]
-    rows = [
-        _satisfying(leaf, {left.variable.name: value}, right, wanted=wanted) for value in left.variable.domain.values
-    ]
-    return Pair(left, right, tuple(rows))
+    assert not isinstance(leaf, Member)  # noqa: S101 - that reads one variable
+    return Pair(left, read[1], leaf, wanted)
 
 
 def _satisfying(leaf: Equal | NotEqual | Order | Member, known: dict[str, Value], field: Field, *, wanted: bool) -> int:

@@ -140,8 +140,8 @@ def _emit(node: Node) -> Test:
             return lambda _: node
         case OneOf():
             return _emit_one_of(node)
-        case Pair(left, right, table):
-            return _emit_pair(left, right, table)
+        case Pair():
+            return _emit_pair(node)
         case AnyOf(parts):
             return _any_of([_emit(part) for part in parts])
         case AllOf(parts):
@@ -160,9 +160,14 @@ def _emit_one_of(node: OneOf) -> Test:
     return lambda packed: bool(allowed >> ((packed & mask) >> shift) & 1)
 
 
-def _emit_pair(left: Field, right: Field, table: tuple[int, ...]) -> Test:
-    left_mask, left_shift, right_mask, right_shift = left.mask, left.shift, right.mask, right.shift
-    return lambda packed: bool(table[(packed & left_mask) >> left_shift] >> ((packed & right_mask) >> right_shift) & 1)
+def _emit_pair(pair: Pair) -> Test:
+    left_mask, left_shift, left_values = pair.left.mask, pair.left.shift, pair.left.variable.domain.values
+    right_mask, right_shift, right_values = pair.right.mask, pair.right.shift, pair.right.variable.domain.values
+    compare, wanted = pair.comparison.compare, pair.wanted
+    return lambda packed: (
+        compare(left_values[(packed & left_mask) >> left_shift], right_values[(packed & right_mask) >> right_shift])
+        is wanted
+    )
 
 
 def _emit_all(parts: tuple[Node, ...]) -> Test:

@@ -96,6 +96,11 @@ class Equal:
     left: Term
     right: Term
 
+    @property
+    def compare(self) -> Callable[[Value, Value], bool]:
+        """The comparison of two values."""
+        return operator.eq
+
     def holds(self, state: Valuation) -> bool:
         """Whether both terms have the same value."""
         return self.left.value(state) == self.right.value(state)
@@ -114,6 +119,11 @@ class NotEqual:
 
     left: Term
     right: Term
+
+    @property
+    def compare(self) -> Callable[[Value, Value], bool]:
+        """The comparison of two values."""
+        return operator.ne
 
     def holds(self, state: Valuation) -> bool:
         """Whether the terms have different values."""
@@ -156,6 +166,11 @@ class Order:
     left: Term
     relation: Relation
     right: Term
+
+    @property
+    def compare(self) -> Callable[[Value, Value], bool]:
+        """The comparison of two values."""
+        return self.relation.function
 
     def holds(self, state: Valuation) -> bool:
         """Whether the relation holds."""

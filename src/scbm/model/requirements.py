@@ -33,7 +33,10 @@ class Never:
 
 @dataclass(frozen=True, slots=True)
 class LeadsTo:
-    """`p leads to q [within d]`: whenever p holds, q holds then or later, before the run ends and within d."""
+    """`p leads to q [within d]`: whenever p holds, q holds then or later.
+
+    Within d if that is said, and else before the run ends. A run that ends before d has passed has broken nothing.
+    """
 
     cause: Predicate
     effect: Predicate

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 from typing import TypeAlias
 
 Value: TypeAlias = bool | int | str
@@ -32,7 +33,7 @@ def format_value(value: Value) -> str:
     return str(value)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Domain:
     """The finite, ordered set of values that a variable can have. Never empty, all of one kind."""
 
@@ -62,7 +63,15 @@ class Domain:
         return len(self.values)
 
     def __contains__(self, value: object) -> bool:
-        return isinstance(value, (bool, int, str)) and kind_of(value) is self.kind and value in self.values
+        return isinstance(value, (bool, int, str)) and kind_of(value) is self.kind and value in self._positions
+
+    @cached_property
+    def _positions(self) -> dict[Value, int]:
+        return {value: position for position, value in enumerate(self.values)}
+
+    def index(self, value: Value) -> int:
+        """Which of the values it is, counted from 0. Raises `KeyError` for a value that is none of them."""
+        return self._positions[value]
 
     def __str__(self) -> str:
         if self.kind is Kind.BOOLEAN:

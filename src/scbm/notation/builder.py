@@ -118,8 +118,8 @@ class Builder:
                 continue
             if variable.name in names:
                 message = f"`{variable.name}` is {owner}, and also {owners[variable.name]}"
-                declared_place = self._document.at(("variables",)).key_places.get(variable.name)
-                self._add(Slug.DUPLICATE_NAME, message, declared_place or place, "choose another name")
+                declared_place = self._places("variables").get(variable.name, place)
+                self._add(Slug.DUPLICATE_NAME, message, declared_place, "choose another name")
             else:
                 names[variable.name] = variable
                 owners[variable.name] = owner
@@ -127,12 +127,10 @@ class Builder:
 
     def _brought(self) -> Iterator[tuple[Variable, str, Place]]:
         """The variables that nobody declares: each with who it belongs to, and where that is named."""
-        resources = self._document.get("resources")
-        for resource, place in resources.key_places.items() if resources is not None else ():
+        for resource, place in self._places("resources").items():
             for variable in resource_variables(resource):
                 yield variable, f"owned by the resource `{resource}`", place
-        operations = self._document.get("operations")
-        places = operations.key_places if operations is not None else {}
+        places = self._places("operations")
         for variable in runner_variables(places):
             operation = variable.name.removesuffix(".state")
             yield variable, "kept by the runner", places.get(operation, self._document.place)
@@ -165,10 +163,20 @@ class Builder:
                 if self._scope.variables.get(element.text or "") is not None:
                     message = f"the value `{element.text}` of `{name}` is also the name of a variable"
                     self._add(Slug.AMBIGUOUS_SYMBOL, message, element.place, "rename one of them")
+        values = {value: variable.name for variable, _, _ in self._brought() for value in variable.domain.values}
+        for name, place in self._places("variables").items():
+            if name in values:
+                message = f"the variable `{name}` has the name of a value of `{values[name]}`"
+                self._add(Slug.AMBIGUOUS_SYMBOL, message, place, "choose another name")
 
     def _entries(self, section: str) -> Iterator[tuple[str, Node]]:
         mapping = self._document.get(section)
         yield from mapping.items.items() if mapping is not None else ()
+
+    def _places(self, section: str) -> dict[str, Place]:
+        """Where each entry of a section is named."""
+        mapping = self._document.get(section)
+        return mapping.key_places if mapping is not None else {}
 
     # variables
 

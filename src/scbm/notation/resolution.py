@@ -272,14 +272,12 @@ class Resolver:
     def _comparable(self, tree: SyntaxTree, left: Reference, right: Reference) -> bool:
         """Whether two variables can be compared at all (semantics 2.2)."""
         mine, other = self._domain(left), self._domain(right)
-        if mine is None or other is None:
-            return False
+        if mine is None or other is None or left.name in other or right.name in mine:
+            return False  # told of already: a wrong declaration, or a name that is a value too
         if mine.kind is not other.kind:
             message = f"`{left.name}` is {_described(mine)}, and `{right.name}` is {_described(other)}"
             self.complain(Slug.DIFFERENT_KINDS, message, *extent(tree))
             return False
-        if left.name in other or right.name in mine:
-            return False  # an ambiguous symbol, and told of as that
         if _overlap(mine, other) or _token(tree, 1) not in ("==", "!="):
             return True
         message = f"`{left.name}` and `{right.name}` have no value in common"
@@ -343,13 +341,13 @@ class Resolver:
         return Assign(target.name, constant)
 
     def _assignable_from(self, tree: SyntaxTree, target: Variable, source: Reference) -> bool:
+        domain = self._domain(source)
+        if domain is None or source.name in target.domain:
+            return False  # told of already: a wrong declaration, or a name that is a value too
         if target.role.is_runner:
             allowed = " or ".join(f"`{format_value(value)}`" for value in target.assignable)
             message = f"a model may assign only {allowed} to `{target.name}`"
             self.complain(Slug.NOT_ASSIGNABLE, message, *extent(tree))
-            return False
-        domain = self._domain(source)
-        if domain is None or source.name in target.domain:  # an ambiguous symbol is told of as that
             return False
         if domain.kind is not target.domain.kind:
             message = f"`{target.name}` is {_described(target.domain)}, and `{source.name}` is {_described(domain)}"

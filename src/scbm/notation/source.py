@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 _LINE_END = re.compile(r"\r\n|\r|\n")
 """What editors count as the end of a line; `str.splitlines` knows seven more."""
 
+_JOINT = re.compile(r"\\(?:\r\n|\r|\n)\s*")
+"""An escaped line end in a double-quoted scalar, which stands for nothing."""
+
 _ESCAPE_LENGTHS = {"x": 4, "u": 6, "U": 10}
 """Characters of an escape in a double-quoted scalar, the backslash included; all others have two."""
 
@@ -81,6 +84,8 @@ class Scalar:
         index = self._content()
         offsets: list[int] = []
         for character in self.text:
+            joint = _JOINT.match(text, index) if self.style == '"' else None
+            index = joint.end() if joint is not None else index
             length = self._escape(index)
             if not length and not character.isspace():
                 index = self._find(character, index)

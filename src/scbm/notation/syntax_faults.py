@@ -114,7 +114,7 @@ def _remedy(text: str, begin: int, end: int, start: Start, accepted: Collection[
     if _HYPHEN.search(text, max(0, begin - 1), begin + 2):
         return "names are letters, digits, `_` and `.`, so write `_` for `-`"
     if start == "action":
-        return _action_remedy(written, accepted)
+        return _action_remedy(written, text[end:].lstrip(), accepted)
     for pattern, remedy in _OPERATORS:
         match = pattern.search(text, max(0, begin - 2), end + 2)
         if match is not None and match.start() <= begin < match.end():
@@ -122,8 +122,8 @@ def _remedy(text: str, begin: int, end: int, start: Start, accepted: Collection[
     return _CHARACTERS.get(written)
 
 
-def _action_remedy(written: str, accepted: Collection[str]) -> str | None:
-    if written in ("+", "-", "*", "/"):
+def _action_remedy(written: str, rest: str, accepted: Collection[str]) -> str | None:
+    if written in ("+", "-", "*", "/") and not rest[:1].isalpha():
         return "to count, write `v += 1` or `v -= 1`"
     if "_GETS" in accepted and not written[0].isalnum():
         return "write `<-` to assign"

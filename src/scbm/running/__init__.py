@@ -4,6 +4,7 @@ Events go in, each with the time; effects come out, and the next deadline. What 
 DDS) and what plans for it are other rooms, which it does not know.
 """
 
+from scbm.running.automatic import describe_cycle
 from scbm.running.effects import AskPlan, CancelRequest, Effect, RunFinished, SendRequest
 from scbm.running.ends import End
 from scbm.running.events import (
@@ -40,4 +41,5 @@ __all__ = [
     "RunnerOptions",
     "SendRequest",
     "TimePassed",
+    "describe_cycle",
 ]

@@ -20,19 +20,42 @@ def next_automatic(steps: Sequence[Step], state: int) -> tuple[Step, int] | None
 
 
 def find_cycle(steps: Sequence[Step], state: int, bound: int) -> tuple[str, ...]:
-    """The names of the transitions that go round from `state` on, each as often as in one round.
-
-    Empty if the chain ends. If no state comes back within `bound`, each name of the chain once.
-    """
-    seen: dict[int, int] = {}
-    names: list[str] = []
-    while state not in seen:
-        if len(names) > bound:
-            return tuple(dict.fromkeys(names))
-        seen[state] = len(names)
-        taken = next_automatic(steps, state)
-        if taken is None:
+    """What `name_cycle` says of the chain that begins in `state`; empty if it ends within `bound`."""
+    taken: list[tuple[str, int]] = []
+    seen: dict[int, None] = {}
+    while len(taken) <= bound:
+        following = next_automatic(steps, state)
+        if following is None:
             return ()
-        names.append(taken[0].name)
-        state = taken[1]
-    return tuple(names[seen[state] :])
+        step, state = following
+        taken.append((step.name, state))
+        if state in seen:
+            break
+        seen[state] = None
+    return name_cycle(taken)
+
+
+def name_cycle(taken: Sequence[tuple[str, int]]) -> tuple[str, ...]:
+    """The names of a chain of transitions, each with the state behind it, that is too long.
+
+    If the last state was there before, the names of one round, the first of them again at the end. Else there is no
+    round, and each name stands there once.
+    """
+    *before, (_, state) = taken
+    for index in range(len(before) - 1, -1, -1):
+        if before[index][1] == state:
+            return _round([name for name, _ in taken[index + 1 :]], [name for name, _ in taken])
+    return tuple(dict.fromkeys(name for name, _ in taken))
+
+
+def _round(names: list[str], taken: list[str]) -> tuple[str, ...]:
+    """One round, begun with the transition that was taken first of all, which stands at its end again."""
+    first = min(range(len(names)), key=lambda index: taken.index(names[index]))
+    return (*names[first:], *names[:first], names[first])
+
+
+def describe_cycle(names: Sequence[str]) -> str:
+    """What `name_cycle` found, as a sentence."""
+    if len(names) > 1 and names[0] == names[-1]:
+        return f"automatic transitions go round without end: {' -> '.join(names)}"
+    return f"too many automatic transitions in a row, though they do not go round: {', '.join(names)}"

@@ -87,6 +87,7 @@ class RequestLine:
         trigger: the bit of the trigger.
         executing, cleared, succeeded, failed: `(keep, bits)` of the state; `cleared` resets the trigger as well.
         idle: `(keep, bits)` that make the state initial and leave the trigger.
+        occupied: the watched bits where the trigger is true and the state executing.
         payload: the variables that a request carries.
     """
 
@@ -99,6 +100,16 @@ class RequestLine:
     failed: tuple[int, int]
     idle: tuple[int, int]
     cleared: tuple[int, int]
+    occupied: int
+
+    def given_up(self, state: int) -> int:
+        """The state without a request that was asked for or answered; what occupies the resource is left alone."""
+        if not state & self.trigger:
+            return state
+        if state & self.watched == self.occupied:
+            return state & ~self.trigger
+        keep, bits = self.cleared
+        return state & keep | bits
 
 
 class Program:
@@ -184,4 +195,5 @@ class Program:
             failed=packing.assignment({resource.request_state: RequestState.FAILED.value}),
             idle=packing.assignment({resource.request_state: initial}),
             cleared=packing.assignment({resource.request_state: initial, resource.trigger: False}),
+            occupied=trigger.bits(True) | state.bits(RequestState.EXECUTING.value),
         )

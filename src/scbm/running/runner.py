@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scbm.model import OperationState, PlanState
-from scbm.running.automatic import find_cycle
+from scbm.running.automatic import name_cycle
 from scbm.running.effects import AskPlan, CancelRequest, Effect, RunFinished, SendRequest
 from scbm.running.ends import End
 from scbm.running.events import (
@@ -98,6 +98,7 @@ class Runner:
         self.program = program
         self.options = options or RunnerOptions()
         self._now_ns = now_ns
+        self._time_passes = False
         space = program.packing.space
         self._state = program.packing.pack({v.name: v.initial if v.role.is_runner else state[v.name] for v in space})
         self._effects: list[Effect] = []
@@ -106,7 +107,7 @@ class Runner:
         self._armed: list[_Armed] = []
         self._held: list[_Held] = []
         self._asks = 0
-        self._automatics = 0
+        self._taken: list[tuple[str, int]] = []
         self._rest()
 
     def _rest(self) -> None:
@@ -119,15 +120,21 @@ class Runner:
         self._goal_deadline_ns = 0
         self._plans = 0
         self._asked: int | None = None
+        self._asked_in: int | None = None
         self._unsolvable_in: int | None = None
 
     # the door
 
     def handle(self, event: Event, now_ns: int) -> list[Effect]:
-        """What `event` at time `now_ns` brings about, in order. Raises `ValueError` if time runs backwards."""
+        """What `event` at time `now_ns` brings about, in order. Raises `ValueError` if time runs backwards.
+
+        Deadlines pass with `TimePassed` only. It is due as soon as `deadline_ns` has come, behind all other events of
+        that instant.
+        """
         if now_ns < self._now_ns:
             raise ValueError(f"time runs backwards, from {self._now_ns} ns to {now_ns} ns")
         self._now_ns = now_ns
+        self._time_passes = isinstance(event, TimePassed)
         self._effects = []
         self._receive(event)
         self._settle()
@@ -168,7 +175,7 @@ class Runner:
                 if self._goal is None:  # at once, so that all that follows from the goal belongs to its run
                     self._start_next_goal()
             case Measured(values):
-                changes = self._set(self._with_measured(values))
+                changes = self._set(self._with_measured(values, self.program.measured))
                 self._effects.append(MeasurementReceived(self._now_ns, changes))
             case InjectionGiven(injection):
                 self._armed.append(_Armed(injection, self.program.injection(injection)))
@@ -181,15 +188,15 @@ class Runner:
             self._effects.append(ReplyDropped(self._now_ns, reply.request, line))
             return
         keep, bits = line.succeeded if reply.succeeded else line.failed
-        changes = self._set(self._with_measured(reply.measured) & keep | bits)
+        changes = self._set(self._with_measured(reply.measured, line.resource.measures) & keep | bits)
         record = ReplyReceived(self._now_ns, reply.request, line.resource.name, reply.succeeded, changes)
         self._effects.append(record)
 
-    def _with_measured(self, values: Changes) -> int:
-        """The state with measured values in it. What cannot be is refused, and said so."""
+    def _with_measured(self, values: Changes, measurable: tuple[str, ...]) -> int:
+        """The state with measured values in it. What cannot be measured is refused, and said so."""
         state = self._state
         for name, value in values:
-            if name in self.program.measured and value in self.program.packing.space[name].domain:
+            if name in measurable and value in self.program.packing.space[name].domain:
                 keep, bits = self.program.packing.assignment({name: value})
                 state = state & keep | bits
             else:
@@ -210,7 +217,7 @@ class Runner:
         if answer.status is PlanStatus.LIMIT_REACHED:
             self._end(End.PLANNER_LIMIT)
         elif answer.status is PlanStatus.UNSOLVABLE:
-            self._unsolvable_in = self._state
+            self._unsolvable_in = self._asked_in
 
     def _may_still_change(self) -> bool:
         """Whether something is on its way that could make the goal reachable (semantics 5.6)."""
@@ -219,12 +226,16 @@ class Runner:
     # settling
 
     def _settle(self) -> None:
-        self._automatics = 0
+        self._taken = []
         while self._micro_step():
             pass
-        if self._goal is not None and self._now_ns >= self._goal_deadline_ns:
+        if self._goal is not None and self._has_passed(self._goal_deadline_ns):
             self._end(End.TIME_LIMIT)
             self._settle()
+
+    def _has_passed(self, deadline_ns: int) -> bool:
+        """Whether a deadline has passed. `TimePassed` says so: all else that happens at its instant is in time."""
+        return self._time_passes and self._now_ns >= deadline_ns
 
     def _micro_step(self) -> bool:
         """Does the first thing that applies, in the order of semantics 5; `False` when settled."""
@@ -256,14 +267,15 @@ class Runner:
         before = self._state
         after = armed.step.update(before)
         assert after is not None  # noqa: S101 - constants never leave a domain
-        if armed.step.fails_operation:
-            after = self._failed(after)
-        changes = self._set(after)
-        self._effects.append(InjectionApplied(self._now_ns, injection.name, changes))
+        failed = self._current.name if armed.step.fails_operation and self._current is not None else None
+        changes = self._set(self._failed(after) if armed.step.fails_operation else after)
+        self._effects.append(InjectionApplied(self._now_ns, injection.name, failed, changes))
         if injection.hold_ns is not None:
             packing = self.program.packing
-            was = tuple((name, packing.value(before, name)) for name, _ in injection.assign)
-            self._held.append(_Held(injection.name, self._now_ns + injection.hold_ns, was, injection.assign))
+            # The states of operations and plans are the runner's: they go on from what was injected.
+            kept = tuple(pair for pair in injection.assign if not packing.space[pair[0]].role.is_runner)
+            was = tuple((name, packing.value(before, name)) for name, _ in kept)
+            self._held.append(_Held(injection.name, self._now_ns + injection.hold_ns, was, kept))
 
     def _put_back(self) -> bool:
         for index, held in enumerate(self._held):
@@ -287,11 +299,11 @@ class Runner:
             after = step.update(state)
             if after is None or after == state:
                 continue
-            if self._automatics == self.options.livelock_bound:
+            if len(self._taken) == self.options.livelock_bound:
                 return self._livelock()
-            self._automatics += 1
             failed = self._current.name if step.fails_operation and self._current is not None else None
             changes = self._set(self._failed(after) if step.fails_operation else after)
+            self._taken.append((step.name, self._state))
             self._effects.append(AutomaticTaken(self._now_ns, step.name, failed, changes))
             return True
         return False
@@ -307,7 +319,7 @@ class Runner:
     def _livelock(self) -> bool:
         """Ends the run, if there is one; in any case nothing more happens until the next event."""
         if self._goal is not None:
-            self._end(End.LIVELOCK, find_cycle(self.program.automatic, self._state, self.options.livelock_bound))
+            self._end(End.LIVELOCK, name_cycle(self._taken))
         return False
 
     # 2: abort
@@ -400,6 +412,7 @@ class Runner:
         self._asks += 1
         self._asked = self._asks
         changes = self._set(self._in_plan_state(PlanState.PLANNING))
+        self._asked_in = self._state
         self._effects.append(PlanAsked(self._now_ns, self._asked, changes))
         self._effects.append(AskPlan(self._asked, self.state, goal.predicate))
         return True
@@ -419,7 +432,7 @@ class Runner:
         return True
 
     def _step_operation(self, operation: RunnableOperation) -> bool:
-        due = self._timer_ns is not None and self._now_ns >= self._timer_ns
+        due = self._timer_ns is not None and self._has_passed(self._timer_ns)
         for rule in RULES[self._current_state]:
             try:
                 after = rule.condition(operation, self._state, due)
@@ -455,6 +468,8 @@ class Runner:
             keep, bits = line.cleared
             self._cancel(line, self._state & keep | bits)
         state = self._in_plan_state(end.plan_state)
+        for line in self.program.requests:
+            state = line.given_up(state)
         if self._current is not None:
             keep, bits = self._current.become[OperationState.INITIAL]
             state = state & keep | bits

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from scbm.trace import Changes
 
 _MICROSECOND_NS = 1_000
+_WIDE_NS = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +78,7 @@ class DrawnChoices:
         return next(outcome for outcome, probability in reversed(outcomes) if probability)
 
     def _latency_ns(self, latency: Latency) -> int:
-        """A latency in whole microseconds, which is more than any resource keeps to and easier to read."""
+        """A latency, by the inverse of its distribution function."""
         match latency.shape:
             case LatencyShape.FIXED:
                 return latency.points_ns[0]
@@ -93,7 +94,9 @@ class DrawnChoices:
 
 
 def _rounded(drawn_ns: float, low_ns: int, high_ns: int) -> int:
-    rounded = round(drawn_ns / _MICROSECOND_NS) * _MICROSECOND_NS
+    """Whole microseconds, which are more than any resource keeps to and easier to read; finer in a narrow range."""
+    step_ns = _MICROSECOND_NS if high_ns - low_ns >= _WIDE_NS else 1
+    rounded = round(drawn_ns / step_ns) * step_ns
     return min(max(rounded, low_ns), high_ns)
 
 

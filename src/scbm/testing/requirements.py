@@ -96,7 +96,7 @@ class _LeadsTo:
 
     def end(self, at_ns: int) -> Finding | None:
         late = self._late(at_ns)
-        if late is None and self._owed_since_ns is not None:
+        if late is None and self._owed_since_ns is not None and self._sentence.within_ns is None:
             since = f"{self._owed_since_ns / 1e9:.3f} s"
             return at_ns, f"the run ends, and {self._sentence.effect} is owed since {since}"
         return late

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scbm.model import Outcome
-from scbm.running import End
+from scbm.running import End, describe_cycle
 from scbm.trace import RunEnded
 
 if TYPE_CHECKING:
@@ -60,5 +60,5 @@ def _disturbed(case: Case, reactions: Sequence[Reaction]) -> bool:
 def _described(end: End, records: Sequence[Record]) -> str:
     detail = next((record.detail for record in reversed(records) if isinstance(record, RunEnded)), ())
     if end is End.LIVELOCK:
-        return f"automatic transitions go round without end: {' -> '.join((*detail, *detail[:1]))}"
+        return describe_cycle(detail)
     return f"the model is wrong: {', '.join(detail)}"

@@ -162,11 +162,12 @@ class MeasurementRefused:
 
 @dataclass(frozen=True, slots=True)
 class InjectionApplied:
-    """An injection acted."""
+    """An injection acted; `failed` is the operation that it failed, if it did."""
 
     kind: ClassVar[str] = "injection"
     at_ns: int
     injection: str
+    failed: str | None
     changes: Changes
 
 

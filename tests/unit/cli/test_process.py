@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[3]
 BEFORE = "examples/robot_in_the_air/before.yaml"
 
@@ -35,3 +37,29 @@ def test_a_reader_that_has_seen_enough_is_no_fault() -> None:
         process.stdout.read(1)
         process.stdout.close()
         assert process.stderr.read() == b""
+        assert process.wait() == 0
+
+
+def test_a_closed_pipe_does_not_look_like_failed_tests() -> None:
+    command = [sys.executable, "-m", "scbm", "run", BEFORE, "--case", "1"]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        process.stdout.close()
+        assert process.wait() == 0
+
+
+def test_an_output_that_is_not_utf8_is_no_fault() -> None:
+    environment = {**os.environ, "PYTHONIOENCODING": "cp1252"}
+    command = [sys.executable, "-m", "scbm", "test", BEFORE, "--cases", "2"]
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, check=False)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"SCBM-IAS" in done.stdout
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no full device here")
+def test_a_full_disk_is_told_in_a_line() -> None:
+    command = [sys.executable, "-m", "scbm", "schema"]
+    with Path("/dev/full").open("wb") as full:
+        done = subprocess.run(command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, check=False)
+    assert done.returncode == 3
+    assert done.stderr == b"scbm: cannot write the output: no space left on device\n"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from scbm.coverage import Obligations, visited_by
 from scbm.model import Constant, Equal, Reference
 from scbm.running import (
     AskPlan,
@@ -16,9 +17,11 @@ from scbm.running import (
     ReplyArrived,
     RunnerOptions,
     TimePassed,
+    describe_cycle,
 )
 from scbm.trace import (
     AutomaticTaken,
+    InjectionApplied,
     MeasurementRefused,
     PlanDropped,
     PlanReceived,
@@ -94,6 +97,21 @@ def test_a_reply_at_the_instant_of_the_deadline_is_in_time() -> None:
     hand.goal()
     hand.reply(1, 10)
     assert hand.lifecycle[-1] == "scan_box completed"
+
+
+def test_everything_that_happens_at_the_instant_of_a_deadline_is_in_time() -> None:
+    both = scan_cell(("gr: scan_req_state == succeeded", "gr: scan_req_state == succeeded && temperature == 8"))
+    hand = Hand(both)
+    hand.goal()
+    hand.reply(1, 10)
+    assert hand.lifecycle == ["scan_box executing"]
+    hand.give(Measured((("temperature", 8),)), 10)
+    assert hand.lifecycle == ["scan_box executing", "scan_box completed"]
+    late = Hand(both)
+    late.goal()
+    late.reply(1, 10)
+    late.wait(10)
+    assert late.lifecycle[1] == "scan_box timedout"
 
 
 def test_failed_by_an_automatic_transition_comes_before_completed() -> None:
@@ -182,6 +200,16 @@ def test_what_else_changed_since_an_injection_is_not_put_back() -> None:
     hand.inject(Injection("green", (("light", "green"),)), 1)
     hand.wait_for_deadline()
     assert (hand.runner.state["light"], hand.runner.state["count"]) == ("green", 0)
+
+
+def test_an_operation_that_is_failed_by_an_injection_stays_failed_and_is_covered() -> None:
+    hand = Hand(scan_cell())
+    hand.goal()
+    hand.inject(Injection("break", (("current.state", "failed"),), hold_ns=0), 1)
+    assert [record.failed for record in hand.records if isinstance(record, InjectionApplied)] == ["scan_box"]
+    obligations = Obligations.of(hand.model)
+    assert "scan_box/failed" in obligations.names(visited_by(hand.records, obligations))
+    assert hand.runner.state["current.state"] == hand.runner.state["scan_box.state"] == "initial"
 
 
 def test_a_timed_injection_acts_at_its_time_and_not_before() -> None:
@@ -285,6 +313,15 @@ def test_unsolvable_waits_while_a_request_is_in_flight_and_plans_again_when_the_
     assert [sent.request for sent in hand.sent] == [1, 2]
 
 
+def test_an_answer_that_is_out_of_date_is_not_held_against_the_new_state() -> None:
+    hand = Hand(scan_cell(), state={"scan_req_state": "failed"}, answering=False)
+    hand.goal()
+    hand.inject(Injection("repair", (("scan_req_state", "initial"),)))
+    hand.give(PlanAnswered(1, PlanStatus.UNSOLVABLE))
+    assert hand.ends == []
+    assert [effect.ask for effect in hand.effects if isinstance(effect, AskPlan)] == [1, 2]
+
+
 def test_unsolvable_waits_for_an_injection_and_ends_when_the_last_one_changed_nothing() -> None:
     hand = Hand(scan_cell(), state={"scan_req_state": "failed"})
     hand.inject(Injection("nothing", (("scan_req_state", "failed"),), at_ns=5 * SECOND_NS))
@@ -324,6 +361,28 @@ def test_an_abort_ends_the_run_cancels_and_clears() -> None:
     assert hand.runner.dropped_replies == {"late": 1, "repeated": 0, "unknown": 0}
 
 
+def test_a_request_that_was_not_sent_yet_when_the_run_ends_is_never_sent() -> None:
+    stop = "automatic_transitions:\n  stop: {g: scan_box.state == executing, a: [plan.state <- aborted]}"
+    hand = Hand(scan_cell(("automatic_transitions:", stop)))
+    hand.goal()
+    assert hand.ends == [End.ABORTED]
+    assert hand.sent == []
+    assert hand.runner.state["scan_req_trigger"] is False
+
+
+def test_an_answered_request_is_cleared_at_the_end_and_an_occupied_resource_is_left_alone() -> None:
+    stop = "automatic_transitions:\n  stop: {g: scan_req_state == succeeded, a: [plan.state <- aborted]}"
+    answered = Hand(scan_cell(("automatic_transitions:", stop)))
+    answered.goal()
+    answered.reply(1, 1)
+    assert answered.ends == [End.ABORTED]
+    assert (answered.runner.state["scan_req_state"], answered.runner.state["scan_req_trigger"]) == ("initial", False)
+    occupied = Hand(scan_cell(), state={"scan_req_state": "executing", "scan_req_trigger": True})
+    occupied.goal()
+    assert occupied.ends == [End.UNSOLVABLE]
+    assert (occupied.runner.state["scan_req_state"], occupied.runner.state["scan_req_trigger"]) == ("executing", False)
+
+
 def test_the_time_limit_ends_the_run() -> None:
     hand = Hand(scan_cell(), RunnerOptions(time_limit_ns=15 * SECOND_NS))
     hand.goal()
@@ -361,8 +420,26 @@ def test_a_livelock_is_named_by_its_transitions() -> None:
     hand.reply(1, 1)
     assert hand.ends == [End.LIVELOCK]
     ended = next(record for record in hand.records if isinstance(record, RunEnded))
-    assert sorted(ended.detail) == ["to_blue", "to_green", "to_red"]
+    assert ended.detail == ("to_red", "to_blue", "to_green", "to_red")
     assert sum(isinstance(record, AutomaticTaken) for record in hand.records) == 50
+
+
+def test_a_livelock_between_an_automatic_transition_and_the_sending_of_requests_is_named() -> None:
+    again = "automatic_transitions:\n  again: {g: scan_req_state == executing, a: [scan_req_state <- initial]}"
+    hand = Hand(scan_cell(("automatic_transitions:", again)), RunnerOptions(livelock_bound=20))
+    hand.goal()
+    assert hand.ends == [End.LIVELOCK]
+    assert next(record.detail for record in hand.records if isinstance(record, RunEnded)) == ("again", "again")
+
+
+def test_a_long_chain_that_does_not_go_round_is_not_called_a_round() -> None:
+    count = "automatic_transitions:\n  count_up: {g: count != 9, a: [count += 1]}"
+    model = scan_cell(("automatic_transitions:", count), ("count: {domain: 0..2", "count: {domain: 0..9"))
+    hand = Hand(model, RunnerOptions(livelock_bound=5))
+    hand.goal()
+    detail = next(record.detail for record in hand.records if isinstance(record, RunEnded))
+    assert detail == ("count_up",)
+    assert "do not go round: count_up" in describe_cycle(detail)
 
 
 def test_exactly_as_many_automatic_transitions_as_the_bound_are_no_livelock() -> None:
@@ -463,6 +540,16 @@ def test_a_reply_carries_measured_values_and_wrong_ones_are_refused() -> None:
     assert hand.runner.state["light"] == "green"
     refused = [(r.variable, r.value) for r in hand.records if isinstance(r, MeasurementRefused)]
     assert refused == [("temperature", 99), ("light", "red")]
+
+
+def test_a_reply_cannot_measure_for_another_resource() -> None:
+    model = scan_cell(("resources:\n", "resources:\n  lamp: {measures: [light]}\n"))
+    hand = Hand(model)
+    hand.goal()
+    hand.give(ReplyArrived(1, succeeded=True, measured=(("light", "red"),)), 1)
+    assert hand.runner.state["light"] == "green"
+    hand.give(Measured((("light", "red"),)), 2)
+    assert hand.runner.state["light"] == "red"
 
 
 def test_measured_values_come_unasked_too() -> None:

@@ -43,6 +43,7 @@ def test_latencies_keep_to_their_distribution(latency: Latency, mean_ms: int) ->
 def test_latencies_shorter_than_a_microsecond_stay_in_their_bounds() -> None:
     drawn = _draw(_resource(Latency(LatencyShape.UNIFORM, (100, 900))), 100)
     assert all(100 <= reaction.latency_ns <= 900 for reaction in drawn)
+    assert len({reaction.latency_ns for reaction in drawn}) > 50
 
 
 def test_outcomes_come_as_often_as_they_are_probable() -> None:

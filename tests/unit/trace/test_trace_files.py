@@ -46,7 +46,7 @@ EVERY_KIND: tuple[Record, ...] = (
     ReplyDropped(2, 1, "late"),
     MeasurementReceived(2, CHANGES),
     MeasurementRefused(2, "light", 7),
-    InjectionApplied(3, "i", CHANGES),
+    InjectionApplied(3, "i", None, CHANGES),
     PutBack(3, "i", CHANGES),
     RunEnded(3, "goal", "livelock", ("t", "u"), CHANGES),
 )
