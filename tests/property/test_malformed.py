@@ -191,6 +191,42 @@ def test_any_text_ends_in_located_errors(text: str) -> None:
     assert check_answer(text)
 
 
+CELL = """behavior_model: cell
+variables:
+  a: {domain: bool, initial: false}
+  n: {domain: 0..3, initial: 0}
+  at: {domain: [home, agv], initial: home}
+resources: {arm: {}}
+operations:
+  scan: {pre: {g: true}, post: {g: true}}
+"""
+PLACES = [
+    "goals: {done: 'WORDS'}",
+    "initial_states: ['n in {WORDS}']",
+    "requirements: {safe: 'WORDS'}",
+    "requirements: {safe: 'always WORDS'}",
+    "automatic_transitions: {rule: {g: '!(WORDS)', a: [n += 1]}}",
+    "automatic_transitions: {rule: {g: true, a: ['WORDS']}}",
+    "automatic_transitions: {rule: {g: true, a: ['a <- WORDS']}}",
+]
+OPERATORS = ["==", "!=", "<", ">=", "&&", "||", "->", "!", "(", ")", "in", "{", "}", ",", "<-", "+=", "-="]
+NAMES_OF_THE_CELL = ["a", "n", "at", "scan.state", "current.name", "plan.state", "arm_req_state", "unknown"]
+OTHER_WORDS = ["true", "2", "-9", "home", "scan", "failed", "none", "always", "leads to", "within", "10 s", "until"]
+
+
+@pytest.mark.parametrize("place", PLACES)
+def test_any_words_where_an_expression_belongs_are_resolved_or_complained_of(place: str) -> None:
+    @given(st.lists(st.sampled_from([*OPERATORS, *NAMES_OF_THE_CELL, *OTHER_WORDS]), min_size=1, max_size=7))
+    @settings(deadline=None, max_examples=60)
+    @example(["n", "in", "{", "n", "}"])
+    @example(["current.name", "==", "arm_req_state"])
+    @example(["arm_req_state", "<-", "at"])
+    def check(words: list[str]) -> None:
+        check_answer(CELL + place.replace("WORDS", " ".join(words)) + "\n")
+
+    check()
+
+
 @given(st.binary(max_size=80))
 @settings(deadline=None, max_examples=150)
 def test_any_text_in_a_guard_ends_in_a_model_or_in_located_errors(data: bytes) -> None:

@@ -56,12 +56,17 @@ _RESERVED_OPERATIONS = (NO_OPERATION, "current", "plan", "automatic")
 
 
 class Builder:
-    """Builds one model out of one document, noting every error in a report."""
+    """Builds one model out of one document, noting every error in a report.
+
+    Attributes:
+        is_whole: whether every text so far was resolved; if not, the report says why.
+    """
 
     def __init__(self, document: Node, report: Report) -> None:
         self._document = document
         self._report = report
         self._scope = Scope({})
+        self.is_whole = True
 
     def model(self) -> BehaviorModel:
         """The model; only good if the report is empty afterwards."""
@@ -164,10 +169,12 @@ class Builder:
                     message = f"the value `{element.text}` of `{name}` is also the name of a variable"
                     self._add(Slug.AMBIGUOUS_SYMBOL, message, element.place, "rename one of them")
         values = {value: variable.name for variable, _, _ in self._brought() for value in variable.domain.values}
-        for name, place in self._places("variables").items():
+        places = {variable.name: place for variable, _, place in self._brought()}
+        places |= self._places("operations") | self._places("variables")
+        for name in self._scope.variables:
             if name in values:
                 message = f"the variable `{name}` has the name of a value of `{values[name]}`"
-                self._add(Slug.AMBIGUOUS_SYMBOL, message, place, "choose another name")
+                self._add(Slug.AMBIGUOUS_SYMBOL, message, places[name], "choose another name")
 
     def _entries(self, section: str) -> Iterator[tuple[str, Node]]:
         mapping = self._document.get(section)
@@ -312,6 +319,7 @@ class Builder:
         request = self._declared_names(node.get("request"))
         measures_node = node.get("measures")
         measures = self._declared_names(measures_node)
+        self._refuse_to_measure_requests(measures_node)
         written = [element.text for element in measures_node.elements] if measures_node is not None else []
         return Resource(name, request, measures, self._simulation(node.get("simulation"), written))
 
@@ -331,6 +339,14 @@ class Builder:
             else:
                 names.append(element.text)
         return tuple(names)
+
+    def _refuse_to_measure_requests(self, node: Node | None) -> None:
+        """A measured value must not change a trigger or the state of a request."""
+        for element in node.elements if node is not None else ():
+            variable = self._scope.variables.get(element.text or "")
+            if variable is not None and variable.role is Role.RESOURCE:
+                message = f"`{variable.name}` follows the requests of a resource, and cannot be measured"
+                self._add(Slug.NOT_ASSIGNABLE, message, element.place, "measure a variable of the model")
 
     def _refuse_unknown(self, name: str, place: Place) -> None:
         if not self._scope.incomplete:
@@ -479,6 +495,7 @@ class Builder:
                     continue
                 action = self._resolver(element.scalar, where).read_action(element.scalar.text)
                 if action is None:
+                    self.is_whole = False
                     continue
                 target = self._alias(action.target)
                 if target in assigned:
@@ -508,12 +525,15 @@ class Builder:
             return TRUE if node.plain else FALSE
         if node.scalar is None or node.plain is None:
             return TRUE
-        return self._resolver(node.scalar, where).read_predicate(node.scalar.text) or TRUE
+        predicate = self._resolver(node.scalar, where).read_predicate(node.scalar.text)
+        self.is_whole = self.is_whole and predicate is not None
+        return predicate or TRUE
 
     def _requirement(self, name: str, node: Node) -> Requirement | None:
         if node.scalar is None or node.plain is None:
             return None
         sentence = self._resolver(node.scalar, Where.REQUIREMENT).read_requirement(node.scalar.text)
+        self.is_whole = self.is_whole and sentence is not None
         return None if sentence is None else Requirement(name, sentence)
 
     def _resolver(self, scalar: Scalar, where: Where) -> Resolver:

@@ -16,7 +16,7 @@ _SPELLINGS = {
     "ns": ("ns", "nanosecond", "nanoseconds"),
 }
 _SIZE_NS = {spelling: UNITS_NS[unit] for unit, spellings in _SPELLINGS.items() for spelling in spellings}
-_DURATION = re.compile(r"(?P<number>\d{1,15}(?:\.\d{1,9})?)\s*(?P<unit>[a-zµ]+)", re.ASCII | re.IGNORECASE)
+_DURATION = re.compile(r"(?P<number>\d{1,15}(?:\.\d{1,9})?)\s*(?P<unit>[a-zµ]+)", re.ASCII)
 
 DURATION_PATTERN = (
     r"^\d+(\.\d+)?\s*(h|hours?|min|minutes?|s|sec|seconds?|ms|milliseconds?|[uµ]s|microseconds?|ns|nanoseconds?)$"
@@ -27,7 +27,7 @@ DURATION_PATTERN = (
 def parse_duration(text: str) -> int | None:
     """The duration in nanoseconds, or `None` if the text is no duration of whole nanoseconds."""
     match = _DURATION.fullmatch(text.strip())
-    size_ns = _SIZE_NS.get(match["unit"].lower()) if match else None
+    size_ns = _SIZE_NS.get(match["unit"]) if match else None
     if match is None or size_ns is None:
         return None
     exact = Fraction(match["number"]) * size_ns

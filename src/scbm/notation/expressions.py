@@ -34,7 +34,9 @@ class _Text:
         self._report.add(slug, message, Place(self._file, 1, begin + 1, max(1, end - begin)), remedy)
 
     def error(self) -> InputError:
-        """Everything that is wrong with the text."""
+        """Everything that is wrong with the text; a text that is not resolved has something wrong."""
+        if not len(self._report):
+            raise AssertionError(f"{self.text!r} was not resolved, and nothing was complained of")
         return self._report.error()
 
 

@@ -70,8 +70,11 @@ def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
             report.add(Slug.WRONG_SHAPE, "a model file is a mapping of keys", document.place, _START)
         raise report.error()
     check_shape(document, report)
-    model = Builder(document, report).model()
+    builder = Builder(document, report)
+    model = builder.model()
     report.raise_any()
+    if not builder.is_whole:
+        raise AssertionError(f"{file}: something was not resolved, and nothing was complained of")
     return model, Places(document, source)
 
 

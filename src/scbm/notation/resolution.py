@@ -34,6 +34,9 @@ from scbm.notation.scope import Scope, Where
 from scbm.notation.syntax import SyntaxTree, extent, parse
 from scbm.notation.syntax_faults import Start, SyntaxFault
 
+_MOST_DIGITS = 18
+"""Integers of domains have no more digits than this."""
+
 
 class Complain(Protocol):
     """Notes an error about the characters `begin..end` of the text that is resolved."""
@@ -167,7 +170,11 @@ class Resolver:
         for index in range(1, len(tree.children)):
             child = _child(tree, index)
             term = self._term(child)
-            if reference is None or term is None:
+            if isinstance(term, Reference):
+                message = f"`{term.name}` is a variable, and a set has values"
+                remedy = f"write `{name} == {term.name}`, joined with `||`"
+                self.complain(Slug.PREDICATE_SYNTAX, message, *extent(child), remedy)
+            if reference is None or term is None or isinstance(term, Reference):
                 continue
             constant = self._constant(term, reference, child)
             if constant is not None and constant in members:
@@ -188,12 +195,20 @@ class Resolver:
         token = tree.children[0]
         assert isinstance(token, Token)  # noqa: S101 - the grammar says so
         if token.type == "INTEGER":
-            return Constant(int(token[:19]))
+            return self._integer(token)
         if token.type in ("TRUE", "FALSE"):
             return Constant(token.type == "TRUE")
         if token in self.scope.variables:
             return self._variable(str(token), *extent(token))
         return _Word(str(token))
+
+    def _integer(self, token: Token) -> Constant | None:
+        digits = token.lstrip("-").lstrip("0")
+        if len(digits) > _MOST_DIGITS:
+            message = f"`{token}` is larger than any integer of a domain"
+            self.complain(Slug.VALUE_OUTSIDE_DOMAIN, message, *extent(token))
+            return None
+        return Constant(-int(digits or "0") if token.startswith("-") else int(digits or "0"))
 
     def _variable(self, name: str, begin: int, end: int) -> Reference | None:
         if name not in self.scope.variables:
@@ -365,7 +380,10 @@ class Resolver:
             message = f"only integer ranges can be counted, and `{target.name}` is {_described(target.domain)}"
             self.complain(Slug.NOT_A_COUNTER, message, begin, end)
             return None
-        amount = int(_token(tree, 1)[:19])
+        written = self._integer(_leaf_token(tree, 1))
+        if written is None:
+            return None
+        amount = int(written.constant)
         if amount <= 0:
             message = f"`{_token(tree, 1)}` is not a number of steps to count by"
             self.complain(Slug.NOT_A_COUNTER, message, begin, end, "write a positive number, with `+=` or `-=`")
@@ -444,6 +462,12 @@ def _child(tree: SyntaxTree, index: int) -> SyntaxTree:
     child = tree.children[index]
     assert not isinstance(child, Token)  # noqa: S101 - the grammar says which children are trees
     return child
+
+
+def _leaf_token(tree: SyntaxTree, index: int) -> Token:
+    token = tree.children[index]
+    assert isinstance(token, Token)  # noqa: S101 - the grammar says which children are tokens
+    return token
 
 
 def _token(tree: SyntaxTree, index: int) -> str:

@@ -60,6 +60,9 @@ NO_DURATIONS = [
     "1 s 500 ms",
     "10 parsecs",
     "10 secs",
+    "10 S",
+    "10 MS",
+    "2 Minutes",
     "10 m",
     "10 d",
     "10 s.",
@@ -83,9 +86,9 @@ def test_anything_else_is_no_duration(text: str) -> None:
     assert parse_duration(text) is None
 
 
-@pytest.mark.parametrize("text", [text for text in DURATIONS if text.isascii()])
-def test_blanks_around_a_duration_and_capitals_do_not_matter(text: str) -> None:
-    assert parse_duration(f"  {text.upper()}\n") == DURATIONS[text]
+@pytest.mark.parametrize("text", DURATIONS)
+def test_blanks_around_a_duration_do_not_matter(text: str) -> None:
+    assert parse_duration(f"  {text}\n") == DURATIONS[text]
 
 
 @pytest.mark.parametrize("text", DURATIONS)
