@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from scbm.checking.guards import doubts_about_guards
 from scbm.checking.livelocks import doubts_about_livelocks
 from scbm.checking.plans import doubts_about_plans, explore_model
+from scbm.checking.resources import doubts_about_resources
 from scbm.checking.variables import doubts_about_variables
 from scbm.planning import explore
 
@@ -40,6 +41,7 @@ def check_model(model: BehaviorModel) -> Checked:
     told = [doubt.path for doubt in guards]
     doubts = (
         *doubts_about_variables(model),
+        *doubts_about_resources(model),
         *guards,
         # A guard that can never hold explains that its operation is never enabled, or its goal never reached.
         *(doubt for doubt in doubts_about_plans(model, exploration) if doubt.path not in told),

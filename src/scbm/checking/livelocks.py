@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scbm.checking.plans import Exploration
     from scbm.model import BehaviorModel
 
-_MOST_CHAINS = 100_000
+_MOST_CHAINS = 30_000
 _BOUND = 1_000
 
 

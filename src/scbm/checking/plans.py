@@ -17,13 +17,13 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel, Predicate, Transition
     from scbm.planning import Task
 
-MOST_STATES = 100_000
+MOST_STATES = 50_000
 """So many planning states are explored."""
 
 _MOST_STARTS = 200
 """From so many initial states is explored."""
 
-_MOST_EXPANSIONS = 200_000
+_MOST_EXPANSIONS = 100_000
 """So many states may be expanded to find out from which initial states a goal can be reached."""
 
 _MOST_COMBINATIONS = 20_000

@@ -80,5 +80,7 @@ class Slug(StrEnum):
     AUTOMATIC_LIVELOCK = "automatic-livelock"
     INITIAL_STATE_NOMINAL = "initial-state-nominal"
     PLANNER_READS_RUNNER = "planner-reads-runner"
+    FAILURE_UNNOTICED = "failure-unnoticed"
+    NO_DEADLINE = "no-deadline"
     UNUSED_VARIABLE = "unused-variable"
     CHECK_INCOMPLETE = "check-incomplete"

@@ -47,7 +47,7 @@ _INTEGER = re.compile(r"[-+]?[0-9]{1,100}")
 _FLOAT = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
 """YAML's core schema, less what no place of a model accepts: there `0x1F` and `.inf` are text."""
 
-_PROPERTY = re.compile(r"[&!]\S*(?:\s|#.*)*")
+_PROPERTY = re.compile(r"[&!]\S*(?:\s|#[^\r\n]*)*")
 """An anchor or a tag, and what lies between it and the next one or the content."""
 _TAG = re.compile(r"(?:&\S*\s+)?(!\S*)")
 _ANCHOR_NAME = re.compile(r"[\w-]+")
@@ -281,10 +281,9 @@ class _Reader:
 
 
 def _condemn(node: Node) -> None:
-    """Nothing more is to be read in a scalar: it is not what was meant."""
-    if node.scalar is not None:
-        node.scalar = None
-        node.condemned = True
+    """Nothing more is to be read in a scalar, nor to be said of the shape of a node: it is not what was meant."""
+    node.scalar = None
+    node.condemned = True
 
 
 def _is_merge(name: str, value: Node) -> bool:

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 _LINE_END = re.compile(r"\r\n|\r|\n")
 """What editors count as the end of a line; `str.splitlines` knows seven more."""
 
-_JOINT = re.compile(r"\\(?:\r\n|\r|\n)\s*")
-"""An escaped line end in a double-quoted scalar, which stands for nothing."""
+_JOINT = re.compile(r"(?:\\(?:\r\n|\r|\n)\s*)+")
+"""Escaped line ends in a double-quoted scalar, which stand for nothing."""
 
 _ESCAPE_LENGTHS = {"x": 4, "u": 6, "U": 10}
 """Characters of an escape in a double-quoted scalar, the backslash included; all others have two."""
@@ -113,6 +113,6 @@ class Scalar:
     def _escape(self, index: int) -> int:
         """The length of the escape that stands at a place of a double-quoted scalar; 0 if there is none."""
         text = self._source.text
-        if self.style != '"' or index >= self.end or text[index] != "\\" or text[index + 1] in "\r\n":
+        if self.style != '"' or index >= self.end or text[index] != "\\":
             return 0
         return _ESCAPE_LENGTHS.get(text[index + 1], 2)

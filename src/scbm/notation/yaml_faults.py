@@ -229,7 +229,7 @@ _EXPLANATIONS = (
     (r"could not find expected ':'", _no_colon),
     (r"expected <block end>", _misplaced_line),
     (r"expected '<document start>'|non-comment content after document end", _second_root),
-    (r"expected ',' or|invalid intendation or unclosed", _unclosed_bracket),
+    (r"expected ',' or", _unclosed_bracket),
     (r"expected the node content", _no_value),
     (r"quoted scalar; found unexpected", _unclosed_quote),
     (r"escape", _no_escape),

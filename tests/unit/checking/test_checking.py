@@ -140,6 +140,17 @@ def test_no_initial_state_and_a_nominal_one_that_is_not_allowed() -> None:
     assert [doubt.slug for doubt in none] == [Slug.INITIAL_STATE_NOMINAL, Slug.NO_INITIAL_STATE]
 
 
+def test_failures_that_nothing_notices_and_replies_that_are_awaited_for_ever_are_told() -> None:
+    unsure = ("    measures: [temperature]\n", "    measures: [temperature]\n    simulation: {outcomes: OUTCOMES}\n")
+    fails = (unsure[0], unsure[1].replace("OUTCOMES", "{succeed: 0.5, fail: 0.5}"))
+    silent = (unsure[0], unsure[1].replace("OUTCOMES", "{succeed: 0.5, timeout: 0.5}"))
+    no_deadline = (("    deadline: 10 seconds\n", ""), ("    timedout: [scan_req_trigger <- false]\n", ""))
+    unwatched = ("g: scan_req_state == failed && current.state == executing", "g: light == blue")
+    assert _doubts(fails) == _doubts(silent) == []
+    assert [doubt.slug for doubt in _doubts(fails, unwatched)] == [Slug.FAILURE_UNNOTICED]
+    assert [doubt.slug for doubt in _doubts(silent, *no_deadline)] == [Slug.NO_DEADLINE]
+
+
 def test_a_variable_that_nothing_reads_is_told() -> None:
     doubts = check_model(scan_cell()).doubts
     assert [(d.slug, d.path[-1]) for d in doubts] == [

@@ -174,6 +174,67 @@ def values(shown: tuple[Value, ...]) -> str:
     return f"[{', '.join(map(format_value, shown))}]" if len(shown) <= 10 else f"{len(shown)} values"
 
 
+# one mistake, one error
+
+
+USES = """operations:
+  scan:
+    pre: {g: a == true && n < 3 && at == home, a: [arm_req_trigger <- true, b <- a]}
+    post: {g: "n in {0, 1} -> at != agv", gr: arm_req_state == succeeded, a: [at <- agv, n += 1]}
+goals: {done: home == at && b == true && true == a}
+requirements: {safe: always scan.state == executing -> n == 2}
+"""
+DECLARED = {
+    "behavior_model": "cell",
+    "variables": (
+        "{a: {domain: bool, initial: false}, b: {domain: bool, initial: false}, "
+        "n: {domain: 0..5, initial: 0}, at: {domain: [home, agv], initial: home}}"
+    ),
+    "resources": "{arm: {request: [n]}}",
+}
+
+
+def declared(**changed: str) -> str:
+    sections = {**DECLARED, **changed}
+    return "".join(f"{key}: {value}\n" for key, value in sections.items() if value) + USES
+
+
+def test_the_declarations_that_mistakes_are_made_in_are_right() -> None:
+    assert read_model(declared()).name == "cell"
+
+
+@pytest.mark.parametrize(
+    ("text", "slug"),
+    [
+        (declared().replace("resources:", "resource:"), Slug.UNKNOWN_KEY),
+        (declared().replace("variables:", "variable:"), Slug.UNKNOWN_KEY),
+        (declared(variables=""), Slug.MISSING_KEY),
+        (declared(variables="[a, b]"), Slug.WRONG_SHAPE),
+        (declared(resources="arm"), Slug.WRONG_SHAPE),
+        (declared(resources="{arm: {request: [n], pre: {g: true}}}"), Slug.UNKNOWN_KEY),
+        (declared(resources="{arm-1: {request: [n]}}"), Slug.BAD_NAME),
+        (declared(resources="{{arm}: {request: [n]}}"), Slug.WRONG_SHAPE),
+        (declared(resources="{!arm: {request: [n]}}"), Slug.YAML_TAG),
+        (declared(resources="*arms"), Slug.YAML_SYNTAX),
+        (declared().replace("domain: bool, initial: false}, b", "domain: bol, initial: false}, b"), Slug.BAD_DOMAIN),
+        (declared().replace("domain: bool", "domain: [false, true]", 1), Slug.BAD_DOMAIN),
+        (declared().replace("0..5", "5..0"), Slug.EMPTY_DOMAIN),
+        (declared().replace("[home, agv], ", "[], "), Slug.EMPTY_DOMAIN),
+        (declared().replace("[home, agv], ", "[home, agv, home], "), Slug.DUPLICATE_VALUE),
+        (declared().replace("[home, agv], ", "!set [home, agv], "), Slug.YAML_TAG),
+        (declared().replace("[home, agv], ", "[home, *agv], "), Slug.YAML_SYNTAX),
+        (declared().replace("domain: 0..5", "domian: 0..5"), Slug.UNKNOWN_KEY),
+        (declared().replace("n: {domain: 0..5, initial: 0}", "n: 0..5"), Slug.WRONG_SHAPE),
+        (declared().replace("n: {domain", "<<: {}, n: {domain"), Slug.UNKNOWN_KEY),
+        (declared().replace("initial: home", "initial: house"), Slug.VALUE_OUTSIDE_DOMAIN),
+        (declared().replace("    pre: ", "    prae: "), Slug.UNKNOWN_KEY),
+        (declared().replace("[at <- agv, n += 1]", "*done"), Slug.YAML_SYNTAX),
+    ],
+)
+def test_one_mistake_is_told_once_and_nothing_that_follows_from_it(text: str, slug: Slug) -> None:
+    assert [diagnostic.slug for diagnostic in diagnostics_of(text)] == [slug]
+
+
 # files that are no models
 
 

@@ -10,10 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scbm.errors import InputError, Place, Slug
-from scbm.notation import read_model
+from scbm.notation import load_located, read_model
 from scbm.notation.source import Source
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from hypothesis.strategies import DrawFn
 
 HEAD = """# größe ∧ 模型
@@ -46,7 +48,7 @@ def joined(draw: DrawFn, words: list[str], breaks: list[str]) -> str:
 
 
 def plain(draw: DrawFn, words: list[str]) -> str:
-    prefix: str = draw(st.sampled_from(["", "&anchor ", "&a-1   ", "\n    ", "&anchor\n    ", "# why\n    "]))
+    prefix: str = draw(st.sampled_from(["", "&wrought ", "&a-1   ", "\n    ", "&wrought # w\n    ", "# wr\n    "]))
     first = '"' if words[0].startswith("!") else ""  # a plain scalar cannot begin so
     return prefix + first + joined(draw, words, [" ", "   ", "\n    ", "\n\n     ", "  \n      "]) + first
 
@@ -56,9 +58,21 @@ def single_quoted(draw: DrawFn, words: list[str]) -> str:
 
 
 def double_quoted(draw: DrawFn, words: list[str]) -> str:
-    escapes = [" ", "\n    ", "\\n", "\\t  ", "\\\n    \\  ", " \\\n    ", "\\x20", "\\u0020 ", "\\U00000020", "\n\n  "]
+    escapes = [
+        " ",
+        "\n    ",
+        "\\n",
+        "\\t  ",
+        "\\\n    \\  ",
+        " \\\n    ",
+        "\\\n\\\n  \\x20",
+        "\\x20",
+        "\\u0020 ",
+        "\\U00000020",
+        "\n\n  ",
+    ]
     escaped = [draw(st.sampled_from([word, escape(word)])) for word in words]
-    return '&x "' + joined(draw, escaped, escapes) + '"'
+    return '&wrought "' + joined(draw, escaped, escapes) + '"'
 
 
 def escape(word: str) -> str:
@@ -66,12 +80,12 @@ def escape(word: str) -> str:
 
 
 def literal(draw: DrawFn, words: list[str]) -> str:
-    header: str = draw(st.sampled_from(["|", "|-", "|+", "|2", "|2-", "| # why", "&anchor |", "&a\n    |"]))
+    header: str = draw(st.sampled_from(["|", "|-", "|+", "|2", "|2-", "| # wrr", "&wrought |", "&a\n    |"]))
     return f"{header}\n    " + joined(draw, words, [" ", "  ", "\n    ", "\n      ", "\n\n    ", "\n   \n    "]) + "\n"
 
 
 def folded(draw: DrawFn, words: list[str]) -> str:
-    header: str = draw(st.sampled_from([">", ">-", ">+", ">2", "&anchor >-"]))
+    header: str = draw(st.sampled_from([">", ">-", ">+", ">2", "&wrought >-", "> # w"]))
     return f"{header}\n    " + joined(draw, words, [" ", "  ", "\n    ", "\n      ", "\n\n    "]) + "\n"
 
 
@@ -129,3 +143,24 @@ def test_a_stretch_does_not_leave_its_line() -> None:
     assert source.stretch(1, 6) == Place("model.yaml", 1, 2, 2)
     assert source.stretch(3, 6) == Place("model.yaml", 1, 4, 1)
     assert source.stretch(5, 7) == Place("model.yaml", 2, 2, 2)
+
+
+def test_what_is_said_of_a_model_that_loads_finds_its_place(tmp_path: Path) -> None:
+    path = tmp_path / "model.yaml"
+    path.write_text(f"{HEAD}  done: a == true\n  more: true\n", encoding="utf-8")
+    _, places = load_located(path)
+    assert places.find(("variables", "b")) == (Place(str(path), 5, 3, 1), "  b: {domain: bool, initial: false}")
+    assert places.find(("variables", "b", "initial")) == (
+        Place(str(path), 5, 21, 7),
+        "  b: {domain: bool, initial: false}",
+    )
+    assert places.find(("goals", "more")) == (Place(str(path), 9, 3, 4), "  more: true")
+
+
+def test_what_has_no_place_of_its_own_is_told_at_what_holds_it(tmp_path: Path) -> None:
+    path = tmp_path / "model.yaml"
+    path.write_text(f"{HEAD}  done: a == true\n", encoding="utf-8")
+    _, places = load_located(path)
+    assert places.find(("variables", "c", "initial"))[0] == Place(str(path), 3, 1, 9)
+    assert places.find(("requirements", "safe")) == (Place(str(path)), "")
+    assert places.find(()) == (Place(str(path)), "")
