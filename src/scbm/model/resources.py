@@ -41,11 +41,6 @@ class Latency:
     shape: LatencyShape
     points_ns: tuple[int, ...]
 
-    @property
-    def lowest_ns(self) -> int:
-        """The shortest latency that it can give."""
-        return self.points_ns[0]
-
 
 @dataclass(frozen=True, slots=True)
 class Simulation:
