@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from scbm.cases import Injection
 from scbm.planning import Planner, Solved
 from scbm.running import (
     AskPlan,
     CancelRequest,
     Effect,
-    End,
     Event,
     GoalGiven,
-    Injection,
     InjectionGiven,
     PlanAnswered,
     PlanStatus,
@@ -24,7 +23,7 @@ from scbm.running import (
     SendRequest,
     TimePassed,
 )
-from scbm.trace import AutomaticTaken, OperationStepped, Record
+from scbm.trace import AutomaticTaken, End, OperationStepped, Record
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -5,8 +5,7 @@ DDS) and what plans for it are other rooms, which it does not know.
 """
 
 from scbm.running.automatic import describe_cycle
-from scbm.running.effects import AskPlan, CancelRequest, Effect, RunFinished, SendRequest
-from scbm.running.ends import End
+from scbm.running.effects import AskPlan, CancelRequest, ChangeResource, Effect, RunFinished, SendRequest
 from scbm.running.events import (
     Event,
     GoalGiven,
@@ -17,7 +16,6 @@ from scbm.running.events import (
     ReplyArrived,
     TimePassed,
 )
-from scbm.running.injections import Injection
 from scbm.running.options import RunnerOptions
 from scbm.running.program import Program
 from scbm.running.runner import Runner
@@ -25,11 +23,10 @@ from scbm.running.runner import Runner
 __all__ = [
     "AskPlan",
     "CancelRequest",
+    "ChangeResource",
     "Effect",
-    "End",
     "Event",
     "GoalGiven",
-    "Injection",
     "InjectionGiven",
     "Measured",
     "PlanAnswered",

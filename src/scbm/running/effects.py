@@ -10,8 +10,9 @@ from scbm.trace import Changes, Record
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from scbm.cases import Condition
     from scbm.model import Predicate, Value
-    from scbm.running.ends import End
+    from scbm.trace import End
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,6 +33,14 @@ class CancelRequest:
 
 
 @dataclass(frozen=True, slots=True)
+class ChangeResource:
+    """Tell a simulated resource what becomes of it: an injection says so, or is put back."""
+
+    resource: str
+    condition: Condition
+
+
+@dataclass(frozen=True, slots=True)
 class AskPlan:
     """Ask the planner, and answer with `PlanAnswered` and the same `ask`."""
 
@@ -48,4 +57,4 @@ class RunFinished:
     end: End
 
 
-Effect: TypeAlias = SendRequest | CancelRequest | AskPlan | RunFinished | Record
+Effect: TypeAlias = SendRequest | CancelRequest | ChangeResource | AskPlan | RunFinished | Record

@@ -7,8 +7,8 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
+    from scbm.cases import Injection
     from scbm.model import Predicate
-    from scbm.running.injections import Injection
     from scbm.trace import Changes
 
 

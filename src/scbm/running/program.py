@@ -30,8 +30,8 @@ from scbm.model import (
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
 
 if TYPE_CHECKING:
+    from scbm.cases import Injection
     from scbm.model.packing import Test, Update
-    from scbm.running.injections import Injection
 
 
 @dataclass(frozen=True, slots=True)

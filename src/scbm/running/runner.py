@@ -10,10 +10,10 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from scbm.cases import Condition
 from scbm.model import OperationState, PlanState
 from scbm.running.automatic import name_cycle
-from scbm.running.effects import AskPlan, CancelRequest, Effect, RunFinished, SendRequest
-from scbm.running.ends import End
+from scbm.running.effects import AskPlan, CancelRequest, ChangeResource, Effect, RunFinished, SendRequest
 from scbm.running.events import (
     Event,
     GoalGiven,
@@ -30,6 +30,7 @@ from scbm.running.requests import Requests
 from scbm.trace import (
     AutomaticTaken,
     BecameCurrent,
+    End,
     InjectionApplied,
     MeasurementReceived,
     MeasurementRefused,
@@ -42,6 +43,7 @@ from scbm.trace import (
     ReplyReceived,
     RequestCancelled,
     RequestSent,
+    ResourceChanged,
     RunEnded,
     RunStarted,
 )
@@ -49,11 +51,14 @@ from scbm.trace import (
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from scbm.cases import Injection
     from scbm.model import Predicate, Value
     from scbm.model.packing import Test
-    from scbm.running.injections import Injection
     from scbm.running.program import Program, RequestLine, RunnableOperation, Step
     from scbm.trace import Changes
+
+
+_WELL = Condition()
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,12 +78,17 @@ class _Armed:
 
 @dataclass(frozen=True, slots=True)
 class _Held:
-    """An injection that will be put back: what each variable was, and what it was made."""
+    """An injection that will be put back: what each variable was, and what it was made.
 
-    name: str
+    Attributes:
+        condition_before: for one that changed the condition of a resource, what that was.
+    """
+
+    injection: Injection
     until_ns: int
     before: Changes
     injected: Changes
+    condition_before: Condition = _WELL
 
 
 class Runner:
@@ -106,6 +116,7 @@ class Runner:
         self._waiting: deque[_Goal] = deque()
         self._armed: list[_Armed] = []
         self._held: list[_Held] = []
+        self._conditions: dict[str, Condition] = {}
         self._asks = 0
         self._taken: list[tuple[str, int]] = []
         self._rest()
@@ -269,25 +280,45 @@ class Runner:
         assert after is not None  # noqa: S101 - constants never leave a domain
         failed = self._current.name if armed.step.fails_operation and self._current is not None else None
         changes = self._set(self._failed(after) if armed.step.fails_operation else after)
-        self._effects.append(InjectionApplied(self._now_ns, injection.name, failed, changes))
+        condition_before = self._conditions.get(injection.resource or "", _WELL)
+        if injection.assign:
+            self._effects.append(InjectionApplied(self._now_ns, injection.name, failed, changes))
+        if injection.condition is not None:
+            self._change_resource(injection, injection.condition)
         if injection.hold_ns is not None:
             packing = self.program.packing
             # The states of operations and plans are the runner's: they go on from what was injected.
             kept = tuple(pair for pair in injection.assign if not packing.space[pair[0]].role.is_runner)
             was = tuple((name, packing.value(before, name)) for name, _ in kept)
-            self._held.append(_Held(injection.name, self._now_ns + injection.hold_ns, was, kept))
+            until_ns = self._now_ns + injection.hold_ns
+            self._held.append(_Held(injection, until_ns, was, kept, condition_before))
+
+    def _change_resource(self, injection: Injection, condition: Condition) -> None:
+        """Says what becomes of a resource: to the trace, and to whoever drives the runner."""
+        assert injection.resource is not None  # noqa: S101 - a condition is that of a resource
+        self._conditions[injection.resource] = condition
+        record = ResourceChanged(self._now_ns, injection.name, injection.resource, str(condition))
+        self._effects.append(record)
+        self._effects.append(ChangeResource(injection.resource, condition))
 
     def _put_back(self) -> bool:
         for index, held in enumerate(self._held):
             if self._now_ns >= held.until_ns:
                 del self._held[index]
-                pairs = zip(held.before, held.injected, strict=True)
-                packing = self.program.packing
-                unchanged = {n: was for (n, was), (_, made) in pairs if packing.value(self._state, n) == made}
-                keep, bits = packing.assignment(unchanged)
-                self._effects.append(PutBack(self._now_ns, held.name, self._set(self._state & keep | bits)))
+                self._release(held)
                 return True
         return False
+
+    def _release(self, held: _Held) -> None:
+        """Puts back what nothing else has changed since it was injected."""
+        injection, packing = held.injection, self.program.packing
+        if injection.assign:
+            pairs = zip(held.before, held.injected, strict=True)
+            unchanged = {n: was for (n, was), (_, made) in pairs if packing.value(self._state, n) == made}
+            keep, bits = packing.assignment(unchanged)
+            self._effects.append(PutBack(self._now_ns, injection.name, self._set(self._state & keep | bits)))
+        if injection.resource is not None and self._conditions[injection.resource] is injection.condition:
+            self._change_resource(injection, held.condition_before)
 
     # 1: automatic transitions
 

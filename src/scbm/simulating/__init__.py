@@ -1,9 +1,20 @@
-"""Runs in virtual time: simulated resources, a heap of events, and every free choice recorded.
+"""Runs in virtual time: simulated resources, a heap of events, and every free choice kept.
 
 The same choices give the same trace, byte for byte. Nothing here reads a clock, and nothing sleeps.
 """
 
-from scbm.simulating.choices import Chooser, DrawnChoices, Reaction, RecordedChoices
+from scbm.simulating.choices import Choices, Message, Reactions, leave_nothing_open
+from scbm.simulating.reactions import DrawnReactions, PlainReactions, typical_ns
 from scbm.simulating.simulation import Simulated, Simulator
 
-__all__ = ["Chooser", "DrawnChoices", "Reaction", "RecordedChoices", "Simulated", "Simulator"]
+__all__ = [
+    "Choices",
+    "DrawnReactions",
+    "Message",
+    "PlainReactions",
+    "Reactions",
+    "Simulated",
+    "Simulator",
+    "leave_nothing_open",
+    "typical_ns",
+]

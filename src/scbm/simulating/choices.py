@@ -1,140 +1,176 @@
-"""Free choices: what a simulated resource does with a request. Drawn once, recorded, and then only repeated."""
+"""Free choices of a run: how resources react, and how messages travel (semantics 7.1, decision 11).
+
+What the case says is followed; what it leaves open is drawn, or plain if there is nothing to draw from. Everything
+that was decided is kept, so that a case can be made of it which leaves nothing open.
+"""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from collections import deque
+from dataclasses import replace
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any, Protocol
 
-from scbm.errors import Diagnostic, Place, ReplayError, Slug
-from scbm.model import LatencyShape, Outcome
+from scbm.cases import AT_ONCE, LOST, Forced, Network, Reaction
+from scbm.model import Outcome
+from scbm.simulating.network import Links
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
     from random import Random
 
-    from scbm.model import Latency, Resource
-    from scbm.trace import Changes
-
-_MICROSECOND_NS = 1_000
-_WIDE_NS = 1_000_000
+    from scbm.cases import Delivery
+    from scbm.model import Resource
 
 
-@dataclass(frozen=True, slots=True)
-class Reaction:
-    """What a resource does with one request.
+class Message(StrEnum):
+    """What travels between runner and resource on behalf of a request."""
 
-    Attributes:
-        resource: which resource.
-        outcome: a reply that says succeeded, one that says failed, or no reply.
-        latency_ns: the time from the request to the reply.
-        measured: values that the reply carries.
-    """
-
-    resource: str
-    outcome: Outcome
-    latency_ns: int
-    measured: Changes = ()
+    REQUEST = "request"
+    REPLY = "reply"
+    CANCEL = "cancel"
 
 
-class Chooser(Protocol):
-    """Decides how resources react."""
+class Reactions(Protocol):
+    """Says how a resource reacts to a request of which the case says nothing."""
 
     def react(self, resource: Resource) -> Reaction:
         """The reaction to the next request, which goes to `resource`."""
         ...
 
 
-class DrawnChoices:
-    """Draws reactions from the distributions of the model file, and keeps them.
+class Choices:
+    """Decides everything that is free in one run."""
 
-    Only `Random.random` is used: of all methods it alone promises the same numbers in every version of Python.
-    """
+    def __init__(
+        self,
+        reactions: Reactions,
+        forced: Sequence[Forced] = (),
+        network: Network = Network(),  # noqa: B008 - an immutable value
+        random: Random | None = None,
+    ) -> None:
+        """Made anew for every run.
 
-    def __init__(self, random: Random) -> None:
-        self._random = random
-        self.drawn: list[Reaction] = []
+        Args:
+            reactions: decides what the case leaves open.
+            forced: what the case says.
+            network: how messages travel of which it says nothing.
+            random: what the fates of messages are drawn from; needed if `network` draws.
 
-    def react(self, resource: Resource) -> Reaction:
-        """Draws an outcome, a latency, and for a success the measured values, in this order."""
-        outcome = self._outcome(resource)
-        latency_ns = self._latency_ns(resource.simulation.latency)
-        measured: Changes = ()
-        if outcome is Outcome.SUCCEED:
-            drawn = resource.simulation.measured
-            measured = tuple((name, values[self._below(len(values))]) for name, values in drawn)
-        reaction = Reaction(resource.name, outcome, latency_ns, measured)
-        self.drawn.append(reaction)
-        return reaction
-
-    def _outcome(self, resource: Resource) -> Outcome:
-        drawn = self._random.random()
-        outcomes = resource.simulation.outcomes
-        reached = 0.0
-        for outcome, probability in outcomes:
-            reached += float(probability)
-            if drawn < reached and probability:
-                return outcome
-        return next(outcome for outcome, probability in reversed(outcomes) if probability)
-
-    def _latency_ns(self, latency: Latency) -> int:
-        """A latency, by the inverse of its distribution function."""
-        match latency.shape:
-            case LatencyShape.FIXED:
-                return latency.points_ns[0]
-            case LatencyShape.UNIFORM:
-                low, high = latency.points_ns
-                return _rounded(low + self._random.random() * (high - low), low, high)
-            case LatencyShape.TRIANGULAR:
-                low, mode, high = latency.points_ns
-                return _rounded(_triangular(self._random.random(), low, mode, high), low, high)
-
-    def _below(self, count: int) -> int:
-        return int(self._random.random() * count)
-
-
-def _rounded(drawn_ns: float, low_ns: int, high_ns: int) -> int:
-    """Whole microseconds, which are more than any resource keeps to and easier to read; finer in a narrow range."""
-    step_ns = _MICROSECOND_NS if high_ns - low_ns >= _WIDE_NS else 1
-    rounded = round(drawn_ns / step_ns) * step_ns
-    return min(max(rounded, low_ns), high_ns)
-
-
-def _triangular(drawn: float, low: int, mode: int, high: int) -> float:
-    """The inverse of the distribution function of the triangular distribution."""
-    if low == high:
-        return low
-    share = (mode - low) / (high - low)
-    if drawn <= share:
-        return low + (high - low) * math.sqrt(drawn * share)
-    return high - (high - low) * math.sqrt((1 - drawn) * (1 - share))
-
-
-class RecordedChoices:
-    """Repeats reactions that were recorded."""
-
-    def __init__(self, reactions: Sequence[Reaction]) -> None:
-        self._reactions = tuple(reactions)
-        self._used = 0
+        Raises:
+            ValueError: the network draws, and there is nothing to draw from.
+        """
+        if network.draws and random is None:
+            raise ValueError("the faults of the network are a matter of chance, and there is nothing to draw from")
+        self._reactions = reactions
+        self._rules = _Rules(forced)
+        self._links = Links(network, random)
+        self._taken: list[Reaction] = []
+        self.needs_operation = bool(forced)
+        self._all_at_once = self._links.are_plain and not forced and not network.partitions
 
     @property
-    def used(self) -> tuple[Reaction, ...]:
-        """The reactions that were repeated so far."""
-        return self._reactions[: self._used]
+    def taken(self) -> tuple[Reaction, ...]:
+        """What was decided so far, request by request."""
+        return tuple(self._taken)
 
-    def react(self, resource: Resource) -> Reaction:
-        """The next recorded reaction. Raises `ReplayError` if there is none, or one for another resource."""
-        if self._used == len(self._reactions):
-            raise _differs(f"the run sends request {self._used + 1}, and {self._used} were recorded")
-        reaction = self._reactions[self._used]
-        self._used += 1
-        if reaction.resource != resource.name:
-            raise _differs(
-                f"request {self._used} goes to `{resource.name}`, and was recorded as going to `{reaction.resource}`"
-            )
+    def taken_by(self, request: int) -> Reaction:
+        """What was decided for a request of the run, counted from 1."""
+        return self._taken[request - 1]
+
+    def react(self, resource: Resource, operation: str | None) -> Reaction:
+        """The reaction to the next request of the run; only its messages are still to be decided.
+
+        Args:
+            resource: where the request goes.
+            operation: the operation that executes, as far as `needs_operation` asks for it.
+        """
+        reaction = self._reactions.react(resource)
+        for rule in self._rules.of_next(resource.name, operation):
+            reaction = _follow(reaction, rule, resource)
+        self._taken.append(reaction)
         return reaction
 
+    def travel(self, request: int, message: Message, now_ns: int) -> Delivery:
+        """How a message travels that is sent now. All copies of a reply travel alike."""
+        if self._all_at_once:
+            return AT_ONCE
+        reaction = self._taken[request - 1]
+        if self._links.cuts(reaction.resource, now_ns):
+            return LOST
+        said: Delivery | None = getattr(reaction, message.value)
+        if said is not None:
+            return said
+        if self._links.are_plain:
+            return AT_ONCE
+        delivery = self._links.deliver(reaction.resource, now_ns, inward=message is Message.REPLY)
+        decided: dict[str, Any] = {message.value: delivery}
+        self._taken[request - 1] = replace(reaction, **decided)
+        return delivery
 
-def _differs(message: str) -> ReplayError:
-    remedy = "the model has changed since the run was recorded"
-    return ReplayError([Diagnostic(Slug.REPLAY_DIFFERS, message, Place("replay"), remedy)])
+
+class _Rules:
+    """The rules of a case, and how many requests each subject had so far."""
+
+    def __init__(self, rules: Iterable[Forced]) -> None:
+        self._rules: dict[str, deque[Forced]] = {}
+        for rule in rules:
+            self._rules.setdefault(rule.subject, deque()).append(rule)
+        self._counts = dict.fromkeys(self._rules, 0)
+
+    def of_next(self, resource: str, operation: str | None) -> list[Forced]:
+        """What is said of the next request: for its resource first, so that the operation's rule goes over it."""
+        if not self._rules:
+            return []
+        rules = (self._next(subject) for subject in (resource, operation) if subject in self._rules)
+        return [rule for rule in rules if rule is not None]
+
+    def _next(self, subject: str) -> Forced | None:
+        self._counts[subject] += 1
+        number, rules = self._counts[subject], self._rules[subject]
+        while rules and rules[0].last is not None and rules[0].last < number:
+            rules.popleft()
+        return next((r for r in rules if r.first <= number and (r.last is None or number <= r.last)), None)
+
+
+def _follow(reaction: Reaction, rule: Forced, resource: Resource) -> Reaction:
+    """The reaction with all that a rule says."""
+    outcome = reaction.outcome if rule.outcome is None else rule.outcome
+    measured = reaction.measured if rule.measured is None else rule.measured
+    if outcome is not Outcome.SUCCEED:
+        measured = ()
+    elif rule.measured is None and reaction.outcome is not Outcome.SUCCEED:
+        measured = tuple((name, values[0]) for name, values in resource.simulation.measured)
+    return Reaction(
+        reaction.resource,
+        outcome,
+        reaction.latency_ns if rule.latency_ns is None else rule.latency_ns,
+        measured,
+        reaction.request if rule.request is None else rule.request,
+        reaction.reply if rule.reply is None else rule.reply,
+        reaction.cancel if rule.cancel is None else rule.cancel,
+    )
+
+
+def leave_nothing_open(reactions: Iterable[Reaction]) -> tuple[Forced, ...]:
+    """Rules that say everything of a run's requests, resource by resource in the order of their first requests."""
+    by_resource: dict[str, list[Forced]] = {}
+    for reaction in reactions:
+        rules = by_resource.setdefault(reaction.resource, [])
+        rules.append(_rule(reaction, len(rules) + 1))
+    return tuple(rule for rules in by_resource.values() for rule in rules)
+
+
+def _rule(reaction: Reaction, number: int) -> Forced:
+    answered = reaction.outcome is not Outcome.TIMEOUT
+    reply = reaction.reply if answered else None
+    said = (None if delivery == AT_ONCE else delivery for delivery in (reaction.request, reply, reaction.cancel))
+    return Forced(
+        reaction.resource,
+        number,
+        number,
+        reaction.outcome,
+        reaction.latency_ns if answered else None,
+        reaction.measured or None,
+        *said,
+    )

@@ -4,6 +4,7 @@ Knows the values of a model, not how it is run. Simulated and real runs leave th
 requirements and pictures are made of them alone.
 """
 
+from scbm.trace.ends import End
 from scbm.trace.reader import read_trace
 from scbm.trace.records import (
     AutomaticTaken,
@@ -12,6 +13,7 @@ from scbm.trace.records import (
     InjectionApplied,
     MeasurementReceived,
     MeasurementRefused,
+    MessageDisturbed,
     OperationStepped,
     PlanAsked,
     PlanDropped,
@@ -22,6 +24,7 @@ from scbm.trace.records import (
     ReplyReceived,
     RequestCancelled,
     RequestSent,
+    ResourceChanged,
     RunEnded,
     RunStarted,
     Trace,
@@ -33,9 +36,11 @@ __all__ = [
     "AutomaticTaken",
     "BecameCurrent",
     "Changes",
+    "End",
     "InjectionApplied",
     "MeasurementReceived",
     "MeasurementRefused",
+    "MessageDisturbed",
     "OperationStepped",
     "PlanAsked",
     "PlanDropped",
@@ -46,6 +51,7 @@ __all__ = [
     "ReplyReceived",
     "RequestCancelled",
     "RequestSent",
+    "ResourceChanged",
     "RunEnded",
     "RunStarted",
     "Trace",

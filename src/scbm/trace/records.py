@@ -182,6 +182,31 @@ class PutBack:
 
 
 @dataclass(frozen=True, slots=True)
+class ResourceChanged:
+    """The tester changes the condition of a resource, by an injection or as that one is put back."""
+
+    kind: ClassVar[str] = "resource"
+    at_ns: int
+    injection: str
+    resource: str
+    condition: str
+    changes: Changes = ()
+
+
+@dataclass(frozen=True, slots=True)
+class MessageDisturbed:
+    """The simulated network lost a message that was sent now (`copies` is 0), or will deliver it so many times."""
+
+    kind: ClassVar[str] = "message"
+    at_ns: int
+    request: int
+    resource: str
+    message: str
+    copies: int
+    changes: Changes = ()
+
+
+@dataclass(frozen=True, slots=True)
 class RunEnded:
     """The run for a goal ended; `end` is one of the ends of semantics 5, `detail` says more of some of them."""
 
@@ -209,6 +234,8 @@ Record: TypeAlias = (
     | MeasurementRefused
     | InjectionApplied
     | PutBack
+    | ResourceChanged
+    | MessageDisturbed
     | RunEnded
 )
 

@@ -6,11 +6,10 @@ import pytest
 
 from scbm.coverage import Obligations, visited_by
 from scbm.model import Constant, Equal, Reference
+from scbm.cases import Injection
 from scbm.running import (
     AskPlan,
-    End,
     GoalGiven,
-    Injection,
     Measured,
     PlanAnswered,
     PlanStatus,
@@ -20,6 +19,7 @@ from scbm.running import (
     describe_cycle,
 )
 from scbm.trace import (
+    End,
     AutomaticTaken,
     InjectionApplied,
     MeasurementRefused,

@@ -1,4 +1,4 @@
-"""Reactions of simulated resources: drawn within their distributions, recorded, repeated."""
+"""What a case says of requests, what it leaves open, and how what was decided becomes a case again."""
 
 from __future__ import annotations
 
@@ -7,73 +7,138 @@ from random import Random
 
 import pytest
 
-from scbm.errors import ReplayError
+from scbm.cases import AT_ONCE, LOST, Forced, Network, Partition, Reaction
 from scbm.model import Latency, LatencyShape, Outcome, Resource, Simulation
-from scbm.simulating import DrawnChoices, Reaction, RecordedChoices
+from scbm.simulating import Choices, Message, PlainReactions, leave_nothing_open
 
 MS = 1_000_000
+SCAN = Resource("scan", simulation=Simulation(Latency(LatencyShape.FIXED, (5,))))
+ROBOT = Resource("robot", simulation=Simulation(Latency(LatencyShape.FIXED, (7,))))
+CAMERA = Resource("camera", measures=("light",), simulation=Simulation(measured=(("light", ("red", "green")),)))
 
 
-def _resource(latency: Latency, *outcomes: tuple[Outcome, Fraction]) -> Resource:
-    return Resource("scan", simulation=Simulation(latency, outcomes or ((Outcome.SUCCEED, Fraction(1)),)))
+def _choices(*forced: Forced, network: Network | None = None) -> Choices:
+    return Choices(PlainReactions(), forced, network or Network(), Random("messages"))
 
 
-def _draw(resource: Resource, count: int) -> list[Reaction]:
-    chooser = DrawnChoices(Random("draws"))
-    return [chooser.react(resource) for _ in range(count)]
+def _outcomes(choices: Choices, *requests: tuple[Resource, str | None]) -> list[Outcome]:
+    return [choices.react(resource, operation).outcome for resource, operation in requests]
 
 
-@pytest.mark.parametrize(
-    ("latency", "mean_ms"),
-    [
-        (Latency(LatencyShape.FIXED, (300 * MS,)), 300),
-        (Latency(LatencyShape.UNIFORM, (200 * MS, 1_500 * MS)), 850),
-        (Latency(LatencyShape.TRIANGULAR, (0, 300 * MS, 900 * MS)), 400),
-        (Latency(LatencyShape.TRIANGULAR, (5 * MS, 5 * MS, 5 * MS)), 5),
-    ],
-)
-def test_latencies_keep_to_their_distribution(latency: Latency, mean_ms: int) -> None:
-    drawn = [reaction.latency_ns for reaction in _draw(_resource(latency), 4_000)]
-    assert min(drawn) >= latency.points_ns[0]
-    assert max(drawn) <= latency.points_ns[-1]
-    assert sum(drawn) / len(drawn) == pytest.approx(mean_ms * MS, rel=0.03)
-    assert all(latency_ns % 1_000 == 0 for latency_ns in drawn)
+def test_requests_are_counted_for_each_resource() -> None:
+    choices = _choices(Forced("scan", 2, 2, Outcome.FAIL), Forced("robot", 1, 1, Outcome.TIMEOUT))
+    asked = [(SCAN, None), (ROBOT, None), (SCAN, None), (ROBOT, None), (SCAN, None)]
+    assert _outcomes(choices, *asked) == ["succeed", "timeout", "fail", "succeed", "succeed"]
 
 
-def test_latencies_shorter_than_a_microsecond_stay_in_their_bounds() -> None:
-    drawn = _draw(_resource(Latency(LatencyShape.UNIFORM, (100, 900))), 100)
-    assert all(100 <= reaction.latency_ns <= 900 for reaction in drawn)
-    assert len({reaction.latency_ns for reaction in drawn}) > 50
+def test_a_rule_without_an_end_goes_on_for_ever() -> None:
+    choices = _choices(Forced("scan", 3, None, Outcome.FAIL))
+    assert _outcomes(choices, *[(SCAN, None)] * 5) == ["succeed", "succeed", "fail", "fail", "fail"]
 
 
-def test_outcomes_come_as_often_as_they_are_probable() -> None:
-    shares = ((Outcome.SUCCEED, Fraction(7, 10)), (Outcome.FAIL, Fraction(2, 10)), (Outcome.TIMEOUT, Fraction(1, 10)))
-    drawn = _draw(_resource(Latency(LatencyShape.FIXED, (0,)), *shares), 10_000)
-    for outcome, share in shares:
-        assert sum(r.outcome is outcome for r in drawn) / 10_000 == pytest.approx(float(share), abs=0.015)
+def test_requests_are_counted_for_each_operation_and_its_rule_goes_first() -> None:
+    choices = _choices(Forced("scan", 1, None, Outcome.FAIL, 9), Forced("pick", 2, 2, Outcome.TIMEOUT))
+    assert _outcomes(choices, (SCAN, "pick"), (SCAN, "place"), (SCAN, "pick")) == ["fail", "fail", "timeout"]
+    assert choices.taken_by(3).latency_ns == 9
 
 
-def test_an_outcome_without_probability_never_comes() -> None:
-    shares = ((Outcome.SUCCEED, Fraction(0)), (Outcome.FAIL, Fraction(1)), (Outcome.TIMEOUT, Fraction(0)))
-    drawn = _draw(_resource(Latency(LatencyShape.FIXED, (0,)), *shares), 1_000)
-    assert {reaction.outcome for reaction in drawn} == {Outcome.FAIL}
+def test_what_a_rule_does_not_say_stays_as_it_was() -> None:
+    choices = _choices(Forced("scan", 1, 1, latency_ns=99, reply=LOST))
+    assert choices.react(SCAN, None) == Reaction("scan", Outcome.SUCCEED, 99, reply=LOST)
 
 
-def test_only_a_success_carries_measured_values() -> None:
-    outcomes = ((Outcome.SUCCEED, Fraction(1, 2)), (Outcome.FAIL, Fraction(1, 2)))
-    simulation = Simulation(Latency(LatencyShape.FIXED, (0,)), outcomes, (("light", ("red", "green")),))
-    drawn = _draw(Resource("scan", measures=("light",), simulation=simulation), 200)
-    assert all(bool(reaction.measured) == (reaction.outcome is Outcome.SUCCEED) for reaction in drawn)
-    assert {reaction.measured for reaction in drawn} == {(), (("light", "red"),), (("light", "green"),)}
+def test_a_failure_measures_nothing() -> None:
+    choices = _choices(Forced("camera", 1, 1, Outcome.FAIL), Forced("camera", 2, 2, measured=(("light", "green"),)))
+    measured = [choices.react(CAMERA, None).measured for _ in range(3)]
+    assert measured == [(), (("light", "green"),), (("light", "red"),)]
 
 
-def test_recorded_reactions_are_repeated_in_order_and_misfits_are_told() -> None:
-    recorded = [Reaction("scan", Outcome.FAIL, 7), Reaction("other", Outcome.SUCCEED, 8)]
-    chooser = RecordedChoices(recorded)
-    scan = _resource(Latency(LatencyShape.FIXED, (0,)))
-    assert chooser.react(scan) == recorded[0]
-    assert chooser.used == (recorded[0],)
-    with pytest.raises(ReplayError, match="request 2 goes to `scan`, and was recorded as going to `other`"):
-        chooser.react(scan)
-    with pytest.raises(ReplayError, match="the run sends request 3, and 2 were recorded"):
-        chooser.react(scan)
+def test_a_success_that_is_forced_measures_the_first_values() -> None:
+    class Failing:
+        def react(self, resource: Resource) -> Reaction:
+            return Reaction(resource.name, Outcome.FAIL, 1)
+
+    choices = Choices(Failing(), [Forced("camera", 1, 1, Outcome.SUCCEED)])
+    assert choices.react(CAMERA, None).measured == (("light", "red"),)
+
+
+def test_messages_travel_at_once_unless_the_network_or_the_case_says_more() -> None:
+    choices = _choices(Forced("scan", 2, 2, reply=(3, 4)))
+    choices.react(SCAN, None)
+    choices.react(SCAN, None)
+    assert [choices.travel(request, Message.REPLY, 0) for request in (1, 2)] == [AT_ONCE, (3, 4)]
+    assert choices.travel(2, Message.REQUEST, 0) == AT_ONCE
+
+
+def test_chance_needs_something_to_draw_from() -> None:
+    with pytest.raises(ValueError, match="nothing to draw from"):
+        Choices(PlainReactions(), network=Network(loss=Fraction(1, 2)))
+
+
+def test_a_partition_loses_what_is_sent_meanwhile() -> None:
+    network = Network(partitions=(Partition(10, 5, "scan"),))
+    choices = _choices(network=network)
+    choices.react(SCAN, None)
+    choices.react(ROBOT, None)
+    assert [choices.travel(1, Message.REQUEST, now_ns) for now_ns in (9, 10, 14, 15)] == [(0,), (), (), (0,)]
+    assert choices.travel(2, Message.REQUEST, 12) == (0,)
+
+
+def test_a_partition_of_all_cuts_off_every_resource() -> None:
+    choices = _choices(network=Network(partitions=(Partition(0, 5),)))
+    choices.react(ROBOT, None)
+    assert choices.travel(1, Message.CANCEL, 0) == LOST
+
+
+def _drawn(network: Network, count: int = 2_000) -> list[tuple[int, ...]]:
+    """How the replies to requests travel that are sent a millisecond apart."""
+    choices = _choices(network=network)
+    for _ in range(count):
+        choices.react(SCAN, None)
+    return [choices.travel(request, Message.REPLY, request * MS) for request in range(1, count + 1)]
+
+
+def _arrivals(deliveries: list[tuple[int, ...]]) -> list[int]:
+    return [request * MS + delivery[0] for request, delivery in enumerate(deliveries, start=1) if delivery]
+
+
+def test_messages_are_lost_and_doubled_as_often_as_is_said() -> None:
+    lost = _drawn(Network(loss=Fraction(1, 5)))
+    assert sum(not delivery for delivery in lost) / len(lost) == pytest.approx(0.2, abs=0.03)
+    doubled = _drawn(Network(duplication=Fraction(1, 10), held_back_ns=MS))
+    assert sum(len(delivery) == 2 for delivery in doubled) / len(doubled) == pytest.approx(0.1, abs=0.03)
+    assert all(delivery[0] <= delivery[-1] <= delivery[0] + MS for delivery in doubled)
+
+
+def test_jitter_delays_and_keeps_the_order() -> None:
+    deliveries = _drawn(Network(latency_ns=2 * MS, jitter_ns=50 * MS))
+    assert all(delivery[0] >= 2 * MS for delivery in deliveries)
+    assert _arrivals(deliveries) == sorted(_arrivals(deliveries))
+
+
+def test_reordering_lets_messages_overtake() -> None:
+    deliveries = _drawn(Network(reordering=Fraction(1, 10), held_back_ns=50 * MS))
+    assert _arrivals(deliveries) != sorted(_arrivals(deliveries))
+    assert all(delivery[0] <= 50 * MS for delivery in deliveries)
+
+
+def test_all_copies_of_a_reply_travel_alike() -> None:
+    choices = _choices(network=Network(loss=Fraction(1, 2)))
+    for _ in range(50):
+        choices.react(SCAN, None)
+    for request in range(1, 51):
+        first = choices.travel(request, Message.REPLY, 0)
+        assert all(choices.travel(request, Message.REPLY, now_ns) == first for now_ns in (1, 2, 3))
+
+
+def test_what_was_decided_leaves_nothing_open() -> None:
+    reactions = [
+        Reaction("scan", Outcome.SUCCEED, 5, (("light", "red"),), reply=(3,)),
+        Reaction("robot", Outcome.TIMEOUT, 7, request=AT_ONCE),
+        Reaction("scan", Outcome.FAIL, 6, request=LOST),
+    ]
+    assert leave_nothing_open(reactions) == (
+        Forced("scan", 1, 1, Outcome.SUCCEED, 5, (("light", "red"),), reply=(3,)),
+        Forced("scan", 2, 2, Outcome.FAIL, 6, request=LOST),
+        Forced("robot", 1, 1, Outcome.TIMEOUT),
+    )

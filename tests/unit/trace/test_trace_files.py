@@ -18,7 +18,9 @@ from scbm.trace import (
     PlanAsked,
     PlanDropped,
     PlanReceived,
+    MessageDisturbed,
     PutBack,
+    ResourceChanged,
     Record,
     ReplyDropped,
     ReplyReceived,
@@ -48,6 +50,8 @@ EVERY_KIND: tuple[Record, ...] = (
     MeasurementRefused(2, "light", 7),
     InjectionApplied(3, "i", None, CHANGES),
     PutBack(3, "i", CHANGES),
+    ResourceChanged(3, "i", "scan", "slower 1.5"),
+    MessageDisturbed(3, 1, "scan", "reply", 0),
     RunEnded(3, "goal", "livelock", ("t", "u"), CHANGES),
 )
 TRACE = Trace("model", "case", EVERY_KIND)
