@@ -20,7 +20,3 @@ class ScbmError(Exception):
 
 class InputError(ScbmError):
     """A file, an option or a value that the user gave is wrong. Holds all that is wrong with it."""
-
-
-class ReplayError(ScbmError):
-    """A recorded run does not fit the model that it is replayed on."""

@@ -66,6 +66,21 @@ class Slug(StrEnum):
     NO_INITIAL_STATE = "no-initial-state"
     INITIAL_STATE_NOT_FOUND = "initial-state-not-found"
     INITIAL_STATE_NOT_ALLOWED = "initial-state-not-allowed"
+    NO_CASES = "no-cases"
+
+    # test cases
+    UNKNOWN_OPERATION = "unknown-operation"
+    UNKNOWN_RESOURCE = "unknown-resource"
+    UNKNOWN_OBLIGATION = "unknown-obligation"
+    UNKNOWN_WORD = "unknown-word"
+    AMBIGUOUS_SUBJECT = "ambiguous-subject"
+    NOT_A_SHARE = "not-a-share"
+    NEGATIVE_TIME = "negative-time"
+    BAD_NUMBER = "bad-number"
+    CONTRADICTION = "contradiction"
+    NOTHING_DRAWN = "nothing-drawn"
+    NEVER_COMES = "never-comes"
+    MODEL_MISSING = "model-missing"
 
     # traces and replay
     BAD_TRACE = "bad-trace"

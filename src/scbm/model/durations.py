@@ -13,9 +13,25 @@ UNITS_NS = {
 """The size of each unit, largest first."""
 
 
+_MOST_WHOLE = 9_999
+"""Up to this a whole number is easier to read than decimals of a larger unit: `1500 ms`, but `523.123 ms`."""
+
+_DECIMAL_UNITS = ("s", "ms", "us")
+"""Units that nanoseconds are decimals of."""
+
+
 def format_duration(duration_ns: int) -> str:
-    """The duration in the largest unit that gives a whole number, as `10 s` or `1500 ms`."""
-    for unit, size_ns in UNITS_NS.items():
-        if duration_ns and duration_ns % size_ns == 0:
-            return f"{duration_ns // size_ns} {unit}"
-    return "0 s"
+    """The duration, exactly: as `10 s` or `1500 ms` in the largest unit that gives a whole number, or as `523.123 ms`.
+
+    If the whole number would be long, it is a number with decimals, in the largest unit that it is 1 or more of.
+    """
+    if not duration_ns:
+        return "0 s"
+    unit, size_ns = next((unit, size_ns) for unit, size_ns in UNITS_NS.items() if duration_ns % size_ns == 0)
+    whole = duration_ns // size_ns
+    if whole <= _MOST_WHOLE or size_ns >= UNITS_NS["s"]:
+        return f"{whole} {unit}"
+    larger = next(larger for larger in _DECIMAL_UNITS if duration_ns >= UNITS_NS[larger])
+    number, rest_ns = divmod(duration_ns, UNITS_NS[larger])
+    decimals = str(rest_ns).rjust(len(str(UNITS_NS[larger])) - 1, "0").rstrip("0")
+    return f"{number}.{decimals} {larger}"

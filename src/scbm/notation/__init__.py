@@ -1,32 +1,45 @@
-"""How models are written: YAML with predicates, actions, durations inside; read with every error located.
+"""How models and cases are written: YAML with predicates, actions, durations inside; read with every error located.
 
 The one room that knows `ruamel.yaml`, `lark` and `pydantic`. It never prints and never runs anything.
 """
 
+from scbm.notation.case_loader import CaseDocument, is_case_text, is_model_text, open_case, read_case, read_network
+from scbm.notation.case_writer import write_case, write_network
 from scbm.notation.durations import parse_duration
 from scbm.notation.expressions import parse_action, parse_predicate, parse_requirement, parse_state, parse_value
 from scbm.notation.loader import Places, load_located, load_model, read_model
 from scbm.notation.nearest import nearest, suggestion
-from scbm.notation.schema import model_schema
+from scbm.notation.schema import case_schema, model_schema
 from scbm.notation.scope import Scope, Where
+from scbm.notation.shares import parse_share
 from scbm.notation.writer import write_model, write_operation
 
 __all__ = [
+    "CaseDocument",
     "Places",
     "Scope",
     "Where",
+    "case_schema",
+    "is_case_text",
+    "is_model_text",
     "load_located",
     "load_model",
     "model_schema",
     "nearest",
+    "open_case",
     "parse_action",
     "parse_duration",
     "parse_predicate",
     "parse_requirement",
+    "parse_share",
     "parse_state",
     "parse_value",
+    "read_case",
     "read_model",
+    "read_network",
     "suggestion",
+    "write_case",
     "write_model",
+    "write_network",
     "write_operation",
 ]

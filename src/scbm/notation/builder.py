@@ -13,32 +13,27 @@ from typing import TYPE_CHECKING
 from scbm.errors import Place, Slug
 from scbm.model.behavior import BehaviorModel
 from scbm.model.operations import Operation
-from scbm.model.predicates import FALSE, TRUE, Predicate, conjunction
-from scbm.model.requirements import Requirement
 from scbm.model.resources import Latency, LatencyShape, Outcome, Resource, Simulation
 from scbm.model.transitions import Transition
-from scbm.model.values import Domain, Kind, Value, format_value, kind_of
+from scbm.model.values import Domain, Value, format_value
 from scbm.model.variables import NO_OPERATION, Role, Variable, resource_variables, runner_variables
-from scbm.notation.durations import parse_duration
-from scbm.notation.file_types import FileType, ModelFile, OperationFile, ResourceFile, VariableFile
+from scbm.notation.file_types import ModelFile, OperationFile, ResourceFile, VariableFile
 from scbm.notation.grammar import KEYWORDS
 from scbm.notation.nearest import nearest, suggestion
-from scbm.notation.resolution import Resolver
+from scbm.notation.parts import NAME, Parts
 from scbm.notation.scope import Scope, Where
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterator
+    from collections.abc import Iterator
 
     from scbm.model.actions import Action
     from scbm.notation.document import Node
+    from scbm.notation.pieces import FileType
     from scbm.notation.report import Report
-    from scbm.notation.source import Scalar
 
 MOST_VALUES = 65_536
 """So many values may a domain have."""
 
-_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*", re.ASCII)
-_NEARLY_NAME = re.compile(r"[\w .-]{1,60}", re.ASCII)
 _RANGE = re.compile(r"(-?\d{1,18})\s*\.\.\s*(-?\d{1,18})", re.ASCII)
 _NUMBER = re.compile(r"\+?(\d{1,18}(\.\d{0,18})?|\.\d{1,18})(e[-+]?\d{1,2})?", re.ASCII | re.IGNORECASE)
 _ENDS = re.compile(r"(-?\d{1,18})\s*(?:\.+|-|:|,|to|…)\s*(-?\d{1,18})", re.ASCII)
@@ -56,29 +51,28 @@ _RESERVED_OPERATIONS = (NO_OPERATION, "current", "plan", "automatic")
 
 
 class Builder:
-    """Builds one model out of one document, noting every error in a report.
-
-    Attributes:
-        is_whole: whether every text so far was resolved; if not, the report says why.
-    """
+    """Builds one model out of one document, noting every error in a report."""
 
     def __init__(self, document: Node, report: Report) -> None:
         self._document = document
-        self._report = report
-        self._scope = Scope({})
-        self.is_whole = True
+        self._parts = Parts(report, Scope({}))
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether every text so far was resolved; if not, the report says why."""
+        return self._parts.is_whole
 
     def model(self) -> BehaviorModel:
         """The model; only good if the report is empty afterwards."""
         variables = self._variables()
-        self._scope = Scope(self._all_names(variables), self._misses_names())
+        self._parts.scope = Scope(self._all_names(variables), self._misses_names())
         self._refuse_ambiguous_symbols()
         resources = [self._resource(name, node) for name, node in self._named("resources")]
         operations = [self._operation(name, node) for name, node in self._named("operations")]
         automatic = [self._automatic(name, node) for name, node in self._named("automatic_transitions")]
-        initial = self._predicate(self._document.get("initial_states"), Where.WORLD)
-        goals = [(name, self._predicate(node, Where.WORLD)) for name, node in self._named("goals")]
-        requirements = [self._requirement(name, node) for name, node in self._named("requirements")]
+        initial = self._parts.predicate(self._document.get("initial_states"), Where.WORLD)
+        goals = [(name, self._parts.predicate(node, Where.WORLD)) for name, node in self._named("goals")]
+        requirements = [self._parts.requirement(name, node) for name, node in self._named("requirements")]
         return BehaviorModel(
             name=self._model_name(),
             variables=tuple(variable for variable in variables.values() if variable is not None),
@@ -96,8 +90,8 @@ class Builder:
         node = self._document.get("behavior_model")
         if node is None or node.text is None or node.plain is None:
             return ""
-        if not _NAME.fullmatch(node.text):
-            self._add(Slug.BAD_NAME, f"`{node.text}` is not a name", node.place, _name_remedy(node.text))
+        if not NAME.fullmatch(node.text):
+            self._parts.refuse_name(node.text, node.place)
         return node.text
 
     def _named(self, section: str) -> Iterator[tuple[str, Node]]:
@@ -107,11 +101,10 @@ class Builder:
             return
         for name, node in mapping.items.items():
             place = mapping.key_places[name]
-            if not _NAME.fullmatch(name):
-                message = f"`{name}` is not a name" if name else "a name is missing"
-                self._add(Slug.BAD_NAME, message, place, _name_remedy(name))
+            if not NAME.fullmatch(name):
+                self._parts.refuse_name(name, place)
             elif name in KEYWORDS or (section == "operations" and name in _RESERVED_OPERATIONS):
-                self._add(Slug.RESERVED_NAME, f"`{name}` has a meaning of its own", place, "choose another name")
+                self._parts.add(Slug.RESERVED_NAME, f"`{name}` has a meaning of its own", place, "choose another name")
             yield name, node
 
     def _all_names(self, declared: dict[str, Variable | None]) -> dict[str, Variable | None]:
@@ -123,8 +116,8 @@ class Builder:
                 continue
             if variable.name in names:
                 message = f"`{variable.name}` is {owner}, and also {owners[variable.name]}"
-                declared_place = self._places("variables").get(variable.name, place)
-                self._add(Slug.DUPLICATE_NAME, message, declared_place, "choose another name")
+                declared_place = self._key_places("variables").get(variable.name, place)
+                self._parts.add(Slug.DUPLICATE_NAME, message, declared_place, "choose another name")
             else:
                 names[variable.name] = variable
                 owners[variable.name] = owner
@@ -132,10 +125,10 @@ class Builder:
 
     def _brought(self) -> Iterator[tuple[Variable, str, Place]]:
         """The variables that nobody declares: each with who it belongs to, and where that is named."""
-        for resource, place in self._places("resources").items():
+        for resource, place in self._key_places("resources").items():
             for variable in resource_variables(resource):
                 yield variable, f"owned by the resource `{resource}`", place
-        places = self._places("operations")
+        places = self._key_places("operations")
         for variable in runner_variables(places):
             operation = variable.name.removesuffix(".state")
             yield variable, "kept by the runner", places.get(operation, self._document.place)
@@ -156,31 +149,28 @@ class Builder:
         return (
             node.incomplete
             or not isinstance(node.plain, dict)
-            or not all(_NAME.fullmatch(name) for name in node.items)
+            or not all(NAME.fullmatch(name) for name in node.items)
             or any(not others.isdisjoint(entry.items) for entry in node.items.values())
         )
 
     def _refuse_ambiguous_symbols(self) -> None:
         """A name is either a variable or a value, wherever it stands."""
-        for name, node in self._entries("variables"):
+        section = self._document.get("variables")
+        for name, node in section.items.items() if section is not None else ():
             domain = node.get("domain")
             for element in domain.elements if domain is not None else ():
-                if self._scope.variables.get(element.text or "") is not None:
+                if self._parts.scope.variables.get(element.text or "") is not None:
                     message = f"the value `{element.text}` of `{name}` is also the name of a variable"
-                    self._add(Slug.AMBIGUOUS_SYMBOL, message, element.place, "rename one of them")
+                    self._parts.add(Slug.AMBIGUOUS_SYMBOL, message, element.place, "rename one of them")
         values = {value: variable.name for variable, _, _ in self._brought() for value in variable.domain.values}
         places = {variable.name: place for variable, _, place in self._brought()}
-        places |= self._places("operations") | self._places("variables")
-        for name in self._scope.variables:
+        places |= self._key_places("operations") | self._key_places("variables")
+        for name in self._parts.scope.variables:
             if name in values:
                 message = f"the variable `{name}` has the name of a value of `{values[name]}`"
-                self._add(Slug.AMBIGUOUS_SYMBOL, message, places[name], "choose another name")
+                self._parts.add(Slug.AMBIGUOUS_SYMBOL, message, places[name], "choose another name")
 
-    def _entries(self, section: str) -> Iterator[tuple[str, Node]]:
-        mapping = self._document.get(section)
-        yield from mapping.items.items() if mapping is not None else ()
-
-    def _places(self, section: str) -> dict[str, Place]:
+    def _key_places(self, section: str) -> dict[str, Place]:
         """Where each entry of a section is named."""
         mapping = self._document.get(section)
         return mapping.key_places if mapping is not None else {}
@@ -194,7 +184,7 @@ class Builder:
         domain = self._domain(node.get("domain"))
         if domain is None:
             return None
-        initial = self._value(node.get("initial"), domain, name, domain.values)
+        initial = self._parts.value(node.get("initial"), domain, name, domain.values)
         random = self._values(node.get("random"), domain, name)
         if initial is None:
             return Variable(name, domain, domain.values[0], (domain.values[0],))
@@ -213,27 +203,27 @@ class Builder:
         if match is not None:
             return self._range(int(match[1]), int(match[2]), node)
         if node.plain is not None:
-            self._add(Slug.BAD_DOMAIN, f"`{node.text}` is not a domain", node.place, _domain_remedy(node.text))
+            self._parts.add(Slug.BAD_DOMAIN, f"`{node.text}` is not a domain", node.place, _domain_remedy(node.text))
         return None
 
     def _range(self, low: int, high: int, node: Node) -> Domain | None:
         if low > high:
             message = f"no integer lies in {low}..{high}"
-            self._add(Slug.EMPTY_DOMAIN, message, node.place, f"write `{high}..{low}`")
+            self._parts.add(Slug.EMPTY_DOMAIN, message, node.place, f"write `{high}..{low}`")
             return None
         if high - low >= MOST_VALUES:
             message = f"a domain can have {MOST_VALUES} values, and this has {high - low + 1}"
-            self._add(Slug.DOMAIN_TOO_LARGE, message, node.place)
+            self._parts.add(Slug.DOMAIN_TOO_LARGE, message, node.place)
             return None
         return Domain.integers(low, high)
 
     def _symbols(self, node: Node) -> Domain | None:
         if not node.elements:
-            self._add(Slug.EMPTY_DOMAIN, "a domain needs at least one value", node.place)
+            self._parts.add(Slug.EMPTY_DOMAIN, "a domain needs at least one value", node.place)
             return None
         if len(node.elements) > MOST_VALUES:
             message = f"a domain can have {MOST_VALUES} values, and this has {len(node.elements)}"
-            self._add(Slug.DOMAIN_TOO_LARGE, message, node.place)
+            self._parts.add(Slug.DOMAIN_TOO_LARGE, message, node.place)
             return None
         if self._refuse_list_of_others(node):
             return None
@@ -243,7 +233,7 @@ class Builder:
             if not self._is_symbol(element):
                 sound = False
             elif element.text in symbols:
-                self._add(Slug.DUPLICATE_VALUE, f"`{element.text}` stands here twice", element.place)
+                self._parts.add(Slug.DUPLICATE_VALUE, f"`{element.text}` stands here twice", element.place)
             elif element.text is not None:
                 symbols[element.text] = None
         return Domain(tuple(symbols)) if sound else None
@@ -252,13 +242,13 @@ class Builder:
         """A list of integers or truth values is one mistake, not as many as it has elements."""
         values = [element.plain for element in node.elements]
         if all(isinstance(value, bool) for value in values):
-            self._add(Slug.BAD_DOMAIN, "a list of truth values is not a domain", node.place, "write `bool`")
+            self._parts.add(Slug.BAD_DOMAIN, "a list of truth values is not a domain", node.place, "write `bool`")
             return True
         numbers = [value for value in values if isinstance(value, int) and not isinstance(value, bool)]
         if len(numbers) < len(values):
             return False
         remedy = f"write a range: `{min(numbers)}..{max(numbers)}`"
-        self._add(Slug.BAD_DOMAIN, "a list of numbers is not a domain", node.place, remedy)
+        self._parts.add(Slug.BAD_DOMAIN, "a list of numbers is not a domain", node.place, remedy)
         return True
 
     def _is_symbol(self, element: Node) -> bool:
@@ -267,25 +257,15 @@ class Builder:
         if text is None or element.plain is None:
             return False
         if text in KEYWORDS:
-            self._add(Slug.RESERVED_NAME, f"`{text}` has a meaning of its own", element.place, "choose another word")
-        elif not isinstance(element.plain, str) or not _NAME.fullmatch(text):
+            self._parts.add(
+                Slug.RESERVED_NAME, f"`{text}` has a meaning of its own", element.place, "choose another word"
+            )
+        elif not isinstance(element.plain, str) or not NAME.fullmatch(text):
             remedy = "a symbol is a word of letters, digits and `_`, such as `box_a`"
-            self._add(Slug.BAD_DOMAIN, f"`{text}` is not a symbol", element.place, remedy)
+            self._parts.add(Slug.BAD_DOMAIN, f"`{text}` is not a symbol", element.place, remedy)
         else:
             return True
         return False
-
-    def _value(self, node: Node | None, domain: Domain, name: str, values: Container[Value]) -> Value | None:
-        """The value of a domain that a scalar says; `values` are all of the domain's."""
-        if node is None or node.text is None or node.plain is None:
-            return None
-        slug = Slug.DIFFERENT_KINDS
-        if isinstance(node.plain, (bool, int, str)) and kind_of(node.plain) is domain.kind:
-            if node.plain in values:
-                return node.plain
-            slug = Slug.VALUE_OUTSIDE_DOMAIN
-        self._add(slug, f"`{node.text}` is not a value of `{name}`", node.place, _value_remedy(node, domain))
-        return None
 
     def _values(self, node: Node | None, domain: Domain, name: str) -> tuple[Value, ...]:
         """The values of a domain that `any` or a list say; empty if nothing is said."""
@@ -297,18 +277,18 @@ class Builder:
             if node.text is not None and node.plain is not None:
                 message = f"expected `any` or a list of values, found `{node.text}`"
                 is_value = node.text in map(format_value, domain.values)
-                self._add(
+                self._parts.add(
                     Slug.WRONG_SHAPE, message, node.place, f"write `[{node.text}]`" if is_value else "write `any`"
                 )
             return ()
         if not node.elements:
-            self._add(Slug.EMPTY_DOMAIN, "a list of values needs at least one", node.place)
+            self._parts.add(Slug.EMPTY_DOMAIN, "a list of values needs at least one", node.place)
         values: dict[Value, None] = {}
         all_values = frozenset(domain.values)
         for element in node.elements:
-            value = self._value(element, domain, name, all_values)
+            value = self._parts.value(element, domain, name, all_values)
             if value is not None and value in values:
-                self._add(Slug.DUPLICATE_VALUE, f"`{element.text}` stands here twice", element.place)
+                self._parts.add(Slug.DUPLICATE_VALUE, f"`{element.text}` stands here twice", element.place)
             elif value is not None:
                 values[value] = None
         return tuple(values)
@@ -316,43 +296,20 @@ class Builder:
     # resources
 
     def _resource(self, name: str, node: Node) -> Resource:
-        request = self._declared_names(node.get("request"))
+        request = self._parts.declared_names(node.get("request"))
         measures_node = node.get("measures")
-        measures = self._declared_names(measures_node)
+        measures = self._parts.declared_names(measures_node)
         self._refuse_to_measure_requests(measures_node)
         written = [element.text for element in measures_node.elements] if measures_node is not None else []
         return Resource(name, request, measures, self._simulation(node.get("simulation"), written))
 
-    def _declared_names(self, node: Node | None) -> tuple[str, ...]:
-        names: list[str] = []
-        for element in node.elements if node is not None else ():
-            if element.text is None:
-                continue
-            variable = self._scope.variables.get(element.text)
-            if element.text not in self._scope.variables:
-                self._refuse_unknown(element.text, element.place)
-            elif variable is not None and variable.role.is_runner:
-                message = f"`{element.text}` belongs to the runner; resources speak of the world"
-                self._add(Slug.RUNNER_VARIABLE, message, element.place)
-            elif element.text in names:
-                self._add(Slug.DUPLICATE_VALUE, f"`{element.text}` stands here twice", element.place)
-            else:
-                names.append(element.text)
-        return tuple(names)
-
     def _refuse_to_measure_requests(self, node: Node | None) -> None:
         """A measured value must not change a trigger or the state of a request."""
         for element in node.elements if node is not None else ():
-            variable = self._scope.variables.get(element.text or "")
+            variable = self._parts.scope.variables.get(element.text or "")
             if variable is not None and variable.role is Role.RESOURCE:
                 message = f"`{variable.name}` follows the requests of a resource, and cannot be measured"
-                self._add(Slug.NOT_ASSIGNABLE, message, element.place, "measure a variable of the model")
-
-    def _refuse_unknown(self, name: str, place: Place) -> None:
-        if not self._scope.incomplete:
-            known = [n for n, v in self._scope.variables.items() if v is None or v.role is Role.DECLARED]
-            remedy = suggestion(name, known, "the variables are")
-            self._add(Slug.UNKNOWN_VARIABLE, f"there is no variable `{name}`", place, remedy)
+                self._parts.add(Slug.NOT_ASSIGNABLE, message, element.place, "measure a variable of the model")
 
     def _simulation(self, node: Node | None, measures: list[str | None]) -> Simulation:
         if node is None:
@@ -369,13 +326,13 @@ class Builder:
     def _measured(self, node: Node | None, measures: list[str | None]) -> tuple[tuple[str, tuple[Value, ...]], ...]:
         drawn: list[tuple[str, tuple[Value, ...]]] = []
         for name, values in node.items.items() if node is not None else ():
-            variable = self._scope.variables.get(name)
+            variable = self._parts.scope.variables.get(name)
             if name not in measures:
                 assert node is not None  # noqa: S101 - its items are gone through
                 message = f"this resource does not measure `{name}`"
                 known = [measured for measured in measures if measured is not None]
                 remedy = suggestion(name, known, "it measures") or f"add `measures: [{name}]` to the resource"
-                self._add(Slug.UNKNOWN_VARIABLE, message, node.key_places[name], remedy)
+                self._parts.add(Slug.UNKNOWN_VARIABLE, message, node.key_places[name], remedy)
             elif variable is not None:
                 drawn.append((name, self._values(values, variable.domain, name)))
         return tuple(drawn)
@@ -383,12 +340,12 @@ class Builder:
     def _latency(self, node: Node) -> Latency:
         default = Simulation().latency
         if not isinstance(node.plain, dict):
-            value_ns = self._duration(node)
+            value_ns = self._parts.duration(node)
             return default if value_ns is None else Latency(LatencyShape.FIXED, (value_ns,))
         if len(node.items) != 1:
             found = "here are several" if node.items else "here is none"
             remedy = f"write one of {', '.join(f'`{shape}`' for shape in LatencyShape)}"
-            self._add(Slug.BAD_LATENCY, f"a latency has one distribution, and {found}", node.place, remedy)
+            self._parts.add(Slug.BAD_LATENCY, f"a latency has one distribution, and {found}", node.place, remedy)
             return default
         key, points = next(iter(node.items.items()))
         return self._distribution(LatencyShape(key), points) or default if key in tuple(LatencyShape) else default
@@ -397,15 +354,15 @@ class Builder:
         if isinstance(points.plain, list) is (shape is LatencyShape.FIXED):
             return None
         nodes = [points] if shape is LatencyShape.FIXED else points.elements
-        points_ns = [point_ns for node in nodes if (point_ns := self._duration(node)) is not None]
+        points_ns = [point_ns for node in nodes if (point_ns := self._parts.duration(node)) is not None]
         wanted = _POINTS[shape]
         if len(nodes) != wanted:
             message = f"`{shape}` takes {wanted} durations, and this is a list of {len(nodes)}"
-            self._add(Slug.BAD_LATENCY, message, points.place)
+            self._parts.add(Slug.BAD_LATENCY, message, points.place)
         elif len(points_ns) == wanted and points_ns != sorted(points_ns):
             message = f"the durations of `{shape}` must not fall"
             remedy = "write the shortest first"
-            self._add(Slug.BAD_LATENCY, message, points.place, remedy)
+            self._parts.add(Slug.BAD_LATENCY, message, points.place, remedy)
         return Latency(shape, tuple(points_ns)) if len(points_ns) == wanted else None
 
     def _outcomes(self, node: Node) -> tuple[tuple[Outcome, Fraction], ...]:
@@ -418,30 +375,16 @@ class Builder:
             probability = Fraction(value.text) if _NUMBER.fullmatch(value.text) else None
             if probability is None or probability > 1:
                 message = f"`{value.text}` is not a probability"
-                self._add(Slug.NOT_A_DISTRIBUTION, message, value.place, "write a number from 0 to 1")
+                self._parts.add(Slug.NOT_A_DISTRIBUTION, message, value.place, "write a number from 0 to 1")
                 sound = False
                 continue
             outcomes.append((Outcome(key), probability))
         total = sum(probability for _, probability in outcomes)
         if sound and total != 1:
             message = f"the probabilities add up to {float(total):g}, not to 1"
-            self._add(Slug.NOT_A_DISTRIBUTION, message, node.place)
+            self._parts.add(Slug.NOT_A_DISTRIBUTION, message, node.place)
         order = list(Outcome)
         return tuple(sorted(outcomes, key=lambda pair: order.index(pair[0])))
-
-    def _duration(self, node: Node | None) -> int | None:
-        if node is None or node.text is None or node.plain is None:
-            return None
-        duration_ns = parse_duration(node.text)
-        if duration_ns is not None:
-            return duration_ns
-        if isinstance(node.plain, (int, float)) and not isinstance(node.plain, bool):
-            message = f"`{node.text}` is a number without a unit"
-            self._add(Slug.BARE_DURATION, message, node.place, f"write `{node.text} s` or `{node.text} ms`")
-        else:
-            remedy = "write a number and a unit: `10 s`, `500 ms`, `2 minutes`"
-            self._add(Slug.BAD_DURATION, f"`{node.text}` is not a duration", node.place, remedy)
-        return None
 
     # operations and transitions
 
@@ -452,12 +395,12 @@ class Builder:
         failed = self._transition(failed_node, f"fail_{name}", Where.RUNNING, Where.RUNNING)
         timedout = node.get("timedout")
         actions = self._actions((timedout,), (Where.RUNNING,))[0]
-        deadline_ns = self._duration(node.get("deadline"))
-        disabled_deadline_ns = self._duration(node.get("disabled_deadline"))
+        deadline_ns = self._parts.duration(node.get("deadline"))
+        disabled_deadline_ns = self._parts.duration(node.get("disabled_deadline"))
         if timedout is not None and timedout.elements and nearest("deadline", node.items) is None:
             message = f"`{name}` has no deadline, so it never times out"
             place = node.key_places["timedout"]
-            self._add(Slug.MISSING_KEY, message, place, "add `deadline: 10 s`, or leave out `timedout`")
+            self._parts.add(Slug.MISSING_KEY, message, place, "add `deadline: 10 s`, or leave out `timedout`")
         if pre is None or post is None:
             return None
         return Operation(name, pre, post, deadline_ns, failed, actions, disabled_deadline_ns)
@@ -468,7 +411,7 @@ class Builder:
         if node.items and not written and not node.incomplete:
             place = self._document.items["automatic_transitions"].key_places[name]
             message = f"`{name}` has no actions, so it could never be taken"
-            self._add(Slug.AUTOMATIC_DOES_NOTHING, message, place, "add `a: [...]`")
+            self._parts.add(Slug.AUTOMATIC_DOES_NOTHING, message, place, "add `a: [...]`")
         return transition
 
     def _transition(self, node: Node | None, name: str, a_where: Where, ar_where: Where) -> Transition | None:
@@ -477,10 +420,10 @@ class Builder:
         label = node.get("name")
         if label is not None and label.text is not None and label.plain is not None:
             name = label.text
-            if not _NAME.fullmatch(name):
-                self._add(Slug.BAD_NAME, f"`{name}` is not a name", label.place, _name_remedy(name))
-        g = self._predicate(node.get("g"), Where.GUARD)
-        gr = self._predicate(node.get("gr"), Where.GUARD)
+            if not NAME.fullmatch(name):
+                self._parts.refuse_name(name, label.place)
+        g = self._parts.predicate(node.get("g"), Where.GUARD)
+        gr = self._parts.predicate(node.get("gr"), Where.GUARD)
         a, ar = self._actions((node.get("a"), node.get("ar")), (a_where, ar_where))
         return Transition(name, g, gr, a, ar)
 
@@ -493,66 +436,19 @@ class Builder:
             for element in node.elements if node is not None else ():
                 if element.scalar is None or element.plain is None:
                     continue
-                action = self._resolver(element.scalar, where).read_action(element.scalar.text)
+                action = self._parts.resolver(element.scalar, where).read_action(element.scalar.text)
                 if action is None:
-                    self.is_whole = False
+                    self._parts.is_whole = False
                     continue
-                target = self._alias(action.target)
+                target = self._parts.alias(action.target)
                 if target in assigned:
                     message = f"`{action.target}` is assigned twice; the actions of a transition happen at once"
                     remedy = f"the other is `{assigned[target]}`"
-                    self._add(Slug.ASSIGNED_TWICE, message, element.place, remedy)
+                    self._parts.add(Slug.ASSIGNED_TWICE, message, element.place, remedy)
                 assigned.setdefault(target, str(action))
                 actions.append(action)
             lists.append(tuple(actions))
         return tuple(lists)
-
-    def _alias(self, target: str) -> str:
-        """Assignments to the states of operations count as one: only the current operation can be meant."""
-        variable = self._scope.variables.get(target)
-        is_state = variable is not None and variable.role in (Role.OPERATION_STATE, Role.CURRENT_STATE)
-        return "the state of the operation" if is_state else target
-
-    # expressions
-
-    def _predicate(self, node: Node | None, where: Where) -> Predicate:
-        """The predicate that a scalar or a list says; `true` for none and for one that is wrong."""
-        if node is None:
-            return TRUE
-        if node.elements:
-            return conjunction(self._predicate(element, where) for element in node.elements)
-        if isinstance(node.plain, bool):
-            return TRUE if node.plain else FALSE
-        if node.scalar is None or node.plain is None:
-            return TRUE
-        predicate = self._resolver(node.scalar, where).read_predicate(node.scalar.text)
-        self.is_whole = self.is_whole and predicate is not None
-        return predicate or TRUE
-
-    def _requirement(self, name: str, node: Node) -> Requirement | None:
-        if node.scalar is None or node.plain is None:
-            return None
-        sentence = self._resolver(node.scalar, Where.REQUIREMENT).read_requirement(node.scalar.text)
-        self.is_whole = self.is_whole and sentence is not None
-        return None if sentence is None else Requirement(name, sentence)
-
-    def _resolver(self, scalar: Scalar, where: Where) -> Resolver:
-        """What resolves the text of a scalar and complains at its places."""
-
-        def complain(slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
-            self._add(slug, message, scalar.stretch(begin, end), remedy)
-
-        return Resolver(self._scope, where, complain)
-
-    def _add(self, slug: Slug, message: str, place: Place, remedy: str | None = None) -> None:
-        self._report.add(slug, message, place, remedy)
-
-
-def _name_remedy(name: str) -> str:
-    fixed = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")
-    if not fixed or fixed[0].isdigit() or not _NEARLY_NAME.fullmatch(name):
-        return "names are letters from a to z, digits and `_`, and begin with a letter"
-    return f"write `{fixed}`"
 
 
 def _domain_remedy(written: str) -> str:
@@ -560,12 +456,3 @@ def _domain_remedy(written: str) -> str:
         return "write `bool`"
     ends = _ENDS.fullmatch(written)
     return f"write `{ends[1]}..{ends[2]}`" if ends else "write `bool`, `[a, b, c]` or `0..5`"
-
-
-def _value_remedy(node: Node, domain: Domain) -> str:
-    written = node.text or ""
-    if domain.kind is Kind.SYMBOL:
-        return suggestion(written, map(format_value, domain.values), "its values are") or f"its domain is {domain}"
-    if node.scalar is not None and node.scalar.style and written in map(format_value, domain.values):
-        return "leave out the quotes"
-    return "write `true` or `false`" if domain.kind is Kind.BOOLEAN else f"its domain is {domain}"

@@ -45,7 +45,7 @@ _NULL = re.compile(r"|~|null|Null|NULL")
 _BOOLEAN = re.compile(r"true|True|TRUE|false|False|FALSE")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,100}")
 _FLOAT = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
-"""YAML's core schema, less what no place of a model accepts: there `0x1F` and `.inf` are text."""
+"""YAML's core schema, less what no place of a file accepts: there `0x1F` and `.inf` are text."""
 
 _PROPERTY = re.compile(r"[&!]\S*(?:\s|#[^\r\n]*)*")
 """An anchor or a tag, and what lies between it and the next one or the content."""
@@ -112,13 +112,13 @@ class Node:
         return node
 
 
-def read_document(source: Source, report: Report) -> Node | None:
-    """The tree of a YAML text; `None` for an empty one. Notes in `report` what YAML allows and a model does not.
+def read_document(source: Source, report: Report, noun: str = "model") -> Node | None:
+    """The tree of a YAML text; `None` for an empty one. Notes in `report` what YAML allows and `noun` files do not.
 
     Raises:
-        InputError: the text is not YAML, or it is larger or deeper than any model.
+        InputError: the text is not YAML, or it is larger or deeper than any file that people write.
     """
-    return _Reader(source, report).document()
+    return _Reader(source, report, noun).document()
 
 
 def _events(source: Source) -> Iterator[Event]:
@@ -132,7 +132,8 @@ def _events(source: Source) -> Iterator[Event]:
 class _Reader:
     """Builds the tree out of the events of the YAML parser; an alias counts as all that it stands for."""
 
-    def __init__(self, source: Source, report: Report) -> None:
+    def __init__(self, source: Source, report: Report, noun: str) -> None:
+        self._noun = noun
         self._source = source
         self._report = report
         self._events = _events(source)
@@ -144,7 +145,7 @@ class _Reader:
         root: Node | None = None
         for event in self._events:
             if isinstance(event, DocumentStartEvent) and root is not None:
-                message = "a second document begins here, and a model file is one"
+                message = f"a second document begins here, and a {self._noun} file is one"
                 place = self._source.place(event.start_mark.index, 3)
                 self._report.add(Slug.YAML_SYNTAX, message, place, "leave out the `---`, or write two files")
                 return root
@@ -222,7 +223,8 @@ class _Reader:
             return
         node.incomplete = True
         if name is not None:
-            self._report.add(Slug.UNKNOWN_KEY, "merge keys (`<<`) are not part of model files", key.place)
+            message = f"merge keys (`<<`) are not part of {self._noun} files"
+            self._report.add(Slug.UNKNOWN_KEY, message, key.place)
         elif not key.condemned:
             self._report.add(Slug.WRONG_SHAPE, "a key must be a name", key.place)
 
@@ -248,7 +250,7 @@ class _Reader:
         tag = self._source.text[begin:end]
         is_value = isinstance(event, ScalarEvent) and not tag.startswith("!!")
         remedy = self._quoted(begin, event) if is_value else f"leave out `{tag}`"
-        message = f"`{tag}` is read as a YAML tag, and model files have none"
+        message = f"`{tag}` is read as a YAML tag, and {self._noun} files have none"
         self._report.add(Slug.YAML_TAG, message, self._source.stretch(begin, end), remedy)
         _condemn(node)
 

@@ -7,105 +7,29 @@ from __future__ import annotations
 
 from typing import Annotated, Any, TypeAlias
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    TypeAdapter,
-    ValidatorFunctionWrapHandler,
-    WithJsonSchema,
-    WrapValidator,
-)
-from pydantic_core import PydanticCustomError
+from pydantic import Field, ValidatorFunctionWrapHandler, WithJsonSchema, WrapValidator
 
-from scbm.errors import Slug
 from scbm.notation.durations import DURATION_PATTERN
-
-_PREDICATE_HELP = (
-    "A predicate: `==`, `!=`, `&&`, `||`, `!`, `->`, `in {a, b}`, `<` and its like on integers, `true`, `false`. "
-    "A list is the conjunction of its elements."
+from scbm.notation.pieces import (
+    SCALAR_SCHEMA,
+    Duration,
+    Durations,
+    FileType,
+    Name,
+    Names,
+    Predicate,
+    Requirement,
+    Shape,
+    Value,
+    list_of,
+    scalar,
+    scalar_or_list,
+    wrong_shape,
 )
-_SCALAR_SCHEMA = {"type": ["boolean", "integer", "string"]}
 
-
-def _found(value: object) -> str:
-    match value:
-        case None:
-            return "nothing"
-        case dict():
-            return "a mapping"
-        case list():
-            return "a list"
-        case _:
-            return f"`{str(value).lower() if isinstance(value, bool) else str(value)[:40]}`"
-
-
-def wrong_shape(expected: str, value: object, remedy: str | None = None) -> PydanticCustomError:
-    """What to raise where something else was expected."""
-    context = {"expected": expected, "found": _found(value), "remedy": remedy}
-    return PydanticCustomError(Slug.WRONG_SHAPE.value, "expected {expected}, found {found}", context)
-
-
-def _scalar(expected: str) -> BeforeValidator:
-    def check(value: object) -> object:
-        if value is None or isinstance(value, (dict, list)):
-            raise wrong_shape(expected, value)
-        return value
-
-    return BeforeValidator(check)
-
-
-def _scalar_or_list(expected: str, expected_element: str) -> BeforeValidator:
-    elements = TypeAdapter(list[Annotated[Any, _scalar(expected_element)]])
-
-    def check(value: object) -> object:
-        if value is None or isinstance(value, dict):
-            raise wrong_shape(expected, value)
-        return elements.validate_python(value) if isinstance(value, list) else value
-
-    return BeforeValidator(check)
-
-
-def _list(expected: str, expected_element: str) -> BeforeValidator:
-    elements = TypeAdapter(list[Annotated[Any, _scalar(expected_element)]])
-
-    def check(value: object) -> object:
-        if not isinstance(value, list):
-            remedy = f"write `[{value}]`" if isinstance(value, str) else None
-            raise wrong_shape(expected, value, remedy)
-        return elements.validate_python(value)
-
-    return BeforeValidator(check)
-
-
-def _text_schema(description: str, **more: object) -> WithJsonSchema:
-    return WithJsonSchema({"type": "string", "description": description, **more})
-
-
-Name: TypeAlias = Annotated[Any, _scalar("a name"), WithJsonSchema({"type": "string"})]
-Value: TypeAlias = Annotated[Any, _scalar("a value"), WithJsonSchema(_SCALAR_SCHEMA)]
-Predicate: TypeAlias = Annotated[
-    Any,
-    _scalar_or_list("a predicate", "a predicate"),
-    WithJsonSchema(
-        {
-            "description": _PREDICATE_HELP,
-            "anyOf": [
-                {"type": ["string", "boolean"]},
-                {"type": "array", "items": {"type": ["string", "boolean"]}},
-            ],
-        }
-    ),
-]
-Requirement: TypeAlias = Annotated[
-    Any,
-    _scalar("a requirement"),
-    _text_schema("`always p`, `never p`, `p leads to q [within d]`, `p before q`, or `after p always q until r`."),
-]
 Actions: TypeAlias = Annotated[
     Any,
-    _list("a list of actions", "an action"),
+    list_of("a list of actions", "an action"),
     WithJsonSchema(
         {
             "type": "array",
@@ -114,12 +38,9 @@ Actions: TypeAlias = Annotated[
         }
     ),
 ]
-Names: TypeAlias = Annotated[
-    Any, _list("a list of names", "a name"), WithJsonSchema({"type": "array", "items": {"type": "string"}})
-]
 Domain: TypeAlias = Annotated[
     Any,
-    _scalar_or_list("`bool`, a list of symbols such as `[open, closed]`, or a range such as `0..5`", "a symbol"),
+    scalar_or_list("`bool`, a list of symbols such as `[open, closed]`, or a range such as `0..5`", "a symbol"),
     WithJsonSchema(
         {
             "description": "`bool`, a list of symbols, or an integer range `lo..hi`.",
@@ -133,28 +54,12 @@ Domain: TypeAlias = Annotated[
 ]
 Values: TypeAlias = Annotated[
     Any,
-    _scalar_or_list("`any` or a list of values", "a value"),
-    WithJsonSchema({"anyOf": [{"const": "any"}, {"type": "array", "items": _SCALAR_SCHEMA, "minItems": 1}]}),
-]
-Duration: TypeAlias = Annotated[
-    Any,
-    _scalar("a duration such as `10 s`"),
-    _text_schema("A number with a unit: `10 s`, `500 ms`, `2 minutes`.", pattern=DURATION_PATTERN),
-]
-Durations: TypeAlias = Annotated[
-    Any,
-    _list("a list of durations", "a duration such as `10 s`"),
-    WithJsonSchema({"type": "array", "items": {"type": "string", "pattern": DURATION_PATTERN}}),
+    scalar_or_list("`any` or a list of values", "a value"),
+    WithJsonSchema({"anyOf": [{"const": "any"}, {"type": "array", "items": SCALAR_SCHEMA, "minItems": 1}]}),
 ]
 Probability: TypeAlias = Annotated[
-    Any, _scalar("a probability"), WithJsonSchema({"type": "number", "minimum": 0, "maximum": 1})
+    Any, scalar("a probability"), WithJsonSchema({"type": "number", "minimum": 0, "maximum": 1})
 ]
-
-
-class FileType(BaseModel):
-    """A mapping with known keys."""
-
-    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
 
 
 class VariableFile(FileType):
@@ -300,3 +205,17 @@ class ModelFile(FileType):
     goals: dict[str, Predicate] = Field(default_factory=dict)
     requirements: dict[str, Requirement] = Field(default_factory=dict)
     """What must hold during every run."""
+
+
+MODEL_SHAPE = Shape(
+    "model",
+    ModelFile,
+    (
+        (VariableFile, "a variable"),
+        (ResourceFile, "a resource"),
+        (SimulationFile, "the `simulation` of a resource"),
+        (OperationFile, "an operation"),
+        (TransitionFile, "a transition"),
+        (ModelFile, "the model"),
+    ),
+)

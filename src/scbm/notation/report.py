@@ -36,6 +36,12 @@ class Report:
         if len(self._found) >= MOST_ERRORS:
             raise self.error()
 
+    def copy(self) -> Report:
+        """Another report with the same diagnostics: a text that is parsed once may be built more than once."""
+        copied = Report(self._source_lines)
+        copied._found.update(self._found)
+        return copied
+
     def __len__(self) -> int:
         return len(self._found)
 

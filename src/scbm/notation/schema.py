@@ -1,21 +1,30 @@
-"""The JSON Schema of model files, for editors."""
+"""The JSON Schemas of model files and of case files, for editors."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from scbm.notation.case_types import CaseFile
 from scbm.notation.file_types import ModelFile
+
+if TYPE_CHECKING:
+    from scbm.notation.pieces import FileType
 
 
 def model_schema() -> dict[str, Any]:
-    """The schema (draft 2020-12), made of the loader's own types."""
-    schema = ModelFile.model_json_schema()
+    """The schema of model files (draft 2020-12), made of the loader's own types."""
+    return _schema(ModelFile, "A behavior model for scbm")
+
+
+def case_schema() -> dict[str, Any]:
+    """The schema of case files (draft 2020-12), made of the loader's own types."""
+    return _schema(CaseFile, "A test case for scbm")
+
+
+def _schema(kind: type[FileType], title: str) -> dict[str, Any]:
+    schema = kind.model_json_schema()
     schema = {key: _without_null_defaults(value) for key, value in schema.items() if key not in _REPLACED}
-    return {
-        "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "A behavior model for scbm",
-        **schema,
-    }
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", "title": title, **schema}
 
 
 _REPLACED = ("title", "description")

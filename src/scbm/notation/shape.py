@@ -1,23 +1,14 @@
-"""Whether a document has the shape of a model file; every deviation is noted with its place."""
+"""Whether a document has the shape of its kind of file; every deviation is noted with its place."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Annotated, Any, get_args, get_origin
 
 from pydantic import ValidationError
 
 from scbm.errors import Place, Slug
-from scbm.notation.file_types import (
-    FileType,
-    ModelFile,
-    OperationFile,
-    ResourceFile,
-    SimulationFile,
-    TransitionFile,
-    VariableFile,
-    wrong_shape,
-)
 from scbm.notation.nearest import nearest, suggestion
+from scbm.notation.pieces import FileType, wrong_shape
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -25,6 +16,7 @@ if TYPE_CHECKING:
     from pydantic_core import ErrorDetails
 
     from scbm.notation.document import Node
+    from scbm.notation.pieces import Shape
     from scbm.notation.report import Report
 
 _EXPECTED = {
@@ -36,94 +28,105 @@ _EXPECTED = {
 }
 
 
-_OWNERS: tuple[tuple[type[FileType], str], ...] = (
-    (VariableFile, "a variable"),
-    (ResourceFile, "a resource"),
-    (SimulationFile, "the `simulation` of a resource"),
-    (OperationFile, "an operation"),
-    (TransitionFile, "a transition"),
-    (ModelFile, "the model"),
-)
-
-
-def check_shape(document: Node, report: Report) -> None:
+def check_shape(document: Node, report: Report, shape: Shape) -> None:
     """Note every key that is unknown or missing and every piece of the wrong sort."""
     try:
-        ModelFile.model_validate(document.plain)
+        shape.root.model_validate(document.plain)
     except ValidationError as error:
+        checker = _Checker(document, report, shape)
         for detail in error.errors(include_url=False):
-            _note(detail, document, report)
+            checker.note(detail)
 
 
-def _note(detail: ErrorDetails, document: Node, report: Report) -> None:
-    path = detail["loc"]
-    owner = document.at(path[:-1])
-    if document.at(path).condemned:
-        return
-    match detail["type"]:
-        case "extra_forbidden":
-            key = str(path[-1])
-            report.add(
-                Slug.UNKNOWN_KEY, f"unknown key `{key}`", owner.key_places[key], _key_remedy(key, _keys(path[:-1]))
-            )
-        case "missing":
-            _note_missing(path, document, report)
-        case Slug.WRONG_SHAPE.value:
-            message = detail["msg"] + _where(path)
-            report.add(Slug.WRONG_SHAPE, message, _place_of(document, path), detail["ctx"]["remedy"])
-        case kind:
-            problem = wrong_shape(_EXPECTED.get(kind, "something else"), document.at(path).plain)
-            message = problem.message() + _where(path)
-            report.add(Slug.WRONG_SHAPE, message, _place_of(document, path), _mapping_remedy(path, document))
+class _Checker:
+    """Tells what pydantic found, in our words and at the places of a document."""
+
+    def __init__(self, document: Node, report: Report, shape: Shape) -> None:
+        self._document = document
+        self._report = report
+        self._shape = shape
+
+    def note(self, detail: ErrorDetails) -> None:
+        """Note one deviation."""
+        path = detail["loc"]
+        owner = self._document.at(path[:-1])
+        if self._document.at(path).condemned:
+            return
+        match detail["type"]:
+            case "extra_forbidden":
+                key = str(path[-1])
+                message = f"unknown key `{key}`"
+                self._report.add(
+                    Slug.UNKNOWN_KEY, message, owner.key_places[key], self._key_remedy(key, self._keys(path[:-1]))
+                )
+            case "missing":
+                self._note_missing(path)
+            case Slug.WRONG_SHAPE.value:
+                message = detail["msg"] + _where(path)
+                self._report.add(Slug.WRONG_SHAPE, message, self._place_of(path), detail["ctx"]["remedy"])
+            case kind:
+                problem = wrong_shape(_EXPECTED.get(kind, "something else"), self._document.at(path).plain)
+                message = problem.message() + _where(path)
+                self._report.add(Slug.WRONG_SHAPE, message, self._place_of(path), self._mapping_remedy(path))
+
+    def _key_remedy(self, key: str, known: list[str]) -> str | None:
+        """What to do about an unknown key; one from elsewhere tells that a line above it is lost or badly indented."""
+        near = nearest(key, known)
+        owner = next((owner for kind, owner in self._shape.owners if key in kind.keys()), None)  # noqa: SIM118 - no dict
+        if owner is not None and near is None:
+            return f"`{key}` belongs to {owner}; the keys here are: {', '.join(known)}"
+        return suggestion(key, known, "the keys here are")
+
+    def _note_missing(self, path: tuple[int | str, ...]) -> None:
+        """Note a missing key, unless one is there that is told of and that was probably meant."""
+        known = self._keys(path[:-1])
+        owner = self._document.at(path[:-1])
+        others = [key for key in owner.items if key not in known]
+        if not owner.incomplete and all(nearest(key, known) != path[-1] for key in others):
+            whose = f" in {_named(path[:-1])}" if len(path) > 1 else ""
+            self._report.add(Slug.MISSING_KEY, f"`{path[-1]}` is missing{whose}", self._place_of(path[:-1]))
+
+    def _mapping_remedy(self, path: tuple[int | str, ...]) -> str | None:
+        keys = self._keys(path)
+        if keys:
+            return f"its keys are: {', '.join(keys)}"
+        return "write `{}` for none" if self._document.at(path).plain is None else None
+
+    def _place_of(self, path: tuple[int | str, ...]) -> Place:
+        """The key that leads to a node, as it is easier found than what stands behind it; else the node itself."""
+        if not path:
+            return self._document.place
+        owner = self._document.at(path[:-1])
+        if isinstance(path[-1], str) and path[-1] in owner.key_places:
+            return owner.key_places[path[-1]]
+        return self._document.at(path).place
+
+    def _keys(self, path: Iterable[int | str]) -> list[str]:
+        """The keys that the file type at the end of a path knows."""
+        kind: Any = self._shape.root
+        for step in path:
+            if _is_file_type(kind):
+                # A number counts the elements of a list of such mappings, where one alone could stand as well.
+                kind = kind if isinstance(step, int) else kind.keys().get(step)
+            else:
+                kind = get_args(kind)[-1] if get_args(kind) else None
+            kind = get_args(kind)[0] if get_origin(kind) is Annotated else kind
+        return list(kind.keys()) if _is_file_type(kind) else []
 
 
-def _key_remedy(key: str, known: list[str]) -> str | None:
-    """What to do about an unknown key; one from elsewhere tells that a line above it is lost or indented wrongly."""
-    near = nearest(key, known)
-    owner = next((owner for kind, owner in _OWNERS if key in kind.model_fields), None)
-    if owner is not None and near is None:
-        return f"`{key}` belongs to {owner}; the keys here are: {', '.join(known)}"
-    return suggestion(key, known, "the keys here are")
+def _is_file_type(kind: object) -> bool:
+    return isinstance(kind, type) and issubclass(kind, FileType)
 
 
-def _note_missing(path: tuple[int | str, ...], document: Node, report: Report) -> None:
-    """Note a missing key, unless one is there that is told of and that was probably meant."""
-    known = _keys(path[:-1])
-    owner = document.at(path[:-1])
-    others = [key for key in owner.items if key not in known]
-    if not owner.incomplete and all(nearest(key, known) != path[-1] for key in others):
-        whose = f" in `{path[-2]}`" if len(path) > 1 else ""
-        report.add(Slug.MISSING_KEY, f"`{path[-1]}` is missing{whose}", _place_of(document, path[:-1]))
-
-
-def _mapping_remedy(path: tuple[int | str, ...], document: Node) -> str | None:
-    keys = _keys(path)
-    if keys:
-        return f"its keys are: {', '.join(keys)}"
-    return "write `{}` for none" if document.at(path).plain is None else None
+def _named(path: tuple[int | str, ...]) -> str:
+    """What a message calls the node at the end of a path."""
+    return f"`{path[-1]}`" if isinstance(path[-1], str) else f"this element of `{_names(path)[-1]}`"
 
 
 def _where(path: tuple[int | str, ...]) -> str:
-    names = [str(step) for step in path if isinstance(step, str)]
+    names = _names(path)
     return f" under `{names[-1]}`" if names else ""
 
 
-def _place_of(document: Node, path: tuple[int | str, ...]) -> Place:
-    """The key that leads to a node, as it is easier found than what stands behind it; else the node itself."""
-    if not path:
-        return document.place
-    owner = document.at(path[:-1])
-    if isinstance(path[-1], str) and path[-1] in owner.key_places:
-        return owner.key_places[path[-1]]
-    return document.at(path).place
-
-
-def _keys(path: Iterable[int | str]) -> list[str]:
-    """The keys that the file type at the end of a path knows."""
-    kind: Any = ModelFile
-    for step in path:
-        if isinstance(kind, type) and issubclass(kind, FileType):
-            kind = kind.model_fields[str(step)].annotation if str(step) in kind.model_fields else None
-        else:
-            kind = get_args(kind)[-1] if get_args(kind) else None
-    return list(kind.model_fields) if isinstance(kind, type) and issubclass(kind, FileType) else []
+def _names(path: tuple[int | str, ...]) -> list[str]:
+    return [step for step in path if isinstance(step, str)]

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from io import StringIO
 from typing import TYPE_CHECKING, Any
 
-from ruamel.yaml import YAML
-
 from scbm.model import LatencyShape, Truth, format_duration
+from scbm.notation.yaml_writer import dump
 
 if TYPE_CHECKING:
     from scbm.model import (
@@ -23,9 +21,6 @@ if TYPE_CHECKING:
         Variable,
     )
 
-_WIDTH = 1_000_000
-"""Texts are never folded."""
-
 
 def write_model(model: BehaviorModel) -> str:
     """The model as YAML, with every key that says more than its default."""
@@ -39,23 +34,15 @@ def write_model(model: BehaviorModel) -> str:
         "goals": {name: _predicate(goal) for name, goal in model.goals},
         "requirements": {requirement.name: str(requirement.sentence) for requirement in model.requirements},
     }
-    return _dump({key: value for key, value in sections.items() if value or key in ("variables", "operations")})
+    return dump(
+        {key: value for key, value in sections.items() if value or key in ("variables", "operations")},
+        short_in_flow=True,
+    )
 
 
 def write_operation(operation: Operation) -> str:
     """One operation as it stands under `operations:` in a model file."""
-    return _dump({operation.name: _operation(operation)})
-
-
-def _dump(data: dict[str, Any]) -> str:
-    yaml = YAML(typ="safe", pure=True)
-    yaml.default_flow_style = None
-    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment] # ruamel declares it as None
-    yaml.width = _WIDTH
-    yaml.allow_unicode = True
-    stream = StringIO()
-    yaml.dump(data, stream)
-    return stream.getvalue()
+    return dump({operation.name: _operation(operation)}, short_in_flow=True)
 
 
 def _variable(variable: Variable) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What is wrong with a text that is not YAML, in words for people who write models and not YAML parsers."""
+"""What is wrong with a text that is not YAML, in words for people who write models and cases and not YAML parsers."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ def _second_root(fault: _Fault) -> Diagnostic:
         return _directive(fault)
     if fault.before.strip():
         return _misplaced_line(fault)
-    remedy = "indent all keys of the model alike, from the first one on"
+    remedy = "indent all keys of the file alike, from the first one on"
     return fault.diagnostic("this line does not go on with what stands before", fault.index, remedy)
 
 

@@ -42,9 +42,23 @@ def test_domains_print_as_they_are_written() -> None:
 
 
 @pytest.mark.parametrize(
-    ("nanoseconds", "text"), [(0, "0 s"), (10**10, "10 s"), (1_500_000_000, "1500 ms"), (7, "7 ns")]
+    ("nanoseconds", "text"),
+    [
+        (0, "0 s"),
+        (10**10, "10 s"),
+        (1_500_000_000, "1500 ms"),
+        (7, "7 ns"),
+        (9_999, "9999 ns"),
+        (90 * 60 * 10**9, "90 min"),
+        (100_000 * 10**9, "100000 s"),
+        (523_123_000, "523.123 ms"),
+        (3_543_407_000, "3.543407 s"),
+        (10_001, "10.001 us"),
+        (12_345_000_000, "12.345 s"),
+        (7_200_000_001_000, "7200.000001 s"),
+    ],
 )
-def test_durations_print_in_the_largest_whole_unit(nanoseconds: int, text: str) -> None:
+def test_durations_print_as_a_whole_number_or_with_decimals_if_that_is_shorter(nanoseconds: int, text: str) -> None:
     assert format_duration(nanoseconds) == text
 
 

@@ -13,7 +13,7 @@ import pytest
 from scbm.errors import InputError, Slug
 from scbm.model import format_duration, format_value
 from scbm.notation import load_model, read_model
-from scbm.notation.loader import MOST_BYTES
+from scbm.notation.files import MOST_BYTES
 from scbm.notation.report import MOST_ERRORS
 
 if TYPE_CHECKING:

@@ -105,5 +105,5 @@ def test_the_pattern_for_editors_takes_nothing_else_but_fractions_of_nanoseconds
 @given(st.integers(0, 10**24))
 def test_a_duration_that_is_written_is_read_as_the_same(duration_ns: int) -> None:
     text = format_duration(duration_ns)
-    expected = duration_ns if len(text.split()[0]) <= 15 else None
+    expected = duration_ns if len(text.split()[0].partition(".")[0]) <= 15 else None
     assert parse_duration(text) == expected

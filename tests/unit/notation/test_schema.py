@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import pytest
 from jsonschema import Draft202012Validator
 from ruamel.yaml import YAML
 
-from scbm.notation import model_schema
+from scbm.notation import case_schema, model_schema
 
 ROOT = Path(__file__).parent.parent.parent.parent
 EXAMPLES = sorted((ROOT / "examples").glob("*/*.yaml"))
@@ -103,17 +104,23 @@ def test_the_schema_is_one() -> None:
     ]
 
 
-def test_the_schema_is_made_afresh_so_that_nobody_can_spoil_it() -> None:
-    model_schema().clear()
-    assert model_schema()
+SCHEMAS = pytest.mark.parametrize("schema", [model_schema, case_schema])
 
 
-def test_the_schema_offers_no_default_that_the_loader_refuses() -> None:
-    assert "null" not in json.dumps(model_schema())
+@SCHEMAS
+def test_the_schema_is_made_afresh_so_that_nobody_can_spoil_it(schema: Callable[[], dict[str, Any]]) -> None:
+    schema().clear()
+    assert schema()
 
 
-def test_the_schema_knows_no_key_without_saying_something_about_it() -> None:
-    for name, kind in model_schema()["$defs"].items():
+@SCHEMAS
+def test_the_schema_offers_no_default_that_the_loader_refuses(schema: Callable[[], dict[str, Any]]) -> None:
+    assert "null" not in json.dumps(schema())
+
+
+@SCHEMAS
+def test_the_schema_knows_no_key_without_saying_something_about_it(schema: Callable[[], dict[str, Any]]) -> None:
+    for name, kind in schema()["$defs"].items():
         assert kind["additionalProperties"] is False, name
         assert kind["description"], name
 
@@ -136,3 +143,57 @@ def test_the_model_that_the_mistakes_are_made_in_satisfies_the_schema() -> None:
 def test_a_typical_mistake_does_not_satisfy_the_schema(mistake: str, right: str, wrong: str) -> None:
     assert RIGHT.count(right) == 1, mistake
     assert faults_of(RIGHT.replace(right, wrong)), mistake
+
+
+RIGHT_CASE = """
+case: first
+goal: [scanned == true]
+initial: {scans: 1, robot_at: home}
+outcomes:
+  arm: fail
+  scanner: [any, {outcome: timeout, times: 2}, {after: 2 s, request: lost, reply: [1 ms, 2 ms], from: 7}]
+  scale: {measured: {weight: 3}}
+injections: [{at: 1 s, resource: arm, becomes: {slower: 1.5}}, {set: {light: red}, hold: 1 s}]
+network: {loss: 2 %, duplication: 0.02, partitions: [{at: 1 s, for: 2 s}]}
+limits: {plans: 3}
+expect: {verdict: aborted, plan: [], final: true}
+drawn: {seed: 1}
+"""
+
+WRONG_CASES: list[tuple[str, str, str]] = [
+    ("a case without a name", "case: first", ""),
+    ("an unknown key", "outcomes:", "outcome:"),
+    ("an unknown outcome", "arm: fail", "arm: fial"),
+    ("an unknown outcome in a list", "[any,", "[some,"),
+    ("an outcome with an unknown key", "times: 2", "time: 2"),
+    ("no times", "times: 2", "times: 0"),
+    ("a bare duration", "after: 2 s", "after: 2"),
+    ("a list in a list", "[any,", "[[any],"),
+    ("a way of a message that is none", "request: lost", "request: never"),
+    ("a condition that is none", "becomes: {slower: 1.5}", "becomes: slower"),
+    ("a condition that is too fast", "slower: 1.5", "slower: 0.5"),
+    ("a share above all", "duplication: 0.02", "duplication: 2"),
+    ("a partition without an end", "{at: 1 s, for: 2 s}", "{at: 1 s}"),
+    ("an unknown verdict", "verdict: aborted", "verdict: done"),
+    ("a plan that is no list", "plan: []", "plan: scan"),
+    ("a seed that is no number", "seed: 1", "seed: one"),
+]
+
+
+def case_faults_of(text: str) -> list[str]:
+    return [fault.message for fault in Draft202012Validator(case_schema()).iter_errors(data_of(text))]
+
+
+def test_the_schema_of_cases_is_one() -> None:
+    Draft202012Validator.check_schema(case_schema())
+    assert list(case_schema()["properties"])[:3] == ["case", "model", "goal"]
+
+
+def test_the_case_that_the_mistakes_are_made_in_satisfies_the_schema() -> None:
+    assert case_faults_of(RIGHT_CASE) == []
+
+
+@pytest.mark.parametrize(("mistake", "right", "wrong"), WRONG_CASES, ids=[mistake for mistake, _, _ in WRONG_CASES])
+def test_a_typical_mistake_in_a_case_does_not_satisfy_the_schema(mistake: str, right: str, wrong: str) -> None:
+    assert RIGHT_CASE.count(right) == 1, mistake
+    assert case_faults_of(RIGHT_CASE.replace(right, wrong)), mistake

@@ -1,0 +1,146 @@
+"""From a file to a test case. The file is parsed at once; what it says is resolved when the model is there."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scbm.errors import Diagnostic, InputError, Place, Slug
+from scbm.notation.case_builder import CaseBuilder
+from scbm.notation.case_parts import CaseParts
+from scbm.notation.case_types import CASE_SHAPE, NETWORK_SHAPE
+from scbm.notation.files import neighbour, read_file, read_tree
+from scbm.notation.network_builder import NetworkBuilder
+from scbm.notation.scope import Scope
+from scbm.notation.shape import check_shape
+
+if TYPE_CHECKING:
+    from scbm.cases import Case, Network
+    from scbm.model.behavior import BehaviorModel
+    from scbm.notation.document import Node
+    from scbm.notation.report import Report
+    from scbm.notation.source import Source
+
+_START = "a case begins with `case: <name>`"
+_CASE = re.compile(r"""^\ufeff?["']?case["']?[ \t]*:(?=\s|$)""", re.MULTILINE)
+_MODEL = re.compile(r"""^\ufeff?["']?behavior_model["']?[ \t]*:(?=\s|$)""", re.MULTILINE)
+
+
+def is_case_text(text: str) -> bool:
+    """Whether a text looks like a case file: it has the key `case` at the beginning of a line."""
+    return _CASE.search(text) is not None
+
+
+def is_model_text(text: str) -> bool:
+    """Whether a text looks like a model file: it has the key `behavior_model` at the beginning of a line."""
+    return _MODEL.search(text) is not None
+
+
+class CaseDocument:
+    """A case file that is parsed, but not resolved: its names are those of a model."""
+
+    def __init__(self, document: Node, source: Source, report: Report) -> None:
+        self._document = document
+        self._source = source
+        self._report = report
+
+    @property
+    def name(self) -> str:
+        """The name of the case as it is written, else that of the file."""
+        node = self._document.get("case")
+        return (node.text if node is not None else None) or Path(self._source.file).stem
+
+    @property
+    def model_path(self) -> Path | None:
+        """The model file that the case names, seen from where the case file is."""
+        node = self._document.get("model")
+        if node is None or not node.text or node.plain is None:
+            return None
+        return Path(self._source.file).parent / node.text
+
+    def required_model_path(self) -> Path:
+        """The same. Raises `InputError` if the case names no model, or one that is not there."""
+        path = self.model_path
+        if path is None:
+            message = "the case does not say which model it is for"
+            remedy = "add `model: <path>`, seen from the directory of this file"
+            raise InputError([Diagnostic(Slug.MODEL_MISSING, message, Place(self._source.file), remedy)])
+        if not _exists(path):
+            place = self._document.items["model"].place
+            message = f"there is no such file: `{path}`"
+            line = self._source.lines[place.line - 1]
+            raise InputError([Diagnostic(Slug.FILE_MISSING, message, place, neighbour(path), line)])
+        return path
+
+    def read(self, model: BehaviorModel) -> Case:
+        """The case, for a model. Raises `InputError` with everything that is wrong with it."""
+        report = self._report.copy()
+        check_shape(self._document, report, CASE_SHAPE)
+        builder = CaseBuilder(self._document, report, model)
+        case = builder.case()
+        report.raise_any()
+        if not builder.is_whole:
+            raise AssertionError(f"{self._source.file}: something was not resolved, and nothing was complained of")
+        return case
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
+def open_case(path: str | Path) -> CaseDocument:
+    """The case in a file, parsed. Raises `InputError` if the file cannot be read, or is no mapping in YAML."""
+    return CaseDocument(*read_tree(read_file(Path(path)), str(path), CASE_SHAPE, _START))
+
+
+def read_case(text: str, model: BehaviorModel, file: str = "case") -> Case:
+    """The case that a text says. Raises `InputError` with everything that is wrong with it.
+
+    Args:
+        text: YAML.
+        model: what the names in it are names of.
+        file: what errors call the text.
+    """
+    return CaseDocument(*read_tree(text, file, CASE_SHAPE, _START)).read(model)
+
+
+def read_network(text: str, model: BehaviorModel, file: str = "--network") -> Network:
+    """The network that a text of one line says, as `loss: 2 %, jitter: 10 ms`. Raises `InputError`, located in it.
+
+    Args:
+        text: what stands under `network` in a case, in braces or without.
+        model: whose resources it speaks of.
+        file: what errors call the text.
+    """
+    line = re.sub(r"[\r\n]", " ", text)
+    if line.strip().startswith("{"):
+        return _network(line, model, file)
+    end = "\n" if "#" in line else ""  # a comment must not swallow the brace
+    try:
+        return _network(f"{{{line}{end}}}", model, file)
+    except InputError as error:
+        raise InputError([_without_braces(diagnostic, line) for diagnostic in error.diagnostics]) from None
+
+
+def _network(text: str, model: BehaviorModel, file: str) -> Network:
+    start = "write for example `loss: 2 %, jitter: 10 ms`"
+    document, _, report = read_tree(text, file, NETWORK_SHAPE, start)
+    check_shape(document, report, NETWORK_SHAPE)
+    network = NetworkBuilder(CaseParts(report, Scope.of(model), model)).network(document)
+    report.raise_any()
+    return network
+
+
+def _without_braces(diagnostic: Diagnostic, line: str) -> Diagnostic:
+    """The same, located in the line that the user wrote."""
+    place = diagnostic.place
+    if not place.line:
+        return diagnostic
+    column = len(line) + 1 if place.line > 1 else min(max(1, place.column - 1), len(line) + 1)
+    length = max(1, min(place.length, len(line) + 1 - column))
+    return replace(diagnostic, place=Place(place.file, 1, column, length), source_line=line)

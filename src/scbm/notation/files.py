@@ -1,0 +1,92 @@
+"""Files as text, and as the tree of a mapping: what is the same for all kinds of files."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scbm.errors import Diagnostic, InputError, Place, Slug
+from scbm.notation.document import Node, read_document
+from scbm.notation.nearest import nearest
+from scbm.notation.report import Report
+from scbm.notation.source import Source
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from scbm.notation.pieces import Shape
+
+MOST_BYTES = 4 * 1024 * 1024
+"""A file may be so large; the largest that people write are a hundredth of it."""
+
+_MARK = "\N{BYTE ORDER MARK}"
+
+
+def read_tree(text: str, file: str, shape: Shape, start: str) -> tuple[Node, Source, Report]:
+    """The mapping that a text says, and what is noted of its YAML so far.
+
+    Args:
+        text: YAML.
+        file: what errors call the text.
+        shape: what kind of file it is; it is not compared with it here.
+        start: how such a file begins, for people whose text is something else.
+
+    Raises:
+        InputError: the text is not YAML, or no mapping.
+    """
+    source = Source(text.removeprefix(_MARK), file)
+    report = Report(source.lines)
+    document = read_document(source, report, shape.noun)
+    if document is None or (document.plain is None and not document.condemned):
+        message = f"there is no {shape.noun} in the file" if source.text.strip() else "the file is empty"
+        raise InputError([Diagnostic(Slug.FILE_EMPTY, message, Place(file), start)])
+    if not isinstance(document.plain, dict):
+        if not document.condemned:
+            report.add(Slug.WRONG_SHAPE, f"a {shape.noun} file is a mapping of keys", document.place, start)
+        raise report.error()
+    return document, source, report
+
+
+def read_file(path: Path) -> str:
+    """The text of a file. Raises `InputError` if it cannot be read, or is no text in UTF-8."""
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(MOST_BYTES + 1)
+    except FileNotFoundError:
+        raise _unreadable(Slug.FILE_MISSING, "there is no such file", path) from None
+    except IsADirectoryError:
+        raise _unreadable(Slug.FILE_IS_DIRECTORY, "this is a directory, not a file", path) from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise _unreadable(Slug.FILE_UNREADABLE, f"cannot read the file: {reason.lower()}", path) from None
+    if len(data) > MOST_BYTES:
+        raise _unreadable(Slug.FILE_TOO_LARGE, f"the file is larger than {MOST_BYTES // 1024**2} MiB", path)
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError([_not_utf8(data, error.start, path)]) from None
+
+
+def neighbour(path: Path) -> str | None:
+    """The file beside a missing one that was probably meant, as a remedy."""
+    try:
+        names = sorted(entry.name for entry in path.parent.iterdir())
+    except (OSError, ValueError):
+        return None
+    near = nearest(path.name, names)
+    return f"did you mean `{path.parent / near}`?" if near else None
+
+
+def _not_utf8(data: bytes, begin: int, path: Path) -> Diagnostic:
+    """What to say of the first byte that does not belong into a file in UTF-8."""
+    readable = data[:begin].decode("utf-8").removeprefix(_MARK)
+    source = Source(readable + data[begin:].decode("utf-8", errors="replace"), str(path))
+    place = source.place(len(readable))
+    message = f"the byte 0x{data[begin]:02x} is not UTF-8"
+    return Diagnostic(Slug.NOT_UTF8, message, place, "save the file as UTF-8", source.lines[place.line - 1])
+
+
+def _unreadable(slug: Slug, message: str, path: Path) -> InputError:
+    remedy = None
+    if slug is Slug.FILE_MISSING:
+        remedy = neighbour(path)
+    return InputError([Diagnostic(slug, message, Place(str(path)), remedy)])

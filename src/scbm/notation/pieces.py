@@ -1,0 +1,142 @@
+"""What the types of files are made of: scalars and lists that stand for names, values, predicates, durations.
+
+Only the sort of YAML is checked here, as what the texts say is a matter of `parts`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Any, TypeAlias
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, TypeAdapter, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
+from scbm.errors import Slug
+from scbm.notation.durations import DURATION_PATTERN
+
+_PREDICATE_HELP = (
+    "A predicate: `==`, `!=`, `&&`, `||`, `!`, `->`, `in {a, b}`, `<` and its like on integers, `true`, `false`. "
+    "A list is the conjunction of its elements."
+)
+SCALAR_SCHEMA: dict[str, Any] = {"type": ["boolean", "integer", "string"]}
+"""What editors are told of a value of a variable."""
+
+
+def _found(value: object) -> str:
+    match value:
+        case None:
+            return "nothing"
+        case dict():
+            return "a mapping"
+        case list():
+            return "a list"
+        case _:
+            return f"`{str(value).lower() if isinstance(value, bool) else str(value)[:40]}`"
+
+
+def wrong_shape(expected: str, value: object, remedy: str | None = None) -> PydanticCustomError:
+    """What to raise where something else was expected."""
+    context = {"expected": expected, "found": _found(value), "remedy": remedy}
+    return PydanticCustomError(Slug.WRONG_SHAPE.value, "expected {expected}, found {found}", context)
+
+
+def scalar(expected: str) -> BeforeValidator:
+    """Takes any scalar."""
+
+    def check(value: object) -> object:
+        if value is None or isinstance(value, (dict, list)):
+            raise wrong_shape(expected, value)
+        return value
+
+    return BeforeValidator(check)
+
+
+def scalar_or_list(expected: str, expected_element: str) -> BeforeValidator:
+    """Takes a scalar, or a list of them."""
+    elements = TypeAdapter(list[Annotated[Any, scalar(expected_element)]])
+
+    def check(value: object) -> object:
+        if value is None or isinstance(value, dict):
+            raise wrong_shape(expected, value)
+        return elements.validate_python(value) if isinstance(value, list) else value
+
+    return BeforeValidator(check)
+
+
+def list_of(expected: str, expected_element: str) -> BeforeValidator:
+    """Takes a list of scalars."""
+    elements = TypeAdapter(list[Annotated[Any, scalar(expected_element)]])
+
+    def check(value: object) -> object:
+        if not isinstance(value, list):
+            remedy = f"write `[{value}]`" if isinstance(value, str) else None
+            raise wrong_shape(expected, value, remedy)
+        return elements.validate_python(value)
+
+    return BeforeValidator(check)
+
+
+def text_schema(description: str, **more: object) -> WithJsonSchema:
+    """What editors are told of a text."""
+    return WithJsonSchema({"type": "string", "description": description, **more})
+
+
+Name: TypeAlias = Annotated[Any, scalar("a name"), WithJsonSchema({"type": "string"})]
+Value: TypeAlias = Annotated[Any, scalar("a value"), WithJsonSchema(SCALAR_SCHEMA)]
+Predicate: TypeAlias = Annotated[
+    Any,
+    scalar_or_list("a predicate", "a predicate"),
+    WithJsonSchema(
+        {
+            "description": _PREDICATE_HELP,
+            "anyOf": [
+                {"type": ["string", "boolean"]},
+                {"type": "array", "items": {"type": ["string", "boolean"]}},
+            ],
+        }
+    ),
+]
+Requirement: TypeAlias = Annotated[
+    Any,
+    scalar("a requirement"),
+    text_schema("`always p`, `never p`, `p leads to q [within d]`, `p before q`, or `after p always q until r`."),
+]
+Names: TypeAlias = Annotated[
+    Any, list_of("a list of names", "a name"), WithJsonSchema({"type": "array", "items": {"type": "string"}})
+]
+Duration: TypeAlias = Annotated[
+    Any,
+    scalar("a duration such as `10 s`"),
+    text_schema("A number with a unit: `10 s`, `500 ms`, `2 minutes`.", pattern=DURATION_PATTERN),
+]
+Durations: TypeAlias = Annotated[
+    Any,
+    list_of("a list of durations", "a duration such as `10 s`"),
+    WithJsonSchema({"type": "array", "items": {"type": "string", "pattern": DURATION_PATTERN}}),
+]
+
+
+class FileType(BaseModel):
+    """A mapping with known keys."""
+
+    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
+
+    @classmethod
+    def keys(cls) -> dict[str, Any]:
+        """Each key as it is written, with what stands under it. Some are words of Python, and have an alias."""
+        return {field.alias or name: field.annotation for name, field in cls.model_fields.items()}
+
+
+@dataclass(frozen=True)
+class Shape:
+    """The shape of a whole file, or of a text alone.
+
+    Attributes:
+        noun: what the text is called in messages.
+        root: the type of the whole.
+        owners: the types of its parts, each with what such a part is called; a key at the wrong place belongs there.
+    """
+
+    noun: str
+    root: type[FileType]
+    owners: tuple[tuple[type[FileType], str], ...]

@@ -1,0 +1,64 @@
+"""Data as YAML, in block style but for what asks for another."""
+
+from __future__ import annotations
+
+from io import StringIO
+from typing import TYPE_CHECKING, Any
+
+from ruamel.yaml import YAML
+from ruamel.yaml.representer import SafeRepresenter
+
+if TYPE_CHECKING:
+    from ruamel.yaml.nodes import MappingNode, SequenceNode
+
+_WIDTH = 1_000_000
+"""Texts are never folded."""
+
+
+class FlowMapping(dict[str, Any]):
+    """A mapping that is written on one line, in braces."""
+
+
+class FlowList(list[Any]):
+    """A list that is written on one line, in brackets."""
+
+
+class _Representer(SafeRepresenter):
+    """Knows the two styles, and repeats what stands twice: no anchors."""
+
+    def ignore_aliases(self, data: Any) -> bool:  # noqa: ANN401, ARG002 - as ruamel declares it
+        return True
+
+    def flow_mapping(self, data: FlowMapping) -> MappingNode:
+        """A mapping in braces."""
+        node: MappingNode = self.represent_mapping("tag:yaml.org,2002:map", data, flow_style=True)
+        return node
+
+    def flow_list(self, data: FlowList) -> SequenceNode:
+        """A list in brackets."""
+        node: SequenceNode = self.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=True)
+        return node
+
+
+_Representer.add_representer(FlowMapping, _Representer.flow_mapping)
+_Representer.add_representer(FlowList, _Representer.flow_list)
+
+
+def dump(data: dict[str, Any], *, short_in_flow: bool = False) -> str:
+    """The data as YAML.
+
+    Args:
+        data: the root; the order of its keys is kept.
+        short_in_flow: whether mappings and lists without others inside are written on one line.
+    """
+    yaml = YAML(typ="safe", pure=True)
+    yaml.Representer = _Representer
+    yaml.default_flow_style = None if short_in_flow else False
+    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment] # ruamel declares it as None
+    yaml.width = _WIDTH
+    yaml.allow_unicode = True
+    if not short_in_flow:
+        yaml.indent(mapping=2, sequence=4, offset=2)
+    stream = StringIO()
+    yaml.dump(data, stream)
+    return stream.getvalue()

@@ -1,0 +1,29 @@
+"""Every case that a file can say is written as a file that says the same."""
+
+from __future__ import annotations
+
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from scbm.notation import read_case, read_network, write_case, write_network
+from support.case_strategies import cases, networks
+from support.strategies import running_models
+
+
+@given(st.data())
+@settings(deadline=None, max_examples=150)
+def test_cases(data: st.DataObject) -> None:
+    model = data.draw(running_models())
+    case = data.draw(cases(model))
+    written = write_case(case, model, "cell.yaml", ["drawn"])
+    again = read_case(written, model)
+    assert again == case
+    assert write_case(again, model, "cell.yaml", ["drawn"]) == written
+
+
+@given(st.data())
+@settings(deadline=None, max_examples=60)
+def test_networks(data: st.DataObject) -> None:
+    model = data.draw(running_models())
+    network = data.draw(networks(model, drawn=True))
+    assert read_network(write_network(network), model) == network

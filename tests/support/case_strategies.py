@@ -1,0 +1,197 @@
+"""Random cases of random models, for Hypothesis: in the form in which they are read, so that they can be compared."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from hypothesis import strategies as st
+
+from scbm.cases import (
+    Case,
+    Condition,
+    ConditionKind,
+    Expectations,
+    Forced,
+    Injection,
+    Limits,
+    Network,
+    Origin,
+    Partition,
+    Recorded,
+    Restart,
+)
+from scbm.coverage import Obligations
+from scbm.model import BehaviorModel, Outcome, Requirement, Resource, Role, State, Variable
+from scbm.trace import End
+from support.strategies import SECOND_NS, predicates, sentences
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from hypothesis.strategies import DrawFn, SearchStrategy
+
+MOST_NS = 10**6 * SECOND_NS
+TIMES_NS = st.one_of(
+    st.sampled_from([0, 1, 1_000, 523_123_000, 1_500_000_000, SECOND_NS, 60 * SECOND_NS, 5400 * SECOND_NS]),
+    st.integers(0, MOST_NS),
+)
+SHARES = st.integers(0, 1000).map(lambda thousandths: Fraction(thousandths, 1000))
+DIGESTS = st.from_regex("[0-9a-f]{64}", fullmatch=True)
+DELIVERIES = st.lists(TIMES_NS, max_size=3).map(tuple)
+
+
+def optional(strategy: SearchStrategy[Any]) -> SearchStrategy[Any]:
+    return st.one_of(st.none(), strategy)
+
+
+@st.composite
+def cases(draw: DrawFn, model: BehaviorModel) -> Case:
+    """A case of a model with everything that a file can say. The model allows all initial states."""
+    goal, predicate = draw(_goals(model))
+    everything = tuple(model.running_space)
+    requirements = [Requirement(f"own{index}", draw(sentences(everything))) for index in range(draw(st.integers(0, 2)))]
+    origin = draw(optional(st.builds(Origin, st.integers(-(10**20), 10**20), st.integers(1, 10**6))))
+    return Case(
+        draw(st.from_regex(r"[A-Za-z_][A-Za-z0-9_.-]{0,20}", fullmatch=True)),
+        goal,
+        predicate,
+        State(model.space, {variable.name: draw(st.sampled_from(variable.domain.values)) for variable in model.space}),
+        draw(outcomes(model)),
+        draw(injections(model)),
+        draw(networks(model, drawn=origin is not None)),
+        Limits(draw(optional(TIMES_NS)), draw(optional(st.integers(1, 10**6)))),
+        tuple(requirements),
+        draw(_expectations(model)),
+        origin,
+        draw(
+            optional(st.builds(Recorded, st.sampled_from(End).map(str), st.from_regex("[0-9a-f]{64}", fullmatch=True)))
+        ),
+    )
+
+
+@st.composite
+def _goals(draw: DrawFn, model: BehaviorModel) -> Any:  # noqa: ANN401 - a name and a predicate
+    named_too = draw(st.booleans())
+    if model.goals and named_too:
+        return draw(st.sampled_from(model.goals))
+    predicate = draw(predicates(tuple(model.space), 2))
+    named = [name for name, goal in model.goals if goal == predicate]
+    return (named or [str(predicate)])[0], predicate
+
+
+@st.composite
+def outcomes(draw: DrawFn, model: BehaviorModel) -> tuple[Forced, ...]:
+    """Rules in the form in which a file says them: name by name, request by request, at most two equal in a row."""
+    resources = {resource.name: resource for resource in model.resources}
+    names = [*resources, *(operation.name for operation in model.operations)]
+    rules: list[Forced] = []
+    for subject in draw(st.lists(st.sampled_from(names), unique=True, max_size=3)):
+        measuring = [resources[subject]] if subject in resources else model.resources
+        own: list[Forced] = []
+        first = 1
+        for length in draw(st.lists(st.sampled_from([1, 1, 1, 2, 3, 40]), max_size=6)):
+            first += draw(st.sampled_from([0, 0, 1, 3, 30]))
+            own.append(draw(_rules(subject, first, first + length - 1, measuring)))
+            first += length
+        if draw(st.booleans()):
+            own.append(draw(_rules(subject, first + draw(st.sampled_from([0, 1, 5])), None, measuring)))
+        rules += _short_rows(own)
+    return tuple(rules)
+
+
+def _short_rows(rules: list[Forced]) -> list[Forced]:
+    """The rules without single ones that would be counted: those that say the same as the two before them."""
+    kept: list[Forced] = []
+    for rule in rules:
+        single = rule.first == rule.last
+        if not (single and len(kept) > 1 and all(_said(rule) == _said(other) for other in kept[-2:])):
+            kept.append(rule)
+    return kept
+
+
+def _said(rule: Forced) -> tuple[object, ...]:
+    return (rule.outcome, rule.latency_ns, rule.measured, rule.request, rule.reply, rule.cancel)
+
+
+@st.composite
+def _rules(draw: DrawFn, subject: str, first: int, last: int | None, measuring: Iterable[Resource]) -> Forced:
+    outcome = draw(optional(st.sampled_from(Outcome)))
+    if outcome is not None and draw(st.booleans()):
+        return Forced(subject, first, last, outcome)
+    replies = outcome is not Outcome.TIMEOUT
+    measures = outcome in (None, Outcome.SUCCEED)
+    measured = draw(optional(_values_of(measuring))) if measures else None
+    latency_ns = draw(TIMES_NS) if replies else None
+    reply = draw(optional(DELIVERIES)) if replies else None
+    cancel = draw(DELIVERIES)
+    return Forced(subject, first, last, outcome, latency_ns, measured, draw(optional(DELIVERIES)), reply, cancel)
+
+
+@st.composite
+def _values_of(draw: DrawFn, measuring: Iterable[Resource]) -> Any:  # noqa: ANN401 - variables and their values
+    known = {name: values for resource in measuring for name, values in resource.simulation.measured}
+    names = draw(st.lists(st.sampled_from(list(known)), unique=True)) if known else []
+    return tuple((name, draw(st.sampled_from(known[name]))) for name in names)
+
+
+@st.composite
+def injections(draw: DrawFn, model: BehaviorModel) -> tuple[Injection, ...]:
+    """Injections at times of their own, so that none contradicts another one."""
+    found = []
+    for number in range(1, draw(st.integers(0, 3)) + 1):
+        name = draw(st.sampled_from([f"injection_{number}", f"own-{number}.x"]))
+        at_ns = number * MOST_NS + draw(TIMES_NS)
+        when = draw(optional(predicates(tuple(model.running_space), 2)))
+        hold_ns = draw(optional(st.integers(0, 1_000))) if number == 1 else None
+        acts_on_resource = draw(st.booleans())
+        if model.resources and acts_on_resource:
+            resource = draw(st.sampled_from(model.resources)).name
+            found.append(Injection(name, (), when, at_ns, hold_ns, resource, draw(_conditions())))
+        else:
+            found.append(Injection(name, draw(_assigned(model)), when, at_ns, hold_ns))
+    return tuple(found)
+
+
+def _conditions() -> SearchStrategy[Condition]:
+    factors = st.integers(1_000, 99_999).map(lambda thousandths: Fraction(thousandths, 1000))
+    words = st.sampled_from([kind for kind in ConditionKind if kind is not ConditionKind.SLOWER])
+    return st.one_of(st.builds(Condition, words), st.builds(Condition, st.just(ConditionKind.SLOWER), factors))
+
+
+@st.composite
+def _assigned(draw: DrawFn, model: BehaviorModel) -> Any:  # noqa: ANN401 - variables and their values
+    def target(variable: Variable) -> object:
+        is_state = variable.role in (Role.OPERATION_STATE, Role.CURRENT_STATE)
+        return Role.CURRENT_STATE if is_state else variable.name
+
+    assignable = [variable for variable in model.running_space if variable.assignable]
+    chosen = draw(st.lists(st.sampled_from(assignable), min_size=1, max_size=3, unique_by=target))
+    return tuple((variable.name, draw(st.sampled_from(variable.assignable))) for variable in chosen)
+
+
+@st.composite
+def networks(draw: DrawFn, model: BehaviorModel, *, drawn: bool) -> Network:
+    """The network of a model that has resources."""
+    names = [resource.name for resource in model.resources]
+    partitions = st.builds(Partition, TIMES_NS, TIMES_NS, optional(st.sampled_from(names)))
+    restarts = st.builds(Restart, st.sampled_from(names), TIMES_NS, TIMES_NS)
+    shares = SHARES if drawn else st.just(Fraction(0))
+    return Network(
+        draw(TIMES_NS),
+        draw(TIMES_NS) if drawn else 0,
+        draw(shares),
+        draw(shares),
+        draw(shares),
+        draw(st.one_of(st.just(Network().held_back_ns), TIMES_NS)),
+        tuple(draw(st.lists(partitions, max_size=2))),
+        tuple(draw(st.lists(restarts, max_size=2))),
+    )
+
+
+@st.composite
+def _expectations(draw: DrawFn, model: BehaviorModel) -> Expectations:
+    names = st.lists(st.sampled_from([operation.name for operation in model.operations]), max_size=4).map(tuple)
+    final = st.lists(predicates(tuple(model.running_space), 2), max_size=2).map(tuple)
+    visits = st.lists(st.sampled_from(list(Obligations.of(model))), unique=True, max_size=3).map(tuple)
+    return draw(st.builds(Expectations, optional(st.sampled_from(End)), optional(names), names, final, visits))
