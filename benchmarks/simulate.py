@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scbm.notation import load_model
-from scbm.testing import RandomCases, Tester
+from scbm.testing import Campaign, RandomCases, Tester
 
 if TYPE_CHECKING:
     from scbm.model import BehaviorModel
@@ -28,7 +28,7 @@ def campaign(model: BehaviorModel, seed: int) -> tuple[float, float]:
     """Simulated and wall seconds of one campaign, with a tester that knows nothing yet."""
     begin = time.perf_counter()
     tester = Tester(model)
-    result = tester.campaign(tester.results(RandomCases(model).first(CASES, seed)), seed)
+    result = Campaign.of(tester.model, tester.results(RandomCases(model).first(CASES, seed)))
     return result.simulated_ns / 1e9, time.perf_counter() - begin
 
 

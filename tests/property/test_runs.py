@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from fractions import Fraction
 from itertools import pairwise
 from random import Random
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from scbm.cases import Case, Condition, ConditionKind, Injection, Network, Origin
 from scbm.coverage import Coverage, Obligations, visited_by
 from scbm.model import (
     AfterAlways,
@@ -23,10 +26,11 @@ from scbm.model import (
     Value,
 )
 from scbm.planning import PlanLimits
-from scbm.running import End, Injection, RunnerOptions
-from scbm.simulating import DrawnChoices, RecordedChoices, Simulated, Simulator
-from scbm.testing import find_violations
+from scbm.running import RunnerOptions
+from scbm.simulating import Choices, DrawnReactions, PlainReactions, Simulated, Simulator, leave_nothing_open
+from scbm.testing import draw_network, find_violations
 from scbm.trace import (
+    End,
     ReplyReceived,
     RequestSent,
     RunEnded,
@@ -45,6 +49,14 @@ LIMITS = PlanLimits(length=50, expansions=5_000)
 def injections(draw: st.DrawFn, model: BehaviorModel) -> tuple[Injection, ...]:
     found = []
     for index in range(draw(st.integers(0, 2))):
+        if draw(st.booleans()):
+            resource = draw(st.sampled_from(model.resources)).name
+            kind = draw(st.sampled_from(ConditionKind))
+            condition = Condition(kind, Fraction(3, 2) if kind is ConditionKind.SLOWER else Fraction(1))
+            when = draw(st.sampled_from([None, model.goals[0][1], model.operations[0].pre.g]))
+            hold_ns = draw(st.sampled_from([None, SECOND_NS]))
+            found.append(Injection(f"i{index}", (), when, SECOND_NS, hold_ns, resource, condition))
+            continue
         variable = draw(st.sampled_from([v for v in model.running_space if v.assignable]))
         value = draw(st.sampled_from(variable.assignable))
         at_ns = draw(st.sampled_from([None, 0, SECOND_NS, 7 * SECOND_NS]))
@@ -54,11 +66,22 @@ def injections(draw: st.DrawFn, model: BehaviorModel) -> tuple[Injection, ...]:
     return tuple(found)
 
 
-def _run(data: st.DataObject, model: BehaviorModel) -> tuple[Simulated, DrawnChoices, tuple[Injection, ...]]:
-    given_injections = data.draw(injections(model))
-    chooser = DrawnChoices(Random(data.draw(st.integers(0, 2**32))))
-    simulator = Simulator(model, OPTIONS, LIMITS)
-    return simulator.run(model.nominal_state, model.goals[0], chooser, given_injections), chooser, given_injections
+def _case(data: st.DataObject, model: BehaviorModel) -> tuple[Case, int]:
+    """A case, and the seed that the rest of it is drawn from."""
+    seed = data.draw(st.integers(0, 2**32))
+    network = draw_network(model, Origin(seed)) if data.draw(st.booleans()) else Network()
+    injected = data.draw(injections(model))
+    return Case("case", *model.goals[0], model.nominal_state, injections=injected, network=network), seed
+
+
+def _choices(case: Case, seed: int) -> Choices:
+    drawn = DrawnReactions(Random(f"reactions {seed}"))
+    return Choices(drawn, case.outcomes, case.network, Random(f"messages {seed}"))
+
+
+def _run(data: st.DataObject, model: BehaviorModel) -> Simulated:
+    case, seed = _case(data, model)
+    return Simulator(model, OPTIONS, LIMITS).run(case, _choices(case, seed))
 
 
 def _states(run: Simulated) -> list[tuple[int, dict[str, Value]]]:
@@ -81,7 +104,7 @@ def _states(run: Simulated) -> list[tuple[int, dict[str, Value]]]:
 @given(running_models(), st.data())
 @settings(deadline=None, max_examples=250)
 def test_a_run_ends_and_its_trace_is_whole(model: BehaviorModel, data: st.DataObject) -> None:
-    run, _, _ = _run(data, model)
+    run = _run(data, model)
     ended = run.records[-1] if isinstance(run.records[-1], RunEnded) else None
     ended = ended or next(record for record in run.records if isinstance(record, RunEnded))
     assert ended.end == run.end.value
@@ -103,7 +126,7 @@ def test_a_run_ends_and_its_trace_is_whole(model: BehaviorModel, data: st.DataOb
 def test_no_request_is_answered_twice_and_no_reply_goes_to_another_request(
     model: BehaviorModel, data: st.DataObject
 ) -> None:
-    run, _, _ = _run(data, model)
+    run = _run(data, model)
     sent = {record.request: record.resource for record in run.records if isinstance(record, RequestSent)}
     answered = [record.request for record in run.records if isinstance(record, ReplyReceived)]
     assert len(answered) == len(set(answered))
@@ -113,10 +136,13 @@ def test_no_request_is_answered_twice_and_no_reply_goes_to_another_request(
 @given(running_models(), st.data())
 @settings(deadline=None, max_examples=150)
 def test_a_replay_of_the_recorded_choices_gives_the_same_bytes(model: BehaviorModel, data: st.DataObject) -> None:
-    run, chooser, given_injections = _run(data, model)
-    again = Simulator(model, OPTIONS, LIMITS).run(
-        model.nominal_state, model.goals[0], RecordedChoices(chooser.drawn), given_injections
-    )
+    case, seed = _case(data, model)
+    choices = _choices(case, seed)
+    simulator = Simulator(model, OPTIONS, LIMITS)
+    run = simulator.run(case, choices)
+    network = Network(partitions=case.network.partitions, restarts=case.network.restarts)
+    closed = replace(case, outcomes=leave_nothing_open(choices.taken), network=network)
+    again = simulator.run(closed, Choices(PlainReactions(), closed.outcomes, network))
     text = write_trace(Trace(model.name, "case", run.records))
     assert write_trace(Trace(model.name, "case", again.records)) == text
     assert read_trace(text).records == run.records
@@ -125,7 +151,7 @@ def test_a_replay_of_the_recorded_choices_gives_the_same_bytes(model: BehaviorMo
 @given(running_models(), st.data())
 @settings(deadline=None, max_examples=100)
 def test_what_a_run_visits_is_what_its_states_show(model: BehaviorModel, data: st.DataObject) -> None:
-    run, _, _ = _run(data, model)
+    run = _run(data, model)
     obligations = Obligations.of(model)
     names = Coverage(obligations, (("case", visited_by(run.records, obligations)),)).obligations.names(
         visited_by(run.records, obligations)
@@ -142,7 +168,7 @@ def test_what_a_run_visits_is_what_its_states_show(model: BehaviorModel, data: s
 @given(running_models(), st.data())
 @settings(deadline=None, max_examples=250)
 def test_violations_are_those_of_a_slow_monitor(model: BehaviorModel, data: st.DataObject) -> None:
-    run, _, _ = _run(data, model)
+    run = _run(data, model)
     sentence = data.draw(sentences(model.running_space.variables))
     found = find_violations([Requirement("q", sentence)], run.records)
     expected = _violated_at(sentence, _states(run))

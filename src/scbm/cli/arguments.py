@@ -2,11 +2,21 @@
 
 from __future__ import annotations
 
+from itertools import count
 from typing import TYPE_CHECKING
 
+from scbm.cases import Network
 from scbm.errors import Diagnostic, InputError, Place, Slug
-from scbm.notation import Scope, parse_duration, parse_predicate, parse_state, suggestion
-from scbm.running import RunnerOptions
+from scbm.model import Requirement
+from scbm.notation import (
+    Scope,
+    parse_duration,
+    parse_predicate,
+    parse_requirement,
+    parse_state,
+    read_network,
+    suggestion,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -14,17 +24,21 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel, Predicate, State
 
 
-def read_limits(time_limit: str | None) -> RunnerOptions:
-    """The limits of a run; those that are not given have their defaults. Raises `InputError`."""
+DRAWN = "drawn"
+"""What `--network` says for another network in each case."""
+
+
+def read_time_limit(time_limit: str | None) -> int | None:
+    """How many nanoseconds a run may take, if it is said. Raises `InputError`."""
     if time_limit is None:
-        return RunnerOptions()
+        return None
     time_limit_ns = parse_duration(time_limit)
     if not time_limit_ns:
         message = f"`{time_limit}` is not a duration to run for"
         place = Place("--time-limit", 1, 1, max(1, len(time_limit)))
         remedy = "write a number and a unit: `10 min`, `90 s`"
         raise InputError([Diagnostic(Slug.BAD_DURATION, message, place, remedy, time_limit)])
-    return RunnerOptions(time_limit_ns=time_limit_ns)
+    return time_limit_ns
 
 
 def read_goal(text: str, model: BehaviorModel) -> tuple[str, Predicate]:
@@ -44,6 +58,31 @@ def read_goal(text: str, model: BehaviorModel) -> tuple[str, Predicate]:
 def read_state(assignments: Sequence[str], model: BehaviorModel) -> State:
     """The nominal state with some variables changed, each as `variable=value`. Raises `InputError` with all faults."""
     return parse_state(", ".join(assignments), model.space, file="--state")
+
+
+def read_requirements(sentences: Sequence[str], model: BehaviorModel) -> tuple[Requirement, ...]:
+    """Requirements beside those of the model, named `required_1`, … Raises `InputError` with all faults."""
+    scope = Scope.of(model)
+    taken = [requirement.name for requirement in model.requirements]
+    names = (f"required_{number}" for number in count(1))
+    free = (name for name in names if name not in taken)
+    wrong: list[Diagnostic] = []
+    requirements = []
+    for sentence in sentences:
+        try:
+            requirements.append(Requirement(next(free), parse_requirement(sentence, scope, file="--require")))
+        except InputError as error:
+            wrong += error.diagnostics
+    if wrong:
+        raise InputError(wrong)
+    return tuple(requirements)
+
+
+def read_faults(text: str | None, model: BehaviorModel) -> Network | None:
+    """A network as `--network` says it; `None` where it says `drawn`. Raises `InputError`."""
+    if text is None:
+        return Network()
+    return None if text.strip() == DRAWN else read_network(text, model, file="--network")
 
 
 def allowed_state(state: State, model: BehaviorModel) -> State:

@@ -6,11 +6,12 @@ from typing import Annotated, Any
 import typer
 
 from scbm.checking import Checked, Doubt, check_model
-from scbm.cli.output import count_of, counted, errors, results, write_json
+from scbm.cli.output import count_of, errors, results, write_json
 from scbm.coverage import Obligations
 from scbm.errors import Diagnostic, InputError, Severity
 from scbm.model import BehaviorModel
 from scbm.notation import Places, load_located
+from scbm.reports import counted
 
 FORMAT_VERSION = 1
 

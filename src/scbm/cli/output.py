@@ -10,9 +10,10 @@ from rich.console import Console
 from rich.text import Text
 
 from scbm.errors import Severity
+from scbm.reports import counted
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from scbm.errors import Diagnostic
 
@@ -38,6 +39,11 @@ class Output:
         shown = Text(text) if isinstance(text, str) else text
         self._console.print(shown, soft_wrap=True, highlight=False, markup=False)
 
+    def lines(self, texts: Iterable[Text]) -> None:
+        """Line after line."""
+        for text in texts:
+            self.line(text)
+
     def diagnostics(self, diagnostics: Sequence[Diagnostic]) -> None:
         """Each with its place, its line and its remedy; then how many there are."""
         for diagnostic in diagnostics:
@@ -59,11 +65,6 @@ def errors() -> Output:
 def write_json(data: dict[str, Any]) -> None:
     """Data for machines."""
     sys.stdout.write(json.dumps(data, indent=2, ensure_ascii=False) + "\n")
-
-
-def counted(count: int, singular: str, plural: str | None = None) -> str:
-    """`1 error`, `2 errors`."""
-    return f"{count} {singular if count == 1 else plural or singular + 's'}"
 
 
 def count_of(diagnostics: Sequence[Diagnostic]) -> str:

@@ -7,11 +7,12 @@ from typing import Annotated
 import typer
 
 from scbm.cli.arguments import read_goal, read_state
-from scbm.cli.output import Output, counted, results, write_json
+from scbm.cli.output import Output, results, write_json
 from scbm.model import And, BehaviorModel, Predicate, State, format_value
 from scbm.model.actions import apply
 from scbm.notation import load_model
 from scbm.planning import Answer, Limit, LimitReached, PlanLimits, Planner, Solved, find_flaw
+from scbm.reports import counted
 
 FORMAT_VERSION = 1
 

@@ -1,27 +1,67 @@
-"""`scbm test`: random cases, verdicts, and the coverability report."""
+"""`scbm test`: case files and random cases, verdicts, and the coverability report."""
 
+import shlex
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from scbm.cli.arguments import read_limits
+from scbm.cases import Case
+from scbm.cli.arguments import read_faults, read_requirements, read_time_limit
 from scbm.cli.output import errors, results, write_json
-from scbm.cli.report import draw_report
+from scbm.errors import Diagnostic, InputError, Place, Slug
+from scbm.model import BehaviorModel, Requirement
 from scbm.notation import load_model
-from scbm.testing import Campaign, CaseResult, RandomCases, Tester, campaign_json
+from scbm.reports import Setting, coverage_report
+from scbm.testing import (
+    MOST_SHRUNK,
+    Campaign,
+    CaseResult,
+    Finding,
+    RandomCases,
+    Tester,
+    WrittenCase,
+    campaign_json,
+    find_causes,
+    load_suite,
+    save_cases,
+)
 
 _SLOW = 500
 """From so many cases on, progress is shown."""
 
+_RANDOM = 20
+"""So many random cases are drawn if neither a number nor files are given."""
+
 
 def command(
     model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
+    files: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="CASES", help="Case files, and directories of them.", show_default=False),
+    ] = None,
     *,
-    cases: Annotated[int, typer.Option("--cases", min=0, max=10_000_000, help="How many random cases.")] = 20,
+    cases: Annotated[
+        int | None,
+        typer.Option("--cases", min=0, max=10_000_000, help="How many random cases. [20; 0 beside case files]"),
+    ] = None,
     seed: Annotated[int, typer.Option("--seed", help="Decides everything that is drawn.")] = 0,
+    network: Annotated[
+        str | None, typer.Option("--network", help="Faults in random cases: `loss: 2 %, jitter: 20 ms`, or `drawn`.")
+    ] = None,
+    require: Annotated[
+        list[str] | None, typer.Option("--require", metavar="SENTENCE", help="A requirement beside the model's.")
+    ] = None,
+    save: Annotated[
+        Path | None, typer.Option("--save", metavar="DIRECTORY", help="Save every random case as a file.")
+    ] = None,
+    shrink: Annotated[bool, typer.Option("--shrink/--no-shrink", help="Make failing cases small.")] = True,
+    failures: Annotated[
+        Path, typer.Option("--failures", metavar="DIRECTORY", help="Where small failing cases are saved.")
+    ] = Path("scbm-failures"),
     fail_under: Annotated[
         float | None, typer.Option("--fail-under", min=0, max=100, help="Exit with 1 if fewer per cent are visited.")
     ] = None,
@@ -30,16 +70,125 @@ def command(
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
-    """Run random cases, judge them, and report how much of the model they visited."""
+    """Run case files and random cases, judge them, and report how much of the model they visited."""
     loaded = load_model(model)
-    tester = Tester(loaded, read_limits(time_limit))
-    drawn = RandomCases(loaded, str(model)).first(cases, seed)
-    campaign = tester.campaign(_with_progress(tester.results(drawn), cases), seed)
+    wanted = (0 if files else _RANDOM) if cases is None else cases
+    _refuse_without_random_cases(wanted, {"--network": network, "--save": save})
+    suite = _Suite(
+        loaded,
+        model,
+        load_suite(files or [], loaded),
+        wanted,
+        seed,
+        network,
+        read_requirements(require or [], loaded),
+        read_time_limit(time_limit),
+    )
+    tester = Tester(loaded)
+    campaign = Campaign.of(loaded, _with_progress(tester.results(suite.cases()), suite.count))
+    if save is not None:
+        suite.save_random(tester, save)
+    findings = find_causes(tester, campaign, MOST_SHRUNK if shrink else 0)
+    saved = [suite.save_small(finding, failures) for finding in findings]
+    commands = tuple(suite.again(finding, path) for finding, path in zip(findings, saved, strict=True))
     if json:
-        write_json(campaign_json(campaign))
+        write_json(campaign_json(campaign, seed, findings, commands))
     else:
-        draw_report(campaign, str(model), results())
+        setting = Setting(str(model), seed, wanted, suite.options, findings, commands)
+        results().lines(coverage_report(campaign, setting))
     return 1 if campaign.failed or not _reaches(campaign, fail_under) else 0
+
+
+def _refuse_without_random_cases(count: int, options: Mapping[str, object]) -> None:
+    """Raises `InputError` for options that say something of random cases where there are none."""
+    useless = [option for option, value in options.items() if value is not None and not count]
+    message = "this is for random cases, and none are drawn"
+    if useless:
+        remedy = "add for example `--cases 20`"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy) for option in useless])
+
+
+@dataclass(frozen=True)
+class _Suite:
+    """The cases that a command line asks for: those in files, then random ones."""
+
+    model: BehaviorModel
+    file: Path
+    written: Sequence[WrittenCase]
+    random: int
+    seed: int
+    network_text: str | None
+    requirements: tuple[Requirement, ...]
+    time_limit_ns: int | None
+
+    @property
+    def count(self) -> int:
+        return len(self.written) + self.random
+
+    def cases(self) -> Iterator[Case]:
+        """All cases, with what the command line adds to them. Raises `InputError` if two have one name."""
+        paths = {written.case.name: written.path for written in self.written}
+        for written in self.written:
+            yield self._completed(written.case)
+        for case in self._drawn():
+            if case.name in paths:
+                message = f"`{case.name}` is drawn, and also in {paths[case.name]}"
+                remedy = "choose another seed, or leave out one of them"
+                raise InputError([Diagnostic(Slug.DUPLICATE_NAME, message, Place("--cases"), remedy)])
+            yield self._completed(case)
+
+    def _drawn(self) -> Iterable[Case]:
+        if not self.random:
+            return ()
+        faults = read_faults(self.network_text, self.model)
+        return RandomCases(self.model, str(self.file), faults).first(self.random, self.seed)
+
+    def _completed(self, case: Case) -> Case:
+        """The case with the requirements and the limit of the command line, so that it keeps them when it is saved."""
+        if self.time_limit_ns is not None and case.limits.time_ns is None:
+            case = replace(case, limits=replace(case.limits, time_ns=self.time_limit_ns))
+        own = [requirement.name for requirement in case.requirements]
+        added = tuple(requirement for requirement in self.requirements if requirement.name not in own)
+        return replace(case, requirements=(*case.requirements, *added)) if added else case
+
+    def save_random(self, tester: Tester, directory: Path) -> None:
+        """Saves every random case with all that was drawn in it."""
+        recorded = [tester.execute(self._completed(case)).recorded_case for case in self._drawn()]
+        comments = [f"case {case.origin.number} of seed {case.origin.seed}" for case in recorded if case.origin]
+        labelled = [(case, [comment]) for case, comment in zip(recorded, comments, strict=True)]
+        save_cases(labelled, directory, self.model, self.file, overwrite=False)
+
+    def save_small(self, finding: Finding, directory: Path) -> Path | None:
+        """Saves the small case of a finding, if there is one; where it cannot, that is told and the report goes on."""
+        if finding.shrunk is None:
+            return None
+        failed = finding.results[0].case.name
+        comments = [f"the smallest case found that fails as {failed} did:", str(finding.failure)]
+        execution = finding.shrunk.execution
+        small = replace(execution.case, recorded=execution.recorded)
+        try:
+            return save_cases([(small, comments)], directory, self.model, self.file, overwrite=True)[0]
+        except InputError as error:
+            errors().diagnostics(error.diagnostics)
+            return None
+
+    def again(self, finding: Finding, saved: Path | None) -> str:
+        """The command that shows a finding again: its small case if that is saved, else its first case."""
+        case = finding.results[0].case
+        paths = {written.case.name: written.path for written in self.written}
+        path = saved or paths.get(case.name)
+        if path is not None:
+            return f"scbm replay {shlex.quote(str(path))}"
+        assert case.origin is not None  # noqa: S101 - it is not written, so it is drawn
+        drawn = f"--seed {case.origin.seed} --case {case.origin.number}"
+        return f"scbm run {shlex.quote(str(self.file))} {drawn}{self.options}"
+
+    @property
+    def options(self) -> str:
+        """The options that random cases are drawn and judged with, beside the seed."""
+        options = [f"--network {shlex.quote(self.network_text)}"] if self.network_text else []
+        options += [f"--require {shlex.quote(str(requirement.sentence))}" for requirement in self.requirements]
+        return "".join(f" {option}" for option in options)
 
 
 def _reaches(campaign: Campaign, fail_under: float | None) -> bool:

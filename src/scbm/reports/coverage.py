@@ -2,39 +2,62 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.cli.output import counted
 from scbm.coverage import STATE_ASPECTS, Aspect, Obligation
 from scbm.model import Outcome
+from scbm.reports.findings import told_findings
+from scbm.reports.words import counted
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.cli.output import Output
     from scbm.coverage import Coverage, Figure
-    from scbm.testing import Campaign, CaseResult
+    from scbm.testing import Campaign, Finding
 
 _BAR_WIDTH = 50
 _COLUMNS = (Aspect.QUEUED, *STATE_ASPECTS)
-_MOST_FAILED = 10
-"""So many failed cases are shown; the rest is counted."""
 
 
-def draw_report(campaign: Campaign, file: str, out: Output) -> None:
-    """Draws the report of a campaign. `file` is the model file, for the commands that are suggested."""
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """What a report tells beside the results.
+
+    Attributes:
+        file: the model file, for the commands that are suggested.
+        seed: what random cases are drawn from.
+        random: how many of the cases were drawn.
+        options: further options that draw such cases, each with a blank before it.
+        findings: what failed, and why.
+        commands: for each finding the command that shows it again.
+        groups: how many cases of each sort there are, in words; if empty, written ones and random ones.
+    """
+
+    file: str
+    seed: int = 0
+    random: int = 0
+    options: str = ""
+    findings: tuple[Finding, ...] = ()
+    commands: tuple[str, ...] = ()
+    groups: tuple[str, ...] = ()
+
+
+def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
+    """The report of a campaign, line by line."""
     coverage = campaign.coverage
-    out.line(Text("Coverability report: ", style="bold").append(campaign.model.name))
-    out.line()
-    out.line(_headline(coverage.figure))
-    out.line(f"  Testing duration: {campaign.simulated_ns / 1e9:.2f} s simulated, {_cases(campaign)}")
-    out.line()
-    for line in _figures(coverage):
-        out.line(line)
-    for line in (*_failures(campaign, file), *_missed(campaign), *_reasons(campaign, file)):
-        out.line(line)
+    yield Text("Coverability report: ", style="bold").append(campaign.model.name)
+    yield Text()
+    yield _headline(coverage.figure)
+    duration = f"{campaign.simulated_ns / 1e9:.2f} s simulated"
+    yield Text(f"  Testing duration: {duration}, {_cases(campaign, setting)}")
+    yield Text()
+    yield from _figures(coverage)
+    yield from told_findings(campaign, setting.findings, setting.commands)
+    yield from _missed(campaign)
+    yield from _reasons(campaign, setting)
 
 
 def _headline(figure: Figure) -> Text:
@@ -52,15 +75,23 @@ def _bar(figure: Figure, width: int) -> Text:
     return Text("█" * filled, style="green").append("░" * (width - filled), style="red")
 
 
-def _cases(campaign: Campaign) -> str:
+def _cases(campaign: Campaign, setting: Setting) -> str:
     ends: dict[str, int] = {}
     for result in campaign.results:
         end = result.verdict.end.replace("_", " ")
         ends[end] = ends.get(end, 0) + 1
     told = ", ".join(f"{count} {end}" for end, count in ends.items())
-    random = counted(len(campaign.results), "random case")
+    groups = setting.groups or tuple(_groups(campaign, setting))
     failed = f"; {len(campaign.failed)} failed" if campaign.failed else ""
-    return f"{random} of seed {campaign.seed}{': ' + told if told else ''}{failed}"
+    return f"{' and '.join(groups)}{': ' + told if told else ''}{failed}"
+
+
+def _groups(campaign: Campaign, setting: Setting) -> Iterator[str]:
+    written = len(campaign.results) - setting.random
+    if written:
+        yield counted(written, "written case")
+    if setting.random or not written:
+        yield f"{counted(setting.random, 'random case')} of seed {setting.seed}"
 
 
 def _figures(coverage: Coverage) -> Iterator[Text]:
@@ -75,26 +106,6 @@ def _row(label: str, figure: Figure) -> Text:
     line.append_text(_bar(figure, min(figure.of, _BAR_WIDTH)))
     line.rstrip()
     return line
-
-
-def _failures(campaign: Campaign, file: str) -> Iterator[Text]:
-    failed = campaign.failed
-    if not failed:
-        return
-    yield Text()
-    yield Text(f"Failed: {counted(len(failed), 'case')}", style="bold red")
-    for result in failed[:_MOST_FAILED]:
-        yield Text(f"  {result.case.name}, goal {result.case.goal}")
-        for failure in result.verdict.failures:
-            yield Text(f"    {failure}")
-        yield Text("    again: ").append(_reproduction(result, file), style="cyan")
-    if len(failed) > _MOST_FAILED:
-        yield Text(f"  and {len(failed) - _MOST_FAILED} more")
-
-
-def _reproduction(result: CaseResult, file: str) -> str:
-    origin = result.case.origin
-    return "" if origin is None else f"scbm run {file} --seed {origin.seed} --case {origin.number}"
 
 
 def _missed(campaign: Campaign) -> Iterator[Text]:
@@ -125,16 +136,16 @@ def _marks(name: str, width: int, missed: frozenset[Obligation]) -> Text:
     return row
 
 
-def _reasons(campaign: Campaign, file: str) -> Iterator[Text]:
+def _reasons(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     """Why each kind of obligation is missed, and the command or the change that closes it."""
-    told = [line for aspect in (*_COLUMNS, Aspect.TAKEN) for line in _reason(aspect, campaign, file)]
+    told = [line for aspect in (*_COLUMNS, Aspect.TAKEN) for line in _reason(aspect, campaign, setting)]
     if told:
         yield Text()
         yield Text("What closes it", style="bold")
         yield from told
 
 
-def _reason(aspect: Aspect, campaign: Campaign, file: str) -> Iterator[Text]:
+def _reason(aspect: Aspect, campaign: Campaign, setting: Setting) -> Iterator[Text]:
     coverage = campaign.coverage
     missed = coverage.missed(aspect)
     by_chance = [obligation for obligation in missed if not _is_unqueued(obligation, coverage)]
@@ -150,7 +161,8 @@ def _reason(aspect: Aspect, campaign: Campaign, file: str) -> Iterator[Text]:
     elif by_chance and aspect is Aspect.TAKEN:
         yield _advice(aspect, len(by_chance), "their guards did not hold in these runs: see above what they wait for")
     elif by_chance:
-        advice = f"perhaps by chance: scbm test {file} --cases {more} --seed {campaign.seed}"
+        command = f"scbm test {setting.file} --cases {more} --seed {setting.seed}{setting.options}"
+        advice = f"perhaps by chance: {command}"
         yield _advice(aspect, len(by_chance), advice)
 
 

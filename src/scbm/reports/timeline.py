@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from scbm.model import OperationState, format_value
-from scbm.running import End
 from scbm.trace import (
     AutomaticTaken,
     BecameCurrent,
+    End,
     InjectionApplied,
     MeasurementReceived,
     MeasurementRefused,
+    MessageDisturbed,
     OperationStepped,
     PlanAsked,
     PlanDropped,
@@ -24,6 +25,7 @@ from scbm.trace import (
     ReplyReceived,
     RequestCancelled,
     RequestSent,
+    ResourceChanged,
     RunEnded,
     RunStarted,
 )
@@ -31,7 +33,6 @@ from scbm.trace import (
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.cli.output import Output
     from scbm.model import BehaviorModel
     from scbm.testing import Execution
     from scbm.trace import Changes
@@ -50,14 +51,25 @@ _STATE_STYLES = {
 _BAR_MARKS = {OperationState.COMPLETED: "█", OperationState.FAILED: "x", OperationState.TIMEDOUT: "!"}
 
 
-def draw_timeline(model: BehaviorModel, execution: Execution, out: Output, *, every: bool) -> None:
-    """Draws a run. `every` also shows the variables of resources and of the runner."""
+def timeline(model: BehaviorModel, execution: Execution, *, every: bool) -> Iterator[Text]:
+    """A run, line by line. `every` also shows the variables of resources and of the runner."""
+    yield from stretch(model, execution, 0, len(execution.trace.records), every=every)
+    bars = list(_bars(execution))
+    yield from [Text(), *bars] if bars else []
+    if execution.verdict.failures:
+        yield Text()
+    for failure in execution.verdict.failures:
+        yield Text("FAILED  ", style="bold red").append(str(failure))
+
+
+def stretch(model: BehaviorModel, execution: Execution, begin: int, end: int, *, every: bool = False) -> Iterator[Text]:
+    """The records `begin..end` of a run, each under its time."""
     commands = frozenset(name for resource in model.resources for name in resource.request) - _read(model)
     told = [variable.name for variable in model.variables if variable.name not in commands]
     shown = frozenset(model.running_space.names if every else told)
     last_ns = -1
     in_a_row = 0
-    for index, record in enumerate(execution.trace.records):
+    for index, record in enumerate(execution.trace.records[begin:end], start=begin):
         in_a_row = in_a_row + 1 if isinstance(record, AutomaticTaken) and record.failed is None else 0
         lines = list(_lines(record, shown, model)) if in_a_row <= _MOST_IN_A_ROW else []
         if in_a_row == _MOST_IN_A_ROW + 1:
@@ -67,14 +79,7 @@ def draw_timeline(model: BehaviorModel, execution: Execution, out: Output, *, ev
         for line in lines:
             time = f"{record.at_ns / 1e9:9.3f} s" if record.at_ns != last_ns else " " * 11
             last_ns = record.at_ns
-            out.line(Text(time, style="cyan").append("  ").append_text(line))
-    bars = list(_bars(execution))
-    for line in [Text(), *bars] if bars else []:
-        out.line(line)
-    if execution.verdict.failures:
-        out.line()
-    for failure in execution.verdict.failures:
-        out.line(Text("FAILED  ", style="bold red").append(failure))
+            yield Text(time, style="cyan").append("  ").append_text(line)
 
 
 def _read(model: BehaviorModel) -> frozenset[str]:
@@ -133,6 +138,13 @@ def _lines(record: Record, shown: frozenset[str], model: BehaviorModel) -> Itera
                 yield Text("└ ").append("failed", style="red")
         case PutBack():
             yield Text(f"⚡ injection {record.injection} put back", style="yellow").append(_tail(changes))
+        case ResourceChanged():
+            yield Text(f"⚡ {record.injection}: {record.resource} is {record.condition}", style="bold yellow")
+        case MessageDisturbed(copies=0):
+            yield Text(f"│ {record.message} {record.request} of {record.resource} is lost on the way", style="yellow")
+        case MessageDisturbed():
+            copies = f"arrives {record.copies} times"
+            yield Text(f"│ {record.message} {record.request} of {record.resource} {copies}", style="yellow")
         case RunEnded():
             style = "bold green" if record.end == End.REACHED else "bold red"
             yield Text(f"■ {record.end.replace('_', ' ')}", style=style)

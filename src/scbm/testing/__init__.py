@@ -1,24 +1,44 @@
-"""Test cases: drawing them, running them, judging them, and adding up what they visit (paper, Section VI)."""
+"""Test cases at work: drawing them, running and judging them, making them small, adding up what they visit.
 
-from scbm.testing.campaign import Campaign, CaseResult, Execution, Tester
-from scbm.testing.cases import Case, Origin
+Paper, Section VI; semantics 7.
+"""
+
+from scbm.testing.campaign import Campaign, CaseResult
+from scbm.testing.faults import draw_network
+from scbm.testing.findings import MOST_SHRUNK, Finding, find_causes
 from scbm.testing.generation import RandomCases
 from scbm.testing.json_report import FORMAT_VERSION, campaign_json
 from scbm.testing.requirements import Violation, find_violations
-from scbm.testing.verdicts import Verdict, judge
+from scbm.testing.shrinking import Choice, Shrinker, Shrunk, Size
+from scbm.testing.suites import WrittenCase, find_case_files, load_suite, save_cases
+from scbm.testing.tester import Execution, Tester
+from scbm.testing.verdicts import Failure, FailureKind, Outcomes, Verdict, judge
 
 __all__ = [
     "FORMAT_VERSION",
+    "MOST_SHRUNK",
     "Campaign",
-    "Case",
     "CaseResult",
+    "Choice",
     "Execution",
-    "Origin",
+    "Failure",
+    "FailureKind",
+    "Finding",
+    "Outcomes",
     "RandomCases",
+    "Shrinker",
+    "Shrunk",
+    "Size",
     "Tester",
     "Verdict",
     "Violation",
+    "WrittenCase",
     "campaign_json",
+    "draw_network",
+    "find_case_files",
+    "find_causes",
     "find_violations",
     "judge",
+    "load_suite",
+    "save_cases",
 ]

@@ -1,22 +1,25 @@
 """Random cases: a goal and an initial state drawn for each (paper, Section VI, step 3; semantics 7.5).
 
-Each case has a stream of chance of its own, made of the seed and its number alone. So a case is the same whether it
-is drawn first or last, alone or among a thousand, in this process or in another.
+Each case has streams of chance of its own; see `chance`.
 """
 
 from __future__ import annotations
 
-from random import Random
 from typing import TYPE_CHECKING
 
+from scbm.cases import Case, Network, Origin
 from scbm.errors import Diagnostic, InputError, Place, Slug
 from scbm.model import InitialStates, State
-from scbm.testing.cases import Case, Origin
+from scbm.testing.chance import case_stream
+from scbm.testing.faults import draw_network
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from random import Random
 
     from scbm.model import BehaviorModel
+
+_PERFECT = Network()
 
 _TRIES = 1_000
 """So many combinations of random values are drawn until one is allowed."""
@@ -28,14 +31,21 @@ _MOST_LISTED = 100_000
 class RandomCases:
     """Draws the cases of campaigns for one model."""
 
-    def __init__(self, model: BehaviorModel, file: str | None = None) -> None:
+    def __init__(
+        self,
+        model: BehaviorModel,
+        file: str | None = None,
+        network: Network | None = _PERFECT,
+    ) -> None:
         """Raises `InputError` if the model has no goals.
 
         Args:
             model: what is tested.
             file: what errors call the model; its name if nothing is said.
+            network: how messages travel in every case; `None` draws another network for each.
         """
         self.model = model
+        self._network = network
         self._place = Place(file or model.name)
         self._initial = InitialStates(model)
         if not model.goals:
@@ -48,19 +58,12 @@ class RandomCases:
 
     def case(self, seed: int, number: int) -> Case:
         """Case `number`, counted from 1. Raises `InputError` if no allowed initial state is found."""
-        random = self._stream(seed, number)
+        origin = Origin(seed, number)
+        random = case_stream(origin)
+        network = draw_network(self.model, origin) if self._network is None else self._network
         goal, predicate = self.model.goals[int(random.random() * len(self.model.goals))]
         name = f"seed-{seed}-case-{number}"
-        return Case(name, goal, predicate, self._draw_state(random), origin=Origin(seed, number))
-
-    @staticmethod
-    def reactions(origin: Origin) -> Random:
-        """The stream of chance that the reactions of resources are drawn from."""
-        return Random(f"scbm reactions {origin.seed} {origin.number}")
-
-    @staticmethod
-    def _stream(seed: int, number: int) -> Random:
-        return Random(f"scbm case {seed} {number}")
+        return Case(name, goal, predicate, self._draw_state(random), network=network, origin=origin)
 
     def _draw_state(self, random: Random) -> State:
         space = self.model.space

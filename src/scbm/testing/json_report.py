@@ -2,27 +2,59 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from scbm.coverage import STATE_ASPECTS, Aspect
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from scbm.coverage import Coverage, Figure
     from scbm.testing.campaign import Campaign, CaseResult
+    from scbm.testing.findings import Finding
+    from scbm.testing.shrinking import Shrunk
 
 FORMAT_VERSION = 1
 
 
-def campaign_json(campaign: Campaign) -> dict[str, Any]:
-    """The campaign as data that `json` can write; equal campaigns give equal bytes."""
+def campaign_json(
+    campaign: Campaign, seed: int, findings: Sequence[Finding] = (), commands: Sequence[str] = ()
+) -> dict[str, Any]:
+    """The campaign as data that `json` can write; equal campaigns of one seed give equal bytes."""
     return {
         "format_version": FORMAT_VERSION,
         "model": campaign.model.name,
-        "seed": campaign.seed,
+        "seed": seed,
         "passed": not campaign.failed,
         "coverage": coverage_json(campaign.coverage),
         "simulated_seconds": campaign.simulated_ns / 1e9,
+        "findings": [_finding(*pair) for pair in zip(findings, commands, strict=True)],
         "cases": [_case(result, campaign) for result in campaign.results],
+    }
+
+
+def _finding(finding: Finding, command: str) -> dict[str, Any]:
+    small = finding.shrunk
+    return {
+        "kind": finding.failure.kind.value,
+        "subject": finding.failure.subject,
+        "failure": str(finding.failure),
+        "cases": [result.case.name for result in finding.results],
+        "again": command,
+        "smallest": None if small is None else _small(small),
+    }
+
+
+def _small(small: Shrunk) -> dict[str, Any]:
+    return {
+        "case": small.execution.case.name,
+        "failure": str(small.failure),
+        "goal": small.execution.case.goal,
+        "size": asdict(small.after),
+        "size_before": asdict(small.before),
+        "runs": small.runs,
+        "matters": [{"choice": choice.text, "otherwise": choice.otherwise} for choice in small.matters],
     }
 
 
@@ -53,7 +85,7 @@ def _case(result: CaseResult, campaign: Campaign) -> dict[str, Any]:
         "name": case.name,
         "verdict": result.verdict.end.value,
         "passed": result.verdict.passed,
-        "failures": list(result.verdict.failures),
+        "failures": [str(failure) for failure in result.verdict.failures],
         "goal": case.goal,
         "initial": {variable.name: case.initial[variable.name] for variable in campaign.model.variables},
         "simulated_seconds": result.ended_ns / 1e9,

@@ -33,6 +33,7 @@ class Violation:
         requirement: its name.
         at_ns: when.
         record: the index in the trace of the record that brought it about.
+        begins: the index of the record from which on the trace shows it; the same, if that one record does.
         reason: what is wrong, in words.
         operation: the current operation, or `none`.
         values: the variables that the requirement reads, as they were.
@@ -41,6 +42,7 @@ class Violation:
     requirement: str
     at_ns: int
     record: int
+    begins: int
     reason: str
     operation: str
     values: Changes
@@ -52,6 +54,11 @@ class Violation:
 
 
 class _Monitor(Protocol):
+    @property
+    def is_open(self) -> bool:
+        """Whether something that was seen can still lead to a violation, which then begins there."""
+        ...
+
     def see(self, state: Valuation, at_ns: int) -> Finding | None:
         """What is wrong by now, if anything."""
         ...
@@ -63,6 +70,8 @@ class _Monitor(Protocol):
 
 class _Invariant:
     """`always p`, and `never p` as its opposite."""
+
+    is_open = False
 
     def __init__(self, predicate: Predicate, *, wanted: bool) -> None:
         self._predicate = predicate
@@ -83,6 +92,10 @@ class _LeadsTo:
     def __init__(self, sentence: LeadsTo) -> None:
         self._sentence = sentence
         self._owed_since_ns: int | None = None
+
+    @property
+    def is_open(self) -> bool:
+        return self._owed_since_ns is not None
 
     def see(self, state: Valuation, at_ns: int) -> Finding | None:
         late = self._late(at_ns)
@@ -113,6 +126,8 @@ class _LeadsTo:
 class _Before:
     """`p before q`."""
 
+    is_open = False
+
     def __init__(self, sentence: Before) -> None:
         self._sentence = sentence
         self._free = False
@@ -133,6 +148,10 @@ class _AfterAlways:
     def __init__(self, sentence: AfterAlways) -> None:
         self._sentence = sentence
         self._bound = False
+
+    @property
+    def is_open(self) -> bool:
+        return self._bound
 
     def see(self, state: Valuation, at_ns: int) -> Finding | None:
         self._bound = (self._bound or self._sentence.start.holds(state)) and not self._sentence.stop.holds(state)
@@ -172,9 +191,11 @@ def find_violations(requirements: Sequence[Requirement], records: Sequence[Recor
 def _first_violation(requirement: Requirement, records: Sequence[Record]) -> Violation | None:
     monitor, reads = _monitor(requirement.sentence)
     state: dict[str, Value] = {}
-    index, found = 0, None
-    for index, record in enumerate(records):  # noqa: B007 - where the loop ends is told in the violation
+    index, opened, found = 0, 0, None
+    for index, record in enumerate(records):
+        was_open = monitor.is_open
         found = _look(monitor, reads, state, record)
+        opened = opened if was_open else index
         if found is not None:
             break
     else:
@@ -183,7 +204,7 @@ def _first_violation(requirement: Requirement, records: Sequence[Record]) -> Vio
         return None
     at_ns, reason = found
     values = tuple((name, state[name]) for name in reads)
-    return Violation(requirement.name, at_ns, index, reason, str(state[CURRENT_NAME]), values)
+    return Violation(requirement.name, at_ns, index, opened, reason, str(state[CURRENT_NAME]), values)
 
 
 def _look(monitor: _Monitor, reads: tuple[str, ...], state: dict[str, Value], record: Record) -> Finding | None:

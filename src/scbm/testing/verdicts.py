@@ -3,19 +3,52 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from scbm.model import Outcome
-from scbm.running import End, describe_cycle
-from scbm.trace import RunEnded
+from scbm.running import describe_cycle
+from scbm.testing.expectations import find_unmet
+from scbm.trace import End, RunEnded
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
-    from scbm.simulating import Reaction
-    from scbm.testing.cases import Case
+    from scbm.cases import Case, Reaction
     from scbm.testing.requirements import Violation
     from scbm.trace import Record
+
+
+class FailureKind(StrEnum):
+    """Why a case can fail."""
+
+    REQUIREMENT = "requirement"
+    EXPECTATION = "expectation"
+    LIVELOCK = "livelock"
+    MODEL_ERROR = "model_error"
+    NOT_REACHED = "not_reached"
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """One reason to call a case failed.
+
+    Attributes:
+        kind: the sort of reason.
+        subject: what of that sort: the requirement, the key of the expectation, or the end of the run.
+        message: a sentence.
+    """
+
+    kind: FailureKind
+    subject: str
+    message: str
+
+    def __str__(self) -> str:
+        return self.message
+
+    def is_like(self, other: Failure) -> bool:
+        """Whether the reason is the same, though the moment and the values may differ."""
+        return self.kind is other.kind and self.subject == other.subject
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,11 +57,11 @@ class Verdict:
 
     Attributes:
         end: the end of the run.
-        failures: one sentence for each reason to call the case failed; none if it passed.
+        failures: the reasons to call the case failed; none if it passed.
     """
 
     end: End
-    failures: tuple[str, ...] = ()
+    failures: tuple[Failure, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -36,25 +69,57 @@ class Verdict:
         return not self.failures
 
 
-def judge(
-    case: Case,
-    end: End,
-    records: Sequence[Record],
-    reactions: Sequence[Reaction],
-    violations: Sequence[Violation],
-) -> Verdict:
+@dataclass(frozen=True, slots=True)
+class Outcomes:
+    """What a verdict is made of, all of one run.
+
+    Attributes:
+        end: how it ended.
+        records: what happened.
+        reactions: what happened to its requests.
+        violations: the requirements that were broken.
+        visited: the names of the obligations that it visited.
+    """
+
+    end: End
+    records: Sequence[Record]
+    reactions: Sequence[Reaction]
+    violations: Sequence[Violation]
+    visited: Sequence[str]
+
+
+def judge(case: Case, run: Outcomes) -> Verdict:
     """The verdict on a run: what it ended in, what went wrong, and whether anything was made to go wrong."""
-    failures = [str(violation) for violation in violations]
-    if end in (End.LIVELOCK, End.MODEL_ERROR):
-        failures.append(_described(end, records))
-    elif end is not End.REACHED and not _disturbed(case, reactions):
-        failures.append(f"the goal was not reached ({end.replace('_', ' ')}), and nothing was made to go wrong")
-    return Verdict(end, tuple(failures))
+    return Verdict(run.end, tuple(_failures(case, run)))
+
+
+def _failures(case: Case, run: Outcomes) -> Iterator[Failure]:
+    for violation in run.violations:
+        yield Failure(FailureKind.REQUIREMENT, violation.requirement, str(violation))
+    for key, message in find_unmet(case.expect, run.end, run.records, run.visited):
+        yield Failure(FailureKind.EXPECTATION, key, message)
+    if case.expect.verdict is not None:
+        return  # how it ends is expected, or complained of already
+    if run.end in (End.LIVELOCK, End.MODEL_ERROR):
+        yield Failure(FailureKind(run.end.value), run.end.value, _described(run.end, run.records))
+    elif run.end is not End.REACHED and not _disturbed(case, run.reactions):
+        ended = run.end.replace("_", " ")
+        message = f"the goal was not reached ({ended}), and nothing was made to go wrong"
+        yield Failure(FailureKind.NOT_REACHED, run.end.value, message)
 
 
 def _disturbed(case: Case, reactions: Sequence[Reaction]) -> bool:
-    """Whether anything was made to go wrong: a failure, a missing reply, an injection."""
-    return bool(case.injections) or any(reaction.outcome is not Outcome.SUCCEED for reaction in reactions)
+    """Whether anything was made to go wrong: an injection, a fault of the network, a failure, a missing reply.
+
+    That a message or a reaction takes its time is no fault.
+    """
+    if case.injections or case.network.partitions or case.network.restarts:
+        return True
+    return any(
+        reaction.outcome is not Outcome.SUCCEED
+        or any(d is not None and len(d) != 1 for d in (reaction.request, reaction.reply, reaction.cancel))
+        for reaction in reactions
+    )
 
 
 def _described(end: End, records: Sequence[Record]) -> str:

@@ -180,7 +180,7 @@ def test_a_failed_case_is_told_with_the_command_that_repeats_it(scbm: Scbm, tmp_
     text = Path(BEFORE).read_text(encoding="utf-8")
     broken = tmp_path / "broken.yaml"
     broken.write_text(text + "\nrequirements:\n  home: always gantry_req_state == executing -> robot_at == home\n")
-    ran = scbm("test", broken, "--cases", 5, "--seed", 3)
+    ran = scbm("test", broken, "--cases", 5, "--seed", 3, "--failures", tmp_path / "failures")
     assert ran.code == 1
     command = next(line for line in ran.out.splitlines() if "again:" in line).split("again: scbm ")[1]
     again = scbm(*command.split())
@@ -218,12 +218,14 @@ def test_a_time_limit_is_simulated_time(scbm: Scbm) -> None:
 
 
 def test_the_schema_is_printed(scbm: Scbm) -> None:
-    jsonschema.Draft202012Validator.check_schema(json.loads(scbm("schema").out))
+    for kind in ((), ("model",), ("case",)):
+        jsonschema.Draft202012Validator.check_schema(json.loads(scbm("schema", *kind).out))
+    assert scbm("schema").out == scbm("schema", "model").out != scbm("schema", "case").out
 
 
 def test_the_version_and_the_help(scbm: Scbm) -> None:
     assert scbm("--version").out.startswith("scbm 0.")
-    for verb in ("check", "plan", "run", "test", "schema"):
+    for verb in ("check", "plan", "run", "test", "replay", "schema"):
         assert verb in scbm("--help").out
         assert scbm(verb, "--help").code == 0
 

@@ -12,7 +12,7 @@ from scbm.coverage import Aspect
 from scbm.model import BehaviorModel
 from scbm.notation import load_model
 from scbm.planning import Planner, Solved, explore, find_flaw
-from scbm.testing import RandomCases, Tester
+from scbm.testing import Campaign, RandomCases, Tester
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
 
@@ -78,7 +78,7 @@ def test_random_cases_give_a_first_figure_like_the_papers(before: BehaviorModel)
     tester, cases = Tester(before), RandomCases(before)
     figures = []
     for seed in range(50):
-        campaign = tester.campaign(tester.results(cases.first(20, seed)), seed)
+        campaign = Campaign.of(tester.model, tester.results(cases.first(20, seed)))
         coverage = campaign.coverage
         figures.append(coverage.figure.visited)
         never = [obligation.subject for obligation in coverage.missed(Aspect.QUEUED)]
@@ -92,6 +92,6 @@ def test_random_cases_give_a_first_figure_like_the_papers(before: BehaviorModel)
 
 def test_the_requirement_holds_after_the_repair(after: BehaviorModel) -> None:
     tester, cases = Tester(after), RandomCases(after)
-    campaign = tester.campaign(tester.results(cases.first(200, seed=1)), 1)
+    campaign = Campaign.of(tester.model, tester.results(cases.first(200, seed=1)))
     assert not campaign.failed
     assert campaign.coverage.figure_of(Aspect.QUEUED).is_complete

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.model import BehaviorModel, Outcome
-from scbm.running import End, Injection, RunnerOptions
-from scbm.simulating import Reaction
-from scbm.testing import Case, Execution, Tester
+from scbm.cases import Case, Expectations, Forced, Injection, Network, Partition
+from scbm.model import Always, BehaviorModel, Constant, Equal, Outcome, Reference, Requirement
+from scbm.running import RunnerOptions
+from scbm.testing import Execution, Tester
+from scbm.trace import End
 from support.models import scan_cell
 
 S = 1_000_000_000
@@ -17,8 +18,8 @@ OPTIONS = RunnerOptions(time_limit_ns=60 * S, livelock_bound=20)
 def _execute(model: BehaviorModel, *outcomes: Outcome, injections: tuple[Injection, ...] = ()) -> Execution:
     predicate = model.goal("scanned")
     assert predicate is not None
-    reactions = tuple(Reaction("scan", outcome, S) for outcome in outcomes)
-    case = Case("case", "scanned", predicate, model.nominal_state, reactions, injections)
+    forced = tuple(Forced("scan", n, n, outcome, S) for n, outcome in enumerate(outcomes, start=1))
+    case = Case("case", "scanned", predicate, model.nominal_state, forced, injections)
     return Tester(model, OPTIONS).execute(case)
 
 
@@ -34,7 +35,7 @@ def test_a_goal_not_reached_fails_if_nothing_was_made_to_go_wrong() -> None:
     model = scan_cell(STUCK)
     done = _execute(model, *[Outcome.SUCCEED] * 6)
     assert not done.verdict.passed
-    assert "nothing was made to go wrong" in done.verdict.failures[0]
+    assert "nothing was made to go wrong" in str(done.verdict.failures[0])
 
 
 @pytest.mark.parametrize("wrong", [Outcome.FAIL, Outcome.TIMEOUT])
@@ -58,14 +59,14 @@ def test_a_livelock_fails_whatever_went_wrong() -> None:
     )
     done = _execute(scan_cell(("automatic_transitions:", ring)))
     assert done.verdict.end is End.LIVELOCK
-    assert done.verdict.failures == ("automatic transitions go round without end: up -> down -> up",)
+    assert [str(f) for f in done.verdict.failures] == ["automatic transitions go round without end: up -> down -> up"]
 
 
 def test_a_fault_of_the_model_fails() -> None:
     model = scan_cell(("timedout: [scan_req_trigger <- false]", "timedout: [scan_req_trigger <- false, count -= 1]"))
     done = _execute(model, Outcome.TIMEOUT)
     assert done.verdict.end is End.MODEL_ERROR
-    assert "scan_box" in done.verdict.failures[0]
+    assert "scan_box" in str(done.verdict.failures[0])
 
 
 def test_a_violated_requirement_fails_though_the_goal_is_reached() -> None:
@@ -73,11 +74,45 @@ def test_a_violated_requirement_fails_though_the_goal_is_reached() -> None:
     done = _execute(scan_cell(more=more), Outcome.SUCCEED)
     assert done.verdict.end is End.REACHED
     assert len(done.verdict.failures) == 1
-    assert done.verdict.failures[0].startswith("unscanned is violated at 1.000 s, scan_box being current")
+    assert str(done.verdict.failures[0]).startswith("unscanned is violated at 1.000 s, scan_box being current")
 
 
-def test_a_case_without_reactions_and_origin_cannot_be_run() -> None:
+@pytest.mark.parametrize(
+    ("network", "rules"),
+    [
+        (Network(partitions=(Partition(50 * S, S),)), ()),
+        (Network(), (Forced("scan", 1, 1, request=()),)),
+        (Network(), (Forced("scan", 1, 1, reply=(0, 0)),)),
+    ],
+)
+def test_a_goal_not_reached_on_a_bad_network_is_a_verdict_and_no_failure(
+    network: Network, rules: tuple[Forced, ...]
+) -> None:
+    model = scan_cell(STUCK)
+    case = Case("case", *model.goals[0], model.nominal_state, rules, network=network)
+    done = Tester(model, OPTIONS).execute(case)
+    assert done.verdict.end is not End.REACHED
+    assert done.verdict.passed
+
+
+def test_that_messages_take_their_time_excuses_nothing() -> None:
+    model = scan_cell(STUCK)
+    case = Case("case", *model.goals[0], model.nominal_state, network=Network(latency_ns=S))
+    assert not Tester(model, OPTIONS).execute(case).verdict.passed
+
+
+def test_an_expected_verdict_goes_before_the_rule() -> None:
+    model = scan_cell(STUCK)
+    case = Case("case", *model.goals[0], model.nominal_state, expect=Expectations(End.UNSOLVABLE))
+    assert Tester(model, OPTIONS).execute(case).verdict.passed
+    case = Case("case", *model.goals[0], model.nominal_state, expect=Expectations(End.REACHED))
+    failures = Tester(model, OPTIONS).execute(case).verdict.failures
+    assert [(f.kind.value, f.subject) for f in failures] == [("expectation", "verdict")]
+
+
+def test_a_requirement_of_the_case_counts_like_one_of_the_model() -> None:
     model = scan_cell()
-    case = Case("case", "scanned", model.goals[0][1], model.nominal_state)
-    with pytest.raises(ValueError, match="neither reactions nor an origin"):
-        Tester(model).execute(case)
+    requirement = Requirement("unscanned", Always(Equal(Reference("box_is_scanned"), Constant(False))))
+    case = Case("case", *model.goals[0], model.nominal_state, requirements=(requirement,))
+    failures = Tester(model).execute(case).verdict.failures
+    assert [(f.kind.value, f.subject) for f in failures] == [("requirement", "unscanned")]

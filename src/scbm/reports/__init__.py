@@ -1,0 +1,11 @@
+"""What is drawn for people: results as lines of text, one file for each format.
+
+Where the lines go is not known here.
+"""
+
+from scbm.reports.coverage import Setting, coverage_report
+from scbm.reports.failures import told_failures
+from scbm.reports.timeline import stretch, timeline
+from scbm.reports.words import counted
+
+__all__ = ["Setting", "counted", "coverage_report", "stretch", "timeline", "told_failures"]

@@ -1,0 +1,93 @@
+"""What failed, for people: the reason, the smallest case that shows it, what matters in it, and how to see it again."""
+
+from __future__ import annotations
+
+from itertools import islice, zip_longest
+from typing import TYPE_CHECKING
+
+from rich.text import Text
+
+from scbm.model import format_value
+from scbm.reports.timeline import stretch
+from scbm.reports.words import counted
+from scbm.testing import FailureKind
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from scbm.cases import Case
+    from scbm.model import BehaviorModel
+    from scbm.testing import Campaign, Finding, Shrunk
+
+_MOST_NAMED = 3
+"""So many cases of one finding are named; the rest is counted."""
+
+_MOST_FINDINGS = 10
+_MOST_LINES = 12
+"""So many lines of a trace are shown; of longer stretches the last ones."""
+
+
+def told_findings(campaign: Campaign, findings: Sequence[Finding], commands: Sequence[str]) -> Iterator[Text]:
+    """All findings of a campaign, each with the command that shows it again; nothing if nothing failed."""
+    if not findings:
+        return
+    yield Text()
+    yield Text(f"Failed: {counted(len(campaign.failed), 'case')}", style="bold red")
+    for finding, command in islice(zip_longest(findings, commands), _MOST_FINDINGS):
+        yield from _told(finding, campaign.model, command)
+    if len(findings) > _MOST_FINDINGS:
+        yield Text(f"  and {counted(len(findings) - _MOST_FINDINGS, 'more finding', 'more findings')}")
+
+
+def _told(finding: Finding, model: BehaviorModel, command: str | None) -> Iterator[Text]:
+    yield Text(f"  {_names(finding)}")
+    yield Text(f"    {finding.failure}", style="red")
+    if finding.shrunk is not None:
+        yield from told_shrunk(finding.shrunk, model)
+    if command:
+        yield Text("    again: ").append(command, style="cyan")
+
+
+def _names(finding: Finding) -> str:
+    names = [result.case.name for result in finding.results]
+    more = f" and {counted(len(names) - _MOST_NAMED, 'more case')}" if len(names) > _MOST_NAMED else ""
+    return f"{', '.join(names[:_MOST_NAMED])}{more}"
+
+
+def told_shrunk(shrunk: Shrunk, model: BehaviorModel) -> Iterator[Text]:
+    """A small case: its size, where it begins, what shows the failure, and what matters."""
+    case = shrunk.execution.case
+    yield Text("    smallest: ").append(_sizes(shrunk), style="bold")
+    yield Text(f"      goal {case.goal} from {_start(case, model)}", style="dim")
+    lines = list(stretch(model, shrunk.execution, *_extent(shrunk)))
+    if len(lines) > _MOST_LINES:
+        yield Text("      …", style="dim")
+    for line in lines[-_MOST_LINES:]:
+        yield Text("      ").append_text(line)
+    for choice in shrunk.matters:
+        yield Text("    it matters: ").append(str(choice))
+    if not shrunk.matters:
+        yield Text("    it matters: nothing but the goal")
+
+
+def _sizes(shrunk: Shrunk) -> str:
+    """How large the case is, and how large it was."""
+    after, before = shrunk.after, shrunk.before
+    told = f"{counted(after.operations, 'operation')}, {counted(after.choices, 'choice')}"
+    return f"{told}; it had {before.operations} and {before.choices} ({counted(shrunk.runs, 'run')})"
+
+
+def _start(case: Case, model: BehaviorModel) -> str:
+    differing = [v.name for v in model.space if case.initial[v.name] != v.initial]
+    values = [f"{name} = {format_value(case.initial[name])}" for name in differing]
+    return ", ".join(values) or "the nominal state"
+
+
+def _extent(shrunk: Shrunk) -> tuple[int, int]:
+    """The records that show the failure: the stretch of a violation, else the last of the run."""
+    records = shrunk.execution.trace.records
+    if shrunk.failure.kind is FailureKind.REQUIREMENT:
+        for violation in shrunk.execution.violations:
+            if violation.requirement == shrunk.failure.subject:
+                return violation.begins, violation.record + 1
+    return max(0, len(records) - _MOST_LINES), len(records)

@@ -1,0 +1,242 @@
+"""Case files on the command line: `test` with files, saving, `replay`, requirements, faults, and what is wrong."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+import pytest
+
+ROOT = Path(__file__).parents[3]
+BEFORE = "examples/robot_in_the_air/before.yaml"
+AFTER = "examples/robot_in_the_air/after.yaml"
+CASES = "examples/robot_in_the_air/cases"
+HOME = "always gantry_req_state == executing -> robot_at == home"
+
+CASE = """\
+case: scans
+goal: item_a_scanned
+initial: {robot_at: toolbox_scanner}
+expect: {verdict: reached}
+"""
+
+
+class Ran(Protocol):
+    code: int
+    out: str
+    err: str
+
+
+Scbm = Callable[..., Ran]
+
+
+def _write(directory: Path, name: str, text: str = CASE) -> Path:
+    path = directory / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+# saving and replaying
+
+
+def test_every_saved_case_replays_to_the_same_trace(scbm: Scbm, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    assert scbm("test", BEFORE, "--cases", 20, "--seed", 1, "--save", out).code == 0
+    saved = sorted(out.iterdir())
+    assert len(saved) == 20
+    for path in saved:
+        number = path.stem.rpartition("-")[2]
+        drawn = scbm("run", BEFORE, "--seed", 1, "--case", number, "--trace", tmp_path / "drawn")
+        replayed = scbm("replay", path, "--trace", tmp_path / "replayed")
+        assert (replayed.code, replayed.out) == (drawn.code, drawn.out)
+        assert (tmp_path / "replayed").read_bytes() == (tmp_path / "drawn").read_bytes()
+
+
+def test_cases_on_a_bad_network_replay_too(scbm: Scbm, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    options = ("--cases", 30, "--seed", 5, "--network", "drawn", "--time-limit", "5 min")
+    assert scbm("test", AFTER, *options, "--save", out).code == 0
+    for path in sorted(out.iterdir()):
+        assert json.loads(scbm("replay", path, "--json").out)["is_recorded_run"] is True
+
+
+def test_saved_cases_give_the_report_that_the_random_ones_gave(scbm: Scbm, tmp_path: Path) -> None:
+    drawn = json.loads(scbm("test", BEFORE, "--cases", 10, "--seed", 4, "--save", tmp_path, "--json").out)
+    written = json.loads(scbm("test", BEFORE, tmp_path, "--json").out)
+    assert written["coverage"]["visited"] == drawn["coverage"]["visited"]
+    by_name = {case["name"]: case for case in drawn["cases"]}
+    assert {case["name"]: case for case in written["cases"]} == by_name
+
+
+def test_a_case_that_was_edited_is_not_the_recorded_run(scbm: Scbm, tmp_path: Path) -> None:
+    scbm("test", BEFORE, "--cases", 1, "--seed", 1, "--save", tmp_path)
+    path = next(tmp_path.iterdir())
+    assert scbm("replay", path).code == 0
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("outcome: succeed, after: ", "outcome: fail, after: 1", 1), encoding="utf-8")
+    ran = scbm("replay", path)
+    assert (ran.code, "error[replay-differs]" in ran.err) == (1, True)
+    path.write_text(path.read_text(encoding="utf-8").partition("recorded:")[0], encoding="utf-8")
+    assert scbm("replay", path).code == 0
+
+
+def test_saving_never_loses_a_file_that_says_something_else(scbm: Scbm, tmp_path: Path) -> None:
+    scbm("test", BEFORE, "--cases", 2, "--seed", 1, "--save", tmp_path)
+    assert scbm("test", BEFORE, "--cases", 2, "--seed", 1, "--save", tmp_path).code == 0
+    edited = _write(tmp_path, "seed-1-case-2.yaml", "mine\n")
+    ran = scbm("test", BEFORE, "--cases", 3, "--seed", 1, "--save", tmp_path)
+    assert (ran.code, "seed-1-case-2.yaml: error[bad-option]" in ran.err) == (2, True)
+    assert edited.read_text(encoding="utf-8") == "mine\n"
+    assert not (tmp_path / "seed-1-case-3.yaml").exists()
+    assert scbm("test", BEFORE, "--cases", 1, "--save", edited / "below").code == 2
+
+
+def test_a_replay_needs_a_model(scbm: Scbm, tmp_path: Path) -> None:
+    path = _write(tmp_path, "scans.yaml")
+    ran = scbm("replay", path)
+    assert (ran.code, "error[model-missing]" in ran.err) == (2, True)
+    assert scbm("replay", path, "--model", AFTER).code == 0
+
+
+# case files
+
+
+def test_the_cases_of_the_example_visit_everything(scbm: Scbm) -> None:
+    ran = scbm("test", AFTER, CASES, "--fail-under", 100)
+    assert ran.code == 0
+    assert "SCBM-IAS: 100.00 %" in ran.out
+    assert "7 written cases: 1 aborted, 6 reached" in ran.out
+
+
+def test_files_and_random_cases_may_be_mixed(scbm: Scbm) -> None:
+    ran = scbm("test", AFTER, CASES, "--cases", 3, "--seed", 9)
+    assert "7 written cases and 3 random cases of seed 9: " in ran.out
+    assert len(json.loads(scbm("test", AFTER, CASES, "--json").out)["cases"]) == 7
+
+
+def test_all_errors_of_all_files_are_told_at_once(scbm: Scbm, tmp_path: Path) -> None:
+    _write(tmp_path, "a.yaml", CASE.replace("item_a_scanned", "item_a_scaned"))
+    _write(tmp_path, "deep/b.yaml", CASE.replace("toolbox_scanner", "toolbox"))
+    _write(tmp_path, "c.yml", "no case at all\n")
+    _write(tmp_path, ".hidden/d.yaml", "no case at all\n")
+    _write(tmp_path, "model.yaml", (ROOT / AFTER).read_text(encoding="utf-8"))
+    ran = scbm("test", AFTER, tmp_path)
+    assert ran.code == 2
+    assert "a.yaml:2:7: error[unknown-goal]" in ran.err
+    assert "deep/b.yaml:3:21: error[value-outside-domain]" in ran.err
+    assert "c.yml:1:1: error" in ran.err
+    assert "3 errors" in ran.err
+
+
+def test_two_cases_of_one_name_are_an_error(scbm: Scbm, tmp_path: Path) -> None:
+    _write(tmp_path, "a.yaml")
+    _write(tmp_path, "b.yaml")
+    ran = scbm("test", AFTER, tmp_path)
+    assert (ran.code, f"b.yaml: error[duplicate-name]: the case `scans` is also in {tmp_path}/a.yaml" in ran.err) == (
+        2,
+        True,
+    )
+    saved = tmp_path / "saved"
+    scbm("test", AFTER, "--cases", 2, "--seed", 3, "--save", saved)
+    ran = scbm("test", AFTER, saved, "--cases", 5, "--seed", 3)
+    assert (ran.code, "error[duplicate-name]" in ran.err) == (2, True)
+
+
+def test_a_directory_without_cases_is_an_error(scbm: Scbm, tmp_path: Path) -> None:
+    ran = scbm("test", AFTER, tmp_path, tmp_path / "nowhere.yaml")
+    assert (ran.code, "error[no-cases]" in ran.err) == (2, True)
+
+
+def test_a_failed_expectation_is_shown_against_what_happened(scbm: Scbm, tmp_path: Path) -> None:
+    text = CASE.replace("{verdict: reached}", "{verdict: aborted, final: robot_at == home}")
+    path = _write(tmp_path, "scans.yaml", text)
+    ran = scbm("test", AFTER, path)
+    assert ran.code == 1
+    assert "expected the run to end `aborted`, and it ended `reached`" in ran.out
+    assert "expected robot_at == home at the end, and it ends with robot_at == box_a" in ran.out
+    assert f"again: scbm replay {path}" in ran.out
+    assert scbm("replay", path, "--model", AFTER).code == 1
+
+
+# requirements and small cases
+
+
+def test_a_requirement_of_the_command_line_is_violated_and_the_case_made_small(scbm: Scbm, tmp_path: Path) -> None:
+    ran = scbm("test", BEFORE, "--require", HOME, "--failures", tmp_path)
+    assert ran.code == 1
+    assert "smallest: 1 operation" in ran.out
+    path = tmp_path / "robot_in_the_air-required_1-1.yaml"
+    assert f"again: scbm replay {path}" in ran.out
+    again = scbm("replay", path)
+    assert again.code == 1
+    assert "✗ required_1: gantry_req_state == executing -> robot_at == home does not hold" in again.out
+    assert scbm("test", AFTER, "--require", HOME, "--cases", 50, "--failures", tmp_path).code == 0
+
+
+def test_without_shrinking_the_first_case_is_told(scbm: Scbm, tmp_path: Path) -> None:
+    ran = scbm("test", BEFORE, "--require", HOME, "--no-shrink", "--failures", tmp_path / "none")
+    assert (ran.code, "smallest" in ran.out, (tmp_path / "none").exists()) == (1, False, False)
+    command = next(line for line in ran.out.splitlines() if "again:" in line).split("again: scbm ")[1]
+    assert command.startswith(f"run {BEFORE} --seed 0 --case ")
+    assert command.endswith(f" --require '{HOME}'")
+
+
+def test_small_cases_that_cannot_be_saved_are_told_of_and_the_report_goes_on(scbm: Scbm, tmp_path: Path) -> None:
+    file = _write(tmp_path, "file")
+    ran = scbm("test", BEFORE, "--require", HOME, "--failures", file / "below")
+    assert (ran.code, "error[bad-option]" in ran.err) == (1, True)
+    assert "smallest: 1 operation" in ran.out
+    assert f"again: scbm run {BEFORE} --seed 0" in ran.out
+
+
+def test_findings_as_json(scbm: Scbm, tmp_path: Path) -> None:
+    ran = scbm(
+        "test", BEFORE, "--require", HOME, "--require", "never robot_at == agv", "--failures", tmp_path, "--json"
+    )
+    first, second = json.loads(ran.out)["findings"]
+    assert (first["kind"], first["subject"], second["subject"]) == ("requirement", "required_1", "required_2")
+    assert first["smallest"]["size"]["operations"] == 1
+    assert first["smallest"]["matters"]
+    assert first["again"] == f"scbm replay {tmp_path}/{first['smallest']['case']}.yaml"
+
+
+def test_wrong_requirements_are_told_all_at_once(scbm: Scbm) -> None:
+    ran = scbm("test", BEFORE, "--require", "always robot_at == moon", "--require", "sometimes true")
+    assert (ran.code, ran.err.count("--require:1:")) == (2, 2)
+
+
+def test_the_same_options_give_the_same_small_case(scbm: Scbm, tmp_path: Path) -> None:
+    texts = []
+    for _ in range(2):
+        scbm("test", BEFORE, "--require", HOME, "--seed", 7, "--failures", tmp_path)
+        texts.append(next(tmp_path.iterdir()).read_bytes())
+    assert texts[0] == texts[1]
+
+
+# the network
+
+
+def test_a_network_can_be_given_and_drawn(scbm: Scbm) -> None:
+    lossy = json.loads(scbm("test", AFTER, "--network", "loss: 20 %, latency: 5 ms", "--seed", 1, "--json").out)
+    assert lossy["coverage"]["by_state"]["timedout"]["visited"] > 0
+    drawn = json.loads(scbm("test", AFTER, "--network", "drawn", "--seed", 1, "--json").out)
+    assert drawn["coverage"] != lossy["coverage"]
+    ran = scbm("run", AFTER, "--goal", "item_a_scanned", "--network", "loss: 30 %", "--seed", 2)
+    assert "is lost on the way" in ran.out
+
+
+@pytest.mark.parametrize("option", [("--network", "drawn"), ("--save", "out")])
+def test_options_of_random_cases_need_some(scbm: Scbm, option: tuple[str, str]) -> None:
+    ran = scbm("test", AFTER, CASES, *option)
+    assert (ran.code, f"{option[0]}: error[bad-option]" in ran.err) == (2, True)
+
+
+@pytest.mark.parametrize("verb", [("test",), ("run", "--goal", "item_a_scanned")])
+def test_a_wrong_network_is_told(scbm: Scbm, verb: tuple[str, ...]) -> None:
+    ran = scbm(verb[0], AFTER, *verb[1:], "--network", "loss: 130 %, jiter: 3 ms")
+    assert (ran.code, ran.err.count("--network:1:")) == (2, 2)
+    assert "error[not-a-share]" in ran.err
+    assert "`jitter`" in ran.err

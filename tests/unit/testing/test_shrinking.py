@@ -1,0 +1,161 @@
+"""Failing cases made small: on seeded faults of the example, and choice by choice on a small cell."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+
+from scbm.cases import Case, Condition, ConditionKind, Expectations, Forced, Injection, Network, Partition, Restart
+from scbm.model import Always, Constant, Equal, Not, Outcome, Predicate, Reference, Requirement
+from scbm.notation import Scope, Where, parse_predicate, read_case, write_case
+from scbm.testing import Choice, FailureKind, Shrinker, Shrunk, Tester
+from support.models import scan_cell
+from support.seeded import SEEDED
+
+S = 1_000_000_000
+
+
+def _told(name: str, shrunk: Shrunk) -> str:
+    sizes = [f"{size.operations} operations, {size.choices} choices" for size in (shrunk.before, shrunk.after)]
+    lines = [f"{name}: from {sizes[0]} to {sizes[1]}, in {shrunk.runs} runs", f"  {shrunk.failure}"]
+    return "\n".join([*lines, *(f"  it matters: {choice}" for choice in shrunk.matters), ""])
+
+
+def test_seeded_faults_shrink_to_a_few_operations(golden: Callable[[str, str], None]) -> None:
+    told = []
+    for name, seeded in SEEDED.items():
+        tester, execution, failure = seeded.find()
+        told.append(_told(name, Shrinker(tester).shrink(execution, failure)))
+    golden("shrunk.txt", "".join(told))
+
+
+@pytest.mark.parametrize("name", SEEDED)
+def test_a_small_case_fails_alike_wherever_it_is_run(name: str) -> None:
+    tester, execution, failure = SEEDED[name].find()
+    shrunk = Shrinker(tester).shrink(execution, failure, "small")
+    assert shrunk.after < shrunk.before
+    assert shrunk.failure.is_like(failure)
+    text = write_case(shrunk.execution.case, tester.model, None)
+    again = Tester(tester.model).execute(read_case(text, tester.model))
+    assert again.digest == shrunk.execution.digest
+    assert shrunk.failure in again.verdict.failures
+    assert Shrinker(Tester(tester.model)).shrink(execution, failure, "small") == shrunk
+
+
+# one choice after the other
+
+MODEL = scan_cell(("initial: green}", "initial: green, random: any}"), ("goals:", "goals:\n  light: light == blue"))
+
+
+def _predicate(text: str) -> Predicate:
+    return parse_predicate(text, Scope.of(MODEL), Where.REQUIREMENT)
+
+
+def _shrink(case: Case, never: str) -> Shrunk:
+    """What a case shrinks to that breaks the requirement that a predicate never holds."""
+    requirement = Requirement("seeded", Always(Not(_predicate(never))))
+    tester = Tester(MODEL)
+    execution = tester.execute(replace(case, requirements=(requirement,)))
+    return Shrinker(tester).shrink(execution, execution.verdict.failures[0])
+
+
+def _case(**said: object) -> Case:
+    return replace(Case("case", "scanned", _predicate("box_is_scanned == true"), MODEL.nominal_state), **said)  # type: ignore[arg-type] # fields of a case
+
+
+FAILED_ONCE = "scan_box.state == failed"
+
+
+def test_forced_outcomes_that_do_not_matter_are_left_out() -> None:
+    outcomes = (Forced("scan", 1, 2, Outcome.TIMEOUT), *(Forced("scan", n, n, Outcome.FAIL, n * S) for n in (3, 4, 5)))
+    shrunk = _shrink(_case(outcomes=outcomes), FAILED_ONCE)
+    assert shrunk.execution.case.outcomes == (Forced("scan", 1, 1, Outcome.FAIL),)
+    assert (shrunk.before.operations, shrunk.before.outcomes) == (3, 5)
+    assert (shrunk.after.operations, shrunk.after.outcomes) == (1, 1)
+
+
+def test_a_state_that_does_not_matter_becomes_nominal() -> None:
+    initial = MODEL.nominal_state.replace({"light": "blue", "count": 2})
+    shrunk = _shrink(_case(initial=initial), "scan_box.state == executing")
+    assert shrunk.execution.case.initial == MODEL.nominal_state
+    assert shrunk.matters == ()
+
+
+def test_what_matters_is_told_with_what_was_tried_instead() -> None:
+    initial = MODEL.nominal_state.replace({"light": "blue", "count": 2})
+    shrunk = _shrink(_case(initial=initial), "light == blue")
+    assert shrunk.matters == (Choice("light = blue at the beginning", "with green"),)
+    assert str(shrunk.matters[0]) == "light = blue at the beginning; it does not fail with green"
+    assert shrunk.after.operations == 0
+
+
+def test_injections_lose_what_they_need_not_say() -> None:
+    held = Injection("held", (("temperature", 7), ("count", 1)), _predicate("scan_box.state == executing"), 0, 5 * S)
+    other = Injection("other", (("temperature", 3),), at_ns=123_456_789)
+    shrunk = _shrink(_case(injections=(other, held)), "count == 1")
+    assert shrunk.execution.case.injections == (Injection("held", (("count", 1),)),)
+    assert [choice.text for choice in shrunk.matters] == ["injection held"]
+
+
+def test_times_become_round() -> None:
+    late = Injection("late", (("count", 1),), at_ns=1_234_567_891)
+    outcomes = (Forced("scan", 1, 1, latency_ns=9 * S),)
+    shrunk = _shrink(_case(injections=(late,), outcomes=outcomes), "count == 1 && scan_req_state == executing")
+    assert shrunk.execution.case.injections[0].at_ns is None
+    shrunk = _shrink(_case(injections=(late,), outcomes=outcomes), "count == 1 && scan_box.state == completed")
+    assert shrunk.execution.case.injections[0].at_ns is None
+
+
+def test_faults_of_the_network_are_left_out_and_become_round() -> None:
+    network = Network(
+        partitions=(Partition(90 * S, S), Partition(0, 3_141_592_653)), restarts=(Restart("scan", 70 * S, 7),)
+    )
+    shrunk = _shrink(_case(network=network), "scan_box.state == timedout")
+    assert shrunk.execution.case.network.restarts == ()
+    assert [p.for_ns % S for p in shrunk.execution.case.network.partitions] == [0]
+    assert [str(choice) for choice in shrunk.matters] == [
+        "partition of all resources at 0 s; it does not fail without it"
+    ]
+
+
+def test_a_resource_that_is_slower_is_a_choice() -> None:
+    slower = Injection("slow", resource="scan", condition=Condition(ConditionKind.SLOWER, Fraction(20)))
+    outcomes = (Forced("scan", 1, 1, latency_ns=S),)
+    shrunk = _shrink(_case(injections=(slower,), outcomes=outcomes), "scan_box.state == timedout")
+    assert [choice.text for choice in shrunk.matters] == [
+        "injection slow",
+        "request 1 of scan: after 1 s",
+    ]
+
+
+def test_a_plainer_goal_is_taken_if_fewer_operations_lead_there() -> None:
+    shrunk = _shrink(_case(), "scan_box.state == initial")
+    assert shrunk.after.operations == 0
+
+
+def test_what_a_case_expects_is_not_shrunk() -> None:
+    tester = Tester(MODEL)
+    execution = tester.execute(_case(expect=Expectations(plan=())))
+    failure = execution.verdict.failures[0]
+    assert failure.kind is FailureKind.EXPECTATION
+    assert not Shrinker.can_shrink(failure)
+    with pytest.raises(ValueError, match="cannot be shrunk"):
+        Shrinker(tester).shrink(execution, failure)
+
+
+def test_a_failure_of_another_run_is_refused() -> None:
+    tester = Tester(MODEL)
+    requirement = Requirement("seeded", Always(Equal(Reference("light"), Constant("red"))))
+    failed = tester.execute(_case(requirements=(requirement,)))
+    with pytest.raises(ValueError, match="cannot be shrunk"):
+        Shrinker(tester).shrink(tester.execute(_case()), failed.verdict.failures[0])
+
+
+def test_the_number_of_attempts_is_bounded() -> None:
+    tester, execution, failure = SEEDED["a counter is not stopped before its domain ends"].find()
+    shrunk = Shrinker(tester, most_runs=10).shrink(execution, failure)
+    assert shrunk.failure.is_like(failure)
+    assert shrunk.runs <= 10 + len(shrunk.matters) + 1 + shrunk.after.choices
