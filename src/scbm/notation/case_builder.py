@@ -13,7 +13,7 @@ from scbm.coverage import Obligation, Obligations
 from scbm.errors import Slug
 from scbm.model.values import format_value
 from scbm.notation.case_parts import CaseParts
-from scbm.notation.case_types import VERDICT_WORDS
+from scbm.notation.case_words import VERDICT_WORDS
 from scbm.notation.injection_builder import InjectionBuilder
 from scbm.notation.nearest import nearest, suggestion
 from scbm.notation.network_builder import NetworkBuilder, drawing

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from scbm.errors import Diagnostic, InputError, Place, Slug
 from scbm.notation.case_builder import CaseBuilder
 from scbm.notation.case_parts import CaseParts
-from scbm.notation.case_types import CASE_SHAPE, NETWORK_SHAPE
 from scbm.notation.files import neighbour, read_file, read_tree
 from scbm.notation.network_builder import NetworkBuilder
 from scbm.notation.scope import Scope
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
     from scbm.cases import Case, Network
     from scbm.model.behavior import BehaviorModel
     from scbm.notation.document import Node
+    from scbm.notation.pieces import Shape
     from scbm.notation.report import Report
     from scbm.notation.source import Source
 
@@ -36,6 +36,12 @@ def is_case_text(text: str) -> bool:
 def is_model_text(text: str) -> bool:
     """Whether a text looks like a model file: it has the key `behavior_model` at the beginning of a line."""
     return _MODEL.search(text) is not None
+
+
+def _case_shape() -> Shape:
+    from scbm.notation.case_types import CASE_SHAPE  # noqa: PLC0415 - it takes long to make, and few commands need it
+
+    return CASE_SHAPE
 
 
 class CaseDocument:
@@ -77,7 +83,7 @@ class CaseDocument:
     def read(self, model: BehaviorModel) -> Case:
         """The case, for a model. Raises `InputError` with everything that is wrong with it."""
         report = self._report.copy()
-        check_shape(self._document, report, CASE_SHAPE)
+        check_shape(self._document, report, _case_shape())
         builder = CaseBuilder(self._document, report, model)
         case = builder.case()
         report.raise_any()
@@ -95,7 +101,7 @@ def _exists(path: Path) -> bool:
 
 def open_case(path: str | Path) -> CaseDocument:
     """The case in a file, parsed. Raises `InputError` if the file cannot be read, or is no mapping in YAML."""
-    return CaseDocument(*read_tree(read_file(Path(path)), str(path), CASE_SHAPE, _START))
+    return CaseDocument(*read_tree(read_file(Path(path)), str(path), _case_shape(), _START))
 
 
 def read_case(text: str, model: BehaviorModel, file: str = "case") -> Case:
@@ -106,7 +112,7 @@ def read_case(text: str, model: BehaviorModel, file: str = "case") -> Case:
         model: what the names in it are names of.
         file: what errors call the text.
     """
-    return CaseDocument(*read_tree(text, file, CASE_SHAPE, _START)).read(model)
+    return CaseDocument(*read_tree(text, file, _case_shape(), _START)).read(model)
 
 
 def read_network(text: str, model: BehaviorModel, file: str = "--network") -> Network:
@@ -129,6 +135,8 @@ def read_network(text: str, model: BehaviorModel, file: str = "--network") -> Ne
 
 def _network(text: str, model: BehaviorModel, file: str) -> Network:
     start = "write for example `loss: 2 %, jitter: 10 ms`"
+    from scbm.notation.case_types import NETWORK_SHAPE  # noqa: PLC0415 - see `_case_shape`
+
     document, _, report = read_tree(text, file, NETWORK_SHAPE, start)
     check_shape(document, report, NETWORK_SHAPE)
     network = NetworkBuilder(CaseParts(report, Scope.of(model), model)).network(document)

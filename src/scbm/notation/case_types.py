@@ -17,8 +17,7 @@ from pydantic import (
     WrapValidator,
 )
 
-from scbm.cases import ConditionKind
-from scbm.model.resources import Outcome
+from scbm.notation.case_words import ANY, CONDITION_WORDS, OUTCOME_WORDS, VERDICT_WORDS
 from scbm.notation.durations import DURATION_PATTERN
 from scbm.notation.pieces import (
     Duration,
@@ -34,20 +33,12 @@ from scbm.notation.pieces import (
     text_schema,
     wrong_shape,
 )
-from scbm.trace import End
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from pydantic.json_schema import JsonSchemaValue
     from pydantic_core import CoreSchema
-
-ANY = "any"
-"""The outcome of a request of which nothing is said."""
-
-OUTCOME_WORDS = (*(outcome.value for outcome in Outcome), ANY)
-CONDITION_WORDS = tuple(kind.value for kind in ConditionKind if kind is not ConditionKind.SLOWER)
-VERDICT_WORDS = tuple(end.value for end in End)
 
 
 @dataclass(frozen=True)

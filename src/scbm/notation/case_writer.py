@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from scbm.cases import ConditionKind, Limits, Network
 from scbm.model import Outcome, Truth, format_duration, format_value
-from scbm.notation.case_types import ANY
+from scbm.notation.case_words import ANY
 from scbm.notation.outcome_builder import MOST_TIMES
 from scbm.notation.shares import format_decimal, format_share
 from scbm.notation.yaml_writer import FlowList, FlowMapping, dump

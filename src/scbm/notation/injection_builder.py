@@ -12,7 +12,7 @@ from scbm.errors import Slug
 from scbm.model.durations import format_duration
 from scbm.model.predicates import TRUE, Predicate
 from scbm.model.values import Value, format_value
-from scbm.notation.case_types import CONDITION_WORDS, InjectionFile
+from scbm.notation.case_words import CONDITION_WORDS, INJECTION_KEYS
 from scbm.notation.scope import Where
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ class InjectionBuilder:
 
     def _injection(self, number: int, node: Node) -> Injection:
         # A key that is told of as unknown may be meant as one that is missing.
-        if isinstance(node.plain, dict) and not node.incomplete and node.items.keys() <= InjectionFile.keys().keys():
+        if isinstance(node.plain, dict) and not node.incomplete and all(key in INJECTION_KEYS for key in node.items):
             self._check_keys(node)
         resource = self._parts.resource(node.get("resource"))
         when = node.get("when")

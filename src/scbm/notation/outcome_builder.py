@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from scbm.cases import LOST, Delivery, Forced
 from scbm.errors import Slug
 from scbm.model.resources import Outcome
-from scbm.notation.case_types import ANY, OUTCOME_WORDS
+from scbm.notation.case_words import ANY, OUTCOME_WORDS
 from scbm.notation.nearest import nearest, suggestion
 
 if TYPE_CHECKING:

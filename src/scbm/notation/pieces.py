@@ -119,7 +119,7 @@ Durations: TypeAlias = Annotated[
 class FileType(BaseModel):
     """A mapping with known keys."""
 
-    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True)
+    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True, defer_build=True)
 
     @classmethod
     def keys(cls) -> dict[str, Any]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scbm.notation.case_types import CaseFile
 from scbm.notation.file_types import ModelFile
 
 if TYPE_CHECKING:
@@ -18,6 +17,8 @@ def model_schema() -> dict[str, Any]:
 
 def case_schema() -> dict[str, Any]:
     """The schema of case files (draft 2020-12), made of the loader's own types."""
+    from scbm.notation.case_types import CaseFile  # noqa: PLC0415 - it takes long to make, and few commands need it
+
     return _schema(CaseFile, "A test case for scbm")
 
 

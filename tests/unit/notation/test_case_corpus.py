@@ -14,6 +14,8 @@ from ruamel.yaml import YAML
 from scbm.cases import Case
 from scbm.errors import InputError, Slug
 from scbm.notation import case_schema, load_model, open_case, read_case, write_case
+from scbm.notation.case_types import InjectionFile
+from scbm.notation.case_words import INJECTION_KEYS
 
 MODELS = Path(__file__).parent.parent.parent / "models"
 REJECTED = sorted((MODELS / "rejected_cases").glob("*.yaml"))
@@ -122,3 +124,7 @@ def test_a_right_case_satisfies_the_schema(path: Path) -> None:
 def test_there_are_cases_to_try() -> None:
     assert len(REJECTED) >= 30
     assert len(VALID) >= 3
+
+
+def test_the_keys_of_injections_are_those_of_their_type() -> None:
+    assert tuple(InjectionFile.keys()) == INJECTION_KEYS
