@@ -133,7 +133,12 @@ class CaseBuilder:
     def _limits(self, node: Node | None) -> Limits:
         if node is None:
             return Limits()
-        return Limits(self._parts.time(node.get("time")), self._parts.count(node.get("plans")))
+        time = node.get("time")
+        time_ns = self._parts.time(time)
+        if time is not None and time_ns == 0:
+            message = f"`{time.text}` is no time to run for"
+            self._parts.add(Slug.BAD_NUMBER, message, time.place, "write for example `10 min`")
+        return Limits(time_ns, self._parts.count(node.get("plans")))
 
     def _origin(self, node: Node | None) -> Origin | None:
         if node is None:
