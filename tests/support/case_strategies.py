@@ -60,7 +60,7 @@ def cases(draw: DrawFn, model: BehaviorModel) -> Case:
         draw(outcomes(model)),
         draw(injections(model)),
         draw(networks(model, drawn=origin is not None)),
-        Limits(draw(optional(TIMES_NS)), draw(optional(st.integers(1, 10**6)))),
+        Limits(draw(optional(TIMES_NS.filter(bool))), draw(optional(st.integers(1, 10**6)))),
         tuple(requirements),
         draw(_expectations(model)),
         origin,
