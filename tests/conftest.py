@@ -12,6 +12,8 @@ from hypothesis import settings
 
 from scbm.cli import main
 
+pytest_plugins = ["pytester"]
+
 ROOT = Path(__file__).parent.parent
 GOLDEN = Path(__file__).parent / "golden"
 

@@ -8,9 +8,7 @@ from pathlib import Path
 import pytest
 
 from scbm.errors import ScbmError, Slug
-from scbm.model import Resource
 from scbm.notation import load_model
-from scbm.simulating import RecordedChoices
 from scbm.trace import read_trace
 
 PAGE = (Path(__file__).parents[2] / "docs" / "messages.md").read_text(encoding="utf-8")
@@ -61,11 +59,7 @@ def a_trace_of_another_version(_: Path) -> None:
     read_trace('{"format": "scbm-trace", "version": 2}\n', "run.jsonl")
 
 
-def a_replay_with_a_request_too_many(_: Path) -> None:
-    RecordedChoices(()).react(Resource("scan"))
-
-
-@pytest.mark.parametrize("provoke", [too_large, not_utf8, a_trace_of_another_version, a_replay_with_a_request_too_many])
+@pytest.mark.parametrize("provoke", [too_large, not_utf8, a_trace_of_another_version])
 def test_messages_that_no_command_of_the_page_prints_are_those_of_the_page(provoke: object, tmp_path: Path) -> None:
     assert callable(provoke)
     with pytest.raises(ScbmError) as caught:

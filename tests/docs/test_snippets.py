@@ -1,14 +1,14 @@
 """What README.md and docs/*.md show is true: their commands are run, their models are loaded.
 
-- A block marked `console` holds commands (`$ scbm …`, `$ cat …`, `$ diff …`) and behind each what it prints. A line
-  `...` stands for any lines; `# exit code N` behind the output says how the command ends, if not with 0. Blanks at the
-  end of a line do not count, as editors take them away.
+- A block marked `console` holds commands (`$ scbm …`, `$ pytest …`, `$ cat …`, `$ diff …`) and behind each what it
+  prints. A line `...` stands for any lines; `# exit code N` behind the output says how the command ends, if not with 0.
+  Blanks at the end of a line do not count, as editors take them away; nor does how long pytest took.
 - A block marked `yaml` that begins with `# model: NAME` is a model, and must load.
-- The commands of a page find the models of the page as `NAME.yaml`, and its other YAML blocks that begin with
-  `# file: PATH` under that path; of blocks of one name the last one above the command counts.
+- The commands of a page find the models of the page as `NAME.yaml`, and its other YAML and Python blocks that begin
+  with `# file: PATH` under that path; of blocks of one name the last one above the command counts.
 
-Commands run in a directory of their own, in which everything of the repository's root is linked. So what they write
-is gone afterwards.
+Commands run in a directory of their own, in which everything of the repository's root is linked but its configuration.
+So what they write is gone afterwards, and pytest runs as it does for users.
 """
 
 from __future__ import annotations
@@ -28,12 +28,19 @@ from scbm.notation import read_model
 ROOT = Path(__file__).parents[2]
 PAGES = tuple(page for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))) if page.is_file())
 
-PROGRAMS = {"scbm": [sys.executable, "-m", "scbm"], "cat": ["cat"], "diff": ["diff"]}
+PROGRAMS = {
+    "scbm": [sys.executable, "-m", "scbm"],
+    "pytest": [sys.executable, "-m", "pytest", "-p", "no:cacheprovider"],
+    "cat": ["cat"],
+    "diff": ["diff"],
+}
 MOST_SECONDS = 60
+CHANGE_OUTPUT = ("FORCE_COLOR", "PY_COLORS", "CI", "BUILD_NUMBER", "PYTEST_ADDOPTS")
 
 FENCE = re.compile(r"```(\w*)")
 FILE = re.compile(r"# file: (\S+)")
 MODEL = re.compile(r"# model: (\S+)")
+DURATION = re.compile(r"(?<= in )\d+\.\d\ds\b.*")
 EXIT_CODE = re.compile(r"# exit code (\d+)")
 
 
@@ -109,7 +116,7 @@ def _command(lines: tuple[str, ...]) -> Command:
 def furnish(directory: Path, block: Block) -> None:
     """Links what the repository has into a directory, and writes the files of the page above the block there."""
     for entry in ROOT.iterdir():
-        if not entry.name.startswith("."):
+        if not entry.name.startswith(".") and entry.name != "pyproject.toml":
             (directory / entry.name).symlink_to(entry)
     for above in read_blocks(block.page):
         if above.number >= block.number:
@@ -117,13 +124,15 @@ def furnish(directory: Path, block: Block) -> None:
         name = file_name(above)
         if name is not None:
             path = directory / name
-            assert not path.is_symlink(), f"{above}: the repository has a file of this name"
+            path.parent.mkdir(exist_ok=True)
+            is_ours = not path.is_symlink() and path.parent.resolve().is_relative_to(directory.resolve())
+            assert is_ours, f"{above}: the repository has a file of this name"
             path.write_text(above.text, encoding="utf-8")
 
 
 def file_name(block: Block) -> str | None:
     """The name under which the commands of the page find a block."""
-    if block.language != "yaml":
+    if block.language not in ("yaml", "python"):
         return None
     model, file = MODEL.fullmatch(block.first), FILE.fullmatch(block.first)
     if model is not None:
@@ -133,7 +142,7 @@ def file_name(block: Block) -> str | None:
 
 def run(words: tuple[str, ...], directory: Path) -> tuple[list[str], int]:
     """What a command prints to both streams, without blanks at the end of lines, and its exit code."""
-    environment = {key: value for key, value in os.environ.items() if key != "FORCE_COLOR"}
+    environment = {key: value for key, value in os.environ.items() if key not in CHANGE_OUTPUT}
     environment |= {"COLUMNS": "80", "LC_ALL": "C", "NO_COLOR": "1", "PYTHONUTF8": "1", "TERM": "dumb"}
     assert words[0] in PROGRAMS, f"`{words[0]}` is none of {', '.join(PROGRAMS)}"
     done = subprocess.run(
@@ -147,7 +156,8 @@ def run(words: tuple[str, ...], directory: Path) -> tuple[list[str], int]:
         timeout=MOST_SECONDS,
         check=False,
     )
-    return [line.rstrip() for line in done.stdout.splitlines()], done.returncode
+    lines = [line.rstrip() for line in done.stdout.splitlines()]
+    return [DURATION.sub("0.12s", line) for line in lines] if words[0] == "pytest" else lines, done.returncode
 
 
 def matches(expected: tuple[str, ...], printed: list[str]) -> bool:

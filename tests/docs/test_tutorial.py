@@ -33,7 +33,7 @@ def model(name: str, *replacements: tuple[str, str], more: str = "") -> Behavior
 
 def campaign(of: BehaviorModel, cases: int, seed: int) -> Campaign:
     tester = Tester(of)
-    return tester.campaign(tester.results(RandomCases(of).first(cases, seed)), seed)
+    return Campaign.of(tester.model, tester.results(RandomCases(of).first(cases, seed)))
 
 
 def test_parts_of_the_model_that_the_page_shows_stand_in_the_file() -> None:

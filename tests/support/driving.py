@@ -9,6 +9,7 @@ from scbm.planning import Planner, Solved
 from scbm.running import (
     AskPlan,
     CancelRequest,
+    ChangeResource,
     Effect,
     Event,
     GoalGiven,
@@ -103,7 +104,7 @@ class Hand:
 
     @property
     def records(self) -> list[Record]:
-        outward = (SendRequest, CancelRequest, AskPlan, RunFinished)
+        outward = (SendRequest, CancelRequest, ChangeResource, AskPlan, RunFinished)
         return [effect for effect in self.effects if not isinstance(effect, outward)]
 
     @property

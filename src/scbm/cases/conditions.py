@@ -34,4 +34,4 @@ class Condition:
     def __str__(self) -> str:
         if self.kind is not ConditionKind.SLOWER:
             return self.kind.value
-        return f"slower {float(self.factor):g}"
+        return f"{float(self.factor):g} times slower"

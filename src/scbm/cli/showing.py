@@ -65,6 +65,7 @@ def _json(model: BehaviorModel, execution: Execution) -> dict[str, Any]:
         "verdict": execution.verdict.end.value,
         "passed": execution.verdict.passed,
         "failures": [str(failure) for failure in execution.verdict.failures],
+        "unused": list(execution.unused),
         "violations": [_violation(violation) for violation in execution.violations],
         "simulated_seconds": execution.ended_ns / 1e9,
         "trace": records_json(execution.trace),

@@ -13,7 +13,7 @@ from scbm.cases import Case
 from scbm.cli.arguments import read_faults, read_requirements, read_time_limit
 from scbm.cli.output import errors, results, write_json
 from scbm.errors import Diagnostic, InputError, Place, Slug
-from scbm.model import BehaviorModel, Requirement
+from scbm.model import BehaviorModel, Requirement, format_duration
 from scbm.notation import load_model
 from scbm.reports import Setting, coverage_report
 from scbm.testing import (
@@ -94,7 +94,8 @@ def command(
     if json:
         write_json(campaign_json(campaign, seed, findings, commands))
     else:
-        setting = Setting(str(model), seed, wanted, suite.options, findings, commands)
+        faulty = network is not None
+        setting = Setting(str(model), seed, wanted, suite.options, findings, commands, loses_messages=faulty)
         results().lines(coverage_report(campaign, setting))
     return 1 if campaign.failed or not _reaches(campaign, fail_under) else 0
 
@@ -187,6 +188,8 @@ class _Suite:
     def options(self) -> str:
         """The options that random cases are drawn and judged with, beside the seed."""
         options = [f"--network {shlex.quote(self.network_text)}"] if self.network_text else []
+        if self.time_limit_ns is not None:
+            options.append(f"--time-limit {shlex.quote(format_duration(self.time_limit_ns))}")
         options += [f"--require {shlex.quote(str(requirement.sentence))}" for requirement in self.requirements]
         return "".join(f" {option}" for option in options)
 

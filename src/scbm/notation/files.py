@@ -39,11 +39,27 @@ def read_tree(text: str, file: str, shape: Shape, start: str) -> tuple[Node, Sou
     if document is None or (document.plain is None and not document.condemned):
         message = f"there is no {shape.noun} in the file" if source.text.strip() else "the file is empty"
         raise InputError([Diagnostic(Slug.FILE_EMPTY, message, Place(file), start)])
+    if isinstance(document.plain, dict):
+        _refuse_other_kinds(document, shape, report)
     if not isinstance(document.plain, dict):
         if not document.condemned:
             report.add(Slug.WRONG_SHAPE, f"a {shape.noun} file is a mapping of keys", document.place, start)
         raise report.error()
     return document, source, report
+
+
+_MARKS = {"model": "behavior_model", "case": "case"}
+"""The key that tells each kind of file."""
+
+
+def _refuse_other_kinds(document: Node, shape: Shape, report: Report) -> None:
+    """A file of another kind is one mistake, not as many as it has keys."""
+    for noun, key in _MARKS.items():
+        own = _MARKS.get(shape.noun)
+        if noun != shape.noun and own is not None and key in document.items and own not in document.items:
+            message = f"this is a {noun} file, and a {shape.noun} file is needed here"
+            report.add(Slug.WRONG_SHAPE, message, document.key_places[key])
+            raise report.error()
 
 
 def read_file(path: Path) -> str:
@@ -69,11 +85,11 @@ def read_file(path: Path) -> str:
 def neighbour(path: Path) -> str | None:
     """The file beside a missing one that was probably meant, as a remedy."""
     try:
-        names = sorted(entry.name for entry in path.parent.iterdir())
+        names = {entry.stem: entry.name for entry in sorted(path.parent.iterdir(), reverse=True)}
     except (OSError, ValueError):
         return None
-    near = nearest(path.name, names)
-    return f"did you mean `{path.parent / near}`?" if near else None
+    near = nearest(path.stem, names)  # the ends of names are mostly alike, and say nothing
+    return f"did you mean `{path.parent / names[near]}`?" if near else None
 
 
 def _not_utf8(data: bytes, begin: int, path: Path) -> Diagnostic:

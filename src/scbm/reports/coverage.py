@@ -9,7 +9,7 @@ from rich.text import Text
 
 from scbm.coverage import STATE_ASPECTS, Aspect, Obligation
 from scbm.model import Outcome
-from scbm.reports.findings import told_findings
+from scbm.reports.findings import told_findings, told_unused
 from scbm.reports.words import counted
 
 if TYPE_CHECKING:
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from scbm.testing import Campaign, Finding
 
 _BAR_WIDTH = 50
+_UNDISTURBED = "nothing came between a plan and its next operation: an injection of a case can"
+_UNFAILING = "no request fails: a case can force it under `outcomes`, and so can a share in the model's"
+_ANSWERED = "every request is answered: a case can force `timeout` under `outcomes`, or `--network` lose messages"
 _COLUMNS = (Aspect.QUEUED, *STATE_ASPECTS)
 
 
@@ -34,6 +37,7 @@ class Setting:
         findings: what failed, and why.
         commands: for each finding the command that shows it again.
         groups: how many cases of each sort there are, in words; if empty, written ones and random ones.
+        loses_messages: whether the network of the random cases may have done so.
     """
 
     file: str
@@ -43,6 +47,7 @@ class Setting:
     findings: tuple[Finding, ...] = ()
     commands: tuple[str, ...] = ()
     groups: tuple[str, ...] = ()
+    loses_messages: bool = False
 
 
 def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
@@ -56,6 +61,7 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     yield Text()
     yield from _figures(coverage)
     yield from told_findings(campaign, setting.findings, setting.commands)
+    yield from told_unused(campaign)
     yield from _missed(campaign)
     yield from _reasons(campaign, setting)
 
@@ -81,9 +87,10 @@ def _cases(campaign: Campaign, setting: Setting) -> str:
         end = result.verdict.end.replace("_", " ")
         ends[end] = ends.get(end, 0) + 1
     told = ", ".join(f"{count} {end}" for end, count in ends.items())
-    groups = setting.groups or tuple(_groups(campaign, setting))
+    *others, last = setting.groups or _groups(campaign, setting)
+    groups = f"{', '.join(others)} and {last}" if others else last
     failed = f"; {len(campaign.failed)} failed" if campaign.failed else ""
-    return f"{' and '.join(groups)}{': ' + told if told else ''}{failed}"
+    return f"{groups}{': ' + told if told else ''}{failed}"
 
 
 def _groups(campaign: Campaign, setting: Setting) -> Iterator[str]:
@@ -153,11 +160,11 @@ def _reason(aspect: Aspect, campaign: Campaign, setting: Setting) -> Iterator[Te
     if missed and aspect is Aspect.QUEUED:
         yield _advice(aspect, len(missed), "in no plan: another goal, or another initial state, has to need them")
     elif missed and aspect is Aspect.DISABLED:
-        yield _advice(aspect, len(missed), "in these runs nothing came between a plan and its next operation")
-    elif missed and aspect is Aspect.TIMEDOUT and not _may(campaign, Outcome.TIMEOUT):
+        yield _advice(aspect, len(missed), _UNDISTURBED)
+    elif missed and aspect is Aspect.TIMEDOUT and not (_may(campaign, Outcome.TIMEOUT) or setting.loses_messages):
         yield from _never_late(missed, campaign)
     elif missed and aspect is Aspect.FAILED and not _may(campaign, Outcome.FAIL):
-        yield _advice(aspect, len(missed), "no request fails: give `fail` a share in `outcomes`")
+        yield _advice(aspect, len(missed), _UNFAILING)
     elif by_chance and aspect is Aspect.TAKEN:
         yield _advice(aspect, len(by_chance), "their guards did not hold in these runs: see above what they wait for")
     elif by_chance:
@@ -176,8 +183,7 @@ def _never_late(missed: tuple[Obligation, ...], campaign: Campaign) -> Iterator[
     if timeless:
         yield _advice(Aspect.TIMEDOUT, len(timeless), "these have no `deadline`, so they never time out")
     if len(timeless) < len(missed):
-        advice = "all requests are answered: give `timeout` a share in `outcomes`"
-        yield _advice(Aspect.TIMEDOUT, len(missed) - len(timeless), advice)
+        yield _advice(Aspect.TIMEDOUT, len(missed) - len(timeless), _ANSWERED)
 
 
 def _may(campaign: Campaign, outcome: Outcome) -> bool:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from rich.text import Text
@@ -11,7 +10,7 @@ from scbm.reports.timeline import stretch
 from scbm.testing import FailureKind
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from scbm.model import BehaviorModel
     from scbm.testing import Execution, Failure
@@ -27,13 +26,33 @@ _TIME_WIDTH = 11
 
 
 def told_failures(model: BehaviorModel, execution: Execution) -> Iterator[Text]:
-    """Each reason of a failure; beneath it what shows it, once for reasons in a row that the same shows."""
+    """The reasons why a run failed; beneath them the parts of the run that show them."""
     failures = execution.verdict.failures
-    extents = [_extent(execution, failure) for failure in failures]
-    for failure, (extent, following) in zip(failures, pairwise([*extents, None]), strict=True):
+    for failure in failures:
         yield Text(str(failure), style="red")
-        if extent is not None and extent != following:
-            yield from _shown(model, execution, *extent)
+    yield from lines_that_show(model, execution, failures)
+
+
+def lines_that_show(model: BehaviorModel, execution: Execution, failures: Sequence[Failure]) -> Iterator[Text]:
+    """The parts of a run that show some of its failures, and a little of what led to them."""
+    windows = sorted(_window(model, execution, failure) for failure in failures)
+    lines = list(stretch(model, execution, 0, len(execution.trace.records)))
+    shown = 0
+    for first, end in windows:
+        if first > shown:
+            yield Text("…".rjust(_TIME_WIDTH + 3), style="dim")
+        begin = max(first, shown)
+        for number in range(begin, end):
+            yield _timed(lines, number) if number == begin > shown else lines[number]
+        shown = max(shown, end)
+
+
+def _window(model: BehaviorModel, execution: Execution, failure: Failure) -> tuple[int, int]:
+    """The lines of the timeline that show a failure, and some that led to it."""
+    begin, end = _extent(execution, failure)
+    count = len(list(stretch(model, execution, 0, end)))
+    own = len(list(stretch(model, execution, begin, end)))
+    return max(0, count - min(max(_FEWEST_LINES, own), _MOST_LINES)), count
 
 
 def _extent(execution: Execution, failure: Failure) -> tuple[int, int]:
@@ -45,13 +64,7 @@ def _extent(execution: Execution, failure: Failure) -> tuple[int, int]:
     return len(execution.trace.records), len(execution.trace.records)
 
 
-def _shown(model: BehaviorModel, execution: Execution, begin: int, end: int) -> Iterator[Text]:
-    """A stretch of a run, and before it some of what led to it."""
-    lines = list(stretch(model, execution, 0, end))
-    count = min(max(_FEWEST_LINES, len(list(stretch(model, execution, begin, end)))), _MOST_LINES)
-    first = max(0, len(lines) - count)
-    if first:
-        yield Text("…".rjust(_TIME_WIDTH + 3), style="dim")
-    times = [line[:_TIME_WIDTH] for line in lines[: first + 1] if line.plain[:_TIME_WIDTH].strip()]
-    for index, line in enumerate(lines[first:]):
-        yield times[-1] + line[_TIME_WIDTH:] if not index and times else line
+def _timed(lines: list[Text], number: int) -> Text:
+    """A line with its time, also where that is the time of a line above."""
+    times = [line[:_TIME_WIDTH] for line in lines[: number + 1] if line.plain[:_TIME_WIDTH].strip()]
+    return times[-1] + lines[number][_TIME_WIDTH:]

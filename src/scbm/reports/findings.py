@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.model import format_value
-from scbm.reports.timeline import stretch
+from scbm.model import format_duration
+from scbm.reports.failures import lines_that_show
 from scbm.reports.words import counted
-from scbm.testing import FailureKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.cases import Case
     from scbm.model import BehaviorModel
     from scbm.testing import Campaign, Finding, Shrunk
 
@@ -23,8 +21,7 @@ _MOST_NAMED = 3
 """So many cases of one finding are named; the rest is counted."""
 
 _MOST_FINDINGS = 10
-_MOST_LINES = 12
-"""So many lines of a trace are shown; of longer stretches the last ones."""
+_MOST_UNUSED = 10
 
 
 def told_findings(campaign: Campaign, findings: Sequence[Finding], commands: Sequence[str]) -> Iterator[Text]:
@@ -39,9 +36,23 @@ def told_findings(campaign: Campaign, findings: Sequence[Finding], commands: Seq
         yield Text(f"  and {counted(len(findings) - _MOST_FINDINGS, 'more finding', 'more findings')}")
 
 
+def told_unused(campaign: Campaign) -> Iterator[Text]:
+    """What cases say and nothing came of; nothing if there is none."""
+    unused = [(result.case.name, sentence) for result in campaign.results for sentence in result.unused]
+    if not unused:
+        return
+    yield Text()
+    yield Text("Without effect", style="bold yellow")
+    for name, sentence in unused[:_MOST_UNUSED]:
+        yield Text(f"  {name}: {sentence}")
+    if len(unused) > _MOST_UNUSED:
+        yield Text(f"  and {len(unused) - _MOST_UNUSED} more")
+
+
 def _told(finding: Finding, model: BehaviorModel, command: str | None) -> Iterator[Text]:
     yield Text(f"  {_names(finding)}")
-    yield Text(f"    {finding.failure}", style="red")
+    for failure in finding.failures:
+        yield Text(f"    {failure}", style="red")
     if finding.shrunk is not None:
         yield from told_shrunk(finding.shrunk, model)
     if command:
@@ -58,12 +69,10 @@ def told_shrunk(shrunk: Shrunk, model: BehaviorModel) -> Iterator[Text]:
     """A small case: its size, where it begins, what shows the failure, and what matters."""
     case = shrunk.execution.case
     yield Text("    smallest: ").append(_sizes(shrunk), style="bold")
-    yield Text(f"      goal {case.goal} from {_start(case, model)}", style="dim")
-    lines = list(stretch(model, shrunk.execution, *_extent(shrunk)))
-    if len(lines) > _MOST_LINES:
-        yield Text("      …", style="dim")
-    for line in lines[-_MOST_LINES:]:
-        yield Text("      ").append_text(line)
+    if case.limits.time_ns is not None:
+        yield Text(f"      within {format_duration(case.limits.time_ns)}", style="dim")
+    for line in lines_that_show(model, shrunk.execution, [shrunk.failure]):
+        yield Text("    ").append_text(line)
     for choice in shrunk.matters:
         yield Text("    it matters: ").append(str(choice))
     if not shrunk.matters:
@@ -75,19 +84,3 @@ def _sizes(shrunk: Shrunk) -> str:
     after, before = shrunk.after, shrunk.before
     told = f"{counted(after.operations, 'operation')}, {counted(after.choices, 'choice')}"
     return f"{told}; it had {before.operations} and {before.choices} ({counted(shrunk.runs, 'run')})"
-
-
-def _start(case: Case, model: BehaviorModel) -> str:
-    differing = [v.name for v in model.space if case.initial[v.name] != v.initial]
-    values = [f"{name} = {format_value(case.initial[name])}" for name in differing]
-    return ", ".join(values) or "the nominal state"
-
-
-def _extent(shrunk: Shrunk) -> tuple[int, int]:
-    """The records that show the failure: the stretch of a violation, else the last of the run."""
-    records = shrunk.execution.trace.records
-    if shrunk.failure.kind is FailureKind.REQUIREMENT:
-        for violation in shrunk.execution.violations:
-            if violation.requirement == shrunk.failure.subject:
-                return violation.begins, violation.record + 1
-    return max(0, len(records) - _MOST_LINES), len(records)

@@ -56,8 +56,10 @@ def timeline(model: BehaviorModel, execution: Execution, *, every: bool) -> Iter
     yield from stretch(model, execution, 0, len(execution.trace.records), every=every)
     bars = list(_bars(execution))
     yield from [Text(), *bars] if bars else []
-    if execution.verdict.failures:
+    if execution.verdict.failures or execution.unused:
         yield Text()
+    for unused in execution.unused:
+        yield Text("NO EFFECT  ", style="bold yellow").append(unused)
     for failure in execution.verdict.failures:
         yield Text("FAILED  ", style="bold red").append(str(failure))
 
@@ -133,11 +135,13 @@ def _lines(record: Record, shown: frozenset[str], model: BehaviorModel) -> Itera
             value = format_value(record.value)
             yield Text(f"│ measured value refused: {record.variable} = {value}", style="yellow")
         case InjectionApplied():
-            yield Text(f"⚡ injection {record.injection}", style="bold yellow").append(_tail(changes))
+            told = _tail(_all(record.changes))
+            yield Text(f"⚡ injection {record.injection}", style="bold yellow").append(told)
             if record.failed is not None:
                 yield Text("└ ").append("failed", style="red")
         case PutBack():
-            yield Text(f"⚡ injection {record.injection} put back", style="yellow").append(_tail(changes))
+            told = _tail(_all(record.changes))
+            yield Text(f"⚡ injection {record.injection} put back", style="yellow").append(told)
         case ResourceChanged():
             yield Text(f"⚡ {record.injection}: {record.resource} is {record.condition}", style="bold yellow")
         case MessageDisturbed(copies=0):
@@ -154,6 +158,11 @@ def _lines(record: Record, shown: frozenset[str], model: BehaviorModel) -> Itera
 
 def _changes(changes: Changes, shown: frozenset[str]) -> str:
     return ", ".join(f"{name} = {format_value(value)}" for name, value in changes if name in shown)
+
+
+def _all(changes: Changes) -> str:
+    """Changes of every variable: what a tester does is never left out."""
+    return ", ".join(f"{name} = {format_value(value)}" for name, value in changes)
 
 
 def _tail(text: str) -> str:

@@ -25,6 +25,7 @@ class CaseResult:
         verdict: how it ended.
         ended_ns: how long it took, in simulated time.
         visited: the obligations that it visited, as bits.
+        unused: what the case says and nothing came of.
     """
 
     case: Case
@@ -32,6 +33,7 @@ class CaseResult:
     verdict: Verdict
     ended_ns: int
     visited: int
+    unused: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scbm.testing.shrinking import Shrinker
@@ -19,43 +19,57 @@ MOST_SHRUNK = 5
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One reason to fail, and the cases that fail for it.
+    """One reason to fail, and the cases that fail for it; or all that one case expected in vain.
 
     Attributes:
-        failure: the reason, as the first case has it.
+        failures: the reason, as the first case has it; or what the case expected.
         results: the cases, in the order of the campaign.
         shrunk: a small case that fails for the same reason, if one was looked for.
     """
 
-    failure: Failure
+    failures: tuple[Failure, ...]
     results: tuple[CaseResult, ...]
     shrunk: Shrunk | None = None
+
+    @property
+    def failure(self) -> Failure:
+        """The reason, or the first thing that the case expected."""
+        return self.failures[0]
 
 
 def find_causes(tester: Tester, campaign: Campaign, most_shrunk: int = MOST_SHRUNK) -> tuple[Finding, ...]:
     """The findings of a campaign, those first that came first; at most `most_shrunk` of them with a small case."""
-    groups: list[tuple[Failure, list[CaseResult]]] = []
-    for result in campaign.failed:
-        for failure in result.verdict.failures:
-            _group(groups, failure).append(result)
     shrinker = Shrinker(tester)
     shrunk = 0
     findings = []
-    for failure, results in groups:
+    for finding in _grouped(campaign):
         small = None
-        if Shrinker.can_shrink(failure) and shrunk < most_shrunk:
+        if Shrinker.can_shrink(finding.failure) and shrunk < most_shrunk:
             shrunk += 1
-            name = f"{campaign.model.name}-{failure.subject}-{shrunk}"
-            small = shrinker.shrink(tester.execute(results[0].case), failure, name)
-        findings.append(Finding(failure, tuple(results), small))
+            name = f"{campaign.model.name}-{finding.failure.subject}-{shrunk}"
+            small = shrinker.shrink(tester.execute(finding.results[0].case), finding.failure, name)
+        findings.append(replace(finding, shrunk=small))
     return tuple(findings)
 
 
-def _group(groups: list[tuple[Failure, list[CaseResult]]], failure: Failure) -> list[CaseResult]:
-    """The cases that fail for the same reason; what a case expects is a reason of its own."""
-    if Shrinker.can_shrink(failure):
-        for known, results in groups:
-            if known.is_like(failure):
-                return results
-    groups.append((failure, []))
-    return groups[-1][1]
+def _grouped(campaign: Campaign) -> list[Finding]:
+    """Cases that fail for the same reason as one finding each; what a case expects is a reason of its own."""
+    findings: list[Finding] = []
+    for result in campaign.failed:
+        expected = []
+        for failure in result.verdict.failures:
+            if Shrinker.can_shrink(failure):
+                _add(findings, failure, result)
+            else:
+                expected.append(failure)
+        if expected:
+            findings.append(Finding(tuple(expected), (result,)))
+    return findings
+
+
+def _add(findings: list[Finding], failure: Failure, result: CaseResult) -> None:
+    for index, known in enumerate(findings):
+        if known.failure.is_like(failure):
+            findings[index] = replace(known, results=(*known.results, result))
+            return
+    findings.append(Finding((failure,), (result,)))

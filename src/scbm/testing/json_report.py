@@ -39,7 +39,7 @@ def _finding(finding: Finding, command: str) -> dict[str, Any]:
     return {
         "kind": finding.failure.kind.value,
         "subject": finding.failure.subject,
-        "failure": str(finding.failure),
+        "failures": [str(failure) for failure in finding.failures],
         "cases": [result.case.name for result in finding.results],
         "again": command,
         "smallest": None if small is None else _small(small),
@@ -86,6 +86,7 @@ def _case(result: CaseResult, campaign: Campaign) -> dict[str, Any]:
         "verdict": result.verdict.end.value,
         "passed": result.verdict.passed,
         "failures": [str(failure) for failure in result.verdict.failures],
+        "unused": list(result.unused),
         "goal": case.goal,
         "initial": {variable.name: case.initial[variable.name] for variable in campaign.model.variables},
         "simulated_seconds": result.ended_ns / 1e9,

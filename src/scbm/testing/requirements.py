@@ -203,8 +203,21 @@ def _first_violation(requirement: Requirement, records: Sequence[Record]) -> Vio
     if found is None:
         return None
     at_ns, reason = found
+    if at_ns < records[index].at_ns:  # it was seen only now that some time had passed without anything happening
+        index -= 1
+        state = _state_after(records, index)
     values = tuple((name, state[name]) for name in reads)
-    return Violation(requirement.name, at_ns, index, opened, reason, str(state[CURRENT_NAME]), values)
+    return Violation(requirement.name, at_ns, index, min(opened, index), reason, str(state[CURRENT_NAME]), values)
+
+
+def _state_after(records: Sequence[Record], index: int) -> dict[str, Value]:
+    state: dict[str, Value] = {}
+    for record in records[: index + 1]:
+        if isinstance(record, RunStarted):
+            state.update(record.state)
+        if state:
+            state.update(record.changes)
+    return state
 
 
 def _look(monitor: _Monitor, reads: tuple[str, ...], state: dict[str, Value], record: Record) -> Finding | None:

@@ -42,8 +42,9 @@ class Size:
     Attributes:
         operations: how many operations start until it fails.
         faults: injections and faults of the network.
-        outcomes: forced outcomes that are not a plain success.
-        details: everything that these say, and times.
+        outcomes: requests that are made to end otherwise than in a plain success.
+        requests: requests of which anything is said.
+        details: everything that is said, and how long the times are.
         differences: variables that differ from the nominal state.
         goal: 0 for a goal of the model, else the variables that its predicate names.
     """
@@ -51,6 +52,7 @@ class Size:
     operations: int
     faults: int
     outcomes: int
+    requests: int
     details: int
     differences: int
     goal: int
@@ -58,7 +60,7 @@ class Size:
     @property
     def choices(self) -> int:
         """How many choices the case is made of, beside its goal."""
-        return self.faults + self.outcomes + self.differences
+        return self.faults + self.requests + self.differences
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,7 +221,8 @@ def _size(execution: Execution, failure: Failure, model: BehaviorModel) -> Size:
     return Size(
         _operations(execution, failure),
         len(case.injections) + len(network.partitions) + len(network.restarts) + _shares(network),
-        sum(_span(rule) for rule in outcomes) or (1 if outcomes else 0),
+        sum(_span(rule) for rule in outcomes),
+        sum(_span(rule) for rule in case.outcomes),
         _details(case),
         differences,
         0 if is_named else len(case.predicate.reads()) + 1,
@@ -461,6 +464,7 @@ def _told(rule: Forced) -> str:
     numbers = f"request {rule.first}" if rule.first == rule.last else f"requests {rule.first} to {rule.last or 'all'}"
     said = [str(rule.outcome.value)] if rule.outcome is not None else []
     said += [f"after {format_duration(rule.latency_ns)}"] if rule.latency_ns is not None else []
+    said += [f"{name} = {format_value(value)} measured" for name, value in rule.measured or ()]
     for name in ("request", "reply", "cancel"):
         delivery = getattr(rule, name)
         if delivery is not None:

@@ -12,6 +12,7 @@ from scbm.simulating import Choices, DrawnReactions, PlainReactions, Simulator, 
 from scbm.testing.campaign import CaseResult
 from scbm.testing.chance import message_stream, reaction_stream
 from scbm.testing.requirements import find_violations
+from scbm.testing.unused import find_unused
 from scbm.testing.verdicts import Outcomes, Verdict, judge
 from scbm.trace import Trace, write_trace
 
@@ -37,6 +38,7 @@ class Execution:
         ended_ns: how long the run took, in simulated time.
         violations: the first violation of each requirement that was broken.
         visited: the obligations that it visited, as bits.
+        unused: what the case says and nothing came of, one sentence each.
     """
 
     case: Case
@@ -46,6 +48,7 @@ class Execution:
     ended_ns: int
     violations: tuple[Violation, ...]
     visited: int
+    unused: tuple[str, ...] = ()
 
     @property
     def digest(self) -> str:
@@ -101,7 +104,8 @@ class Tester:
         names = self.obligations.names(visited) if case.expect.visits else ()
         verdict = judge(case, Outcomes(run.end, run.records, choices.taken, violations, names))
         trace = Trace(self.model.name, case.name, run.records)
-        return Execution(case, choices.taken, trace, verdict, run.ended_ns, violations, visited)
+        unused = find_unused(case, run.records)
+        return Execution(case, choices.taken, trace, verdict, run.ended_ns, violations, visited, unused)
 
     def _choices(self, case: Case) -> Choices:
         if case.origin is None:
@@ -113,4 +117,4 @@ class Tester:
         """Runs cases one by one and measures what each visits."""
         for case in cases:
             done = self.execute(case)
-            yield CaseResult(case, len(done.reactions), done.verdict, done.ended_ns, done.visited)
+            yield CaseResult(case, len(done.reactions), done.verdict, done.ended_ns, done.visited, done.unused)

@@ -161,6 +161,33 @@ def test_a_failed_expectation_is_shown_against_what_happened(scbm: Scbm, tmp_pat
     assert scbm("replay", path, "--model", AFTER).code == 1
 
 
+def test_what_one_case_expected_in_vain_is_one_finding(scbm: Scbm, tmp_path: Path) -> None:
+    text = CASE.replace("{verdict: reached}", "{verdict: aborted, final: [robot_at == home, mounted == none]}")
+    ran = scbm("test", AFTER, _write(tmp_path, "scans.yaml", text), "--json")
+    (finding,) = json.loads(ran.out)["findings"]
+    assert len(finding["failures"]) == 3
+    assert finding["smallest"] is None
+
+
+def test_what_a_case_says_without_effect_is_told(scbm: Scbm, tmp_path: Path) -> None:
+    path = _write(tmp_path, "scans.yaml", CASE + "outcomes: {scanner: [succeed, fail]}\n")
+    unused = "the outcome of request 2 of scanner is said, and there were 1"
+    ran = scbm("test", AFTER, path)
+    assert (ran.code, f"Without effect\n  scans: {unused}" in ran.out) == (0, True)
+    assert f"NO EFFECT  {unused}" in scbm("replay", path, "--model", AFTER).out
+
+
+def test_a_model_is_not_taken_for_a_case_nor_a_case_for_a_model(scbm: Scbm, tmp_path: Path) -> None:
+    case = _write(tmp_path, "scans.yaml")
+    for arguments, message in (
+        (("test", AFTER, BEFORE), "this is a model file, and a case file is needed here"),
+        (("replay", AFTER), "this is a model file, and a case file is needed here"),
+        (("check", case), "this is a case file, and a model file is needed here"),
+    ):
+        ran = scbm(*arguments)
+        assert (ran.code, ran.err.count("error["), message in ran.err) == (2, 1, True)
+
+
 # requirements and small cases
 
 
@@ -182,6 +209,9 @@ def test_without_shrinking_the_first_case_is_told(scbm: Scbm, tmp_path: Path) ->
     command = next(line for line in ran.out.splitlines() if "again:" in line).split("again: scbm ")[1]
     assert command.startswith(f"run {BEFORE} --seed 0 --case ")
     assert command.endswith(f" --require '{HOME}'")
+    ran = scbm("test", BEFORE, "--time-limit", "900 ms", "--no-shrink", "--seed", 1)
+    command = next(line for line in ran.out.splitlines() if "again:" in line).split("again: scbm ")[1]
+    assert command.endswith(" --time-limit '900 ms'")
 
 
 def test_small_cases_that_cannot_be_saved_are_told_of_and_the_report_goes_on(scbm: Scbm, tmp_path: Path) -> None:

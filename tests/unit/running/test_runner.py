@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from scbm.cases import Injection
 from scbm.coverage import Obligations, visited_by
 from scbm.model import Constant, Equal, Reference
-from scbm.cases import Injection
 from scbm.running import (
     AskPlan,
     GoalGiven,
@@ -19,8 +19,8 @@ from scbm.running import (
     describe_cycle,
 )
 from scbm.trace import (
-    End,
     AutomaticTaken,
+    End,
     InjectionApplied,
     MeasurementRefused,
     PlanDropped,

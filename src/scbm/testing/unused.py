@@ -1,0 +1,59 @@
+"""What a case says and nothing came of: injections that never acted, outcomes of requests that were never sent."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scbm.model import OperationState
+from scbm.trace import BecameCurrent, InjectionApplied, OperationStepped, RequestSent, ResourceChanged
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from scbm.cases import Case
+    from scbm.trace import Record
+
+
+def find_unused(case: Case, records: Sequence[Record]) -> tuple[str, ...]:
+    """One sentence for each injection that never acted, and for each name whose later requests were never sent."""
+    if not case.injections and not case.outcomes:
+        return ()
+    return (*_injections(case, records), *_outcomes(case, records))
+
+
+def _injections(case: Case, records: Sequence[Record]) -> Iterator[str]:
+    acted = [r.injection for r in records if isinstance(r, (InjectionApplied, ResourceChanged))]
+    for injection in case.injections:
+        if injection.name not in acted:
+            yield f"injection {injection.name} never acted"
+
+
+def _outcomes(case: Case, records: Sequence[Record]) -> Iterator[str]:
+    sent = _count(records)
+    last_said: dict[str, int] = {}
+    for rule in case.outcomes:
+        number = rule.first if rule.last is None else rule.last
+        last_said[rule.subject] = max(number, last_said.get(rule.subject, 0))
+    for subject, number in last_said.items():
+        count = sent.get(subject, 0)
+        if number > count:
+            yield f"the outcome of request {number} of {subject} is said, and there were {count or 'none'}"
+
+
+def _count(records: Sequence[Record]) -> dict[str, int]:
+    """How many requests went to each resource, and were sent while each operation was current."""
+    sent: dict[str, int] = {}
+    operation: str | None = None
+    for record in records:
+        match record:
+            case BecameCurrent():
+                operation = record.operation
+            case OperationStepped(target=OperationState.INITIAL):
+                operation = None
+            case RequestSent():
+                sent[record.resource] = sent.get(record.resource, 0) + 1
+                if operation is not None and operation != record.resource:
+                    sent[operation] = sent.get(operation, 0) + 1
+            case _:
+                continue
+    return sent

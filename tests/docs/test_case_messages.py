@@ -1,0 +1,43 @@
+"""What docs/messages.md shows of wrong cases is what is told of them."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from scbm.errors import InputError
+from scbm.notation import is_model_text, load_model, open_case, read_model
+
+ROOT = Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "messages.md").read_text(encoding="utf-8")
+SECTIONS = re.split(r"^### ", PAGE.partition("\n## Test cases\n")[2].partition("\n## ")[0], flags=re.MULTILINE)[1:]
+
+
+def blocks(section: str, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```$", section, flags=re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("section", SECTIONS, ids=lambda section: section.partition("\n")[0])
+def test_the_message_of_a_wrong_case_is_that_of_the_page(section: str, tmp_path: Path) -> None:
+    texts = blocks(section, "yaml")
+    path = tmp_path / "wrong_case.yaml"
+    path.write_text(next(text for text in texts if not is_model_text(text)), encoding="utf-8")
+    models = [read_model(text) for text in texts if is_model_text(text)]
+    model = models[0] if models else load_model(ROOT / "examples" / "robot_in_the_air" / "after.yaml")
+    document = open_case(path)
+
+    def read_and_find_the_model() -> None:
+        document.read(model)
+        document.required_model_path()
+
+    with pytest.raises(InputError) as raised:
+        read_and_find_the_model()
+    told = str(raised.value).replace(f"{tmp_path}/", "")
+    (shown,) = blocks(section, "text")
+    assert shown == f"{told}\n"
+
+
+def test_there_are_messages_to_try() -> None:
+    assert len(SECTIONS) >= 12

@@ -1,0 +1,141 @@
+"""The coverability report at the end of a session, and what it decides."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from support.cells import FAILS, PASSES, write
+from support.models import SCAN_CELL
+
+NOTHING = "behavior_model: nothing\nvariables: {a: {domain: bool, initial: true}}\noperations: {}\n"
+
+
+def _report(result: pytest.RunResult) -> list[str]:
+    """What the session prints between the head of the report and the next one."""
+    lines = result.stdout.lines
+    begin = next(number for number, line in enumerate(lines) if " coverability " in line)
+    end = next(number for number in range(begin + 1, len(lines)) if re.search(r"passed.* in \d", lines[number]))
+    return lines[begin + 1 : end]
+
+
+def test_the_report_is_that_of_the_command(cell: pytest.Pytester) -> None:
+    write(cell.path, one=PASSES)
+    cell.makepyfile("def test_it(scbm_model): scbm_model('cell.yaml').run(goal='scanned', outcomes={'scan': 'fail'})")
+    report = _report(cell.runpytest())
+    assert report[0] == "Coverability report: scan_cell"
+    assert "1 case file and 1 case of a test: 1 reached" in report[3]
+    assert "  op: scan_box    ●         ○         ●         ●         ○         ●" in report
+    assert all("\x1b" not in line for line in report)
+
+
+def test_the_report_has_the_colours_of_the_terminal(cell: pytest.Pytester) -> None:
+    write(cell.path, one=PASSES)
+    assert any("\x1b[1m" in line for line in _report(cell.runpytest("--color=yes")))
+    assert any("\x1b[1m" in line for line in _report(cell.runpytest("--color=yes", "--scbm-report=short")))
+
+
+def test_a_report_is_as_long_as_asked(cell: pytest.Pytester) -> None:
+    write(cell.path, one=PASSES, two=FAILS)
+    short = ["cell.yaml: SCBM-IAS 33.33 %, 2 of 6 obligations, 2 cases, 1 failed"]
+    assert _report(cell.runpytest("--scbm-report=short", "-rN")) == short
+    assert _report(cell.runpytest("-q", "-rN", "--tb=no", "--scbm-report=full"))[0] == "Coverability report: scan_cell"
+    cell.runpytest("--scbm-report=none").stdout.no_fnmatch_line("*coverability*")
+    assert cell.runpytest("--scbm-report=long").ret is pytest.ExitCode.USAGE_ERROR
+
+
+def test_a_report_of_several_models_or_a_quiet_one_is_short(cell: pytest.Pytester) -> None:
+    write(cell.path, one=PASSES)
+    quiet = cell.runpytest("-q").stdout
+    quiet.fnmatch_lines(["cell.yaml: SCBM-IAS 33.33 %, 2 of 6 obligations, 1 case"])
+    write(cell.path, other__cell=SCAN_CELL, other__two=PASSES)
+    assert _report(cell.runpytest()) == [
+        "cell.yaml: SCBM-IAS 33.33 %, 2 of 6 obligations, 1 case",
+        "other/cell.yaml: SCBM-IAS 33.33 %, 2 of 6 obligations, 1 case",
+    ]
+    full = [line for line in _report(cell.runpytest("--scbm-report=full")) if line.startswith("Coverability")]
+    assert full == ["Coverability report: scan_cell"] * 2
+
+
+@pytest.mark.parametrize(("wanted", "code"), [("33.33", 0), ("33.34", 1), ("0", 0), ("100%", 1)])
+def test_coverage_under_what_is_wanted_fails_the_session(cell: pytest.Pytester, wanted: str, code: int) -> None:
+    write(cell.path, one=PASSES)
+    result = cell.runpytest(f"--scbm-fail-under={wanted}")
+    result.assert_outcomes(passed=1)
+    assert result.ret == code
+    number = wanted.removesuffix("%")
+    said = "not reached: cell.yaml is at 33.33 %." if code else "reached."
+    result.stdout.fnmatch_lines([f"*Required coverability of {number} % {said}"])
+
+
+def test_every_model_has_to_reach_it(cell: pytest.Pytester) -> None:
+    covered = "def test_it(scbm_model): scbm_model('other.yaml').run(goal='a == true')"
+    write(cell.path, one=PASSES, other=NOTHING)
+    cell.makepyfile(covered)
+    result = cell.runpytest("--scbm-fail-under=30", "--scbm-report=none")
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(
+        ["FAIL Required coverability of 30 % not reached: other.yaml has no obligations, so it is not measurable."]
+    )
+    result.stdout.no_fnmatch_line("*not reached: cell.yaml*")
+
+
+def test_nothing_run_reaches_nothing(cell: pytest.Pytester) -> None:
+    said = ["FAIL Required coverability of 1 % not reached: no case was run."]
+    result = cell.runpytest("--scbm-fail-under=1")
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(said)
+    cell.makepyfile("def test_it(): pass")
+    result = cell.runpytest("--scbm-fail-under=1")
+    result.assert_outcomes(passed=1)
+    assert result.ret == 1
+    result.stdout.fnmatch_lines(said)
+
+
+def test_what_failed_otherwise_keeps_its_exit_code(cell: pytest.Pytester) -> None:
+    cell.makepyfile("def test_it(): raise KeyboardInterrupt")
+    assert cell.runpytest_subprocess("--scbm-fail-under=1").ret == pytest.ExitCode.INTERRUPTED
+
+
+@pytest.mark.parametrize("wanted", ["101", "-1", "much", "nan", ""])
+def test_what_is_no_percentage_is_refused(cell: pytest.Pytester, wanted: str) -> None:
+    write(cell.path, one=PASSES)
+    result = cell.runpytest(f"--scbm-fail-under={wanted}")
+    assert result.ret is pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([f"*--scbm-fail-under*`{wanted}` is not a number from 0 to 100*"])
+
+
+def _furnish(cell: pytest.Pytester) -> None:
+    for number in range(6):
+        write(cell.path, **{f"case_{number}": PASSES.replace("scans", f"scans_{number}")})
+    write(cell.path, other__cell=SCAN_CELL, other__two=FAILS)
+    cell.makepyfile("""
+        import pytest
+
+        @pytest.mark.parametrize("seed", range(4))
+        def test_it(scbm_model, seed):
+            model = scbm_model("cell.yaml")
+            model.random(seed, cases=2)
+            model.run(goal="scanned", outcomes={"scan": ["fail"] * seed})
+    """)
+
+
+def test_workers_report_together_what_one_process_reports(cell: pytest.Pytester) -> None:
+    pytest.importorskip("xdist", reason="pytest-xdist is not installed")
+    _furnish(cell)
+    options = ("--scbm-report=full", "--scbm-fail-under=60", "--tb=no", "-rN")
+    alone, together = (cell.runpytest_subprocess(*options, *spread) for spread in ((), ("-n", "2")))
+    assert alone.ret == together.ret == 1
+    together.assert_outcomes(passed=10, failed=1)
+    assert _report(alone) == _report(together)
+    assert len(re.findall("Coverability report", together.stdout.str())) == 2
+
+
+def test_workers_that_run_no_case_report_nothing(cell: pytest.Pytester) -> None:
+    pytest.importorskip("xdist", reason="pytest-xdist is not installed")
+    cell.makepyfile("def test_it(): pass")
+    result = cell.runpytest_subprocess("-n", "2")
+    assert result.ret == 0
+    result.stdout.no_fnmatch_line("*coverability*")
+    assert cell.runpytest_subprocess("-n", "2", "--scbm-fail-under=1").ret == 1

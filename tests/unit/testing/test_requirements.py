@@ -1,0 +1,97 @@
+"""What a violation tells: the moment, the operation, the values, and the stretch of the trace that shows it."""
+
+from __future__ import annotations
+
+import pytest
+
+from scbm.cases import Case, Forced
+from scbm.model import BehaviorModel, Outcome, Requirement
+from scbm.notation import Scope, parse_requirement
+from scbm.testing import Execution, Tester, Violation
+from scbm.trace import AutomaticTaken, OperationStepped, Record, ReplyReceived, RequestSent, RunEnded
+from support.models import scan_cell
+
+MODEL = scan_cell()
+S = 1_000_000_000
+
+
+def _broken(sentence: str, model: BehaviorModel = MODEL, *outcomes: Outcome) -> tuple[Violation, Execution]:
+    """The one violation of a sentence by a run in which a scan takes two seconds."""
+    requirement = Requirement("asked", parse_requirement(sentence, Scope.of(model)))
+    told = outcomes or (Outcome.SUCCEED,)
+    forced = tuple(Forced("scan", n, n, o, None if o is Outcome.TIMEOUT else 2 * S) for n, o in enumerate(told, 1))
+    case = Case("case", *model.goals[0], model.nominal_state, forced, requirements=(requirement,))
+    execution = Tester(model).execute(case)
+    (violation,) = execution.violations
+    return violation, execution
+
+
+def _at(violation: Violation, execution: Execution) -> tuple[Record, Record]:
+    """The records with which the stretch begins and ends."""
+    records = execution.trace.records
+    return records[violation.begins], records[violation.record]
+
+
+def test_an_invariant_is_shown_by_the_record_that_breaks_it() -> None:
+    violation, execution = _broken("never scan_req_state == executing")
+    begin, end = _at(violation, execution)
+    assert begin is end
+    assert isinstance(end, RequestSent)
+    assert (violation.at_ns, violation.operation) == (0, "scan_box")
+    assert violation.values == (("scan_req_state", "executing"),)
+    assert str(violation) == (
+        "asked is violated at 0.000 s, scan_box being current: scan_req_state == executing holds "
+        "(scan_req_state == executing)"
+    )
+
+
+def test_before_is_shown_by_the_record_that_comes_too_early() -> None:
+    violation, execution = _broken("count == 1 before box_is_scanned == true")
+    begin, end = _at(violation, execution)
+    assert begin is end
+    assert isinstance(end, OperationStepped)
+    assert violation.at_ns == 2 * S
+
+
+def test_after_always_is_shown_from_where_it_binds() -> None:
+    violation, execution = _broken(
+        "after scan_req_state == executing always box_is_scanned == false until light == red"
+    )
+    begin, end = _at(violation, execution)
+    assert isinstance(begin, RequestSent)
+    assert isinstance(end, OperationStepped)
+
+
+def test_what_is_owed_at_the_end_is_shown_from_where_it_is_owed() -> None:
+    violation, execution = _broken("scan_req_state == executing leads to light == red")
+    begin, end = _at(violation, execution)
+    assert isinstance(begin, RequestSent)
+    assert isinstance(end, RunEnded)
+
+
+def test_what_is_owed_within_some_time_is_told_as_it_was_then() -> None:
+    sentence = "scan_req_state == executing leads to scan_req_state == succeeded within 500 ms"
+    violation, execution = _broken(sentence)
+    begin, end = _at(violation, execution)
+    assert isinstance(begin, RequestSent)
+    assert begin is end, "nothing happened since then"
+    assert violation.at_ns == S // 2
+    assert violation.values == (("scan_req_state", "executing"),)
+    assert violation.operation == "scan_box"
+
+
+def test_a_second_debt_begins_where_the_first_was_paid() -> None:
+    sentence = "scan_req_state == executing leads to scan_req_state == failed"
+    violation, execution = _broken(sentence, MODEL, Outcome.FAIL, Outcome.SUCCEED)
+    begin, _ = _at(violation, execution)
+    assert isinstance(begin, RequestSent)
+    assert begin.request == 2
+
+
+@pytest.mark.parametrize(
+    ("sentence", "record"),
+    [("never scan_box.state == failed", AutomaticTaken), ("never scan_req_state == failed", ReplyReceived)],
+)
+def test_states_between_two_micro_steps_count(sentence: str, record: type[Record]) -> None:
+    violation, execution = _broken(sentence, MODEL, Outcome.FAIL)
+    assert isinstance(_at(violation, execution)[1], record)
