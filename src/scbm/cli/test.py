@@ -95,7 +95,7 @@ def command(
         write_json(campaign_json(campaign, seed, findings, commands))
     else:
         faulty = network is not None
-        setting = Setting(str(model), seed, wanted, suite.options, findings, commands, loses_messages=faulty)
+        setting = Setting(str(model), seed, wanted, suite.drawing, findings, commands, loses_messages=faulty)
         results().lines(coverage_report(campaign, setting))
     return 1 if campaign.failed or not _reaches(campaign, fail_under) else 0
 
@@ -182,12 +182,17 @@ class _Suite:
             return f"scbm replay {shlex.quote(str(path))}"
         assert case.origin is not None  # noqa: S101 - it is not written, so it is drawn
         drawn = f"--seed {case.origin.seed} --case {case.origin.number}"
-        return f"scbm run {shlex.quote(str(self.file))} {drawn}{self.options}"
+        return f"scbm run {shlex.quote(str(self.file))} {drawn}{self.drawing}{self._judging}"
 
     @property
-    def options(self) -> str:
-        """The options that random cases are drawn and judged with, beside the seed."""
-        options = [f"--network {shlex.quote(self.network_text)}"] if self.network_text else []
+    def drawing(self) -> str:
+        """The options that random cases are drawn with, beside the seed."""
+        return f" --network {shlex.quote(self.network_text)}" if self.network_text else ""
+
+    @property
+    def _judging(self) -> str:
+        """The options that cases are run and judged with."""
+        options = []
         if self.time_limit_ns is not None:
             options.append(f"--time-limit {shlex.quote(format_duration(self.time_limit_ns))}")
         options += [f"--require {shlex.quote(str(requirement.sentence))}" for requirement in self.requirements]

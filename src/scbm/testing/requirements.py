@@ -203,8 +203,8 @@ def _first_violation(requirement: Requirement, records: Sequence[Record]) -> Vio
     if found is None:
         return None
     at_ns, reason = found
-    if at_ns < records[index].at_ns:  # it was seen only now that some time had passed without anything happening
-        index -= 1
+    if at_ns < records[index].at_ns:  # it was seen only now that some time had passed
+        index = max(i for i, record in enumerate(records[:index]) if record.at_ns <= at_ns)
         state = _state_after(records, index)
     values = tuple((name, state[name]) for name in reads)
     return Violation(requirement.name, at_ns, index, min(opened, index), reason, str(state[CURRENT_NAME]), values)

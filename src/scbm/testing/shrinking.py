@@ -255,7 +255,7 @@ def _details(case: Case) -> int:
     """Everything that is said and could be left out, and how long the times are, roughly."""
     said = 0
     for rule in case.outcomes:
-        said += 2 * sum(getattr(rule, field) is not None for field in _SAID)
+        said += 2 * sum(getattr(rule, field) is not None for field in _SAID) + _length(rule.latency_ns or 0)
     for injection in case.injections:
         said += len(injection.assign) + _length(injection.at_ns or 0)
         said += sum(part is not None for part in (injection.when, injection.at_ns, injection.hold_ns))
@@ -322,6 +322,12 @@ def _earlier_rules(case: Case, _: BehaviorModel) -> Iterator[Case]:
                 moved = replace(rule, first=number, last=number)
                 kept = [other for other in case.outcomes if not _lies_between(other, number, rule)]
                 yield replace(case, outcomes=tuple(sorted((*kept, moved), key=lambda r: (r.subject, r.first))))
+
+
+def _rounder_latencies(case: Case, _: BehaviorModel) -> Iterator[Case]:
+    for index, rule in enumerate(case.outcomes):
+        for latency_ns in _rounder(rule.latency_ns or 0):
+            yield replace(case, outcomes=_replaced(case.outcomes, index, replace(rule, latency_ns=latency_ns)))
 
 
 def _lies_between(other: Forced, number: int, rule: Forced) -> bool:
@@ -424,6 +430,7 @@ _STEPS: tuple[_Step, ...] = (
     _other_goals,
     _earlier_rules,
     _plainer_rules,
+    _rounder_latencies,
     _plainer_injections,
     _plainer_faults,
     _fewer_limits,
