@@ -2,169 +2,38 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from scbm.errors import Diagnostic, InputError, Slug
-from scbm.model import BehaviorModel
+from scbm.errors import InputError
 from scbm.notation import read_model
+from support.mutations import CHARACTERS, MUTATIONS, check_diagnostics, malformed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from hypothesis.strategies import DrawFn
+    from scbm.errors import Diagnostic
+    from support.mutations import Mutation
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples" / "robot_in_the_air"
 TEXTS = [(EXAMPLES / name).read_text(encoding="utf-8") for name in ("before.yaml", "after.yaml")]
 
-WORD = re.compile(r"[A-Za-z_][\w.]*")
-VALUE = re.compile(r"(?<=: )\S.*$", re.MULTILINE)
-LINE_END = re.compile(r"\r\n|\r|\n")
-
-NAMES = sorted({word for text in TEXTS for word in WORD.findall(text)})
-VALUES = [
-    *("", "~", "null", "true", "[]", "{}", "0", "-1", "1.5", "1e999", "99999999999999999999", "0..5", "10 s", "10"),
-    *('"', "'x'", "!x", "!!str x", "*a", "&a", "&a b", "&&", "|", ">", "- x", "? x", "a: b", "[a", "{a: b", "a]", "a}"),
-    *("==", "<-", "->", "!", "(", ")", "in {a}", "a in {a", "@", "`", "%", "#", " # ", "...", "---", "<<: {}", "\\"),
-    *("\t", "é", "∧", "\0", "\x0b", "\x85", "\u2028", "\ufeff", "\ud800", "\U0001f916", "x" * 3000, "(" * 300),
-]
-CHARACTERS = [*"abz_019 .:,-[]{}()!&|*#>'\"%@`\\/=<+~^$;?\t\n\r\0\x0c\x85\xa0\u2028\ufeff\ud800é∧", "\U0001f916"]
-
-Mutation: TypeAlias = "Callable[[DrawFn, str], str]"
-
-
-def drop_a_character(draw: DrawFn, text: str) -> str:
-    at = draw(st.integers(0, len(text) - 1))
-    return text[:at] + text[at + 1 :]
-
-
-def insert_a_character(draw: DrawFn, text: str) -> str:
-    at = draw(st.integers(0, len(text)))
-    character: str = draw(st.sampled_from(CHARACTERS))
-    return text[:at] + character + text[at:]
-
-
-def truncate(draw: DrawFn, text: str) -> str:
-    return text[: draw(st.integers(0, len(text)))]
-
-
-def lines_of(draw: DrawFn, text: str) -> tuple[list[str], int]:
-    lines = text.splitlines(keepends=True)
-    return lines, draw(st.integers(0, len(lines) - 1))
-
-
-def drop_a_line(draw: DrawFn, text: str) -> str:
-    lines, at = lines_of(draw, text)
-    return "".join(lines[:at] + lines[at + 1 :])
-
-
-def duplicate_a_line(draw: DrawFn, text: str) -> str:
-    lines, at = lines_of(draw, text)
-    to = draw(st.integers(0, len(lines)))
-    return "".join([*lines[:to], lines[at], *lines[to:]])
-
-
-def swap_two_lines(draw: DrawFn, text: str) -> str:
-    lines, at = lines_of(draw, text)
-    other = draw(st.integers(0, len(lines) - 1))
-    lines[at], lines[other] = lines[other], lines[at]
-    return "".join(lines)
-
-
-def change_the_indentation(draw: DrawFn, text: str) -> str:
-    lines, at = lines_of(draw, text)
-    indentation: str = draw(st.sampled_from(["", " ", "  ", "   ", "    ", "      ", "\t"]))
-    lines[at] = indentation + lines[at].lstrip(" ")
-    return "".join(lines)
-
-
-def replace_one(draw: DrawFn, text: str, pattern: re.Pattern[str], replacements: list[str]) -> str:
-    begin, end = draw(st.sampled_from([match.span() for match in pattern.finditer(text)]))
-    replacement: str = draw(st.sampled_from(replacements))
-    return text[:begin] + replacement + text[end:]
-
-
-def change_a_name(draw: DrawFn, text: str) -> str:
-    return replace_one(draw, text, WORD, NAMES)
-
-
-def change_a_value(draw: DrawFn, text: str) -> str:
-    return replace_one(draw, text, VALUE, VALUES)
-
-
-def change_a_word_to_anything(draw: DrawFn, text: str) -> str:
-    return replace_one(draw, text, WORD, VALUES)
-
-
-MUTATIONS: list[Mutation] = [
-    drop_a_character,
-    insert_a_character,
-    truncate,
-    drop_a_line,
-    duplicate_a_line,
-    swap_two_lines,
-    change_the_indentation,
-    change_a_name,
-    change_a_value,
-    change_a_word_to_anything,
-]
-
-
-@st.composite
-def malformed(draw: DrawFn, mutations: list[Mutation], most: int) -> str:
-    """One of the examples after a few mutations."""
-    text = draw(st.sampled_from(TEXTS))
-    for mutation in draw(st.lists(st.sampled_from(mutations), min_size=1, max_size=most)):
-        if VALUE.search(text) and WORD.search(text):  # there is still something to change
-            text = mutation(draw, text)
-    return text
-
 
 def check_answer(text: str) -> tuple[Diagnostic, ...]:
-    """A model, or errors whose places lie in the text, each told once, from the top."""
-    answer = read(text)
-    if isinstance(answer, BehaviorModel):
-        return ()
-    lines = LINE_END.split(text.removeprefix("\N{BYTE ORDER MARK}"))
-    for diagnostic in answer:
-        check_diagnostic(diagnostic, lines)
-    assert answer
-    assert len({str(diagnostic) for diagnostic in answer}) == len(answer)
-    assert list(answer) == sorted(answer, key=lambda diagnostic: diagnostic.order)
-    return answer
-
-
-def read(text: str) -> BehaviorModel | tuple[Diagnostic, ...]:
-    """Any other exception than `InputError` fails the test."""
+    """A model, or located errors. Any other exception than `InputError` fails the test."""
     try:
-        return read_model(text, "model.yaml")
+        read_model(text, "model.yaml")
     except InputError as error:
+        check_diagnostics(error.diagnostics, text, "model.yaml")
         return error.diagnostics
-
-
-def check_diagnostic(diagnostic: Diagnostic, lines: list[str]) -> None:
-    place = diagnostic.place
-    assert place.file == "model.yaml"
-    assert diagnostic.message.isprintable()
-    assert (diagnostic.remedy or "").isprintable()
-    if not place.line:
-        assert diagnostic.slug is Slug.FILE_EMPTY
-        return
-    assert 1 <= place.line <= len(lines)
-    assert diagnostic.source_line == lines[place.line - 1]
-    assert 1 <= place.column <= len(lines[place.line - 1]) + 1
-    assert place.length >= 1
-    assert place.column + place.length <= len(lines[place.line - 1]) + 2
+    return ()
 
 
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda mutation: mutation.__name__)
 def test_one_mutation_ends_in_a_model_or_in_located_errors(mutation: Mutation) -> None:
-    @given(malformed([mutation], 1))
+    @given(malformed(TEXTS, [mutation], 1))
     @settings(deadline=None, max_examples=25)
     def check(text: str) -> None:
         check_answer(text)
@@ -172,7 +41,7 @@ def test_one_mutation_ends_in_a_model_or_in_located_errors(mutation: Mutation) -
     check()
 
 
-@given(malformed(MUTATIONS, 6))
+@given(malformed(TEXTS, MUTATIONS, 6))
 @settings(deadline=None, max_examples=150)
 def test_many_mutations_end_in_a_model_or_in_located_errors(text: str) -> None:
     check_answer(text)

@@ -30,6 +30,7 @@ from scbm.notation.pieces import (
     Value,
     scalar,
     scalar_or_list,
+    scalar_or_mapping,
     text_schema,
     wrong_shape,
 )
@@ -159,15 +160,9 @@ class ConditionFile(FileType):
     """Requests take so many times their time; at least 1."""
 
 
-def _condition(value: object, check: ValidatorFunctionWrapHandler) -> object:
-    if value is None or isinstance(value, list):
-        raise wrong_shape("a condition such as `dead`, or `{slower: 3}`", value)
-    return check(value) if isinstance(value, dict) else value
-
-
 Condition_: TypeAlias = Annotated[
     ConditionFile,
-    WrapValidator(_condition),
+    scalar_or_mapping("a condition such as `dead`, or `{slower: 3}`"),
     _Editors(lambda mapping: {"anyOf": [_words(CONDITION_WORDS), mapping]}),
 ]
 

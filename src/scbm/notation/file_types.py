@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, TypeAlias
 
-from pydantic import Field, ValidatorFunctionWrapHandler, WithJsonSchema, WrapValidator
+from pydantic import Field, WithJsonSchema
 
 from scbm.notation.durations import DURATION_PATTERN
 from scbm.notation.pieces import (
@@ -24,7 +24,7 @@ from scbm.notation.pieces import (
     list_of,
     scalar,
     scalar_or_list,
-    wrong_shape,
+    scalar_or_mapping,
 )
 
 Actions: TypeAlias = Annotated[
@@ -83,15 +83,9 @@ class LatencyFile(FileType):
     """`[lowest, most likely, highest]`."""
 
 
-def _latency(value: object, check: ValidatorFunctionWrapHandler) -> object:
-    if value is None or isinstance(value, list):
-        raise wrong_shape("a duration or a distribution such as `{uniform: [200 ms, 1 s]}`", value)
-    return check(value) if isinstance(value, dict) else value
-
-
 Latency: TypeAlias = Annotated[
     LatencyFile,
-    WrapValidator(_latency),
+    scalar_or_mapping("a duration or a distribution such as `{uniform: [200 ms, 1 s]}`"),
     WithJsonSchema(
         {
             "description": "A duration, or `{fixed: d}`, `{uniform: [low, high]}`, `{triangular: [low, mode, high]}`.",

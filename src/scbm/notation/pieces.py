@@ -8,7 +8,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, TypeAdapter, WithJsonSchema
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    TypeAdapter,
+    ValidatorFunctionWrapHandler,
+    WithJsonSchema,
+    WrapValidator,
+)
 from pydantic_core import PydanticCustomError
 
 from scbm.errors import Slug
@@ -74,6 +82,17 @@ def list_of(expected: str, expected_element: str) -> BeforeValidator:
         return elements.validate_python(value)
 
     return BeforeValidator(check)
+
+
+def scalar_or_mapping(expected: str) -> WrapValidator:
+    """A scalar, or a mapping of a type with known keys."""
+
+    def check(value: object, check_mapping: ValidatorFunctionWrapHandler) -> object:
+        if value is None or isinstance(value, list):
+            raise wrong_shape(expected, value)
+        return check_mapping(value) if isinstance(value, dict) else value
+
+    return WrapValidator(check)
 
 
 def text_schema(description: str, **more: object) -> WithJsonSchema:
