@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 
 import pytest
 
@@ -30,6 +31,15 @@ def test_seeded_faults_shrink_to_a_few_operations(golden: Callable[[str, str], N
         tester, execution, failure = seeded.find()
         told.append(_told(name, Shrinker(tester).shrink(execution, failure)))
     golden("shrunk.txt", "".join(told))
+
+
+def test_the_documentation_tells_the_sizes_before_and_after() -> None:
+    page = (Path(__file__).parents[3] / "docs" / "cases.md").read_text(encoding="utf-8")
+    for name, seeded in SEEDED.items():
+        tester, execution, failure = seeded.find()
+        shrunk = Shrinker(tester).shrink(execution, failure)
+        sizes = (f"{size.operations}, {size.choices}" for size in (shrunk.before, shrunk.after))
+        assert f"| {name} | {' | '.join(sizes)} | {shrunk.runs} |\n" in page
 
 
 @pytest.mark.parametrize("name", SEEDED)
