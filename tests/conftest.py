@@ -12,6 +12,9 @@ from hypothesis import settings
 
 from scbm.cli import main
 
+collect_ignore = ["models"]
+"""The models and cases there are right and wrong on purpose; they belong to tests of their own."""
+
 pytest_plugins = ["pytester"]
 
 ROOT = Path(__file__).parent.parent
