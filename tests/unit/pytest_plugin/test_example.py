@@ -15,9 +15,3 @@ def test_the_cases_of_the_example_are_tests() -> None:
     assert done.returncode == 0
     assert "7 passed" in done.stdout
     assert "SCBM-IAS: 100.00 %" in done.stdout
-
-
-def test_the_models_and_cases_of_our_tests_are_none() -> None:
-    command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "tests/models"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, encoding="utf-8", check=False)
-    assert "collected 0 items" in done.stdout
