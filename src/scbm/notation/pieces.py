@@ -6,6 +6,7 @@ Only the sort of YAML is checked here, as what the texts say is a matter of `par
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import Annotated, Any, TypeAlias
 
 from pydantic import (
@@ -59,27 +60,31 @@ def scalar(expected: str) -> BeforeValidator:
     return BeforeValidator(check)
 
 
+@cache
+def _scalars(expected: str) -> TypeAdapter[list[Any]]:
+    """Made when it is asked for: it takes a millisecond, and there are many."""
+    return TypeAdapter(list[Annotated[Any, scalar(expected)]])
+
+
 def scalar_or_list(expected: str, expected_element: str) -> BeforeValidator:
     """Takes a scalar, or a list of them."""
-    elements = TypeAdapter(list[Annotated[Any, scalar(expected_element)]])
 
     def check(value: object) -> object:
         if value is None or isinstance(value, dict):
             raise wrong_shape(expected, value)
-        return elements.validate_python(value) if isinstance(value, list) else value
+        return _scalars(expected_element).validate_python(value) if isinstance(value, list) else value
 
     return BeforeValidator(check)
 
 
 def list_of(expected: str, expected_element: str) -> BeforeValidator:
     """Takes a list of scalars."""
-    elements = TypeAdapter(list[Annotated[Any, scalar(expected_element)]])
 
     def check(value: object) -> object:
         if not isinstance(value, list):
             remedy = f"write `[{value}]`" if isinstance(value, str) else None
             raise wrong_shape(expected, value, remedy)
-        return elements.validate_python(value)
+        return _scalars(expected_element).validate_python(value)
 
     return BeforeValidator(check)
 
