@@ -34,4 +34,4 @@ class Condition:
     def __str__(self) -> str:
         if self.kind is not ConditionKind.SLOWER:
             return self.kind.value
-        return f"{float(self.factor):g} times slower"
+        return f"{float(self.factor):.15g} times slower"

@@ -32,15 +32,10 @@ def main() -> None:
         if isinstance(stream, TextIOWrapper):  # a terminal or a file that is not UTF-8 gets `?` for what it lacks
             stream.reconfigure(errors="replace")
     try:
-        code = _run(sys.argv[1:])
-        sys.stdout.flush()
-        sys.exit(code)
+        sys.exit(_flushed(_run(sys.argv[1:])))
     except ScbmError as error:
         _show(error)
-        sys.exit(WRONG_INPUT)
-    except BrokenPipeError:  # whoever read our output has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(GOOD)
+        sys.exit(_flushed(WRONG_INPUT))
     except OSError as error:
         sys.stderr.write(f"scbm: cannot write the output: {(error.strerror or str(error)).lower()}\n")
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -52,6 +47,16 @@ def main() -> None:
         message = "scbm: this is a fault of scbm, not of your input. Please report it with the lines above.\n"
         sys.stderr.write(message)
         sys.exit(OWN_FAULT)
+
+
+def _flushed(code: int) -> int:
+    """The exit code, when all that is printed is with who reads it, or they have stopped reading."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except BrokenPipeError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    return code
 
 
 def _run(arguments: list[str]) -> int:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
-from typing import TYPE_CHECKING, Any
+from typing import IO, TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.text import Text
@@ -21,11 +22,18 @@ _STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
 
 
 class _Console(Console):
-    """A console that leaves it to `main` what a closed pipe means."""
+    """A console that goes on when nobody reads any more: what a command found is told by its exit code too."""
 
     def on_broken_pipe(self) -> None:
         """Rich would end the process with 1, which is how failed tests end."""
-        raise BrokenPipeError
+        leave_to_nobody(self.file)
+
+
+def leave_to_nobody(stream: IO[str]) -> None:
+    """What is written to a stream from now on goes nowhere: who reads our output has seen enough."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
 
 
 class Output:
@@ -64,7 +72,11 @@ def errors() -> Output:
 
 def write_json(data: dict[str, Any]) -> None:
     """Data for machines."""
-    sys.stdout.write(json.dumps(data, indent=2, ensure_ascii=False) + "\n")
+    try:
+        sys.stdout.write(json.dumps(data, indent=2, ensure_ascii=False) + "\n")
+        sys.stdout.flush()
+    except BrokenPipeError:
+        leave_to_nobody(sys.stdout)
 
 
 def count_of(diagnostics: Sequence[Diagnostic]) -> str:

@@ -24,13 +24,15 @@ if TYPE_CHECKING:
     from scbm.notation.source import Source
 
 _START = "a case begins with `case: <name>`"
-_CASE = re.compile(r"""^\ufeff?["']?case["']?[ \t]*:(?=\s|$)""", re.MULTILINE)
+_CASE = re.compile(r"""^\ufeff?(?:\{\s*)?["']?case["']?[ \t]*:(?=\s|$)""", re.MULTILINE | re.IGNORECASE)
+_GOAL = re.compile(r"""^\ufeff?["']?goal["']?[ \t]*:(?=\s|$)""", re.MULTILINE)
+_ITS_MODEL = re.compile(r"""^\ufeff?["']?model["']?[ \t]*:(?=\s|$)""", re.MULTILINE)
 _MODEL = re.compile(r"""^\ufeff?["']?behavior_model["']?[ \t]*:(?=\s|$)""", re.MULTILINE)
 
 
 def is_case_text(text: str) -> bool:
-    """Whether a text looks like a case file: it has the key `case` at the beginning of a line."""
-    return _CASE.search(text) is not None
+    """Whether a text looks like a case: it has the key `case` at the beginning of a line, or `goal` and `model`."""
+    return bool(_CASE.search(text) or (_GOAL.search(text) and _ITS_MODEL.search(text)))
 
 
 def is_model_text(text: str) -> bool:
@@ -67,18 +69,30 @@ class CaseDocument:
         return Path(self._source.file).parent / node.text
 
     def required_model_path(self) -> Path:
-        """The same. Raises `InputError` if the case names no model, or one that is not there."""
+        """The same. Raises `InputError` if there is none, and with what else is wrong that shows without the model."""
         path = self.model_path
+        wrong = self._wrong_model(path)
+        if path is None or wrong is not None:
+            report = self._report.copy()
+            check_shape(self._document, report, _case_shape())
+            others = report.error().diagnostics if len(report) else ()
+            raise InputError(sorted((*((wrong,) if wrong else ()), *others), key=lambda found: found.order))
+        return path
+
+    def _wrong_model(self, path: Path | None) -> Diagnostic | None:
+        """What is wrong with the path of the model, seen from the case."""
         if path is None:
             message = "the case does not say which model it is for"
             remedy = "add `model: <path>`, seen from the directory of this file"
-            raise InputError([Diagnostic(Slug.MODEL_MISSING, message, Place(self._source.file), remedy)])
+            return Diagnostic(Slug.MODEL_MISSING, message, Place(self._source.file), remedy)
+        place = self._document.items["model"].place
+        line = self._source.lines[place.line - 1]
         if not _exists(path):
-            place = self._document.items["model"].place
             message = f"there is no such file: `{path}`"
-            line = self._source.lines[place.line - 1]
-            raise InputError([Diagnostic(Slug.FILE_MISSING, message, place, neighbour(path), line)])
-        return path
+            return Diagnostic(Slug.FILE_MISSING, message, place, neighbour(path), line)
+        if path.is_dir():
+            return Diagnostic(Slug.FILE_IS_DIRECTORY, f"`{path}` is a directory, not a model file", place, None, line)
+        return None
 
     def read(self, model: BehaviorModel) -> Case:
         """The case, for a model. Raises `InputError` with everything that is wrong with it."""

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 MOST_TIMES = 10_000
 """For so many requests may one element speak."""
 
-MOST_COPIES = 100
+MOST_COPIES = 10
 """So many copies of a message may arrive."""
 
 

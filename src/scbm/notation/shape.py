@@ -67,7 +67,8 @@ class _Checker:
             case kind:
                 problem = wrong_shape(_EXPECTED.get(kind, "something else"), self._document.at(path).plain)
                 message = problem.message() + _where(path)
-                self._report.add(Slug.WRONG_SHAPE, message, self._place_of(path), self._mapping_remedy(path))
+                remedy = self._mapping_remedy(path, is_list=kind == "list_type")
+                self._report.add(Slug.WRONG_SHAPE, message, self._place_of(path), remedy)
 
     def _key_remedy(self, key: str, known: list[str]) -> str | None:
         """What to do about an unknown key; one from elsewhere tells that a line above it is lost or badly indented."""
@@ -86,11 +87,13 @@ class _Checker:
             whose = f" in {_named(path[:-1])}" if len(path) > 1 else ""
             self._report.add(Slug.MISSING_KEY, f"`{path[-1]}` is missing{whose}", self._place_of(path[:-1]))
 
-    def _mapping_remedy(self, path: tuple[int | str, ...]) -> str | None:
+    def _mapping_remedy(self, path: tuple[int | str, ...], *, is_list: bool) -> str | None:
         keys = self._keys(path)
         if keys:
             return f"its keys are: {', '.join(keys)}"
-        return "write `{}` for none" if self._document.at(path).plain is None else None
+        if self._document.at(path).plain is not None:
+            return None
+        return "write `[]` for none" if is_list else "write `{}` for none"
 
     def _place_of(self, path: tuple[int | str, ...]) -> Place:
         """The key that leads to a node, as it is easier found than what stands behind it; else the node itself."""

@@ -6,6 +6,7 @@ import json
 import os
 import re
 from collections import Counter
+from operator import index
 from typing import TYPE_CHECKING
 
 from scbm.errors import Diagnostic, InputError, Place, Slug
@@ -101,8 +102,12 @@ class ModelUnderTest:
 
         Raises:
             InputError: the model has no goals, or no initial state that it allows is found.
+            TypeError: a number is none.
+            ValueError: `cases` is negative.
         """
-        test = _current_test()
+        if index(cases) < 0:
+            raise ValueError(f"{cases} cases cannot be run")
+        seed, test = index(seed), _current_test()
         drawn = RandomCases(self.behavior, self._loaded.shown).first(cases, seed)
         return tuple(self._bench.run(self._loaded, case, test, Group.RANDOM) for case in drawn)
 

@@ -76,7 +76,8 @@ def told_shrunk(shrunk: Shrunk, model: BehaviorModel) -> Iterator[Text]:
     for choice in shrunk.matters:
         yield Text("    it matters: ").append(str(choice))
     if not shrunk.matters:
-        yield Text("    it matters: nothing but the goal")
+        alone = "no choice alone" if shrunk.after.choices else "nothing but the goal"
+        yield Text(f"    it matters: {alone}")
 
 
 def _sizes(shrunk: Shrunk) -> str:

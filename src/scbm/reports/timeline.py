@@ -100,7 +100,7 @@ def _lines(record: Record, shown: frozenset[str], model: BehaviorModel) -> Itera
             yield Text("● goal  ", style="bold").append(record.predicate).append(name, style="dim")
             nominal = model.nominal_state
             differing = tuple((name, value) for name, value in record.state if nominal.get(name, value) != value)
-            values = _changes(differing, shown) or "the nominal state"
+            values = _all(differing) or "the nominal state"
             yield Text("  from  ", style="dim").append(values, style="dim")
         case PlanReceived(status="solved", plan=plan):
             yield Text(f"  plan  {len(plan)}: ", style="bold blue").append(" → ".join(plan) or "nothing to do")

@@ -76,18 +76,18 @@ class _Armed:
     step: Step
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Held:
-    """An injection that will be put back: what each variable was, and what it was made.
+    """An injection that will be put back.
 
     Attributes:
+        before: what each variable was that nothing else has changed since.
         condition_before: for one that changed the condition of a resource, what that was.
     """
 
     injection: Injection
     until_ns: int
-    before: Changes
-    injected: Changes
+    before: dict[str, Value]
     condition_before: Condition = _WELL
 
 
@@ -288,10 +288,9 @@ class Runner:
         if injection.hold_ns is not None:
             packing = self.program.packing
             # The states of operations and plans are the runner's: they go on from what was injected.
-            kept = tuple(pair for pair in injection.assign if not packing.space[pair[0]].role.is_runner)
-            was = tuple((name, packing.value(before, name)) for name, _ in kept)
-            until_ns = self._now_ns + injection.hold_ns
-            self._held.append(_Held(injection, until_ns, was, kept, condition_before))
+            names = [name for name, _ in injection.assign if not packing.space[name].role.is_runner]
+            was = {name: packing.value(before, name) for name in names}
+            self._held.append(_Held(injection, self._now_ns + injection.hold_ns, was, condition_before))
 
     def _change_resource(self, injection: Injection, condition: Condition) -> None:
         """Says what becomes of a resource: to the trace, and to whoever drives the runner."""
@@ -313,9 +312,7 @@ class Runner:
         """Puts back what nothing else has changed since it was injected."""
         injection, packing = held.injection, self.program.packing
         if injection.assign:
-            pairs = zip(held.before, held.injected, strict=True)
-            unchanged = {n: was for (n, was), (_, made) in pairs if packing.value(self._state, n) == made}
-            keep, bits = packing.assignment(unchanged)
+            keep, bits = packing.assignment(held.before)
             self._effects.append(PutBack(self._now_ns, injection.name, self._set(self._state & keep | bits)))
         if injection.resource is not None and self._conditions[injection.resource] is injection.condition:
             self._change_resource(injection, held.condition_before)
@@ -517,6 +514,9 @@ class Runner:
             return ()
         changes = self.program.packing.changes(self._state, state)
         self._state = state
+        for held in self._held:
+            for name, _ in changes:
+                held.before.pop(name, None)
         return changes
 
     def _in_plan_state(self, plan_state: PlanState) -> int:

@@ -13,6 +13,9 @@ if TYPE_CHECKING:
     from scbm.testing.tester import Tester
     from scbm.testing.verdicts import Failure
 
+_MOST_OF_A_NAME = 80
+"""So much of a name stands in that of a small case, as that is the name of a file too."""
+
 MOST_SHRUNK = 5
 """So many findings are made small; a model with more has first of all these."""
 
@@ -46,7 +49,7 @@ def find_causes(tester: Tester, campaign: Campaign, most_shrunk: int = MOST_SHRU
         small = None
         if Shrinker.can_shrink(finding.failure) and shrunk < most_shrunk:
             shrunk += 1
-            name = f"{campaign.model.name}-{finding.failure.subject}-{shrunk}"
+            name = f"{campaign.model.name[:_MOST_OF_A_NAME]}-{finding.failure.subject[:_MOST_OF_A_NAME]}-{shrunk}"
             small = shrinker.shrink(tester.execute(finding.results[0].case), finding.failure, name)
         findings.append(replace(finding, shrunk=small))
     return tuple(findings)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 from scbm.cases import Expectations, Network, Partition, Restart
 from scbm.model import And, OperationState, Outcome, format_duration, format_value
 from scbm.testing.verdicts import Failure, FailureKind
-from scbm.trace import OperationStepped
+from scbm.trace import OperationStepped, RunStarted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -27,10 +27,11 @@ _Part = TypeVar("_Part")
 MOST_RUNS = 2_000
 """So many attempts are made at most; the examples need less than a hundred."""
 
-MOST_RECORDS = 2_000_000
-"""So many records may the traces of all attempts have; this takes half a minute."""
+MOST_RECORDS = 500_000
+"""So many records may the traces of all attempts have; these are five to ten seconds."""
 
 
+_MESSAGES = ("request", "reply", "cancel")
 _SAID = ("latency_ns", "measured", "reply", "request", "cancel", "outcome")
 """What a rule can say of a request, what is easiest to do without first."""
 
@@ -125,7 +126,7 @@ class Shrinker:
         """
         if not self.can_shrink(failure) or failure not in execution.verdict.failures:
             raise ValueError(f"{execution.case.name} cannot be shrunk by: {failure}")
-        search = _Search(self._tester, failure, self._most_runs)
+        search = _Search(self._tester, execution, failure, self._most_runs)
         case = replace(
             execution.closed_case,
             name=name or f"small-{execution.case.name}",
@@ -158,10 +159,11 @@ _Step: TypeAlias = "Callable[[Case, BehaviorModel], Iterator[Case]]"
 class _Search:
     """Runs attempts, keeps those that are smaller and fail alike, and counts."""
 
-    def __init__(self, tester: Tester, failure: Failure, most_runs: int) -> None:
+    def __init__(self, tester: Tester, original: Execution, failure: Failure, most_runs: int) -> None:
         self._tester = tester
         self._model = tester.model
         self._failure = failure
+        self._begins_broken = _begins_broken(original, failure)
         self._most_runs = most_runs
         self._tried: dict[Case, None] = {}
         self._records = 0
@@ -200,7 +202,10 @@ class _Search:
         self.runs += 1
         execution = self._tester.execute(case)
         self._records += len(execution.trace.records)
-        return execution if any(f.is_like(self._failure) for f in execution.verdict.failures) else None
+        if not any(failure.is_like(self._failure) for failure in execution.verdict.failures):
+            return None
+        # That a state is bad in which a run may begin is another reason than that a run leads to a bad one.
+        return execution if self._begins_broken or not _begins_broken(execution, self._failure) else None
 
     def what_matters(self, best: Execution) -> Iterator[Choice]:
         """Each choice that is left, if the case does not fail so without it."""
@@ -238,6 +243,13 @@ def _operations(execution: Execution, failure: Failure) -> int:
     return sum(isinstance(r, OperationStepped) and r.target is OperationState.EXECUTING for r in records)
 
 
+def _begins_broken(execution: Execution, failure: Failure) -> bool:
+    """Whether the state in which the run begins breaks a requirement already."""
+    first = execution.trace.records[0]  # before it, only an injection can have acted, and that is a reason of its own
+    found = [v.record for v in execution.violations if v.requirement == failure.subject]
+    return isinstance(first, RunStarted) and 0 in found
+
+
 def _says_more_than_success(rule: Forced) -> bool:
     deliveries = (rule.request, rule.reply, rule.cancel)
     return rule.outcome not in (None, Outcome.SUCCEED) or any(delivery is not None for delivery in deliveries)
@@ -256,6 +268,7 @@ def _details(case: Case) -> int:
     said = 0
     for rule in case.outcomes:
         said += 2 * sum(getattr(rule, field) is not None for field in _SAID) + _length(rule.latency_ns or 0)
+        said += sum(_length(delay_ns) for field in _MESSAGES for delay_ns in getattr(rule, field) or ())
     for injection in case.injections:
         said += len(injection.assign) + _length(injection.at_ns or 0)
         said += sum(part is not None for part in (injection.when, injection.at_ns, injection.hold_ns))
@@ -326,8 +339,18 @@ def _earlier_rules(case: Case, _: BehaviorModel) -> Iterator[Case]:
 
 def _rounder_latencies(case: Case, _: BehaviorModel) -> Iterator[Case]:
     for index, rule in enumerate(case.outcomes):
-        for latency_ns in _rounder(rule.latency_ns or 0):
-            yield replace(case, outcomes=_replaced(case.outcomes, index, replace(rule, latency_ns=latency_ns)))
+        for rounder in _rounder_rule(rule):
+            yield replace(case, outcomes=_replaced(case.outcomes, index, rounder))
+
+
+def _rounder_rule(rule: Forced) -> Iterator[Forced]:
+    for latency_ns in _rounder(rule.latency_ns or 0):
+        yield replace(rule, latency_ns=latency_ns)
+    for field in _MESSAGES:
+        for copy, delay_ns in enumerate(getattr(rule, field) or ()):
+            for rounded_ns in _rounder(delay_ns):
+                changed: dict[str, Any] = {field: _replaced(getattr(rule, field), copy, rounded_ns)}
+                yield replace(rule, **changed)
 
 
 def _lies_between(other: Forced, number: int, rule: Forced) -> bool:
@@ -452,6 +475,12 @@ def _choices(case: Case, model: BehaviorModel) -> Iterator[tuple[Choice, Case]]:
         yield choice, replace(case, injections=_without(case.injections, index))
     for index, rule in enumerate(case.outcomes):
         yield Choice(_told(rule), "without it"), replace(case, outcomes=_without(case.outcomes, index))
+    if case.limits.time_ns is not None:
+        choice = Choice(f"limit of {format_duration(case.limits.time_ns)}", "without it")
+        yield choice, replace(case, limits=replace(case.limits, time_ns=None))
+    if case.limits.plans is not None:
+        choice = Choice(f"limit of {case.limits.plans} plans", "without it")
+        yield choice, replace(case, limits=replace(case.limits, plans=None))
     network = case.network
     for index, partition in enumerate(network.partitions):
         cut = partition.resource or "all resources"
@@ -468,11 +497,12 @@ def _set(name: str, value: Value) -> str:
 
 def _told(rule: Forced) -> str:
     """What a rule says, in words."""
-    numbers = f"request {rule.first}" if rule.first == rule.last else f"requests {rule.first} to {rule.last or 'all'}"
+    numbers = f"request {rule.first}" if rule.first == rule.last else f"requests {rule.first} to {rule.last}"
+    numbers = f"requests from {rule.first} on" if rule.last is None else numbers
     said = [str(rule.outcome.value)] if rule.outcome is not None else []
     said += [f"after {format_duration(rule.latency_ns)}"] if rule.latency_ns is not None else []
     said += [f"{name} = {format_value(value)} measured" for name, value in rule.measured or ()]
-    for name in ("request", "reply", "cancel"):
+    for name in _MESSAGES:
         delivery = getattr(rule, name)
         if delivery is not None:
             copies = ", ".join(format_duration(delay_ns) for delay_ns in delivery)

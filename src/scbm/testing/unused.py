@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.model import OperationState
+from scbm.model import OperationState, format_duration
 from scbm.trace import BecameCurrent, InjectionApplied, OperationStepped, RequestSent, ResourceChanged
 
 if TYPE_CHECKING:
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 
 def find_unused(case: Case, records: Sequence[Record]) -> tuple[str, ...]:
-    """One sentence for each injection that never acted, and for each name whose later requests were never sent."""
-    if not case.injections and not case.outcomes:
+    """One sentence for each injection that never acted, name whose later requests were never sent, fault too late."""
+    if not (case.injections or case.outcomes or case.network.partitions or case.network.restarts):
         return ()
-    return (*_injections(case, records), *_outcomes(case, records))
+    return (*_injections(case, records), *_outcomes(case, records), *_faults(case, records))
 
 
 def _injections(case: Case, records: Sequence[Record]) -> Iterator[str]:
@@ -38,6 +38,17 @@ def _outcomes(case: Case, records: Sequence[Record]) -> Iterator[str]:
         count = sent.get(subject, 0)
         if number > count:
             yield f"the outcome of request {number} of {subject} is said, and there were {count or 'none'}"
+
+
+def _faults(case: Case, records: Sequence[Record]) -> Iterator[str]:
+    """Partitions and restarts that begin after the run has ended."""
+    ended_ns = records[-1].at_ns
+    for partition in case.network.partitions:
+        if partition.at_ns > ended_ns:
+            yield f"the partition at {format_duration(partition.at_ns)} comes after the end of the run"
+    for restart in case.network.restarts:
+        if restart.at_ns > ended_ns:
+            yield f"the restart at {format_duration(restart.at_ns)} comes after the end of the run"
 
 
 def _count(records: Sequence[Record]) -> dict[str, int]:

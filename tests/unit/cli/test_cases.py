@@ -99,6 +99,13 @@ def test_a_replay_needs_a_model(scbm: Scbm, tmp_path: Path) -> None:
     ran = scbm("replay", path)
     assert (ran.code, "error[model-missing]" in ran.err) == (2, True)
     assert scbm("replay", path, "--model", AFTER).code == 0
+    wrong = _write(tmp_path, "wrong.yaml", CASE.replace("goal", "Goal").replace("case: scans", "case: scans\nModel: x"))
+    ran = scbm("replay", wrong)
+    assert (ran.code, ran.err.count("did you mean `model`?"), "`goal`" in ran.err) == (2, 1, True)
+    for model, slug in (("nowhere.yaml", "file-missing"), (".", "file-is-directory")):
+        ran = scbm("replay", _write(tmp_path, "lost.yaml", f"model: {model}\n" + CASE + "limit: 3\n"))
+        assert f"lost.yaml:1:8: error[{slug}]" in ran.err
+        assert "error[unknown-key]" in ran.err
 
 
 # case files

@@ -62,6 +62,26 @@ def test_a_closed_pipe_does_not_look_like_failed_tests() -> None:
         assert process.wait() == 0
 
 
+@pytest.mark.parametrize("more", [(), ("--json",)])
+def test_a_closed_pipe_does_not_hide_that_tests_failed(more: tuple[str, ...], tmp_path: Path) -> None:
+    failing = ("test", BEFORE, "--require", "never robot_at == agv", "--failures", str(tmp_path), *more)
+    command = [sys.executable, "-m", "scbm", *failing]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        process.stdout.close()
+        assert process.stderr.read() == b""
+        assert process.wait() == 1
+
+
+def test_a_closed_pipe_does_not_hide_that_the_input_is_wrong() -> None:
+    command = [sys.executable, "-m", "scbm", "test", "nowhere.yaml"]
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
+        assert process.stderr is not None
+        process.stderr.close()
+        assert process.wait() == 2
+
+
 def test_an_output_that_is_not_utf8_is_no_fault() -> None:
     environment = {**os.environ, "PYTHONIOENCODING": "cp1252"}
     command = [sys.executable, "-m", "scbm", "test", BEFORE, "--cases", "2"]

@@ -64,9 +64,10 @@ def test_a_case_without_name_and_model_has_that_of_its_file(text: str, tmp_path:
     assert document.model_path is None
     with pytest.raises(InputError) as raised:
         document.required_model_path()
-    (diagnostic,) = raised.value.diagnostics
+    diagnostic, *others = raised.value.diagnostics
     assert diagnostic.slug is Slug.MODEL_MISSING
     assert diagnostic.place == Place(str(tmp_path / "second.yaml"))
+    assert others, "what else is wrong is told at once"
     assert diagnostic.remedy
 
 

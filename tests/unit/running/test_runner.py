@@ -194,6 +194,26 @@ def test_an_injection_at_the_moment_an_operation_becomes_current_still_disables_
     assert hand.lifecycle == ["scan_box disabled", "scan_box executing"]
 
 
+def test_what_was_changed_and_changed_back_since_an_injection_is_not_put_back() -> None:
+    """The injected value is there again, but somebody else means it."""
+    hand = Hand(scan_cell())
+    hand.inject(Injection("held", (("light", "blue"), ("count", 2)), hold_ns=5 * SECOND_NS), 0)
+    hand.inject(Injection("other", (("light", "red"),)), 1)
+    hand.inject(Injection("third", (("light", "blue"),)), 2)
+    hand.wait(5)
+    assert (hand.runner.state["light"], hand.runner.state["count"]) == ("blue", 0)
+
+
+def test_a_request_that_was_sent_meanwhile_is_not_put_back() -> None:
+    hand = Hand(scan_cell())
+    hand.inject(Injection("occupied", (("scan_req_state", "executing"),), hold_ns=2 * SECOND_NS), 0)
+    hand.goal()
+    hand.inject(Injection("freed", (("scan_req_state", "initial"),)), 1)
+    assert len(hand.sent) == 1
+    hand.wait(2)
+    assert (hand.cancelled, hand.runner.state["scan_req_state"]) == ([], "executing")
+
+
 def test_what_else_changed_since_an_injection_is_not_put_back() -> None:
     hand = Hand(scan_cell(), state={"light": "red"})
     hand.inject(Injection("blue", (("light", "blue"), ("count", 2)), hold_ns=5 * SECOND_NS), 0)

@@ -9,7 +9,18 @@ from pathlib import Path
 
 import pytest
 
-from scbm.cases import Case, Condition, ConditionKind, Expectations, Forced, Injection, Network, Partition, Restart
+from scbm.cases import (
+    Case,
+    Condition,
+    ConditionKind,
+    Expectations,
+    Forced,
+    Injection,
+    Limits,
+    Network,
+    Partition,
+    Restart,
+)
 from scbm.model import Always, Constant, Equal, Not, Outcome, Predicate, Reference, Requirement
 from scbm.notation import Scope, Where, parse_predicate, read_case, write_case
 from scbm.testing import Choice, FailureKind, Shrinker, Shrunk, Tester
@@ -144,6 +155,33 @@ def test_a_resource_that_is_slower_is_a_choice() -> None:
 def test_a_plainer_goal_is_taken_if_fewer_operations_lead_there() -> None:
     shrunk = _shrink(_case(), "scan_box.state == initial")
     assert shrunk.after.operations == 0
+
+
+def test_a_run_that_leads_to_a_bad_state_does_not_become_one_that_begins_in_it() -> None:
+    injected = Injection("turns", (("light", "blue"),), _predicate("scan_box.state == executing"))
+    shrunk = _shrink(_case(injections=(injected,)), "light == blue")
+    assert shrunk.execution.case.initial == MODEL.nominal_state
+    assert len(shrunk.execution.case.injections) == 1
+
+
+def test_a_run_that_begins_in_a_bad_state_stays_one() -> None:
+    shrunk = _shrink(_case(initial=MODEL.nominal_state.replace({"light": "red"})), "light == red")
+    assert shrunk.execution.case.initial["light"] == "red"
+
+
+def test_times_of_messages_become_round() -> None:
+    outcomes = (Forced("scan", 1, 1, request=(330_098_000,), reply=(9_876_543_210,)),)
+    shrunk = _shrink(_case(outcomes=outcomes), "scan_box.state == timedout")
+    (rule,) = shrunk.execution.case.outcomes
+    assert (rule.request, rule.reply) == ((S,), (10 * S,))
+
+
+def test_limits_that_matter_are_told() -> None:
+    slow = (Forced("scan", 1, None, latency_ns=3 * S),)
+    tester = Tester(scan_cell())
+    execution = tester.execute(_case(outcomes=slow, limits=Limits(time_ns=S)))
+    shrunk = Shrinker(tester).shrink(execution, execution.verdict.failures[0])
+    assert "limit of 1 s; it does not fail without it" in [str(choice) for choice in shrunk.matters]
 
 
 def test_what_a_case_expects_is_not_shrunk() -> None:

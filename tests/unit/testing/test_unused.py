@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scbm.cases import Case, Condition, ConditionKind, Forced, Injection
+from scbm.cases import Case, Condition, ConditionKind, Forced, Injection, Network, Partition, Restart
 from scbm.model import Constant, Equal, Outcome, Reference
 from scbm.testing import Tester
 from support.models import scan_cell
@@ -35,3 +35,12 @@ def test_outcomes_of_requests_that_are_never_sent_are_told() -> None:
     )
     never = Case("case", "red", RED, MODEL.nominal_state.replace({"light": "red"}), rules[:1])
     assert Tester(MODEL).execute(never).unused == ("the outcome of request 4 of scan is said, and there were none",)
+
+
+def test_faults_that_come_too_late_are_told() -> None:
+    network = Network(partitions=(Partition(3_000_000_000, 1),), restarts=(Restart("scan", 2_500_000_000),))
+    case = Case("case", *MODEL.goals[0], MODEL.nominal_state, network=network)
+    assert Tester(MODEL).execute(case).unused == (
+        "the partition at 3 s comes after the end of the run",
+        "the restart at 2500 ms comes after the end of the run",
+    )
