@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from scbm.cases import Case, Condition, ConditionKind, Forced, Injection, Network, Partition, Restart
+from dataclasses import replace
+
+from scbm.cases import Case, Condition, ConditionKind, Forced, Injection, Network, Origin, Partition, Restart
 from scbm.model import Constant, Equal, Outcome, Reference
 from scbm.testing import Tester
 from support.models import scan_cell
@@ -44,3 +46,4 @@ def test_faults_that_come_too_late_are_told() -> None:
         "the partition at 3 s comes after the end of the run",
         "the restart at 2500 ms comes after the end of the run",
     )
+    assert Tester(MODEL).execute(replace(case, origin=Origin(1))).unused == ()
