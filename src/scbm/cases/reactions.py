@@ -24,7 +24,7 @@ class Reaction:
         resource: where the request goes.
         outcome: a reply that says succeeded, one that says failed, or no reply.
         latency_ns: the time from the arrival of the request to the reply.
-        measured: values that the reply carries.
+        measured: values that the reply carries; `None` if it fails or the resource measures nothing.
         request, reply, cancel: how these messages travel, as far as it is decided; `None` leaves it to the network.
             Each copy of a request is answered, and all these answers travel alike.
     """
@@ -32,7 +32,7 @@ class Reaction:
     resource: str
     outcome: Outcome
     latency_ns: int
-    measured: Changes = ()
+    measured: Changes | None = None
     request: Delivery | None = None
     reply: Delivery | None = None
     cancel: Delivery | None = None

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from itertools import count
+from dataclasses import replace
+from itertools import chain, count
 from typing import TYPE_CHECKING
 
 from scbm.cases import Network
@@ -19,8 +20,9 @@ from scbm.notation import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
+    from scbm.cases import Case
     from scbm.model import BehaviorModel, Predicate, State
 
 
@@ -76,6 +78,24 @@ def read_requirements(sentences: Sequence[str], model: BehaviorModel) -> tuple[R
     if wrong:
         raise InputError(wrong)
     return tuple(requirements)
+
+
+def add_requirements(own: Sequence[Requirement], asked: Iterable[Requirement]) -> tuple[Requirement, ...]:
+    """The requirements of a case and those that are asked for beside them; the latter may get other names."""
+    requirements = list(own)
+    for requirement in asked:
+        if all(known.sentence != requirement.sentence for known in requirements):
+            taken = [known.name for known in requirements]
+            names = chain([requirement.name], (f"required_{number}" for number in count(1)))
+            requirements.append(replace(requirement, name=next(name for name in names if name not in taken)))
+    return tuple(requirements)
+
+
+def complete(case: Case, requirements: Sequence[Requirement], time_limit_ns: int | None) -> Case:
+    """The case with requirements and the limit of the command line, so that it keeps them when it is saved."""
+    if time_limit_ns is not None and case.limits.time_ns is None:
+        case = replace(case, limits=replace(case.limits, time_ns=time_limit_ns))
+    return replace(case, requirements=add_requirements(case.requirements, requirements))
 
 
 def read_faults(text: str | None, model: BehaviorModel) -> Network | None:

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from scbm.cli.arguments import complete, read_requirements, read_time_limit
 from scbm.cli.output import errors
 from scbm.cli.showing import show_run
 from scbm.errors import Diagnostic, Place, Slug
@@ -18,6 +19,12 @@ def command(
     model: Annotated[
         Path | None, typer.Option("--model", help="The model file; the one that the case names, if missing.")
     ] = None,
+    require: Annotated[
+        list[str] | None, typer.Option("--require", metavar="SENTENCE", help="A requirement beside the others.")
+    ] = None,
+    time_limit: Annotated[
+        str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time, if the case says none.")
+    ] = None,
     every: Annotated[bool, typer.Option("--all", help="Show changes of every variable.")] = False,
     trace: Annotated[Path | None, typer.Option("--trace", help="Write the trace to a file.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
@@ -25,7 +32,8 @@ def command(
     """Run a case file again, draw what happens, and say whether it is the run that was recorded."""
     document = open_case(case)
     loaded = load_model(model or document.required_model_path())
-    execution = Tester(loaded).execute(document.read(loaded))
+    asked = complete(document.read(loaded), read_requirements(require or [], loaded), read_time_limit(time_limit))
+    execution = Tester(loaded).execute(asked)
     is_same = _is_recorded_run(execution)
     show_run(loaded, execution, trace=trace, json=json, every=every, more={"is_recorded_run": is_same})
     if is_same is False:

@@ -1,5 +1,6 @@
 """`scbm test`: case files and random cases, verdicts, and the coverability report."""
 
+import re
 import shlex
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -9,8 +10,8 @@ from typing import Annotated
 
 import typer
 
-from scbm.cases import Case
-from scbm.cli.arguments import read_faults, read_requirements, read_time_limit
+from scbm.cases import Case, Network
+from scbm.cli.arguments import complete, read_faults, read_requirements, read_time_limit
 from scbm.cli.output import errors, results, write_json
 from scbm.errors import Diagnostic, InputError, Place, Slug
 from scbm.model import BehaviorModel, Requirement, format_duration
@@ -81,22 +82,26 @@ def command(
         wanted,
         seed,
         network,
+        read_faults(network, loaded),
         read_requirements(require or [], loaded),
         read_time_limit(time_limit),
     )
+    suite.refuse_equal_names()
     tester = Tester(loaded)
     campaign = Campaign.of(loaded, _with_progress(tester.results(suite.cases()), suite.count))
-    if save is not None:
-        suite.save_random(tester, save)
+    is_saved = save is None or suite.save_random(tester, save)
     findings = find_causes(tester, campaign, MOST_SHRUNK if shrink else 0)
     saved = [suite.save_small(finding, failures) for finding in findings]
     commands = tuple(suite.again(finding, path) for finding, path in zip(findings, saved, strict=True))
     if json:
         write_json(campaign_json(campaign, seed, findings, commands))
     else:
-        faulty = network is not None
-        setting = Setting(str(model), seed, wanted, suite.drawing, findings, commands, loses_messages=faulty)
+        setting = Setting(
+            str(model), seed, wanted, suite.drawing, findings, commands, loses_messages=suite.loses_messages
+        )
         results().lines(coverage_report(campaign, setting))
+    if not is_saved:
+        return 2
     return 1 if campaign.failed or not _reaches(campaign, fail_under) else 0
 
 
@@ -119,6 +124,7 @@ class _Suite:
     random: int
     seed: int
     network_text: str | None
+    network: Network | None
     requirements: tuple[Requirement, ...]
     time_limit_ns: int | None
 
@@ -127,37 +133,46 @@ class _Suite:
         return len(self.written) + self.random
 
     def cases(self) -> Iterator[Case]:
-        """All cases, with what the command line adds to them. Raises `InputError` if two have one name."""
-        paths = {written.case.name: written.path for written in self.written}
+        """All cases, with what the command line adds to them."""
         for written in self.written:
             yield self._completed(written.case)
         for case in self._drawn():
-            if case.name in paths:
-                message = f"`{case.name}` is drawn, and also in {paths[case.name]}"
+            yield self._completed(case)
+
+    def refuse_equal_names(self) -> None:
+        """Raises `InputError` if a written case has the name of a random one."""
+        drawn = re.compile(rf"seed-{self.seed}-case-([1-9]\d*)", re.ASCII)
+        for written in self.written:
+            match = drawn.fullmatch(written.case.name)
+            if match is not None and int(match[1]) <= self.random:
+                message = f"`{written.case.name}` is drawn, and also in {written.path}"
                 remedy = "choose another seed, or leave out one of them"
                 raise InputError([Diagnostic(Slug.DUPLICATE_NAME, message, Place("--cases"), remedy)])
-            yield self._completed(case)
 
     def _drawn(self) -> Iterable[Case]:
         if not self.random:
             return ()
-        faults = read_faults(self.network_text, self.model)
-        return RandomCases(self.model, str(self.file), faults).first(self.random, self.seed)
+        return RandomCases(self.model, str(self.file), self.network).first(self.random, self.seed)
+
+    @property
+    def loses_messages(self) -> bool:
+        """Whether the network of random cases may lose messages."""
+        network = self.network
+        return network is None or bool(network.loss or network.partitions or network.restarts)
 
     def _completed(self, case: Case) -> Case:
-        """The case with the requirements and the limit of the command line, so that it keeps them when it is saved."""
-        if self.time_limit_ns is not None and case.limits.time_ns is None:
-            case = replace(case, limits=replace(case.limits, time_ns=self.time_limit_ns))
-        own = [requirement.name for requirement in case.requirements]
-        added = tuple(requirement for requirement in self.requirements if requirement.name not in own)
-        return replace(case, requirements=(*case.requirements, *added)) if added else case
+        return complete(case, self.requirements, self.time_limit_ns)
 
-    def save_random(self, tester: Tester, directory: Path) -> None:
-        """Saves every random case with all that was drawn in it."""
-        recorded = [tester.execute(self._completed(case)).recorded_case for case in self._drawn()]
-        comments = [f"case {case.origin.number} of seed {case.origin.seed}" for case in recorded if case.origin]
-        labelled = [(case, [comment]) for case, comment in zip(recorded, comments, strict=True)]
-        save_cases(labelled, directory, self.model, self.file, overwrite=False)
+    def save_random(self, tester: Tester, directory: Path) -> bool:
+        """Saves every random case with all that was drawn in it; if it cannot, that is told and the report goes on."""
+        recorded = (tester.execute(self._completed(case)).recorded_case for case in self._drawn())
+        labelled = [(case, [f"case {number} of seed {self.seed}"]) for number, case in enumerate(recorded, start=1)]
+        try:
+            save_cases(labelled, directory, self.model, self.file, overwrite=False)
+        except InputError as error:
+            errors().diagnostics(error.diagnostics)
+            return False
+        return True
 
     def save_small(self, finding: Finding, directory: Path) -> Path | None:
         """Saves the small case of a finding, if there is one; where it cannot, that is told and the report goes on."""
@@ -176,13 +191,20 @@ class _Suite:
     def again(self, finding: Finding, saved: Path | None) -> str:
         """The command that shows a finding again: its small case if that is saved, else its first case."""
         case = finding.results[0].case
-        paths = {written.case.name: written.path for written in self.written}
-        path = saved or paths.get(case.name)
-        if path is not None:
-            return f"scbm replay {shlex.quote(str(path))}"
+        if saved is not None:
+            return f"scbm replay {shlex.quote(str(saved))}"
+        for written in self.written:
+            if written.case.name == case.name:
+                return f"scbm replay {shlex.quote(str(written.path))}{self._model_of(written)}{self._judging}"
         assert case.origin is not None  # noqa: S101 - it is not written, so it is drawn
         drawn = f"--seed {case.origin.seed} --case {case.origin.number}"
         return f"scbm run {shlex.quote(str(self.file))} {drawn}{self.drawing}{self._judging}"
+
+    def _model_of(self, written: WrittenCase) -> str:
+        """The option that says the model, if the case does not name this one itself."""
+        named = written.model_path
+        is_this = named is not None and named.resolve() == self.file.resolve()
+        return "" if is_this else f" --model {shlex.quote(str(self.file))}"
 
     @property
     def drawing(self) -> str:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 MOST_INJECTIONS = 1_000
 
-_FACTOR = re.compile(r"\d{1,9}(\.\d{1,9})?", re.ASCII)
+_FACTOR = re.compile(r"\d{1,6}(\.\d{1,6})?", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +106,8 @@ class InjectionBuilder:
         place = node.place if written is None else written.place
         if name is None:
             return f"injection_{number}"
+        if name == "network":
+            self._parts.add(Slug.RESERVED_NAME, "`network` has a meaning of its own", place, "choose another name")
         if name in self._places:
             message = f"two injections are called `{name}`, the other in line {self._places[name].line}"
             self._parts.add(Slug.DUPLICATE_NAME, message, place, "choose another name")
@@ -153,7 +155,7 @@ class InjectionBuilder:
         if factor is not None and factor >= 1:
             return factor
         message = f"`{node.text}` is not a number of times that something can be slower"
-        self._parts.add(Slug.BAD_NUMBER, message, node.place, "write a number from 1 on, such as `3` or `1.5`")
+        self._parts.add(Slug.BAD_NUMBER, message, node.place, "write a number from 1 to 999999, such as `3` or `1.5`")
         return None
 
     # contradictions

@@ -24,7 +24,7 @@ _BENCH = pytest.StashKey["Bench"]()
 _SUFFIXES = (".yaml", ".yml")
 _SNIFFED_BYTES = 65_536
 
-_MAY_BE_CASE = re.compile(rb"^\W*(case|goal)\b", re.MULTILINE | re.IGNORECASE)
+_MAY_BE_CASE = re.compile(rb"^[^\w\r\n]*(case|goal)\b", re.MULTILINE | re.IGNORECASE)
 """True of every case. Only of what it is true of the reader of cases is asked, as loading that takes its time."""
 
 _OUTPUT = "scbm"

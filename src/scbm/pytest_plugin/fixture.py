@@ -121,7 +121,10 @@ class ModelUnderTest:
 
     def _name(self, test: str) -> str:
         """The name of the test, with a number from the second case on."""
-        name = re.sub(r"[^A-Za-z0-9_.-]+", "_", test.rpartition("::")[2]).strip("_") or "case"
+        function, bracket, parameters = test.partition("[")  # parameters may have anything in them
+        written = function.rpartition("::")[2] + bracket + parameters
+        name = re.sub(r"[^A-Za-z0-9_.-]+", "_", written).strip("_.-") or "case"
+        name = name if name[0].isalpha() else f"case_{name}"
         self._counts[test] += 1
         count = self._counts[test]
         return name if count == 1 else f"{name}-{count}"

@@ -54,8 +54,14 @@ def _round(names: list[str], taken: list[str]) -> tuple[str, ...]:
     return (*names[first:], *names[:first], names[first])
 
 
+NO_TIME_PASSES = "no time passes"
+"""Stands in the place of a cycle where requests are sent and answered for ever at one moment."""
+
+
 def describe_cycle(names: Sequence[str]) -> str:
     """What `name_cycle` found, as a sentence."""
+    if tuple(names) == (NO_TIME_PASSES,):
+        return "requests are sent and answered without end, and no time passes: give the resources a latency"
     if len(names) > 1 and names[0] == names[-1]:
         return f"automatic transitions go round without end: {' -> '.join(names)}"
     return f"too many automatic transitions in a row, though they do not go round: {', '.join(names)}"

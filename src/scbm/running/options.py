@@ -13,6 +13,8 @@ class RunnerOptions:
         time_limit_ns: how long one goal may be pursued.
         plan_limit: how many plans may be asked for, for one goal.
         livelock_bound: how many automatic transitions one settling may take (semantics 5.1).
+        instant_bound: how many events may come at one moment. Where resources answer in no time, requests can be sent
+            and answered for ever, and no time limit ends that.
         awaits_measurements: whether a measured value may still arrive unasked, so that a goal which cannot be
             planned for is waited for (semantics 5.6).
     """
@@ -20,4 +22,5 @@ class RunnerOptions:
     time_limit_ns: int = 3_600_000_000_000
     plan_limit: int = 100
     livelock_bound: int = 1_000
+    instant_bound: int = 10_000
     awaits_measurements: bool = False

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cases import Condition
 from scbm.model import OperationState, PlanState
-from scbm.running.automatic import name_cycle
+from scbm.running.automatic import NO_TIME_PASSES, name_cycle
 from scbm.running.effects import AskPlan, CancelRequest, ChangeResource, Effect, RunFinished, SendRequest
 from scbm.running.events import (
     Event,
@@ -82,13 +82,11 @@ class _Held:
 
     Attributes:
         before: what each variable was that nothing else has changed since.
-        condition_before: for one that changed the condition of a resource, what that was.
     """
 
     injection: Injection
     until_ns: int
     before: dict[str, Value]
-    condition_before: Condition = _WELL
 
 
 class Runner:
@@ -108,6 +106,7 @@ class Runner:
         self.program = program
         self.options = options or RunnerOptions()
         self._now_ns = now_ns
+        self._at_once = 0
         self._time_passes = False
         space = program.packing.space
         self._state = program.packing.pack({v.name: v.initial if v.role.is_runner else state[v.name] for v in space})
@@ -116,7 +115,7 @@ class Runner:
         self._waiting: deque[_Goal] = deque()
         self._armed: list[_Armed] = []
         self._held: list[_Held] = []
-        self._conditions: dict[str, Condition] = {}
+        self._conditions: dict[str, list[Injection]] = {}
         self._asks = 0
         self._taken: list[tuple[str, int]] = []
         self._rest()
@@ -144,6 +143,7 @@ class Runner:
         """
         if now_ns < self._now_ns:
             raise ValueError(f"time runs backwards, from {self._now_ns} ns to {now_ns} ns")
+        self._at_once = self._at_once + 1 if now_ns == self._now_ns else 0
         self._now_ns = now_ns
         self._time_passes = isinstance(event, TimePassed)
         self._effects = []
@@ -243,6 +243,8 @@ class Runner:
         if self._goal is not None and self._has_passed(self._goal_deadline_ns):
             self._end(End.TIME_LIMIT)
             self._settle()
+        elif self._goal is not None and self._at_once >= self.options.instant_bound:
+            self._end(End.LIVELOCK, (NO_TIME_PASSES,))
 
     def _has_passed(self, deadline_ns: int) -> bool:
         """Whether a deadline has passed. `TimePassed` says so: all else that happens at its instant is in time."""
@@ -280,25 +282,27 @@ class Runner:
         assert after is not None  # noqa: S101 - constants never leave a domain
         failed = self._current.name if armed.step.fails_operation and self._current is not None else None
         changes = self._set(self._failed(after) if armed.step.fails_operation else after)
-        condition_before = self._conditions.get(injection.resource or "", _WELL)
         if injection.assign:
             self._effects.append(InjectionApplied(self._now_ns, injection.name, failed, changes))
-        if injection.condition is not None:
-            self._change_resource(injection, injection.condition)
+        if injection.resource is not None:
+            self._conditions.setdefault(injection.resource, []).append(injection)
+            self._change_resource(injection, injection.resource)
         if injection.hold_ns is not None:
             packing = self.program.packing
             # The states of operations and plans are the runner's: they go on from what was injected.
             names = [name for name, _ in injection.assign if not packing.space[name].role.is_runner]
             was = {name: packing.value(before, name) for name in names}
-            self._held.append(_Held(injection, self._now_ns + injection.hold_ns, was, condition_before))
+            self._held.append(_Held(injection, self._now_ns + injection.hold_ns, was))
 
-    def _change_resource(self, injection: Injection, condition: Condition) -> None:
-        """Says what becomes of a resource: to the trace, and to whoever drives the runner."""
-        assert injection.resource is not None  # noqa: S101 - a condition is that of a resource
-        self._conditions[injection.resource] = condition
-        record = ResourceChanged(self._now_ns, injection.name, injection.resource, str(condition))
-        self._effects.append(record)
-        self._effects.append(ChangeResource(injection.resource, condition))
+    def _change_resource(self, injection: Injection, resource: str) -> None:
+        """Says what an injection makes of a resource: to the trace, and to whoever drives the runner.
+
+        Of the injections that are in force, the last one decides.
+        """
+        in_force = self._conditions[resource]
+        condition = (in_force[-1].condition if in_force else None) or _WELL
+        self._effects.append(ResourceChanged(self._now_ns, injection.name, resource, str(condition)))
+        self._effects.append(ChangeResource(resource, condition))
 
     def _put_back(self) -> bool:
         for index, held in enumerate(self._held):
@@ -314,8 +318,12 @@ class Runner:
         if injection.assign:
             keep, bits = packing.assignment(held.before)
             self._effects.append(PutBack(self._now_ns, injection.name, self._set(self._state & keep | bits)))
-        if injection.resource is not None and self._conditions[injection.resource] is injection.condition:
-            self._change_resource(injection, held.condition_before)
+        if injection.resource is not None:
+            in_force = self._conditions[injection.resource]
+            decided = in_force[-1] is injection
+            in_force[:] = [other for other in in_force if other is not injection]
+            if decided:
+                self._change_resource(injection, injection.resource)
 
     # 1: automatic transitions
 

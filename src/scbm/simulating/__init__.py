@@ -5,7 +5,7 @@ The same choices give the same trace, byte for byte. Nothing here reads a clock,
 
 from scbm.simulating.choices import Choices, Message, Reactions, leave_nothing_open
 from scbm.simulating.reactions import DrawnReactions, PlainReactions, typical_ns
-from scbm.simulating.simulation import Simulated, Simulator
+from scbm.simulating.simulation import Simulated, Simulator, TooLongError
 
 __all__ = [
     "Choices",
@@ -15,6 +15,7 @@ __all__ = [
     "Reactions",
     "Simulated",
     "Simulator",
+    "TooLongError",
     "leave_nothing_open",
     "typical_ns",
 ]

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 from scbm.cases import AT_ONCE, LOST, Forced, Network, Reaction
 from scbm.model import Outcome
 from scbm.simulating.network import Links
+from scbm.simulating.reactions import plainly_measured
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -128,7 +129,7 @@ class _Rules:
     def _next(self, subject: str) -> Forced | None:
         self._counts[subject] += 1
         number, rules = self._counts[subject], self._rules[subject]
-        while rules and rules[0].last is not None and rules[0].last < number:
+        while rules and rules[0].last is not None and rules[0].last < number:  # so that long lists cost nothing
             rules.popleft()
         return next((r for r in rules if r.first <= number and (r.last is None or number <= r.last)), None)
 
@@ -138,9 +139,9 @@ def _follow(reaction: Reaction, rule: Forced, resource: Resource) -> Reaction:
     outcome = reaction.outcome if rule.outcome is None else rule.outcome
     measured = reaction.measured if rule.measured is None else rule.measured
     if outcome is not Outcome.SUCCEED:
-        measured = ()
+        measured = None
     elif rule.measured is None and reaction.outcome is not Outcome.SUCCEED:
-        measured = tuple((name, values[0]) for name, values in resource.simulation.measured)
+        measured = plainly_measured(resource)
     return Reaction(
         reaction.resource,
         outcome,
@@ -171,6 +172,6 @@ def _rule(reaction: Reaction, number: int) -> Forced:
         number,
         reaction.outcome,
         reaction.latency_ns if answered else None,
-        reaction.measured or None,
+        reaction.measured,
         *said,
     )

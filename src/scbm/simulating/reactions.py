@@ -23,8 +23,13 @@ class PlainReactions:
 
     def react(self, resource: Resource) -> Reaction:
         """The same each time."""
-        measured = tuple((name, values[0]) for name, values in resource.simulation.measured)
-        return Reaction(resource.name, Outcome.SUCCEED, typical_ns(resource.simulation.latency), measured)
+        latency_ns = typical_ns(resource.simulation.latency)
+        return Reaction(resource.name, Outcome.SUCCEED, latency_ns, plainly_measured(resource))
+
+
+def plainly_measured(resource: Resource) -> Changes | None:
+    """The first of the values listed for each variable; `None` if there are none."""
+    return tuple((name, values[0]) for name, values in resource.simulation.measured) or None
 
 
 def typical_ns(latency: Latency) -> int:
@@ -52,10 +57,10 @@ class DrawnReactions:
         """Draws an outcome, a latency, and for a success the measured values, in this order."""
         outcome = self._outcome(resource)
         latency_ns = self._latency_ns(resource.simulation.latency)
-        measured: Changes = ()
+        measured: Changes | None = None
         if outcome is Outcome.SUCCEED:
             drawn = resource.simulation.measured
-            measured = tuple((name, values[self._below(len(values))]) for name, values in drawn)
+            measured = tuple((name, values[self._below(len(values))]) for name, values in drawn) or None
         return Reaction(resource.name, outcome, latency_ns, measured)
 
     def _outcome(self, resource: Resource) -> Outcome:

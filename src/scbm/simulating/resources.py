@@ -9,8 +9,6 @@ from scbm.cases import Condition, ConditionKind
 from scbm.model import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from scbm.cases import Reaction
 
 _WELL = Condition()
@@ -31,9 +29,14 @@ class SimulatedResource:
 
     name: str
     condition: Condition = _WELL
-    is_down: bool = False
+    downs: int = 0
     _jobs: list[Job] = field(default_factory=list)
     _waiting: list[Job] = field(default_factory=list)
+
+    @property
+    def is_down(self) -> bool:
+        """Whether it is restarting; restarts may overlap."""
+        return self.downs > 0
 
     def receive(self, request: int, reaction: Reaction) -> tuple[Job, int] | None:
         """A request arrives. The job and how long it will take; `None` if no answer is to come of it by now."""
@@ -64,8 +67,6 @@ class SimulatedResource:
 
     def cancel(self, request: int) -> None:
         """Nobody waits for this request any more."""
-        if self.is_down or self.condition.kind is ConditionKind.DEAD:
-            return
         self._jobs = [job for job in self._jobs if job.request != request]
         self._waiting = [job for job in self._waiting if job.request != request]
 
@@ -74,15 +75,12 @@ class SimulatedResource:
         self._jobs.clear()
         self._waiting.clear()
 
-    def become(self, condition: Condition) -> Iterator[tuple[Job, int]]:
+    def become(self, condition: Condition) -> list[tuple[Job, int]]:
         """Changes the condition; what waited and can be begun now comes back as from `receive`."""
         self.condition = condition
         if condition.kind is ConditionKind.DEAD:
             self.forget()
         if condition.kind is ConditionKind.OCCUPIED:
-            return
+            return []
         waiting, self._waiting = self._waiting, []
-        for job in waiting:
-            begun = self._begin(job)
-            if begun is not None:
-                yield begun
+        return [begun for job in waiting if (begun := self._begin(job)) is not None]

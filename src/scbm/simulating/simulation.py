@@ -56,6 +56,10 @@ class Simulated:
     records: tuple[Record, ...]
 
 
+class TooLongError(Exception):
+    """More happens in a run than whoever asked for it cares to wait for."""
+
+
 class Simulator:
     """Simulates one model, run after run. Runs do not influence each other."""
 
@@ -72,12 +76,16 @@ class Simulator:
         self.planner = Planner(model)
         self.resources = {resource.name: resource for resource in model.resources}
 
-    def run(self, case: Case, choices: Choices) -> Simulated:
+    def run(self, case: Case, choices: Choices, most_records: int | None = None) -> Simulated:
         """Runs a case until its goal is reached or given up.
 
         Args:
             case: where it begins, what it is for, what the tester does on the way.
             choices: decides how resources react, and how messages travel.
+            most_records: the run is given up when more than so many things have happened.
+
+        Raises:
+            TooLongError: that many have.
         """
         runner = Runner(self.program, case.initial, self._options(case.limits))
         run = _Run(self, runner, choices)
@@ -85,7 +93,7 @@ class Simulator:
             run.schedule(0, InjectionGiven(injection))
         run.schedule(0, GoalGiven(case.goal, case.predicate))
         run.plan_restarts(case.network.restarts)
-        return run.finish()
+        return run.finish(most_records)
 
     def _options(self, limits: Limits) -> RunnerOptions:
         """The limits of a case; where it has none, those of the simulator."""
@@ -148,9 +156,11 @@ class _Run:
             self.schedule(restart.at_ns, _Restarts(restart.resource, is_down=True))
             self.schedule(restart.at_ns + restart.for_ns, _Restarts(restart.resource, is_down=False))
 
-    def finish(self) -> Simulated:
-        """Lets everything happen until the run ends."""
+    def finish(self, most_records: int | None) -> Simulated:
+        """Lets everything happen until the run ends. Raises `TooLongError`."""
         while self._end is None:
+            if most_records is not None and len(self._records) > most_records:
+                raise TooLongError
             event = self._next_event()
             for effect in self._runner.handle(event, self._now_ns):
                 self._perform(effect)
@@ -239,7 +249,7 @@ class _Run:
         """A job is done: the reply, if it arrives at once; else it is under way, or there is none."""
         if not self._resources[resource].finish(job):
             return None
-        reply = ReplyArrived(job.request, job.succeeds, job.reaction.measured if job.succeeds else ())
+        reply = ReplyArrived(job.request, job.succeeds, job.reaction.measured or () if job.succeeds else ())
         at_once = None
         for delay_ns in self._travel(Message.REPLY, job.request, resource):
             if delay_ns or at_once is not None:
@@ -250,9 +260,9 @@ class _Run:
 
     def _restart(self, name: str, *, is_down: bool) -> None:
         resource = self._resources[name]
-        resource.is_down = is_down
+        resource.downs += 1 if is_down else -1
         resource.forget()
-        condition = "down" if is_down else str(resource.condition)
+        condition = "down" if resource.is_down else str(resource.condition)
         self._records.append(ResourceChanged(self._now_ns, "network", name, condition))
 
     # planning

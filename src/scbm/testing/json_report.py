@@ -19,7 +19,7 @@ FORMAT_VERSION = 1
 
 
 def campaign_json(
-    campaign: Campaign, seed: int, findings: Sequence[Finding] = (), commands: Sequence[str] = ()
+    campaign: Campaign, seed: int, findings: Sequence[Finding], commands: Sequence[str]
 ) -> dict[str, Any]:
     """The campaign as data that `json` can write; equal campaigns of one seed give equal bytes."""
     return {

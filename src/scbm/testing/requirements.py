@@ -226,6 +226,8 @@ def _look(monitor: _Monitor, reads: tuple[str, ...], state: dict[str, Value], re
     if isinstance(record, RunStarted):
         state.update(record.state)
         found = monitor.see(state, record.at_ns)
+        if found is not None:
+            return found
     elif not state:
         return None
     state.update(record.changes)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from scbm.cases import Expectations, Network, Partition, Restart
 from scbm.model import And, OperationState, Outcome, format_duration, format_value
+from scbm.simulating import TooLongError
 from scbm.testing.verdicts import Failure, FailureKind
 from scbm.trace import OperationStepped, RunStarted
 
@@ -26,6 +27,9 @@ _Part = TypeVar("_Part")
 
 MOST_RUNS = 2_000
 """So many attempts are made at most; the examples need less than a hundred."""
+
+_MORE_OF_ONE = 5_000
+"""An attempt is given up when its trace has four times the records of the original, and so many more."""
 
 MOST_RECORDS = 500_000
 """So many records may the traces of all attempts have; these are five to ten seconds."""
@@ -135,7 +139,9 @@ class Shrinker:
             expect=Expectations(),
             requirements=tuple(r for r in execution.case.requirements if _is_needed(r.name, failure)),
         )
-        best = search.start(case) or execution
+        best = search.start(case)
+        if best is None:
+            raise AssertionError(f"{execution.case.name} fails otherwise when everything that was drawn is said")
         before = _size(best, failure, self._model)
         improved = True
         while improved:
@@ -165,6 +171,7 @@ class _Search:
         self._failure = failure
         self._begins_broken = _begins_broken(original, failure)
         self._most_runs = most_runs
+        self._most_of_one = _MORE_OF_ONE + 4 * len(original.trace.records)
         self._tried: dict[Case, None] = {}
         self._records = 0
         self.runs = 0
@@ -187,7 +194,7 @@ class _Search:
 
     def _attempt(self, case: Case, best: Execution) -> Execution | None:
         """The run of a case, if it is better than the best so far."""
-        if case in self._tried or self.runs >= self._most_runs or self._records >= MOST_RECORDS:
+        if case in self._tried or self._is_over:
             return None
         self._tried[case] = None
         found = self._fails(case)
@@ -196,11 +203,19 @@ class _Search:
         sizes = (_size(run, self._failure, self._model) for run in (found, best))
         return found if next(sizes) < next(sizes) else None
 
+    @property
+    def _is_over(self) -> bool:
+        return self.runs >= self._most_runs or self._records >= MOST_RECORDS
+
     def _fails(self, case: Case) -> Execution | None:
         if not self._model.initial_states.holds(case.initial):
             return None
         self.runs += 1
-        execution = self._tester.execute(case)
+        try:
+            execution = self._tester.execute(case, self._most_of_one)
+        except TooLongError:
+            self._records += self._most_of_one
+            return None
         self._records += len(execution.trace.records)
         if not any(failure.is_like(self._failure) for failure in execution.verdict.failures):
             return None
@@ -210,6 +225,8 @@ class _Search:
     def what_matters(self, best: Execution) -> Iterator[Choice]:
         """Each choice that is left, if the case does not fail so without it."""
         for choice, case in _choices(best.case, self._model):
+            if self._is_over:
+                return
             if self._model.initial_states.holds(case.initial) and self._fails(case) is None:
                 yield choice
 
@@ -437,11 +454,6 @@ def _name(goal: Predicate, model: BehaviorModel) -> str:
     return next((name for name, named in model.goals if named == goal), str(goal))
 
 
-def _fewer_limits(case: Case, _: BehaviorModel) -> Iterator[Case]:
-    yield replace(case, limits=replace(case.limits, time_ns=None))
-    yield replace(case, limits=replace(case.limits, plans=None))
-
-
 def _replaced(parts: tuple[_Part, ...], index: int, part: _Part) -> tuple[_Part, ...]:
     return (*parts[:index], part, *parts[index + 1 :])
 
@@ -456,7 +468,6 @@ _STEPS: tuple[_Step, ...] = (
     _rounder_latencies,
     _plainer_injections,
     _plainer_faults,
-    _fewer_limits,
 )
 
 

@@ -23,10 +23,15 @@ _SNIFFED_BYTES = 65_536
 
 @dataclass(frozen=True, slots=True)
 class WrittenCase:
-    """A case and the file that it was read from."""
+    """A case and the file that it was read from.
+
+    Attributes:
+        model_path: the model file that it names, if it does.
+    """
 
     case: Case
     path: Path
+    model_path: Path | None
 
 
 def find_case_files(paths: Iterable[Path]) -> tuple[Path, ...]:
@@ -40,7 +45,7 @@ def find_case_files(paths: Iterable[Path]) -> tuple[Path, ...]:
     found: dict[Path, None] = {}
     empty = []
     for path in paths:
-        files = list(_below(path)) if path.is_dir() else [path]
+        files = list(_below(path)) if os.path.isdir(path) else [path]  # noqa: PTH112 - a path too long is none, and no error
         if not files:
             remedy = "a case file ends in .yaml and begins with `case:`"
             empty.append(Diagnostic(Slug.NO_CASES, "there are no case files below", Place(str(path)), remedy))
@@ -72,14 +77,15 @@ def load_suite(paths: Iterable[Path], model: BehaviorModel) -> tuple[WrittenCase
     cases: dict[str, WrittenCase] = {}
     for path in find_case_files(paths):
         try:
-            case = open_case(path).read(model)
+            document = open_case(path)
+            case = document.read(model)
         except InputError as error:
             wrong += error.diagnostics
             continue
         if case.name in cases:
             message = f"the case `{case.name}` is also in {cases[case.name].path}"
             wrong.append(Diagnostic(Slug.DUPLICATE_NAME, message, Place(str(path)), "give it another name"))
-        cases.setdefault(case.name, WrittenCase(case, path))
+        cases.setdefault(case.name, WrittenCase(case, path, document.model_path))
     if wrong:
         raise InputError(wrong)
     return tuple(cases.values())
@@ -122,7 +128,7 @@ def save_cases(
 
 
 def _refuse_to_lose(texts: dict[Path, str]) -> None:
-    lost = [path for path, text in texts.items() if path.exists() and not _says(path, text)]
+    lost = [path for path, text in texts.items() if os.path.exists(path) and not _says(path, text)]  # noqa: PTH110 - as above
     remedy = "save into another directory, or move this file away"
     message = "this file is there already, and says something else"
     if lost:

@@ -91,14 +91,15 @@ class Tester:
         self._simulator = Simulator(model, options, plan_limits)
         self._plain = PlainReactions()
 
-    def execute(self, case: Case) -> Execution:
+    def execute(self, case: Case, most_records: int | None = None) -> Execution:
         """Runs one case. What it leaves open is drawn from its origin, or plain if it has none.
 
         Raises:
+            TooLongError: more happens than `most_records`.
             ValueError: the network of the case is a matter of chance, and the case has no origin.
         """
         choices = self._choices(case)
-        run = self._simulator.run(case, choices)
+        run = self._simulator.run(case, choices, most_records)
         violations = find_violations((*self.model.requirements, *case.requirements), run.records)
         visited = visited_by(run.records, self.obligations)
         names = self.obligations.names(visited) if case.expect.visits else ()

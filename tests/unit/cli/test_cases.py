@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
@@ -89,6 +90,7 @@ def test_saving_never_loses_a_file_that_says_something_else(scbm: Scbm, tmp_path
     edited = _write(tmp_path, "seed-1-case-2.yaml", "mine\n")
     ran = scbm("test", BEFORE, "--cases", 3, "--seed", 1, "--save", tmp_path)
     assert (ran.code, "seed-1-case-2.yaml: error[bad-option]" in ran.err) == (2, True)
+    assert "SCBM-IAS" in ran.out, "the report is not lost"
     assert edited.read_text(encoding="utf-8") == "mine\n"
     assert not (tmp_path / "seed-1-case-3.yaml").exists()
     assert scbm("test", BEFORE, "--cases", 1, "--save", edited / "below").code == 2
@@ -245,6 +247,25 @@ def test_wrong_requirements_are_told_all_at_once(scbm: Scbm) -> None:
     assert (ran.code, ran.err.count("--require:1:")) == (2, 2)
 
 
+def test_a_requirement_is_asked_of_a_case_that_has_one_of_the_same_name(scbm: Scbm, tmp_path: Path) -> None:
+    text = CASE + "requirements: {required_1: always mounted != gripper}\n"
+    path = _write(tmp_path, "scans.yaml", text)
+    ran = scbm("test", AFTER, path, "--require", "never scanned_a == true", "--failures", tmp_path / "small")
+    assert (ran.code, "required_2 is violated" in ran.out) == (1, True)
+
+
+def test_the_command_that_shows_a_failure_again_shows_it(scbm: Scbm, tmp_path: Path) -> None:
+    path = _write(tmp_path, "my scans.yaml")
+    required = ("--require", "never scanned_a == true", "--time-limit", "1 min", "--no-shrink")
+    ran = scbm("test", AFTER, path, *required)
+    line = next(line for line in ran.out.splitlines() if "again:" in line).split("again: scbm ")[1]
+    again = scbm(*shlex.split(line))
+    assert (again.code, "required_1 is violated" in again.out) == (1, True)
+    named = _write(tmp_path, "named.yaml", f"model: {ROOT / AFTER}\n" + CASE.replace("reached", "aborted"))
+    ran = scbm("test", AFTER, named)
+    assert f"again: scbm replay {named}\n" in ran.out
+
+
 def test_the_same_options_give_the_same_small_case(scbm: Scbm, tmp_path: Path) -> None:
     texts = []
     for _ in range(2):
@@ -259,6 +280,8 @@ def test_the_same_options_give_the_same_small_case(scbm: Scbm, tmp_path: Path) -
 def test_a_network_can_be_given_and_drawn(scbm: Scbm) -> None:
     lossy = json.loads(scbm("test", AFTER, "--network", "loss: 20 %, latency: 5 ms", "--seed", 1, "--json").out)
     assert lossy["coverage"]["by_state"]["timedout"]["visited"] > 0
+    slow = scbm("test", AFTER, "--network", "latency: 1 ms", "--seed", 1)
+    assert "every request is answered" in slow.out, "a latency loses nothing"
     drawn = json.loads(scbm("test", AFTER, "--network", "drawn", "--seed", 1, "--json").out)
     assert drawn["coverage"] != lossy["coverage"]
     ran = scbm("run", AFTER, "--goal", "item_a_scanned", "--network", "loss: 30 %", "--seed", 2)

@@ -194,6 +194,16 @@ def test_an_injection_at_the_moment_an_operation_becomes_current_still_disables_
     assert hand.lifecycle == ["scan_box disabled", "scan_box executing"]
 
 
+def test_the_state_of_the_plan_is_never_put_back() -> None:
+    hand = Hand(scan_cell())
+    assign = (("plan.state", "aborted"), ("count", 2))
+    hand.inject(Injection("aborts", assign, when=current_is("scan_box"), hold_ns=SECOND_NS))
+    hand.goal()
+    assert hand.ends == [End.ABORTED]
+    hand.wait(1)
+    assert (hand.runner.state["plan.state"], hand.runner.state["count"]) == ("aborted", 0)
+
+
 def test_what_was_changed_and_changed_back_since_an_injection_is_not_put_back() -> None:
     """The injected value is there again, but somebody else means it."""
     hand = Hand(scan_cell())

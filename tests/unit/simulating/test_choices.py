@@ -50,7 +50,7 @@ def test_what_a_rule_does_not_say_stays_as_it_was() -> None:
 def test_a_failure_measures_nothing() -> None:
     choices = _choices(Forced("camera", 1, 1, Outcome.FAIL), Forced("camera", 2, 2, measured=(("light", "green"),)))
     measured = [choices.react(CAMERA, None).measured for _ in range(3)]
-    assert measured == [(), (("light", "green"),), (("light", "red"),)]
+    assert measured == [None, (("light", "green"),), (("light", "red"),)]
 
 
 def test_a_success_that_is_forced_measures_the_first_values() -> None:
@@ -142,3 +142,35 @@ def test_what_was_decided_leaves_nothing_open() -> None:
         Forced("scan", 2, 2, Outcome.FAIL, 6, request=LOST),
         Forced("robot", 1, 1, Outcome.TIMEOUT),
     )
+
+
+def test_that_nothing_was_measured_is_said_where_something_could_have_been() -> None:
+    choices = _choices(Forced("camera", 1, 1, measured=()))
+    choices.react(CAMERA, None)
+    (rule,) = leave_nothing_open(choices.taken)
+    assert rule.measured == ()
+    again = _choices(rule)
+    assert again.react(CAMERA, None) == choices.taken_by(1)
+
+
+def test_a_partition_cuts_off_whatever_else_is_said() -> None:
+    choices = _choices(Forced("scan", 1, 1, reply=(3,)), network=Network(partitions=(Partition(0, 5),)))
+    choices.react(SCAN, None)
+    assert [choices.travel(1, Message.REPLY, now_ns) for now_ns in (4, 5)] == [LOST, (3,)]
+
+
+def test_the_two_directions_of_a_link_keep_their_orders_apart() -> None:
+    choices = _choices(network=Network(latency_ns=100 * MS, jitter_ns=900 * MS))
+    for _ in range(100):
+        choices.react(SCAN, None)
+    outward = [choices.travel(n, Message.REQUEST, 0)[0] for n in range(1, 101)]
+    inward = choices.travel(100, Message.REPLY, 0)[0]
+    assert outward == sorted(outward)
+    assert inward < outward[-1], "no reply waits behind requests"
+
+
+def test_the_copy_of_a_message_comes_behind_it() -> None:
+    deliveries = _drawn(Network(latency_ns=5 * MS, duplication=Fraction(1, 2), held_back_ns=3 * MS), 200)
+    doubled = [delivery for delivery in deliveries if len(delivery) == 2]
+    assert doubled
+    assert all(5 * MS <= first <= second <= first + 3 * MS for first, second in doubled)

@@ -64,7 +64,7 @@ def test_only_a_success_carries_measured_values() -> None:
     simulation = Simulation(Latency(LatencyShape.FIXED, (0,)), outcomes, (("light", ("red", "green")),))
     drawn = _draw(Resource("scan", measures=("light",), simulation=simulation), 200)
     assert all(bool(reaction.measured) == (reaction.outcome is Outcome.SUCCEED) for reaction in drawn)
-    assert {reaction.measured for reaction in drawn} == {(), (("light", "red"),), (("light", "green"),)}
+    assert {reaction.measured for reaction in drawn} == {None, (("light", "red"),), (("light", "green"),)}
 
 
 @pytest.mark.parametrize(

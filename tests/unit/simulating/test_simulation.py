@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+import pytest
+
 from scbm.cases import (
     Case,
     Condition,
@@ -18,7 +20,7 @@ from scbm.cases import (
 )
 from scbm.model import BehaviorModel, Constant, Equal, Outcome, Reference, Resource
 from scbm.running import RunnerOptions
-from scbm.simulating import Choices, Simulated, Simulator
+from scbm.simulating import Choices, Simulated, Simulator, TooLongError
 from scbm.trace import End, MessageDisturbed, OperationStepped, ReplyDropped, ReplyReceived, ResourceChanged
 from support.models import scan_cell
 
@@ -134,9 +136,47 @@ def test_an_occupied_resource_begins_when_it_is_free() -> None:
 
 
 def test_a_cancelled_request_does_not_wait_for_an_occupied_resource() -> None:
-    run = _run((Outcome.SUCCEED, 2), (Outcome.SUCCEED, 1), injections=_becomes(ConditionKind.OCCUPIED, 0, 15))
+    run = _run((Outcome.SUCCEED, 0.5), (Outcome.SUCCEED, 1), injections=_becomes(ConditionKind.OCCUPIED, 0, 15))
     assert _states(run) == [(0, "executing"), (10, "timedout"), (10, "executing"), (16, "completed")]
     assert not _dropped(run)
+
+
+def test_what_waits_goes_on_waiting_when_the_resource_is_occupied_again() -> None:
+    injections = tuple(
+        Injection(f"i{n}", at_ns=n * S, hold_ns=2 * S, resource="scan", condition=Condition(ConditionKind.OCCUPIED))
+        for n in range(3)
+    )
+    run = _run((Outcome.SUCCEED, 1), injections=injections)
+    assert _states(run) == [(0, "executing"), (5, "completed")]
+    told = [(r.at_ns / S, r.condition) for r in run.records if isinstance(r, ResourceChanged)]
+    assert told == [(0, "occupied"), (1, "occupied"), (2, "occupied"), (4, "well")]
+
+
+def test_equal_cases_give_equal_runs_whoever_made_their_parts() -> None:
+    def injections(first: Condition, second: Condition) -> tuple[Injection, ...]:
+        return (
+            Injection("held", hold_ns=2 * S, resource="scan", condition=first),
+            Injection("stays", at_ns=S, resource="scan", condition=second),
+        )
+
+    occupied = Condition(ConditionKind.OCCUPIED)
+    options = RunnerOptions(time_limit_ns=30 * S)
+    shared = _run(injections=injections(occupied, occupied), options=options)
+    assert shared == _run(injections=injections(Condition(ConditionKind.OCCUPIED), occupied), options=options)
+    assert shared.end is End.TIME_LIMIT
+
+
+def test_putting_back_goes_to_the_condition_that_is_still_held() -> None:
+    slower = _becomes(ConditionKind.SLOWER, 0, factor=3)
+    failing = Injection("fails", hold_ns=S, resource="scan", condition=Condition(ConditionKind.FAILING))
+    run = _run((Outcome.SUCCEED, 1), injections=(*slower, failing))
+    told = [r.condition for r in run.records if isinstance(r, ResourceChanged)]
+    assert told == ["3 times slower", "failing", "3 times slower"]
+
+
+def test_a_failing_resource_does_not_answer_what_it_would_not_have_answered() -> None:
+    run = _run((Outcome.TIMEOUT, 0), injections=_becomes(ConditionKind.FAILING, 0, 5))
+    assert _states(run)[:2] == [(0, "executing"), (10, "timedout")]
 
 
 def test_an_occupied_resource_goes_on_with_what_it_has_begun() -> None:
@@ -221,6 +261,12 @@ def test_a_restarted_resource_knows_nothing_of_earlier_requests() -> None:
     assert told == [("network", "down"), ("network", "well")]
 
 
+def test_a_resource_is_down_until_the_last_of_its_restarts_is_over() -> None:
+    restarts = (Restart("scan", 0, 2 * S), Restart("scan", S, 12 * S))
+    run = _run((Outcome.SUCCEED, 2), (Outcome.SUCCEED, 2), network=Network(restarts=restarts))
+    assert _states(run)[:4] == [(0, "executing"), (10, "timedout"), (10, "executing"), (20, "timedout")]
+
+
 def test_a_resource_that_is_down_gets_no_requests() -> None:
     run = _run((Outcome.SUCCEED, 2), network=Network(restarts=(Restart("scan", 0, 5 * S),)))
     assert _states(run)[1] == (10, "timedout")
@@ -229,3 +275,25 @@ def test_a_resource_that_is_down_gets_no_requests() -> None:
 def test_rules_can_speak_of_the_requests_of_an_operation() -> None:
     run = _run(rules=(Forced("scan_box", 1, 2, Outcome.FAIL),))
     assert [r.succeeded for r in run.records if isinstance(r, ReplyReceived)] == [False, False, True]
+
+
+RETRY = (
+    "automatic_transitions:",
+    "automatic_transitions:\n  again: {g: scan_req_state == failed, a: [scan_req_state <- initial]}",
+)
+
+
+def test_a_run_in_which_no_time_passes_is_a_livelock() -> None:
+    """Neither the deadline of the operation nor the limit of the run ever comes."""
+    rules = (Forced("scan", 1, None, Outcome.FAIL, 0),)
+    options = RunnerOptions(time_limit_ns=S, instant_bound=300)
+    run = _run(model=scan_cell(RETRY), rules=rules, options=options)
+    assert (run.end, run.ended_ns) == (End.LIVELOCK, 0)
+    assert len(run.records) < 2_000
+
+
+def test_a_run_can_be_given_up_when_too_much_happens() -> None:
+    model = scan_cell(RETRY)
+    case = Case("case", *GOAL, model.nominal_state, (Forced("scan", 1, None, Outcome.FAIL, 1_000),))
+    with pytest.raises(TooLongError):
+        Simulator(model).run(case, Choices(AfterASecond(), case.outcomes), most_records=500)

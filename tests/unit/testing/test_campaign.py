@@ -40,4 +40,4 @@ def test_two_halves_add_up_to_the_whole() -> None:
     whole = Campaign.of(model, results)
     halves = Campaign.of(model, results[:10]).coverage + Campaign.of(model, results[10:]).coverage
     assert halves == whole.coverage
-    assert campaign_json(whole, seed=1)["coverage"]["visited"] == halves.figure.visited
+    assert campaign_json(whole, 1, (), ())["coverage"]["visited"] == halves.figure.visited

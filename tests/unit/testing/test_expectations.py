@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.cases import Case, Expectations, Forced
+from scbm.cases import Case, Expectations, Forced, Injection
 from scbm.coverage import Aspect, Obligation
 from scbm.model import Outcome
 from scbm.notation import Scope, Where, parse_predicate
@@ -84,3 +84,27 @@ def test_an_obligation_that_is_not_visited_is_told_with_those_that_are() -> None
         "expected a visit to automatic/scan_failed, and the run made none",
     ]
     assert _told(expect, Outcome.FAIL) == []
+
+
+def test_a_plan_is_not_expected_in_vain_where_there_is_none() -> None:
+    goal = parse_predicate("light == red", Scope.of(MODEL))
+    case = Case("case", "red", goal, MODEL.nominal_state, expect=Expectations(End.UNSOLVABLE, plan=()))
+    told = [str(failure) for failure in Tester(MODEL).execute(case).verdict.failures]
+    assert told == ["expected the plan with no operations, and the planner answered `unsolvable`"]
+
+
+def test_only_what_completes_counts_for_the_order() -> None:
+    case = Case(
+        "case",
+        *MODEL.goals[0],
+        MODEL.nominal_state,
+        expect=Expectations(order=("scan_box", "scan_box")),
+        outcomes=(Forced("scan", 1, 1, Outcome.TIMEOUT),),
+    )
+    assert not Tester(MODEL).execute(case).verdict.passed
+
+
+def test_what_an_injection_did_before_the_run_began_is_in_its_final_state() -> None:
+    red = Injection("counted", (("count", 2),))
+    case = Case("case", *MODEL.goals[0], MODEL.nominal_state, injections=(red,), expect=_final("count == 2"))
+    assert Tester(MODEL).execute(case).verdict.passed

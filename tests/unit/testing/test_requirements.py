@@ -95,3 +95,8 @@ def test_a_second_debt_begins_where_the_first_was_paid() -> None:
 def test_states_between_two_micro_steps_count(sentence: str, record: type[Record]) -> None:
     violation, execution = _broken(sentence, MODEL, Outcome.FAIL)
     assert isinstance(_at(violation, execution)[1], record)
+
+
+def test_a_state_before_the_run_is_told_as_it_was() -> None:
+    violation, _ = _broken("never plan.state == idle")
+    assert violation.values == (("plan.state", "idle"),)

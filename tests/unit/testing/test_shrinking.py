@@ -207,3 +207,29 @@ def test_the_number_of_attempts_is_bounded() -> None:
     shrunk = Shrinker(tester, most_runs=10).shrink(execution, failure)
     assert shrunk.failure.is_like(failure)
     assert shrunk.runs <= 10 + len(shrunk.matters) + 1 + shrunk.after.choices
+
+
+def test_initial_states_that_the_model_forbids_are_not_tried() -> None:
+    model = scan_cell(("initial: green}", "initial: green, random: any}"), more="initial_states: light != green\n")
+    never = Requirement("seeded", Always(Not(Equal(Reference("scan_box.state"), Constant("executing")))))
+    case = replace(_case(requirements=(never,)), initial=model.nominal_state.replace({"light": "blue", "count": 1}))
+    tester = Tester(model)
+    execution = tester.execute(case)
+    small = Shrinker(tester).shrink(execution, execution.verdict.failures[0]).execution.case
+    assert small.initial == model.nominal_state.replace({"light": "blue"})
+
+
+def test_only_the_requirement_that_is_broken_is_kept() -> None:
+    others = tuple(Requirement(f"other_{n}", Always(Equal(Reference("count"), Constant(n)))) for n in (0, 1))
+    never = Requirement("seeded", Always(Not(Equal(Reference("scan_box.state"), Constant("executing")))))
+    tester = Tester(MODEL)
+    execution = tester.execute(_case(requirements=(*others, never)))
+    failure = next(f for f in execution.verdict.failures if f.subject == "seeded")
+    assert Shrinker(tester).shrink(execution, failure).execution.case.requirements == (never,)
+
+
+def test_limits_are_kept_so_that_no_attempt_runs_longer_than_it_may() -> None:
+    tester = Tester(scan_cell())
+    execution = tester.execute(_case(outcomes=(Forced("scan", 1, None, latency_ns=3 * S),), limits=Limits(time_ns=S)))
+    small = Shrinker(tester).shrink(execution, execution.verdict.failures[0]).execution.case
+    assert small.limits == Limits(time_ns=S)

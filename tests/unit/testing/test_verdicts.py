@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.cases import Case, Expectations, Forced, Injection, Network, Partition
+from scbm.cases import Case, Expectations, Forced, Injection, Network, Partition, Restart
 from scbm.model import Always, BehaviorModel, Constant, Equal, Outcome, Reference, Requirement
 from scbm.running import RunnerOptions
 from scbm.testing import Execution, Tester
@@ -81,6 +81,8 @@ def test_a_violated_requirement_fails_though_the_goal_is_reached() -> None:
     ("network", "rules"),
     [
         (Network(partitions=(Partition(50 * S, S),)), ()),
+        (Network(restarts=(Restart("scan", 50 * S),)), ()),
+        (Network(), (Forced("scan", 1, 1, Outcome.SUCCEED, 11 * S, cancel=()),)),
         (Network(), (Forced("scan", 1, 1, request=()),)),
         (Network(), (Forced("scan", 1, 1, reply=(0, 0)),)),
     ],
