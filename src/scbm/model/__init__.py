@@ -5,7 +5,7 @@ Everything here prints back to the notation that it is written in; `scbm.notatio
 
 from scbm.model.actions import Action, Add, Assign
 from scbm.model.behavior import BehaviorModel
-from scbm.model.durations import format_duration
+from scbm.model.durations import format_duration, format_moment
 from scbm.model.initial_states import InitialStates
 from scbm.model.operations import Operation
 from scbm.model.packing import Packing
@@ -79,5 +79,6 @@ __all__ = [
     "Variable",
     "conjunction",
     "format_duration",
+    "format_moment",
     "format_value",
 ]

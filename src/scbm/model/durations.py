@@ -20,6 +20,11 @@ _DECIMAL_UNITS = ("s", "ms", "us")
 """Units that nanoseconds are decimals of."""
 
 
+def format_moment(time_ns: int) -> str:
+    """A moment of a run, in seconds with three decimals."""
+    return f"{time_ns / 1e9:.3f} s"
+
+
 def format_duration(duration_ns: int) -> str:
     """The duration, exactly: as `10 s` or `1500 ms` in the largest unit that gives a whole number, or as `523.123 ms`.
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from scbm.errors import InputError
 from scbm.notation import load_model
 from scbm.pytest_plugin.ledger import Ledger
-from scbm.testing import CaseResult, Tester
+from scbm.testing import Tester
 
 if TYPE_CHECKING:
     import pytest
@@ -89,8 +89,5 @@ class Bench:
     def run(self, loaded: LoadedModel, case: Case, test: str, group: Group) -> Execution:
         """Runs a case on behalf of a test."""
         execution = loaded.tester.execute(case)
-        result = CaseResult(
-            case, len(execution.reactions), execution.verdict, execution.ended_ns, execution.visited, execution.unused
-        )
-        self.ledger.add(loaded, test, group, result)
+        self.ledger.add(loaded, test, group, execution.result)
         return execution

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.model import OperationState, format_value
+from scbm.model import OperationState, format_moment, format_value
 from scbm.trace import (
     AutomaticTaken,
     BecameCurrent,
@@ -177,7 +177,7 @@ def _bars(execution: Execution) -> Iterator[Text]:
     names = list(dict.fromkeys(name for name, _, _, _ in spans))
     width = max(map(len, names))
     scale = _BAR_WIDTH / execution.ended_ns
-    end = f"{execution.ended_ns / 1e9:.3f} s"
+    end = format_moment(execution.ended_ns)
     yield Text(f"{'operation':<{width}}  0 s{end:>{_BAR_WIDTH - 3}}", style="dim")
     for name in names:
         row = Text(f"{name:<{width}}  ")

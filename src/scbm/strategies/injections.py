@@ -39,15 +39,16 @@ def injections(model: BehaviorModel) -> SearchStrategy[tuple[Injection, ...]]:
     No two of them act on the same thing, so they do not contradict each other. Shrinks towards none.
     """
     kinds = _assignments(model) | _conditions(model) if model.resources else _assignments(model)
-    return st.lists(kinds, max_size=_MOST, unique_by=_target).map(_numbered)
+    return st.lists(kinds, max_size=_MOST, unique_by=lambda injection: _target(injection, model)).map(_numbered)
 
 
-def _target(injection: Injection) -> str:
+def _target(injection: Injection, model: BehaviorModel) -> str:
     """What an injection acts on. The states of operations count as one, as in a transition."""
     if injection.resource is not None:
         return f"resource {injection.resource}"
     name, _ = injection.assign[0]
-    return "the state of the operation" if name.endswith(".state") else f"variable {name}"
+    is_state = model.running_space[name].role in (Role.OPERATION_STATE, Role.CURRENT_STATE)
+    return "the state of the operation" if is_state else f"variable {name}"
 
 
 def _numbered(drawn: Sequence[Injection]) -> tuple[Injection, ...]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.model import OperationState, format_value
-from scbm.trace import End, OperationStepped, PlanReceived, RunStarted
+from scbm.model import OperationState, format_moment, format_value
+from scbm.trace import End, OperationStepped, PlanReceived, state_after
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -28,7 +28,7 @@ def find_unmet(
     if expect.order:
         yield from (("order", message) for message in _order(expect.order, records))
     if expect.final:
-        state = _final_state(records)
+        state = state_after(records)
         yield from (("final", _final(predicate, state)) for predicate in expect.final if not predicate.holds(state))
     for obligation in expect.visits:
         if str(obligation) not in visited:
@@ -74,22 +74,13 @@ def _order(expected: tuple[str, ...], records: Sequence[Record]) -> Iterator[str
         found = next((i for i in range(position, len(completed)) if completed[i].operation == name), None)
         if found is None:
             behind = f" behind {expected[number - 1]}" if number else ""
-            happened = _ARROW.join(f"{r.operation} at {r.at_ns / 1e9:.3f} s" for r in completed) or "none"
+            happened = _ARROW.join(f"{r.operation} at {format_moment(r.at_ns)}" for r in completed) or "none"
             yield (
                 f"expected {_ARROW.join(expected)} to complete in this order, and {name} does not complete{behind}; "
                 f"completed: {happened}"
             )
             return
         position = found + 1
-
-
-def _final_state(records: Sequence[Record]) -> dict[str, Value]:
-    state: dict[str, Value] = {}
-    for record in records:
-        if isinstance(record, RunStarted):
-            state.update(record.state)
-        state.update(record.changes)
-    return state
 
 
 def _final(predicate: Predicate, state: dict[str, Value]) -> str:

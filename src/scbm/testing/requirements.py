@@ -9,9 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from scbm.model import AfterAlways, Always, Before, LeadsTo, Never, format_duration, format_value
+from scbm.model import AfterAlways, Always, Before, LeadsTo, Never, format_duration, format_moment, format_value
 from scbm.model.variables import CURRENT_NAME
-from scbm.trace import Record, RunStarted
+from scbm.trace import Record, RunStarted, state_after
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -49,7 +49,7 @@ class Violation:
 
     def __str__(self) -> str:
         values = ", ".join(f"{name} == {format_value(value)}" for name, value in self.values)
-        seconds = f"{self.at_ns / 1e9:.3f} s"
+        seconds = format_moment(self.at_ns)
         return f"{self.requirement} is violated at {seconds}, {self.operation} being current: {self.reason} ({values})"
 
 
@@ -110,7 +110,7 @@ class _LeadsTo:
     def end(self, at_ns: int) -> Finding | None:
         late = self._late(at_ns)
         if late is None and self._owed_since_ns is not None and self._sentence.within_ns is None:
-            since = f"{self._owed_since_ns / 1e9:.3f} s"
+            since = format_moment(self._owed_since_ns)
             return at_ns, f"the run ends, and {self._sentence.effect} is owed since {since}"
         return late
 
@@ -118,7 +118,7 @@ class _LeadsTo:
         within_ns = self._sentence.within_ns
         if self._owed_since_ns is None or within_ns is None or at_ns - self._owed_since_ns <= within_ns:
             return None
-        since = f"{self._owed_since_ns / 1e9:.3f} s"
+        since = format_moment(self._owed_since_ns)
         reason = f"{self._sentence.effect} is owed since {since}, and {format_duration(within_ns)} have passed"
         return self._owed_since_ns + within_ns, reason
 
@@ -205,19 +205,9 @@ def _first_violation(requirement: Requirement, records: Sequence[Record]) -> Vio
     at_ns, reason = found
     if at_ns < records[index].at_ns:  # it was seen only now that some time had passed
         index = max(i for i, record in enumerate(records[:index]) if record.at_ns <= at_ns)
-        state = _state_after(records, index)
+        state = state_after(records[: index + 1])
     values = tuple((name, state[name]) for name in reads)
     return Violation(requirement.name, at_ns, index, min(opened, index), reason, str(state[CURRENT_NAME]), values)
-
-
-def _state_after(records: Sequence[Record], index: int) -> dict[str, Value]:
-    state: dict[str, Value] = {}
-    for record in records[: index + 1]:
-        if isinstance(record, RunStarted):
-            state.update(record.state)
-        if state:
-            state.update(record.changes)
-    return state
 
 
 def _look(monitor: _Monitor, reads: tuple[str, ...], state: dict[str, Value], record: Record) -> Finding | None:

@@ -242,9 +242,9 @@ def _size(execution: Execution, failure: Failure, model: BehaviorModel) -> Size:
     network = case.network
     return Size(
         _operations(execution, failure),
-        len(case.injections) + len(network.partitions) + len(network.restarts) + _shares(network),
-        sum(_span(rule) for rule in outcomes),
-        sum(_span(rule) for rule in case.outcomes),
+        len(case.injections) + len(network.partitions) + len(network.restarts),
+        len(outcomes),
+        len(case.outcomes),
         _details(case),
         differences,
         0 if is_named else len(case.predicate.reads()) + 1,
@@ -272,14 +272,6 @@ def _says_more_than_success(rule: Forced) -> bool:
     return rule.outcome not in (None, Outcome.SUCCEED) or any(delivery is not None for delivery in deliveries)
 
 
-def _span(rule: Forced) -> int:
-    return 1 if rule.last is None else rule.last - rule.first + 1
-
-
-def _shares(network: Network) -> int:
-    return sum(map(bool, (network.jitter_ns, network.loss, network.duplication, network.reordering)))
-
-
 def _details(case: Case) -> int:
     """Everything that is said and could be left out, and how long the times are, roughly."""
     said = 0
@@ -292,7 +284,7 @@ def _details(case: Case) -> int:
         said += injection.condition is not None and injection.condition.factor != 1
     said += sum(_length(p.at_ns) + _length(p.for_ns) for p in case.network.partitions)
     said += sum(_length(r.at_ns) + _length(r.for_ns) for r in case.network.restarts)
-    said += 2 * bool(case.network.latency_ns) + (case.limits.time_ns is not None) + (case.limits.plans is not None)
+    said += (case.limits.time_ns is not None) + (case.limits.plans is not None)
     return said
 
 

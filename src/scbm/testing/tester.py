@@ -51,6 +51,12 @@ class Execution:
     unused: tuple[str, ...] = ()
 
     @property
+    def result(self) -> CaseResult:
+        """What a campaign keeps of it."""
+        requests = len(self.reactions)
+        return CaseResult(self.case, requests, self.verdict, self.ended_ns, self.visited, self.unused)
+
+    @property
     def digest(self) -> str:
         """The SHA-256 of the trace as text."""
         return sha256(write_trace(self.trace).encode()).hexdigest()
@@ -117,5 +123,4 @@ class Tester:
     def results(self, cases: Iterable[Case]) -> Iterator[CaseResult]:
         """Runs cases one by one and measures what each visits."""
         for case in cases:
-            done = self.execute(case)
-            yield CaseResult(case, len(done.reactions), done.verdict, done.ended_ns, done.visited, done.unused)
+            yield self.execute(case).result

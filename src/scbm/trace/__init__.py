@@ -29,6 +29,7 @@ from scbm.trace.records import (
     RunStarted,
     Trace,
 )
+from scbm.trace.states import state_after
 from scbm.trace.writer import FORMAT_VERSION, records_json, write_trace
 
 __all__ = [
@@ -57,5 +58,6 @@ __all__ = [
     "Trace",
     "read_trace",
     "records_json",
+    "state_after",
     "write_trace",
 ]
