@@ -28,6 +28,9 @@ _Part = TypeVar("_Part")
 MOST_RUNS = 2_000
 """So many attempts are made at most; the examples need less than a hundred."""
 
+_MOST_SINGLES = 100
+"""A rule for more requests than these stays one."""
+
 _MORE_OF_ONE = 5_000
 """An attempt is given up when its trace has four times the records of the original, and so many more."""
 
@@ -132,7 +135,7 @@ class Shrinker:
             raise ValueError(f"{execution.case.name} cannot be shrunk by: {failure}")
         search = _Search(self._tester, execution, failure, self._most_runs)
         case = replace(
-            execution.closed_case,
+            _said(execution),
             name=name or f"small-{execution.case.name}",
             origin=None,
             recorded=None,
@@ -157,6 +160,22 @@ class Shrinker:
 
 def _is_needed(requirement: str, failure: Failure) -> bool:
     return failure.kind is FailureKind.REQUIREMENT and requirement == failure.subject
+
+
+def _said(execution: Execution) -> Case:
+    """The case with everything that was drawn in it, and what is said of several requests said of each of them."""
+    case = execution.case
+    if case.origin is not None:
+        return execution.closed_case
+    rules = (single for rule in case.outcomes for single in _singles(rule))
+    return replace(case, outcomes=tuple(rules))
+
+
+def _singles(rule: Forced) -> Iterator[Forced]:
+    if rule.last is None or rule.last - rule.first >= _MOST_SINGLES:
+        yield rule
+    else:
+        yield from (replace(rule, first=number, last=number) for number in range(rule.first, rule.last + 1))
 
 
 _Step: TypeAlias = "Callable[[Case, BehaviorModel], Iterator[Case]]"
@@ -186,6 +205,8 @@ class _Search:
         while improved:
             improved = False
             for case in step(best.case, self._model):
+                if self._is_over:
+                    return best
                 found = self._attempt(case, best)
                 if found is not None:
                     best, improved = found, True
@@ -194,7 +215,7 @@ class _Search:
 
     def _attempt(self, case: Case, best: Execution) -> Execution | None:
         """The run of a case, if it is better than the best so far."""
-        if case in self._tried or self._is_over:
+        if case in self._tried:
             return None
         self._tried[case] = None
         found = self._fails(case)
@@ -284,7 +305,7 @@ def _details(case: Case) -> int:
         said += injection.condition is not None and injection.condition.factor != 1
     said += sum(_length(p.at_ns) + _length(p.for_ns) for p in case.network.partitions)
     said += sum(_length(r.at_ns) + _length(r.for_ns) for r in case.network.restarts)
-    said += (case.limits.time_ns is not None) + (case.limits.plans is not None)
+    said += 2 * bool(case.network.latency_ns) + (case.limits.time_ns is not None) + (case.limits.plans is not None)
     return said
 
 
@@ -391,6 +412,8 @@ def _plainer(injection: Injection) -> Iterator[Injection]:
 def _plainer_faults(case: Case, _: BehaviorModel) -> Iterator[Case]:
     """With partitions and restarts that begin and end at rounder times."""
     network = case.network
+    if network.latency_ns:
+        yield replace(case, network=replace(network, latency_ns=0))
     for index, partition in enumerate(network.partitions):
         for rounder in _rounder_fault(partition):
             changed = _replaced(network.partitions, index, rounder)

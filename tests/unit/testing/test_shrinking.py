@@ -233,3 +233,16 @@ def test_limits_are_kept_so_that_no_attempt_runs_longer_than_it_may() -> None:
     execution = tester.execute(_case(outcomes=(Forced("scan", 1, None, latency_ns=3 * S),), limits=Limits(time_ns=S)))
     small = Shrinker(tester).shrink(execution, execution.verdict.failures[0]).execution.case
     assert small.limits == Limits(time_ns=S)
+
+
+def test_what_is_said_of_all_requests_is_not_said_of_each() -> None:
+    """A written case leaves nothing to chance, so nothing has to be written down that was not there."""
+    shrunk = _shrink(_case(outcomes=(Forced("scan", 1, None, Outcome.FAIL),), limits=Limits(plans=9)), FAILED_ONCE)
+    assert shrunk.before.requests == 1
+    assert shrunk.execution.case.outcomes == (Forced("scan", 1, None, Outcome.FAIL),)
+
+
+def test_the_latency_of_a_network_that_does_not_matter_is_left_out() -> None:
+    network = Network(latency_ns=S, partitions=(Partition(0, S),))
+    shrunk = _shrink(_case(network=network), "scan_box.state == timedout")
+    assert shrunk.execution.case.network == Network(partitions=(Partition(0, S),))
