@@ -4,12 +4,14 @@ Paper, Section VI; semantics 7.
 """
 
 from scbm.testing.campaign import Campaign, CaseResult
+from scbm.testing.choices import Choice
 from scbm.testing.faults import draw_network
 from scbm.testing.findings import MOST_SHRUNK, Finding, find_causes
 from scbm.testing.generation import RandomCases
 from scbm.testing.json_report import FORMAT_VERSION, campaign_json
 from scbm.testing.requirements import Violation, find_violations
-from scbm.testing.shrinking import Choice, Shrinker, Shrunk, Size
+from scbm.testing.shrinking import Shrinker, Shrunk
+from scbm.testing.sizes import Size
 from scbm.testing.suites import WrittenCase, find_case_files, load_suite, save_cases
 from scbm.testing.tester import Execution, Tester
 from scbm.testing.verdicts import Failure, FailureKind, Outcomes, Verdict, judge
