@@ -80,22 +80,22 @@ def read_requirements(sentences: Sequence[str], model: BehaviorModel) -> tuple[R
     return tuple(requirements)
 
 
-def add_requirements(own: Sequence[Requirement], asked: Iterable[Requirement]) -> tuple[Requirement, ...]:
-    """The requirements of a case and those that are asked for beside them; the latter may get other names."""
-    requirements = list(own)
+def _add_requirements(case: Case, asked: Iterable[Requirement], model: BehaviorModel) -> tuple[Requirement, ...]:
+    """The requirements of a case and those that are asked for beside them; the latter get names that are free."""
+    requirements = list(case.requirements)
     for requirement in asked:
         if all(known.sentence != requirement.sentence for known in requirements):
-            taken = [known.name for known in requirements]
+            taken = [known.name for known in (*requirements, *model.requirements)]
             names = chain([requirement.name], (f"required_{number}" for number in count(1)))
             requirements.append(replace(requirement, name=next(name for name in names if name not in taken)))
     return tuple(requirements)
 
 
-def complete(case: Case, requirements: Sequence[Requirement], time_limit_ns: int | None) -> Case:
+def complete(case: Case, requirements: Sequence[Requirement], time_limit_ns: int | None, model: BehaviorModel) -> Case:
     """The case with requirements and the limit of the command line, so that it keeps them when it is saved."""
     if time_limit_ns is not None and case.limits.time_ns is None:
         case = replace(case, limits=replace(case.limits, time_ns=time_limit_ns))
-    return replace(case, requirements=add_requirements(case.requirements, requirements))
+    return replace(case, requirements=_add_requirements(case, requirements, model))
 
 
 def read_faults(text: str | None, model: BehaviorModel) -> Network | None:

@@ -32,7 +32,8 @@ def command(
     """Run a case file again, draw what happens, and say whether it is the run that was recorded."""
     document = open_case(case)
     loaded = load_model(model or document.required_model_path())
-    asked = complete(document.read(loaded), read_requirements(require or [], loaded), read_time_limit(time_limit))
+    requirements = read_requirements(require or [], loaded)
+    asked = complete(document.read(loaded), requirements, read_time_limit(time_limit), loaded)
     execution = Tester(loaded).execute(asked)
     is_same = _is_recorded_run(execution)
     show_run(loaded, execution, trace=trace, json=json, every=every, more={"is_recorded_run": is_same})

@@ -161,7 +161,7 @@ class _Suite:
         return network is None or bool(network.loss or network.partitions or network.restarts)
 
     def _completed(self, case: Case) -> Case:
-        return complete(case, self.requirements, self.time_limit_ns)
+        return complete(case, self.requirements, self.time_limit_ns, self.model)
 
     def save_random(self, tester: Tester, directory: Path) -> bool:
         """Saves every random case with all that was drawn in it; if it cannot, that is told and the report goes on."""

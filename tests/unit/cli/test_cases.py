@@ -252,6 +252,12 @@ def test_a_requirement_is_asked_of_a_case_that_has_one_of_the_same_name(scbm: Sc
     path = _write(tmp_path, "scans.yaml", text)
     ran = scbm("test", AFTER, path, "--require", "never scanned_a == true", "--failures", tmp_path / "small")
     assert (ran.code, "required_2 is violated" in ran.out) == (1, True)
+    model = _write(tmp_path, "model.yaml", (ROOT / BEFORE).read_text(encoding="utf-8"))
+    with model.open("a", encoding="utf-8") as stream:
+        stream.write("requirements: {required_2: always true}\n")
+    ran = scbm("test", model, path, "--require", "never scanned_a == true", "--failures", tmp_path / "small")
+    assert (ran.code, "required_3 is violated" in ran.out) == (1, True)
+    assert scbm("replay", next((tmp_path / "small").glob("*required_3*"))).code == 1
 
 
 def test_the_command_that_shows_a_failure_again_shows_it(scbm: Scbm, tmp_path: Path) -> None:
