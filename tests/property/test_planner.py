@@ -2,11 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import product
+
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from scbm.exploring import Distances, Exploration, Region
 from scbm.model import BehaviorModel, State
-from scbm.planning import Limit, LimitReached, PlanLimits, Planner, Solved, Task, Unsolvable, explore, find_flaw
+from scbm.planning import (
+    Answer,
+    Limit,
+    LimitReached,
+    PlanLimits,
+    Planner,
+    Solved,
+    Task,
+    Unsolvable,
+    explore,
+    find_flaw,
+    system_of,
+)
 from support.reference import canonical_plan, reachable
 from support.strategies import planning_models
 
@@ -68,3 +84,46 @@ def test_exploration_finds_what_the_reference_reaches(model: BehaviorModel) -> N
     assert found.complete
     assert {task.packing.unpack(state) for state in found.states} == expected
     assert len(found.states) == len(expected)
+
+
+def _without_effort(answer: Answer) -> Answer:
+    return replace(answer, expanded=0)
+
+
+def _any_states(model: BehaviorModel) -> st.SearchStrategy[list[State]]:
+    values = [st.sampled_from(variable.domain.values) for variable in model.space]
+    states = st.tuples(*values).map(
+        lambda chosen: State(model.space, dict(zip(model.space.names, chosen, strict=True)))
+    )
+    return st.lists(states, min_size=1, max_size=8)
+
+
+@given(planning_models())
+@settings(deadline=None, max_examples=150)
+def test_an_exploration_of_all_states_plans_as_the_search_does(model: BehaviorModel) -> None:
+    everywhere = Region({v.name: (v.initial,) if v.role.is_runner else v.domain.values for v in model.running_space})
+    planner = Planner(model)
+    for _, goal in model.goals:
+        exploration = Exploration(system_of(model), [everywhere], goal.reads())
+        distances = exploration.distances(goal)
+        for values in product(*(variable.domain.values for variable in model.space)):
+            state = dict(zip(model.space.names, values, strict=True))
+            answer = planner.plan(state, goal)
+            if isinstance(distances, Distances):
+                known = {v.name: state.get(v.name, v.initial) for v in model.running_space}
+                assert distances.plan(known) == (answer.plan if isinstance(answer, Solved) else None)
+            else:
+                assert isinstance(answer, Unsolvable)
+
+
+@given(planning_models(), st.data(), st.sampled_from([PlanLimits(), PlanLimits(2, 1_000), PlanLimits(1_000, 3)]))
+@settings(deadline=None, max_examples=300)
+def test_a_policy_answers_as_the_search_does_from_any_state(
+    model: BehaviorModel, data: st.DataObject, limits: PlanLimits
+) -> None:
+    planner = Planner(model)
+    for _, goal in model.goals:
+        policy = planner.policy(goal, limits)
+        for state in data.draw(_any_states(model)):
+            answer = policy.plan(policy.task.pack(state))
+            assert _without_effort(answer) == _without_effort(planner.plan(state, goal, limits))

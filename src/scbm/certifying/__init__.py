@@ -1,4 +1,7 @@
-"""Certificates that nothing visits an obligation, and their check by a route of its own (semantics 8.5, decision 18)."""
+"""Certificates that nothing visits an obligation, and their check by a route of its own (semantics 8.5, decision 18).
+
+Knows models, obligations and the plain planner. What finds certificates, and the runner, are strangers to it.
+"""
 
 from scbm.certifying.certificate import (
     Argument,
@@ -11,15 +14,24 @@ from scbm.certifying.certificate import (
     StructureArgument,
     ValuesArgument,
 )
+from scbm.certifying.check import check_certificate
+from scbm.certifying.flaws import Flaw
+from scbm.certifying.reader import read_certificate
+from scbm.certifying.writer import FORMAT_VERSION, certificate_text
 
 __all__ = [
+    "FORMAT_VERSION",
     "Argument",
     "Awaits",
     "Certificate",
     "Claim",
     "Fact",
+    "Flaw",
     "RunsArgument",
     "Situation",
     "StructureArgument",
     "ValuesArgument",
+    "certificate_text",
+    "check_certificate",
+    "read_certificate",
 ]

@@ -1,5 +1,18 @@
 """Every obligation of a model decided: covered by a case, proved uncoverable, or undecided (semantics 8.5)."""
 
+from scbm.closing.closer import Closer
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Suggestion, SuggestionKind
+from scbm.closing.proofs import model_digest
+from scbm.closing.runs import CloseLimits
 
-__all__ = ["Closing", "ClosingCase", "Decided", "Decision", "Suggestion", "SuggestionKind"]
+__all__ = [
+    "CloseLimits",
+    "Closer",
+    "Closing",
+    "ClosingCase",
+    "Decided",
+    "Decision",
+    "Suggestion",
+    "SuggestionKind",
+    "model_digest",
+]

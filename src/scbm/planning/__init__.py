@@ -5,7 +5,9 @@ Sees a model as the planner does: `g` and `a` of pre- and postconditions, and no
 
 from scbm.planning.answers import Answer, Limit, LimitReached, PlanLimits, Solved, Unsolvable
 from scbm.planning.planner import Planner
+from scbm.planning.policy import Policy
 from scbm.planning.reachability import Reach, explore
+from scbm.planning.system import system_of
 from scbm.planning.task import Task
 from scbm.planning.validation import Flaw, find_flaw
 
@@ -16,10 +18,12 @@ __all__ = [
     "LimitReached",
     "PlanLimits",
     "Planner",
+    "Policy",
     "Reach",
     "Solved",
     "Task",
     "Unsolvable",
     "explore",
     "find_flaw",
+    "system_of",
 ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scbm.planning.answers import Answer, PlanLimits
+from scbm.planning.policy import Policy
 from scbm.planning.search import breadth_first
 from scbm.planning.task import Task
 
@@ -40,6 +41,11 @@ class Planner:
         """
         task, is_goal = self._goal(goal)
         return breadth_first(task, task.pack(state), is_goal, limits)
+
+    def policy(self, goal: Predicate, limits: PlanLimits = _DEFAULT_LIMITS) -> Policy:
+        """The answers to all planning problems (any state, goal, model, limits); for many states of one goal."""
+        task, is_goal = self._goal(goal)
+        return Policy(task, is_goal, limits)
 
     def task(self, goal: Predicate) -> Task:
         """The packed task in which a goal can be told apart."""

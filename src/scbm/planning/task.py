@@ -1,19 +1,23 @@
 """A model as the planner sees it, on packed integers.
 
 Only variables that planning can tell apart are packed: those that a guard, a goal or an action of another packed
-variable reads. The rest (commands that requests carry, counters of the runner) cannot change what is possible.
-An operation is one step (semantics 3.3): enabled in S when `pre.g` holds in S and `post.g` in S' = `pre.a`(S);
-its result is `post.a`(S'). The runner's variables stand still while a plan is made.
+variable reads. The rest (commands that requests carry, counters of the runner) cannot change what is possible. The
+variables of the runner stand still while a plan is made.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeAlias
 
-from scbm.model import Action, Add, Assign, BehaviorModel, Operation, Packing, Reference, StateSpace, Value
+from scbm.exploring import narrowed, relevant
+from scbm.model import Packing
+from scbm.planning.system import system_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
+
+    from scbm.exploring import Move
+    from scbm.model import Action, BehaviorModel, Value
 
     Step: TypeAlias = Callable[[int], int | None]
 
@@ -31,10 +35,10 @@ class Task:
 
     def __init__(self, model: BehaviorModel, also: Iterable[str] = ()) -> None:
         """Packs a model; `also` names variables that matter for more than the operations, such as a goal's."""
-        relevant = _relevant(model, also)
-        self.packing = Packing(StateSpace(variable for variable in model.running_space if variable.name in relevant))
-        self.operations = tuple(operation.name for operation in model.operations)
-        self._steps = tuple(_step(operation, self.packing) for operation in model.operations)
+        system = system_of(model)
+        self.packing = Packing(relevant(system, also))
+        self.operations = tuple(move.name for move in system.moves)
+        self._steps = tuple(_step(move, self.packing) for move in narrowed(system, self.packing.space).moves)
         self._seen: dict[int, tuple[tuple[int, int], ...]] = {}
 
     def pack(self, state: Mapping[str, Value]) -> int:
@@ -44,7 +48,7 @@ class Task:
 
     def update(self, actions: Iterable[Action]) -> Step:
         """Actions as a function of packed states; `None` where they would leave a domain."""
-        return _update(actions, self.packing)
+        return self.packing.update(action for action in actions if action.target in self.packing.space)
 
     def successors(self, state: int) -> tuple[tuple[int, int], ...]:
         """Each operation that is enabled, by its index and in order, with the state that it leads to."""
@@ -57,10 +61,11 @@ class Task:
         return known
 
 
-def _step(operation: Operation, packing: Packing) -> Step:
-    """The operation as one step; `None` where it is not enabled or would leave a domain."""
-    pre_holds, post_holds = packing.test(operation.pre.g), packing.test(operation.post.g)
-    start, complete = _update(operation.pre.a, packing), _update(operation.post.a, packing)
+def _step(move: Move, packing: Packing) -> Step:
+    """The move as one step; `None` where it is not enabled or would leave a domain."""
+    pre, post = move.parts
+    pre_holds, post_holds = packing.test(pre.guard), packing.test(post.guard)
+    start, complete = packing.update(pre.actions), packing.update(post.actions)
 
     def step(state: int) -> int | None:
         if not pre_holds(state):
@@ -71,32 +76,3 @@ def _step(operation: Operation, packing: Packing) -> Step:
         return complete(between)
 
     return step
-
-
-def _update(actions: Iterable[Action], packing: Packing) -> Step:
-    """Those of the actions that planning can tell, at once."""
-    return packing.update(action for action in actions if action.target in packing.space)
-
-
-def _relevant(model: BehaviorModel, also: Iterable[str]) -> frozenset[str]:
-    """The variables that planning can tell apart: read by a guard, or by an action that matters."""
-    guards = [part for operation in model.operations for part in (operation.pre.g, operation.post.g)]
-    actions = [a for operation in model.operations for a in (*operation.pre.a, *operation.post.a)]
-    found = {name for guard in guards for name in guard.reads()} | set(also)
-    found |= {action.target for action in actions if _may_leave(action, model.running_space)}
-    while True:
-        read = {name for action in actions if action.target in found for name in action.reads()}
-        if read <= found:
-            return frozenset(found)
-        found |= read
-
-
-def _may_leave(action: Action, space: StateSpace) -> bool:
-    """Whether the action can leave its domain, so that it decides whether the step can be taken."""
-    if isinstance(action, Add):
-        return True
-    assert isinstance(action, Assign)  # noqa: S101 - for the reader: there are two kinds of actions
-    if not isinstance(action.source, Reference):
-        return False
-    target = space[action.target].domain
-    return any(value not in target for value in space[action.source.name].domain.values)

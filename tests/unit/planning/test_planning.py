@@ -86,3 +86,24 @@ def test_the_validator_finds_domains_left_and_postconditions_that_do_not_hold() 
     flaw = find_flaw(unmet, unmet.nominal_state, unmet.goals[0][1], ("scan_box",))
     assert flaw is not None
     assert flaw.reason == "the postcondition of scan_box does not hold: light == red"
+
+
+def test_a_policy_answers_from_every_state_as_often_as_it_is_asked() -> None:
+    model = scan_cell()
+    goal = parse_predicate("box_is_scanned == true", Scope.of(model))
+    policy = Planner(model).policy(goal)
+    scanned = model.nominal_state.replace({"box_is_scanned": True})
+    for _ in range(2):
+        assert policy.plan(policy.task.pack(model.nominal_state)) == Solved(("scan_box",), 0)
+        assert policy.plan(policy.task.pack(scanned)) == Solved((), 0)
+
+
+def test_a_policy_gives_up_where_a_search_does() -> None:
+    counting = ("&& box_is_scanned == false", ""), ("box_is_scanned <- true]", "count += 1]")
+    model = scan_cell(*counting)
+    goal = parse_predicate("box_is_scanned == true", Scope.of(model))
+    for limits in (PlanLimits(length=1), PlanLimits(expansions=2), PlanLimits(length=2), PlanLimits(length=3)):
+        planner = Planner(model)
+        policy = planner.policy(goal, limits)
+        answer = policy.plan(policy.task.pack(model.nominal_state))
+        assert answer.status == planner.plan(model.nominal_state, goal, limits).status

@@ -1,0 +1,58 @@
+"""Whether a certificate proves what it claims."""
+
+from __future__ import annotations
+
+from collections import Counter
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from scbm.certifying.certificate import RunsArgument, StructureArgument, ValuesArgument
+from scbm.certifying.flaws import Flaw
+from scbm.certifying.runs import check_runs
+from scbm.certifying.structure import check_structure
+from scbm.certifying.values import check_values
+from scbm.coverage import Obligations
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from scbm.certifying.certificate import Argument, Certificate
+    from scbm.coverage import Obligation
+    from scbm.model import BehaviorModel
+
+MOST_FLAWS = 20
+"""So many flaws are told."""
+
+
+def check_certificate(certificate: Certificate, model: BehaviorModel) -> tuple[Flaw, ...]:
+    """The first flaws of a certificate; none if it proves its claims for this model.
+
+    Args:
+        certificate: of any origin; nothing in it is believed.
+        model: whether it is the model that `certificate.digest` tells is for the caller to compare.
+    """
+    return tuple(islice(_flaws(certificate, model), MOST_FLAWS))
+
+
+def _flaws(certificate: Certificate, model: BehaviorModel) -> Iterator[Flaw]:
+    """What is wrong with the claims themselves, or else with the argument."""
+    if certificate.model != model.name:
+        yield Flaw("the certificate", f"it is one of the model {certificate.model}, and this is {model.name}")
+        return
+    known = {str(obligation): obligation for obligation in Obligations.of(model)}
+    names = [claim.obligation for claim in certificate.claims]
+    flaws = [Flaw(f"claim {name}", "the model has no such obligation") for name in names if name not in known]
+    flaws += [Flaw(f"claim {name}", "it is made twice") for name, times in Counter(names).items() if times > 1]
+    if not names:
+        flaws.append(Flaw("the claims", "there are none"))
+    yield from flaws or _check_argument([known[name] for name in names if name in known], certificate.argument, model)
+
+
+def _check_argument(claimed: Sequence[Obligation], argument: Argument, model: BehaviorModel) -> Iterator[Flaw]:
+    match argument:
+        case StructureArgument():
+            return check_structure(claimed, argument, model)
+        case ValuesArgument():
+            return check_values(claimed, argument, model)
+        case RunsArgument():
+            return check_runs(claimed, argument, model)

@@ -1,0 +1,156 @@
+"""Decides every obligation of a model: what is proved cheaply, what runs can visit, the cases, and what is left."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from scbm.cases import Case, Expectations
+from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision
+from scbm.closing.inputs import with_inputs
+from scbm.closing.proofs import Proof, Proofs
+from scbm.closing.runs import CloseLimits, Runs
+from scbm.closing.search import Search, minimal
+from scbm.coverage import Aspect, Coverage, Obligation, Obligations, visited_by
+from scbm.model import State
+from scbm.testing import Campaign, Tester
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from scbm.model import BehaviorModel
+    from scbm.testing import Execution
+
+
+class Closer:
+    """Closes one model.
+
+    Attributes:
+        model: the model.
+    """
+
+    def __init__(
+        self,
+        model: BehaviorModel,
+        limits: CloseLimits = CloseLimits(),  # noqa: B008 - an immutable value
+        progress: Callable[[str], None] | None = None,
+    ) -> None:
+        """Prepares closing.
+
+        Args:
+            model: the model.
+            limits: how much may be looked at.
+            progress: is told what is done now.
+        """
+        self.model = model
+        self._limits = limits
+        self._progress = progress or (lambda _: None)
+        self._tester = Tester(model)
+        self._obligations = Obligations.of(model)
+
+    def close(self, suite: Campaign | None = None) -> Closing:
+        """Decides everything that a suite, which was run before, leaves open; without one, everything."""
+        suite = suite or Campaign.of(self.model, ())
+        proofs = Proofs(self.model)
+        runs = Runs(self.model, self._limits, self._progress)
+        cases = self._cases(suite, proofs, runs)
+        after = suite.coverage + Coverage(self._obligations, tuple((c.case.name, c.execution.visited) for c in cases))
+        decided = tuple(self._decide(obligation, after, cases, proofs, runs) for obligation in self._obligations)
+        proved = [(d.obligation, Proof(d.certificate, d.reason)) for d in decided if d.certificate is not None]
+        certificates = tuple((each.argument.kind, each) for each in proofs.certificates(proved, runs))
+        return Closing(self.model, suite.coverage, after, decided, cases, certificates, ())
+
+    # cases
+
+    def _cases(self, suite: Campaign, proofs: Proofs, runs: Runs) -> tuple[ClosingCase, ...]:
+        missing = sum(self._obligations.bit(o) for o in self._obligations) & ~suite.coverage.visited
+        never = sum(self._obligations.bit(o) for o in self._obligations if proofs.cheap(o) is not None)
+        self._progress("looking for cases")
+        search = Search(runs, self._tester, missing, never, self._limits)
+        search.run()
+        found = search.found + list(self._with_inputs(search.found, runs, missing & ~never))
+        kept = minimal(found, suite.coverage.visited)
+        return tuple(self._finished(kept, suite))
+
+    def _with_inputs(self, found: Sequence[Execution], runs: Runs, missing: int) -> Iterator[Execution]:
+        """Runs with an injection into inputs, for automatic transitions that no run without one takes."""
+        plain = [self._plain(runs, name) for name, _ in self.model.goals] if runs.starts else []
+        for transition in self.model.automatic_transitions:
+            bit = self._obligations.bit_of(transition.name, Aspect.TAKEN)
+            if not bit & missing & ~runs.visited:
+                continue
+            bases = (*plain, *(execution.case for execution in found))
+            attempts = (case for base in bases for case in with_inputs(self.model, transition, base))
+            for _, case in zip(range(self._limits.candidates), attempts, strict=False):
+                execution = self._tester.execute(case)
+                if execution.visited & bit:
+                    yield execution
+                    break
+
+    def _plain(self, runs: Runs, goal: str) -> Case:
+        predicate = self.model.goal(goal)
+        assert predicate is not None  # noqa: S101 - it is one of the model's
+        return Case(goal, goal, predicate, State(self.model.space, dict(runs.starts[0].values)))
+
+    def _finished(self, kept: Sequence[Execution], suite: Campaign) -> Iterator[ClosingCase]:
+        """The cases with names and expectations, and what each adds to those before it."""
+        visited = suite.coverage.visited
+        taken = [name for name, _ in suite.coverage.cases]
+        for execution in kept:
+            name = _new_name(execution.case.goal, taken)
+            taken.append(name)
+            adds = tuple(o for o in self._obligations if self._obligations.bit(o) & execution.visited & ~visited)
+            visited |= execution.visited
+            expected = Expectations(verdict=execution.verdict.end, visits=tuple(o for o in adds if o.counts))
+            case = replace(execution.case, name=name, expect=expected)
+            yield ClosingCase(case, self._tester.execute(case), adds)
+
+    # decisions
+
+    def _decide(
+        self, obligation: Obligation, after: Coverage, cases: Sequence[ClosingCase], proofs: Proofs, runs: Runs
+    ) -> Decided:
+        bit = self._obligations.bit(obligation)
+        for name, visited in after.cases:
+            if visited & bit:
+                return Decided(obligation, Decision.COVERED, self._how(obligation, name, cases), case=name)
+        proof = proofs.cheap(obligation) or proofs.by_runs(obligation, runs)
+        if proof is not None:
+            return Decided(obligation, Decision.UNCOVERABLE, proof.reason, certificate=proof.kind)
+        return Decided(obligation, Decision.UNDECIDED, _what_stopped(runs, bit))
+
+    def _how(self, obligation: Obligation, name: str, cases: Sequence[ClosingCase]) -> str:
+        execution = next((each.execution for each in cases if each.case.name == name), None)
+        if execution is None:
+            return f"{name}, a case of the suite, visits it"
+        bit = self._obligations.bit(obligation)
+        first = next(r for r in execution.trace.records if visited_by((r,), self._obligations) & bit)
+        return f"{name} visits it after {first.at_ns / 1e9:.3f} s"
+
+    def _makes_coverable(self, extended: BehaviorModel, obligations: Sequence[Obligation]) -> bool:
+        """Whether cases of an extended model visit all of these obligations."""
+        known = Obligations.of(extended)
+        wanted = sum(known.bit(obligation) for obligation in obligations)
+        runs = Runs(extended, self._limits, self._progress)
+        search = Search(runs, Tester(extended), wanted, 0, self._limits)
+        search.run()
+        visited = 0
+        for execution in search.found:
+            visited |= execution.visited
+        return not wanted & ~visited
+
+
+def _what_stopped(runs: Runs, bit: int) -> str:
+    if runs.visited & bit:
+        return "there are runs that visit it, but none of the cases that were tried is one of them"
+    return f"it was not met, and not all runs were looked at: {runs.stopped}"
+
+
+def _new_name(goal: str, taken: Sequence[str]) -> str:
+    """The goal's name and a number that make a name for a case."""
+    base = re.sub(r"[^A-Za-z0-9_]+", "_", goal).strip("_") or "case"
+    number = 1
+    while f"{base}-{number}" in taken:
+        number += 1
+    return f"{base}-{number}"

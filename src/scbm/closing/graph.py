@@ -1,0 +1,160 @@
+"""The graph of all runs for one goal: every position that a run can be in, and every event between two of them."""
+
+from __future__ import annotations
+
+from array import array
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from scbm.closing.situations import Happening, Position, Step, Steps
+    from scbm.model import Predicate, Value
+
+
+class Start(NamedTuple):
+    """An initial state, named and packed."""
+
+    values: Mapping[str, Value]
+    packed: int
+
+
+class Edge(NamedTuple):
+    """An event in a run.
+
+    Attributes:
+        number: the edge's.
+        target: the node behind it; -1 if the run ends.
+        visits: what it visits.
+    """
+
+    number: int
+    target: int
+    visits: int
+
+
+_OF_ROOT = -1
+
+
+@dataclass
+class RunGraph:
+    """The graph, as far as it was explored. Node 0 is no position: its edges are the starts.
+
+    Attributes:
+        goal: the goal's name and predicate.
+        starts: the initial states.
+        positions: node n + 1 is position n.
+        complete: whether everything was explored.
+        reach: for each node what can be visited from there on.
+    """
+
+    goal: tuple[str, Predicate]
+    starts: Sequence[Start]
+    positions: list[Position]
+    complete: bool
+    reach: list[int]
+    _first: array[int]
+    _targets: array[int]
+    _visits: list[int]
+    _labels: list[Happening | Start]
+
+    @property
+    def visits(self) -> int:
+        """Everything that runs visit."""
+        return self.reach[0]
+
+    def edges(self, node: int) -> Iterator[Edge]:
+        """The events that can come in a node; none if it was not explored."""
+        if node + 1 >= len(self._first):
+            return
+        for number in range(self._first[node], self._first[node + 1]):
+            yield Edge(number, self._targets[number], self._visits[number])
+
+    def label(self, edge: int) -> Happening | Start:
+        """What happens on an edge; the initial state for the first one of a walk."""
+        return self._labels[edge]
+
+
+def explore_runs(goal: tuple[str, Predicate], steps: Steps, starts: Sequence[Start], most: int) -> RunGraph:
+    """Explores breadth-first, so that what is near is found even if not everything is.
+
+    Args:
+        goal: what the runs are for.
+        steps: their steps.
+        starts: where they begin.
+        most: no more than so many positions are kept.
+    """
+    return _Exploration(steps, most).explore(goal, starts)
+
+
+class _Exploration:
+    def __init__(self, steps: Steps, most: int) -> None:
+        self._steps = steps
+        self._most = most
+        self._nodes: dict[Position, int] = {}
+        self._positions: list[Position] = []
+        self._first = array("q", [0])
+        self._targets = array("q")
+        self._visits: list[int] = []
+        self._labels: list[Happening | Start] = []
+        self._known: dict[int, int] = {}
+        self._complete = True
+
+    def explore(self, goal: tuple[str, Predicate], starts: Sequence[Start]) -> RunGraph:
+        for start in starts:
+            self._add(start, self._steps.begin(start.packed))
+        self._first.append(len(self._targets))
+        node = 0
+        while node < len(self._positions):
+            position = self._positions[node]
+            for happening in self._steps.happenings(position):
+                self._add(happening, self._steps.after(position, happening))
+            self._first.append(len(self._targets))
+            node += 1
+        graph = RunGraph(
+            goal,
+            starts,
+            self._positions,
+            self._complete,
+            [],
+            self._first,
+            self._targets,
+            self._visits,
+            self._labels,
+        )
+        graph.reach = _reach(self._first, self._targets, self._visits)
+        return graph
+
+    def _add(self, label: Happening | Start, step: Step) -> None:
+        target = -1
+        if step.target is not None:
+            target = self._nodes.get(step.target, 0)
+            if not target:
+                if len(self._positions) >= self._most:
+                    self._complete = False
+                else:
+                    self._positions.append(step.target)
+                    target = self._nodes[step.target] = len(self._positions)
+            target = target or -1
+        self._targets.append(target)
+        self._visits.append(self._known.setdefault(step.visits, step.visits))
+        self._labels.append(label)
+
+
+def _reach(first: array[int], targets: array[int], visits: list[int]) -> list[int]:
+    """For each node everything that edges from there on visit: sweeps from the back until nothing is new."""
+    reach = [0] * (len(first) - 1)
+    changed = True
+    while changed:
+        changed = False
+        for node in range(len(reach) - 1, -1, -1):
+            found = before = reach[node]
+            for edge in range(first[node], first[node + 1]):
+                found |= visits[edge]
+                if targets[edge] >= 0:
+                    found |= reach[targets[edge]]
+            if found != before:
+                reach[node] = found
+                changed = True
+    return reach

@@ -1,0 +1,122 @@
+"""Walks through the graph of runs that visit much of what is missed (decision 19)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scbm.closing.graph import Edge, RunGraph, Start
+from scbm.closing.ways import Way
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from scbm.model import Predicate
+
+_MOST_COMPARED = 2_000
+"""So many nodes are looked at behind the first edge that visits something, for one that gives up less."""
+
+
+@dataclass(frozen=True, slots=True)
+class Walk:
+    """A way through a graph.
+
+    Attributes:
+        goal: the goal of the graph.
+        visits: what the run visits on the way.
+    """
+
+    goal: tuple[str, Predicate]
+    way: Way
+    visits: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Leg:
+    """A piece of a walk: edges, and what of the missed ones it keeps within reach."""
+
+    edges: tuple[Edge, ...]
+    kept: int
+
+    @property
+    def visits(self) -> int:
+        visits = 0
+        for edge in self.edges:
+            visits |= edge.visits
+        return visits
+
+
+def best_walk(graphs: Sequence[RunGraph], missing: int) -> Walk | None:
+    """A walk that visits much of what is missing; `None` if nothing of it can be visited."""
+    beginnings = [(graph, edge) for graph in graphs for edge in graph.edges(0)]
+    promising = [(graph, edge, _promise(graph, edge, missing)) for graph, edge in beginnings]
+    graph, edge, promise = max(promising, key=lambda each: each[2].bit_count(), default=(None, None, 0))
+    if graph is None or edge is None or not promise:
+        return None
+    return _walk_on(graph, edge, missing, greedy=True)
+
+
+def direct_walks(graphs: Sequence[RunGraph], wanted: int) -> Iterator[Walk]:
+    """For each goal the shortest walk that visits something of what is wanted, and nothing behind it."""
+    for graph in graphs:
+        beginnings = [edge for edge in graph.edges(0) if _promise(graph, edge, wanted)]
+        walks = (_walk_on(graph, edge, wanted, greedy=False) for edge in beginnings)
+        shortest = min(walks, key=lambda walk: len(walk.way.happenings), default=None)
+        if shortest is not None:
+            yield shortest
+
+
+def _promise(graph: RunGraph, edge: Edge, missing: int) -> int:
+    """What of the missing can be visited on an edge and behind it."""
+    behind = graph.reach[edge.target] if edge.target >= 0 else 0
+    return (edge.visits | behind) & missing
+
+
+def _walk_on(graph: RunGraph, edge: Edge, missing: int, *, greedy: bool) -> Walk:
+    """From a start to the nearest edge that visits something missing; if greedy, again and again until nothing is."""
+    edges = [edge]
+    visits = edge.visits
+    while edges[-1].target >= 0 and (greedy or not visits & missing):
+        leg = _next_leg(graph, edges[-1].target, missing & ~visits)
+        if leg is None:
+            break
+        edges += leg.edges
+        visits |= leg.visits
+    start = graph.label(edges[0].number)
+    assert isinstance(start, Start)  # noqa: S101 - the edges of node 0 are the starts
+    happenings = [graph.label(each.number) for each in edges[1:]]
+    way = Way(start, tuple(each for each in happenings if not isinstance(each, Start)))
+    return Walk(graph.goal, way, visits)
+
+
+def _next_leg(graph: RunGraph, node: int, missing: int) -> _Leg | None:
+    """The way to an edge that visits something missing: of those that keep the most within reach, the nearest."""
+    most = graph.reach[node] & missing
+    if not most:
+        return None
+    came: dict[int, tuple[int, Edge] | None] = {node: None}
+    frontier = [node]
+    best: _Leg | None = None
+    for looked_at, here in enumerate(frontier):  # it grows while it is gone through
+        if best is not None and looked_at > _MOST_COMPARED:
+            break
+        for edge in graph.edges(here):
+            if edge.visits & missing:
+                leg = _leg(graph, came, here, edge, missing)
+                if best is None or leg.kept.bit_count() > best.kept.bit_count():
+                    best = leg
+                if best.kept == most:
+                    return best
+            if edge.target >= 0 and edge.target not in came:
+                came[edge.target] = (here, edge)
+                frontier.append(edge.target)
+    return best
+
+
+def _leg(graph: RunGraph, came: dict[int, tuple[int, Edge] | None], node: int, last: Edge, missing: int) -> _Leg:
+    edges = [last]
+    while (step := came[node]) is not None:
+        node, edge = step
+        edges.append(edge)
+    leg = _Leg(tuple(reversed(edges)), 0)
+    return _Leg(leg.edges, leg.visits & missing | _promise(graph, last, missing))

@@ -1,0 +1,39 @@
+"""Many obligations in few words."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scbm.coverage import STATE_ASPECTS, Aspect
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scbm.coverage import Obligation
+
+_AUTOMATIC = "automatic"
+_ALL_STATES = "every state"
+
+
+def in_few_words(obligations: Iterable[Obligation]) -> tuple[str, ...]:
+    """The obligations, operations with equal aspects together: `scan, pick: failed, timedout`; automatic ones last."""
+    by_subject: dict[str, list[Aspect]] = {}
+    taken: list[str] = []
+    for obligation in obligations:
+        if obligation.aspect is Aspect.TAKEN:
+            taken.append(obligation.subject)
+        else:
+            by_subject.setdefault(obligation.subject, []).append(obligation.aspect)
+    by_aspects: dict[str, list[str]] = {}
+    for subject, aspects in by_subject.items():
+        by_aspects.setdefault(aspects_in_words(aspects), []).append(subject)
+    told = [f"{', '.join(subjects)}: {aspects}" for aspects, subjects in by_aspects.items()]
+    return (*told, f"{_AUTOMATIC}: {', '.join(taken)}") if taken else tuple(told)
+
+
+def aspects_in_words(aspects: Iterable[Aspect]) -> str:
+    """The aspects in the order of the paper's report: `executing, failed`, or `every state`."""
+    there = frozenset(aspects)
+    states = [aspect.value for aspect in STATE_ASPECTS if aspect in there]
+    others = [aspect.value for aspect in Aspect if aspect in there and aspect not in STATE_ASPECTS]
+    return ", ".join([_ALL_STATES, *others] if len(states) == len(STATE_ASPECTS) else [*states, *others])

@@ -1,0 +1,127 @@
+"""The box: a system cut down to the variables that matter and the values that they can ever have."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, TypeAlias
+
+from scbm.exploring.conditions import Condition, allowed, bits_of, restricted, through
+from scbm.exploring.relaxation import values_ever
+from scbm.exploring.relevance import narrowed, relevant
+from scbm.exploring.steps import Step, identity, restricted_step, steps_of
+from scbm.model import Packing, Predicate, StateSpace
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from scbm.exploring.system import Region, System
+    from scbm.model import Value
+
+Coordinates: TypeAlias = tuple[int, ...]
+"""For each variable of a box the index of its value among those that it can ever have."""
+
+
+@dataclass(frozen=True, slots=True)
+class BoxRegion:
+    """A region to start from, in the box: for each variable the numbers of its values, and a condition."""
+
+    values: tuple[tuple[int, ...], ...]
+    where: Condition
+
+
+@dataclass(frozen=True)
+class Box:
+    """What an engine explores.
+
+    Attributes:
+        space: the variables that matter, in order, with their whole domains.
+        values: for each of them the indices, in its domain, of the values that it can ever have; in order.
+        names: the names of all moves.
+        steps: the moves that may be possible and change something, in order, over these values.
+        starts: the regions to start from.
+    """
+
+    space: StateSpace
+    values: tuple[tuple[int, ...], ...]
+    names: tuple[str, ...]
+    steps: tuple[Step, ...]
+    starts: tuple[BoxRegion, ...]
+
+    @cached_property
+    def counts(self) -> tuple[int, ...]:
+        """How many values each variable can have."""
+        return tuple(map(len, self.values))
+
+    @cached_property
+    def _packing(self) -> Packing:
+        return Packing(self.space)
+
+    def condition(self, predicate: Predicate) -> Condition:
+        """What the predicate asks of the box. Raises `KeyError` if it reads a variable that is not observed."""
+        whole = through(self._packing.normal_form(predicate), identity(self.space))
+        return restricted(whole, self.values)
+
+    def coordinates(self, state: Mapping[str, Value]) -> Coordinates | None:
+        """Where the state lies; `None` outside of the box. It may have more variables than the space."""
+        found = []
+        for variable, numbers in zip(self.space, self._numbers, strict=True):
+            number = numbers.get(variable.domain.index(state[variable.name]))
+            if number is None:
+                return None
+            found.append(number)
+        return tuple(found)
+
+    @cached_property
+    def _numbers(self) -> tuple[dict[int, int], ...]:
+        return tuple({index: number for number, index in enumerate(indices)} for indices in self.values)
+
+    def state(self, coordinates: Coordinates) -> dict[str, Value]:
+        """The values of the variables that matter."""
+        places = zip(self.space, self.values, coordinates, strict=True)
+        return {variable.name: variable.domain.values[indices[number]] for variable, indices, number in places}
+
+
+def boxed(system: System, starts: Sequence[Region], observed: Iterable[str] = ()) -> Box:
+    """The box of everything that the moves reach from some regions.
+
+    Args:
+        system: what is explored.
+        starts: where from. Raises `KeyError` for a value outside of its domain, or a variable without values.
+        observed: variables that matter beside those that the moves and the regions read.
+    """
+    space = relevant(system, [*observed, *(name for region in starts for name in region.where.reads())])
+    steps = steps_of(narrowed(system, space))
+    regions = [_whole_region(region, space) for region in starts]
+    values = values_ever(steps, _values_at(regions, space))
+    possible = (restricted_step(step, values) for step in steps)
+    return Box(
+        space,
+        values,
+        tuple(move.name for move in system.moves),
+        tuple(step for step in possible if step.guard is not False and step.writes),
+        tuple(_restricted_region(region, values) for region in regions),
+    )
+
+
+def _whole_region(region: Region, space: StateSpace) -> BoxRegion:
+    """The region over whole domains."""
+    where = through(Packing(space).normal_form(region.where), identity(space))
+    indices = (map(variable.domain.index, region.values[variable.name]) for variable in space)
+    return BoxRegion(tuple(tuple(dict.fromkeys(found)) for found in indices), where)
+
+
+def _values_at(regions: Sequence[BoxRegion], space: StateSpace) -> list[int]:
+    """The values of each variable in one of the regions, as bits. All have some, unless there is no state at all."""
+    values = [0 for _ in space]
+    for region in regions:
+        found = [bits_of(indices) & allowed(region.where, variable) for variable, indices in enumerate(region.values)]
+        if all(found) and region.where is not False:
+            values = [known | more for known, more in zip(values, found, strict=True)]
+    return values
+
+
+def _restricted_region(region: BoxRegion, values: Sequence[tuple[int, ...]]) -> BoxRegion:
+    numbers = ({index: number for number, index in enumerate(indices)} for indices in values)
+    kept = (tuple(known[i] for i in found if i in known) for known, found in zip(numbers, region.values, strict=True))
+    return BoxRegion(tuple(kept), restricted(region.where, values))

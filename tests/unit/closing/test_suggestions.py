@@ -1,0 +1,194 @@
+"""What is suggested for obligations that nothing visits; runs are known from random cases here."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from scbm.closing import Suggestion, SuggestionKind
+from scbm.closing.goals import GoalSearch
+from scbm.closing.suggestions import Oracles, suggest
+from scbm.coverage import Obligation, Obligations
+from scbm.model import BehaviorModel, Predicate, Value
+from scbm.notation import load_model, read_model
+from scbm.planning import Planner
+from scbm.testing import RandomCases, Tester
+from scbm.trace import RunStarted
+from support.models import scan_cell
+
+ROOT = Path(__file__).parents[3]
+BEFORE = load_model(ROOT / "examples/robot_in_the_air/before.yaml")
+
+
+class Runs:
+    """What random cases of a model visit, and all states in them."""
+
+    def __init__(self, model: BehaviorModel, cases: int = 40) -> None:
+        self.visited = 0
+        self.states: list[dict[str, Value]] = []
+        for case in RandomCases(model).first(cases, seed=1):
+            execution = Tester(model).execute(case)
+            self.visited |= execution.visited
+            state: dict[str, Value] = {}
+            for record in execution.trace.records:
+                state |= dict(record.state if isinstance(record, RunStarted) else ()) | dict(record.changes)
+                self.states.append(dict(state))
+
+    def can_hold(self, predicate: Predicate) -> bool:
+        return any(predicate.holds(state) for state in self.states)
+
+
+def _verify(model: BehaviorModel, obligations: tuple[Obligation, ...]) -> bool:
+    """Whether random cases for the last goal, which is the one to be verified, visit all of them."""
+    visited = Runs(replace(model, goals=model.goals[-1:]), cases=20).visited
+    return all(visited & Obligations.of(model).bit(obligation) for obligation in obligations)
+
+
+def _suggest(model: BehaviorModel, *uncoverable: str) -> tuple[Suggestion, ...]:
+    """For these obligations, or for all that random cases do not visit."""
+    runs = Runs(model)
+    known = Obligations.of(model)
+    missed = [o for o in known if (str(o) in uncoverable if uncoverable else not known.bit(o) & runs.visited)]
+    oracles = Oracles(runs.can_hold, runs.states, _verify)
+    return suggest(model, missed, oracles, GoalSearch(model, Planner(model)))
+
+
+def _told(suggestions: tuple[Suggestion, ...]) -> list[tuple[str, list[str], tuple[str, ...]]]:
+    return [(each.kind.value, [str(o) for o in each.obligations], each.blamed) for each in suggestions]
+
+
+@pytest.mark.parametrize(
+    ("operation", "goal", "start", "plan"),
+    [
+        ("robot_move_to_home", "robot_at == home", "robot_at == toolbox_gripper", "robot_move_to_home"),
+        (
+            "robot_unmount_gripper",
+            "mounted == none && gripper_act == open",
+            "robot_at == toolbox_gripper && gripper_act == closed",
+            "robot_mount_gripper -> gripper_open -> robot_unmount_gripper",
+        ),
+    ],
+)
+def test_an_operation_that_no_goal_needs_gets_a_goal(operation: str, goal: str, start: str, plan: str) -> None:
+    names = [f"{operation}/{aspect}" for aspect in ("executing", "completed", "queued")]
+    (suggestion,) = _suggest(BEFORE, *names)
+    assert suggestion.kind is SuggestionKind.GOAL
+    assert [str(obligation) for obligation in suggestion.obligations] == names
+    assert str(suggestion.goal) == goal
+    assert suggestion.name == f"needs_{operation}"
+    assert suggestion.text == (
+        f"add a goal that {operation} is needed for, such as {goal}; a plan for it from {start}: {plan}"
+    )
+
+
+def test_a_goal_serves_only_what_was_verified() -> None:
+    names = [f"robot_move_to_home/{aspect}" for aspect in ("disabled", "executing", "completed", "queued")]
+    (suggestion,) = _suggest(BEFORE, *names)
+    assert [str(o) for o in suggestion.obligations] == [names[1], names[2], names[3]]
+
+
+def test_no_goal_is_suggested_that_is_not_verified() -> None:
+    runs = Runs(BEFORE, cases=5)
+    oracles = Oracles(runs.can_hold, None, lambda _, __: False)
+    missed = [o for o in Obligations.of(BEFORE) if o.subject == "robot_move_to_home"]
+    assert suggest(BEFORE, missed, oracles, GoalSearch(BEFORE, Planner(BEFORE))) == ()
+
+
+def test_a_precondition_that_never_holds_is_blamed_for_all_that_follows() -> None:
+    model = scan_cell(("gr: light != red", "gr: light != red && count == 1"))
+    names = [f"scan_box/{aspect}" for aspect in ("executing", "failed", "timedout", "completed")]
+    (suggestion,) = _suggest(model, *names)
+    assert _told((suggestion,)) == [("guard", names, ("count == 1",))]
+    assert suggestion.text == (
+        "the precondition of scan_box needs count == 1, which never holds when scan_box is current: "
+        "change the guard, or let something bring that about"
+    )
+
+
+def test_a_postcondition_that_never_holds_is_blamed() -> None:
+    model = scan_cell(("gr: scan_req_state == succeeded", "gr: scan_req_state == succeeded && light == blue"))
+    found = _suggest(model, "scan_box/completed")
+    assert _told(found) == [("guard", ["scan_box/completed"], ("light == blue",))]
+
+
+def test_conjuncts_that_never_hold_together_are_blamed_together() -> None:
+    redden = "automatic_transitions:\n  redden: {g: scan_req_state == executing, a: [light <- red]}\n"
+    model = scan_cell(
+        ("gr: scan_req_state == succeeded", "gr: count == 0 && scan_req_state == initial && light == red"),
+        ("automatic_transitions:\n", redden),
+    )
+    (suggestion,) = _suggest(model, "scan_box/completed")
+    assert suggestion.blamed == ("scan_req_state == initial", "light == red")
+    assert suggestion.text == (
+        "the postcondition of scan_box needs scan_req_state == initial and light == red, which never hold together "
+        "while scan_box executes: change the guard, or let something bring that about"
+    )
+
+
+def test_without_a_deadline_or_a_way_to_fail_both_are_suggested() -> None:
+    model = scan_cell(
+        ("    deadline: 10 seconds\n", ""),
+        ("    timedout: [scan_req_trigger <- false]\n", ""),
+        ("a: [current.state <- failed, ", "a: ["),
+    )
+    found = _suggest(model, "scan_box/failed", "scan_box/timedout")
+    assert _told(found) == [("failure", ["scan_box/failed"], ()), ("deadline", ["scan_box/timedout"], ())]
+    failure, deadline = (suggestion.text for suggestion in found)
+    assert failure == (
+        "add a `failed` transition to scan_box, or an automatic transition like "
+        "`{g: scan_req_state == failed && current.state == executing, "
+        "a: [current.state <- failed, scan_req_state <- initial, scan_req_trigger <- false]}`"
+    )
+    assert deadline == "give scan_box a `deadline`, so that it can time out"
+
+
+def test_a_way_to_fail_that_never_holds_is_blamed() -> None:
+    model = scan_cell(("g: scan_req_state == failed && current", "g: light == red && current"))
+    found = _suggest(model, "scan_box/failed", "automatic/scan_failed")
+    blamed = ("light == red",)
+    assert _told(found) == [("guard", ["scan_box/failed"], blamed), ("guard", ["automatic/scan_failed"], blamed)]
+
+
+LAMPS = """
+behavior_model: lamps
+variables:
+  lamp: {domain: [dark, lit, bright], initial: dark}
+  done: {domain: bool, initial: false}
+operations:
+  wait: {pre: {g: done == false}, post: {g: lamp == dark, a: [done <- true]}}
+automatic_transitions:
+  light: {g: lamp == dark && wait.state == completed, a: [lamp <- lit]}
+  also_lights: {g: lamp == dark && wait.state == completed && done == true, a: [lamp <- bright]}
+  bright: {g: lamp == bright, a: [lamp <- lit]}
+  same: {g: lamp == lit, a: [lamp <- lit]}
+goals:
+  done: done == true
+"""
+
+
+def test_a_transition_that_another_one_always_comes_before_is_shadowed() -> None:
+    model = read_model(LAMPS)
+    found = _suggest(model, "automatic/also_lights")
+    assert _told(found) == [("shadowed", ["automatic/also_lights"], ("light",))]
+    assert found[0].text == (
+        "where also_lights could be taken, light always goes first: move it up, or make the guards exclude each other"
+    )
+
+
+def test_a_transition_whose_guard_never_holds_is_told_so() -> None:
+    found = _suggest(read_model(LAMPS), "automatic/bright")
+    assert _told(found) == [("guard", ["automatic/bright"], ("lamp == bright",))]
+    assert "which never holds in any run" in found[0].text
+
+
+def test_nothing_is_invented() -> None:
+    assert _suggest(read_model(LAMPS), "automatic/same", "wait/disabled") == ()
+
+
+def test_suggestions_come_in_the_order_of_the_obligations() -> None:
+    found = _suggest(read_model(LAMPS))
+    numbers = [Obligations.of(read_model(LAMPS)).all.index(suggestion.obligations[0]) for suggestion in found]
+    assert numbers == sorted(numbers)
+    assert [suggestion.kind.value for suggestion in found] == ["failure", "deadline", "shadowed", "guard"]

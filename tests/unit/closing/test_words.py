@@ -1,0 +1,30 @@
+"""Obligations are told in few words."""
+
+from __future__ import annotations
+
+from scbm.closing.words import aspects_in_words, in_few_words
+from scbm.coverage import STATE_ASPECTS, Aspect, Obligation
+
+
+def test_operations_with_equal_aspects_are_told_together_and_automatic_ones_last() -> None:
+    told = in_few_words(
+        [
+            Obligation("give_up", Aspect.TAKEN),
+            Obligation("pick", Aspect.COMPLETED),
+            Obligation("scan", Aspect.FAILED),
+            Obligation("place", Aspect.COMPLETED),
+            Obligation("scan", Aspect.DISABLED),
+            Obligation("forget", Aspect.TAKEN),
+        ]
+    )
+    assert told == ("pick, place: completed", "scan: disabled, failed", "automatic: give_up, forget")
+
+
+def test_all_states_are_told_as_one() -> None:
+    assert aspects_in_words(STATE_ASPECTS) == "every state"
+    assert aspects_in_words((Aspect.QUEUED, *STATE_ASPECTS)) == "every state, queued"
+    assert aspects_in_words((Aspect.QUEUED, Aspect.EXECUTING)) == "executing, queued"
+
+
+def test_nothing_is_told_of_nothing() -> None:
+    assert in_few_words([]) == ()
