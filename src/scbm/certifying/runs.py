@@ -54,7 +54,9 @@ def initial_states(variables: Sequence[str], model: BehaviorModel) -> Iterator[d
     random = {v.name: v.random for v in model.space if v.name in variables or v.name in read}
     # What has one value only needs no choice, and what the predicate reads is chosen before the rest.
     order = sorted(random, key=lambda name: (len(random[name]) > 1, name not in read))
-    yield from valuations(model.initial_states, {name: random[name] for name in order}, MOST_INITIAL_STATES)
+    choices = {name: random[name] for name in order}
+    for state in valuations(model.initial_states, choices, MOST_INITIAL_STATES):
+        yield {name: state[name] for name in random}
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,7 +40,7 @@ def check_structure(claimed: Sequence[Obligation], argument: StructureArgument, 
 
 def _check(obligation: Obligation, fact: Fact, model: BehaviorModel) -> str | None:
     if _RULES_OUT[fact] is not obligation.aspect:
-        return f"this would follow from another fact, not from this one: {fact}"
+        return f"it does not follow from this fact: {fact}"
     operation = model.operation(obligation.subject)
     match fact:
         case Fact.NO_DEADLINE:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     Choices: TypeAlias = Mapping[str, tuple[Value, ...]]
 
-MOST_STEPS = 200_000
+MOST_STEPS = 100_000
 """So many valuations, of all variables or of some, are looked at for one question."""
 
 
@@ -21,7 +21,7 @@ class TooManyStepsError(Exception):
     """The answer was not found within so many steps."""
 
 
-def valuations(predicate: Predicate, choices: Choices, most_steps: int = MOST_STEPS) -> Iterator[dict[str, Value]]:
+def valuations(predicate: Predicate, choices: Choices, most_steps: int) -> Iterator[dict[str, Value]]:
     """Every way to give each variable one of its values so that the predicate holds.
 
     Args:
@@ -52,7 +52,7 @@ def valuations(predicate: Predicate, choices: Choices, most_steps: int = MOST_ST
 def is_satisfiable(predicate: Predicate, choices: Choices) -> bool:
     """Whether there is such a valuation of the variables that the predicate reads. Raises `TooManyStepsError`."""
     read = {name: choices[name] for name in predicate.reads()}
-    return any(True for _ in valuations(predicate, read))
+    return any(True for _ in valuations(predicate, read, MOST_STEPS))
 
 
 def truth(predicate: Predicate, known: Mapping[str, Value]) -> bool | None:

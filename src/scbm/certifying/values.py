@@ -27,7 +27,7 @@ def _check_shape(argument: ValuesArgument, model: BehaviorModel) -> list[Flaw]:
     if tuple(name for name, _ in argument.values) != model.running_space.names:
         return [Flaw("the argument", "it does not name every variable once, in the order of the model")]
     return [
-        Flaw(name, "its values are not some of its domain, each once and in order")
+        Flaw(name, "the values are not some of its domain, each once and in order")
         for name, values in argument.values
         if not _is_part(values, model.running_space[name])
     ]

@@ -86,6 +86,10 @@ class Slug(StrEnum):
     BAD_TRACE = "bad-trace"
     REPLAY_DIFFERS = "replay-differs"
 
+    # certificates
+    BAD_CERTIFICATE = "bad-certificate"
+    CERTIFICATE_WRONG = "certificate-wrong"
+
     # doubts that `scbm check` has about a model that loads
     GUARD_NEVER_HOLDS = "guard-never-holds"
     OPERATION_NEVER_ENABLED = "operation-never-enabled"

@@ -1,0 +1,136 @@
+"""Steps of the interpreter that random models seldom take. That it does what the runner does is a property test."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pytest
+
+from scbm.certifying import Awaits, Situation
+from scbm.certifying.interpreter import Interpreter
+from scbm.certifying.steps import Deadline, PlannerAnswer, Reply
+from scbm.model import BehaviorModel, Predicate, Role, Value
+from scbm.notation import read_model
+from scbm.planning import Answer, Limit, LimitReached, Planner
+
+LAMP = """
+behavior_model: lamp
+variables:
+  lamp: {domain: [dark, lit], initial: dark}
+  seen: {domain: 0..2, initial: 0}
+resources:
+  eye: {measures: [seen]}
+operations:
+  light:
+    deadline: 5 s
+    pre: {g: lamp == dark && seen == 1}
+    post: {g: true, a: [lamp <- lit]}
+goals:
+  lit: lamp == lit
+automatic_transitions:
+"""
+LOOKS = "  looks: {g: plan.state == planning && eye_req_state == initial, a: [eye_req_trigger <- true]}\n"
+
+
+def interpreter(text: str) -> tuple[Interpreter, BehaviorModel]:
+    model = read_model(text)
+    variables = [variable.name for variable in model.running_space if variable.role is not Role.OPERATION_STATE]
+    return Interpreter(model, model.goals[0][1], variables), model
+
+
+def begun(automatic: str, **state: Value) -> tuple[Interpreter, Situation | None, tuple[str, ...]]:
+    steps, model = interpreter(LAMP + automatic)
+    step = steps.begin({**model.nominal_state, **state})
+    return steps, step.situation, step.visited
+
+
+def test_a_reply_can_come_while_a_plan_is_awaited() -> None:
+    steps, asked, visited = begun(LOOKS)
+    assert asked == Situation(
+        ("dark", 0, True, "executing", "none", "initial", "planning"), (), ("eye",), Awaits.UNSOLVABLE
+    )
+    assert visited == ("automatic/looks",)
+    measured = [Reply("eye", succeeded=True, measured=(("seen", value),)) for value in (0, 1, 2)]
+    assert list(steps.events(asked)) == [*measured, Reply("eye", succeeded=False), PlannerAnswer()]
+    assert [str(event) for event in steps.events(asked)] == [
+        "eye succeeds with seen = 0",
+        "eye succeeds with seen = 1",
+        "eye succeeds with seen = 2",
+        "eye fails",
+        "the planner answers",
+    ]
+
+
+def test_an_answer_from_another_state_is_asked_for_again_at_once() -> None:
+    """The reply is the last thing in flight. The planner still says that there is no plan, and is asked once more."""
+    steps, asked, _ = begun(LOOKS)
+    assert asked is not None
+    step = steps.after(asked, Reply("eye", succeeded=True, measured=(("seen", 1),)))
+    assert step.situation is None  # it finds one now, and all is done at this moment
+    assert step.visited == ("light/queued", "light/executing", "light/completed")
+
+
+def test_while_requests_are_in_flight_a_run_waits_for_another_state() -> None:
+    steps, asked, _ = begun(LOOKS)
+    assert asked is not None
+    waiting = steps.after(asked, PlannerAnswer()).situation
+    assert waiting is not None
+    assert waiting.awaits is Awaits.CHANGE
+    assert steps.after(waiting, Reply("eye", succeeded=False)).values["plan.state"] == "unsolvable"
+    assert steps.after(waiting, Reply("eye", succeeded=True, measured=(("seen", 1),))).visited[0] == "light/queued"
+
+
+def test_the_answer_to_a_question_asked_before_something_changed_is_stale() -> None:
+    again = "  again: {g: eye_req_state == failed, a: [eye_req_state <- initial, seen <- 2]}\n"
+    steps, asked, _ = begun(LOOKS + again)
+    assert asked is not None
+    stale = steps.after(asked, Reply("eye", succeeded=False)).situation
+    assert stale == Situation(("dark", 2, True, "executing", "none", "initial", "planning"), (), ("eye",), Awaits.STALE)
+    asked_again = steps.after(stale, PlannerAnswer()).situation
+    assert asked_again == Situation(stale.values, (), ("eye",), Awaits.UNSOLVABLE)
+    assert steps.after(asked_again, Reply("eye", succeeded=False)).situation == asked_again  # nothing changed
+
+
+def test_replans_that_lead_nowhere_go_round_and_end_for_all_that_can_be_visited() -> None:
+    burns_out = "  burns_out: {g: lamp == lit, a: [lamp <- dark]}\n"
+    _, situation, visited = begun(burns_out, seen=1)
+    assert situation is None
+    assert visited == ("light/queued", "light/executing", "light/completed", "automatic/burns_out")
+
+
+def test_automatic_transitions_without_end_are_a_livelock() -> None:
+    blinks = "  on: {g: lamp == dark && seen == 2, a: [lamp <- lit]}\n  off: {g: lamp == lit, a: [lamp <- dark]}\n"
+    steps, model = interpreter(LAMP.replace("lit: lamp == lit", "lit: lamp == lit && seen == 1") + blinks)
+    step = steps.begin({**model.nominal_state, "seen": 2})
+    assert step.situation is None
+    assert step.values["plan.state"] == "aborted"
+    assert step.visited == ("automatic/on", "automatic/off")
+
+
+def test_timedout_actions_that_do_not_fit_are_a_model_error() -> None:
+    text = LAMP.replace("a: [lamp <- lit]}", "gr: lamp == lit, a: [lamp <- lit]}\n    timedout: [seen += 2]")
+    steps, model = interpreter(text.replace("automatic_transitions:\n", ""))
+    step = steps.begin({**model.nominal_state, "seen": 1})
+    assert step.situation is not None
+    assert list(steps.events(step.situation)) == [Deadline()]
+    ended = steps.after(step.situation, Deadline())
+    assert ended.situation is None
+    assert ended.visited == ()
+    assert ended.values["plan.state"] == "aborted"
+
+
+def test_a_planner_that_gives_up_ends_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    def gives_up(_: Planner, __: Mapping[str, Value], ___: Predicate) -> Answer:
+        return LimitReached(Limit.LENGTH, 0)
+
+    monkeypatch.setattr(Planner, "plan", gives_up)
+    hook = "  mourns: {g: plan.state == aborted, a: [seen <- 2]}\n"
+    _, situation, visited = begun(hook)
+    assert situation is None
+    assert visited == ("automatic/mourns",)
+    steps, asked, _ = begun(LOOKS)  # a reply can come first, and the end is left out
+    assert asked is not None
+    assert asked.awaits is Awaits.UNSOLVABLE
+    waiting = steps.after(asked, PlannerAnswer()).situation
+    assert waiting is not None
+    assert waiting.awaits is Awaits.CHANGE
