@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from functools import reduce
+from operator import or_
 from typing import TYPE_CHECKING
 
 from scbm.cases import Case, Expectations
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision
+from scbm.closing.goals import GoalSearch
 from scbm.closing.inputs import with_inputs
+from scbm.closing.looks import Looks
 from scbm.closing.proofs import Proof, Proofs
 from scbm.closing.runs import CloseLimits, Runs
 from scbm.closing.search import Search, minimal
+from scbm.closing.suggestions import Oracles, suggest
 from scbm.coverage import Aspect, Coverage, Obligation, Obligations, visited_by
 from scbm.model import State
 from scbm.testing import Campaign, Tester
@@ -19,7 +24,8 @@ from scbm.testing import Campaign, Tester
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from scbm.model import BehaviorModel
+    from scbm.closing.decisions import Suggestion
+    from scbm.model import BehaviorModel, Predicate
     from scbm.testing import Execution
 
 
@@ -48,6 +54,7 @@ class Closer:
         self._progress = progress or (lambda _: None)
         self._tester = Tester(model)
         self._obligations = Obligations.of(model)
+        self._visited_for: dict[tuple[str, Predicate], int] = {}
 
     def close(self, suite: Campaign | None = None) -> Closing:
         """Decides everything that a suite, which was run before, leaves open; without one, everything."""
@@ -59,7 +66,8 @@ class Closer:
         decided = tuple(self._decide(obligation, after, cases, proofs, runs) for obligation in self._obligations)
         proved = [(d.obligation, Proof(d.certificate, d.reason)) for d in decided if d.certificate is not None]
         certificates = tuple((each.argument.kind, each) for each in proofs.certificates(proved, runs))
-        return Closing(self.model, suite.coverage, after, decided, cases, certificates, ())
+        suggestions = self._suggestions([obligation for obligation, _ in proved], runs)
+        return Closing(self.model, suite.coverage, after, decided, cases, certificates, suggestions)
 
     # cases
 
@@ -69,7 +77,7 @@ class Closer:
         self._progress("looking for cases")
         search = Search(runs, self._tester, missing, never, self._limits)
         search.run()
-        found = search.found + list(self._with_inputs(search.found, runs, missing & ~never))
+        found = search.found + list(self._with_inputs(search.found, runs, missing))
         kept = minimal(found, suite.coverage.visited)
         return tuple(self._finished(kept, suite))
 
@@ -128,22 +136,35 @@ class Closer:
         first = next(r for r in execution.trace.records if visited_by((r,), self._obligations) & bit)
         return f"{name} visits it after {first.at_ns / 1e9:.3f} s"
 
+    # suggestions
+
+    def _suggestions(self, uncoverable: Sequence[Obligation], runs: Runs) -> tuple[Suggestion, ...]:
+        if not uncoverable:
+            return ()
+        self._progress("looking for suggestions")
+        looks = Looks(runs)
+        oracles = Oracles(looks.can_hold, looks if looks.are_known else None, self._makes_coverable)
+        return suggest(self.model, uncoverable, oracles, GoalSearch(self.model, runs.planner))
+
     def _makes_coverable(self, extended: BehaviorModel, obligations: Sequence[Obligation]) -> bool:
-        """Whether cases of an extended model visit all of these obligations."""
-        known = Obligations.of(extended)
-        wanted = sum(known.bit(obligation) for obligation in obligations)
-        runs = Runs(extended, self._limits, self._progress)
-        search = Search(runs, Tester(extended), wanted, 0, self._limits)
+        """Whether cases for the last goal of an extended model visit all of these obligations."""
+        goal = extended.goals[-1]
+        if goal not in self._visited_for:
+            self._visited_for[goal] = self._visited_by_closing(replace(extended, goals=(goal,)))
+        return all(self._visited_for[goal] & self._obligations.bit(obligation) for obligation in obligations)
+
+    def _visited_by_closing(self, model: BehaviorModel) -> int:
+        """What cases of a model with the same operations visit."""
+        runs = Runs(model, self._limits, self._progress)
+        search = Search(runs, Tester(model), runs.visits.mask, 0, self._limits)
         search.run()
-        visited = 0
-        for execution in search.found:
-            visited |= execution.visited
-        return not wanted & ~visited
+        return reduce(or_, (execution.visited for execution in search.found), 0)
 
 
 def _what_stopped(runs: Runs, bit: int) -> str:
-    if runs.visited & bit:
-        return "there are runs that visit it, but none of the cases that were tried is one of them"
+    if (runs.visited | runs.cut_off) & bit:
+        simulated = "in a simulation planning takes no time, and deadlines pass last in their instant"
+        return f"there are runs that visit it, but none of the cases that were tried is one of them: {simulated}"
     return f"it was not met, and not all runs were looked at: {runs.stopped}"
 
 

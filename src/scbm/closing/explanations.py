@@ -136,7 +136,7 @@ def _what_goes_wrong(execution: Execution, records: Iterable[Record]) -> Iterato
                 told = f"{record.resource} is {record.condition}, by {record.injection}"
             case MessageDisturbed():
                 how = f"arrives {record.copies} times" if record.copies else "is lost"
-                told = f"the {record.message} {record.request} of {record.resource} {how}"
+                told = f"{record.message} {record.request} of {record.resource} {how}"
         if told:
             yield f"{told} ({format_moment(record.at_ns)})"
 

@@ -47,6 +47,7 @@ class RunGraph:
         positions: node n + 1 is position n.
         complete: whether everything was explored.
         reach: for each node what can be visited from there on.
+        cut_offs: edges on which a limit of plans can end the run, each with its node and what is visited then.
     """
 
     goal: tuple[str, Predicate]
@@ -54,6 +55,7 @@ class RunGraph:
     positions: list[Position]
     complete: bool
     reach: list[int]
+    cut_offs: list[tuple[int, Edge, int]]
     _first: array[int]
     _targets: array[int]
     _visits: list[int]
@@ -63,6 +65,18 @@ class RunGraph:
     def visits(self) -> int:
         """Everything that runs visit."""
         return self.reach[0]
+
+    @property
+    def size(self) -> int:
+        """How many edges there are."""
+        return len(self._targets)
+
+    def steps(self) -> Iterator[tuple[Position | None, Happening | Start]]:
+        """What can happen in which position; `None` for the starts."""
+        for node in range(len(self._first) - 1):
+            position = self.positions[node - 1] if node else None
+            for number in range(self._first[node], self._first[node + 1]):
+                yield position, self._labels[number]
 
     def edges(self, node: int) -> Iterator[Edge]:
         """The events that can come in a node; none if it was not explored."""
@@ -99,17 +113,19 @@ class _Exploration:
         self._visits: list[int] = []
         self._labels: list[Happening | Start] = []
         self._known: dict[int, int] = {}
+        self._cut_offs: list[tuple[int, Edge, int]] = []
+        self._cut_off = 0
         self._complete = True
 
     def explore(self, goal: tuple[str, Predicate], starts: Sequence[Start]) -> RunGraph:
         for start in starts:
-            self._add(start, self._steps.begin(start.packed))
+            self._add(0, start, self._steps.begin(start.packed))
         self._first.append(len(self._targets))
         node = 0
         while node < len(self._positions):
             position = self._positions[node]
             for happening in self._steps.happenings(position):
-                self._add(happening, self._steps.after(position, happening))
+                self._add(node + 1, happening, self._steps.after(position, happening))
             self._first.append(len(self._targets))
             node += 1
         graph = RunGraph(
@@ -118,6 +134,7 @@ class _Exploration:
             self._positions,
             self._complete,
             [],
+            self._cut_offs,
             self._first,
             self._targets,
             self._visits,
@@ -126,7 +143,7 @@ class _Exploration:
         graph.reach = _reach(self._first, self._targets, self._visits)
         return graph
 
-    def _add(self, label: Happening | Start, step: Step) -> None:
+    def _add(self, node: int, label: Happening | Start, step: Step) -> None:
         target = -1
         if step.target is not None:
             target = self._nodes.get(step.target, 0)
@@ -140,6 +157,9 @@ class _Exploration:
         self._targets.append(target)
         self._visits.append(self._known.setdefault(step.visits, step.visits))
         self._labels.append(label)
+        if step.cut_off & ~self._cut_off:  # the first of its kind is enough
+            self._cut_off |= step.cut_off
+            self._cut_offs.append((node, Edge(len(self._targets) - 1, target, step.visits), step.cut_off))
 
 
 def _reach(first: array[int], targets: array[int], visits: list[int]) -> list[int]:

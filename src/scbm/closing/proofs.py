@@ -56,7 +56,7 @@ class Proofs:
     def by_runs(self, obligation: Obligation, runs: Runs) -> Proof | None:
         """A proof that all runs were looked at, and none visits it; `None` if one does, or not all were."""
         bit = runs.visits.bit(obligation.subject, obligation.aspect)
-        if runs.stopped is not None or runs.visited & bit:
+        if runs.stopped is not None or (runs.visited | runs.cut_off) & bit:
             return None
         return Proof(RunsArgument.kind, _reason(obligation, runs))
 

@@ -10,7 +10,7 @@ from scbm.closing.graph import RunGraph, explore_runs
 from scbm.closing.relevance import Relevance
 from scbm.closing.situations import Queues, Steps, Visits
 from scbm.closing.starts import initial_states
-from scbm.planning import Planner, Solved
+from scbm.planning import Planner
 from scbm.running import Program
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from scbm.closing.graph import Start
     from scbm.model import BehaviorModel, Predicate
-    from scbm.planning import Policy
+    from scbm.planning import Answer, Policy
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +76,15 @@ class Runs:
             visited |= graph.visits
         return visited
 
+    @property
+    def cut_off(self) -> int:
+        """What runs visit that a limit of plans cuts off."""
+        cut_off = 0
+        for graph in self.graphs:
+            for _, _, visits in graph.cut_offs:
+                cut_off |= visits
+        return cut_off
+
     def _explore(self, limits: CloseLimits, progress: Callable[[str], None]) -> None:
         self.starts, complete = initial_states(self.model, self.program, self.relevance, limits.starts)
         if not complete:
@@ -120,7 +129,5 @@ class _Translation:
         return packed
 
 
-def _plan(translation: _Translation, state: int) -> tuple[str, ...] | None:
-    """The canonical plan; `None` if there is none, or none within the planner's limits, which ends runs as well."""
-    answer = translation.policy.plan(translation.translate(state))
-    return answer.plan if isinstance(answer, Solved) else None
+def _plan(translation: _Translation, state: int) -> Answer:
+    return translation.policy.plan(translation.translate(state))

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scbm.cases import Case, Forced, Limits
+from scbm.closing.situations import Happening, Kind
 from scbm.model import OperationState, Outcome, State
 from scbm.planning import Solved
 from scbm.running import (
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
 
     from scbm.cases import Reaction
     from scbm.closing.graph import Start
-    from scbm.closing.situations import Happening
     from scbm.closing.ways import Way
     from scbm.model import BehaviorModel, Predicate
     from scbm.planning import Planner
@@ -103,6 +103,7 @@ class _Run:
         self._asked: AskPlan | None = None
         self._plans = 0
         self._events = 0
+        self._ends_ns: int | None = None
         self._perform(self._runner.handle(GoalGiven(*goal), 0))
 
     def follow(self, happenings: Iterable[Happening]) -> None:
@@ -110,17 +111,27 @@ class _Run:
         for happening in happenings:
             self._answer_if_alone()
             self._events += 1
-            if happening.resource is not None:
-                self._reply(happening)
-            elif happening.passes:
-                self._pass()
-            else:
-                self._answer()
+            match happening.kind:
+                case Kind.REPLY:
+                    self._reply(happening)
+                case Kind.DEADLINE:
+                    self._pass()
+                case Kind.TIME_LIMIT:
+                    self._ends_ns = self._soon_ns()
+                case Kind.ANSWER:
+                    self._answer()
         self._answer_if_alone()
+
+    @property
+    def plans(self) -> int:
+        """How many plans were asked for."""
+        return self._plans
 
     @property
     def limits(self) -> Limits:
         """The limits that the case needs beyond the usual ones."""
+        if self._ends_ns is not None:
+            return Limits(self._ends_ns, None)
         time_ns = 2 * self._now_ns if 2 * self._now_ns > _DEFAULTS.time_limit_ns else None
         plans = 2 * self._plans if 2 * self._plans > _DEFAULTS.plan_limit else None
         return Limits(time_ns, plans)
@@ -166,7 +177,6 @@ class _Run:
         return None if rule.latency_ns is None and rule.measured is None else replace(rule, outcome=Outcome.SUCCEED)
 
     def _reply(self, happening: Happening) -> None:
-        assert happening.resource is not None  # noqa: S101 - it is a reply
         identity = self._in_flight.pop(happening.resource)
         request = self._requests[identity]
         self._now_ns = self._reply_ns(request)
@@ -184,6 +194,12 @@ class _Run:
         is_at_once = self._asked is not None or request.number_of_event == self._events
         soon_ns = self._now_ns if is_at_once else min(self._now_ns + _A_MOMENT_NS, deadline_ns)
         return plainly_ns if soon_ns <= plainly_ns <= deadline_ns else soon_ns
+
+    def _soon_ns(self) -> int:
+        """A moment at which nothing else happens, before the next deadline if there is time."""
+        deadline_ns = self._runner.deadline_ns
+        assert deadline_ns is not None  # noqa: S101 - a goal is pursued
+        return max(min(self._now_ns + _A_MOMENT_NS // 2, (self._now_ns + deadline_ns) // 2), 1)
 
     def _pass(self) -> None:
         deadline_ns = self._runner.deadline_ns

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from scbm.cases import Limits
 from scbm.closing.disabling import HOLD_NS, changes_that_disable, current_operations, injection
 from scbm.closing.guided import distance_to, find_way, guard_of
 from scbm.closing.scripts import Scripts
-from scbm.closing.walks import best_walk, direct_walks
+from scbm.closing.walks import best_walk, direct_walks, walk_over
 from scbm.coverage import Aspect
 from scbm.model import State
 from scbm.simulating import TooLongError
@@ -66,6 +67,8 @@ class Search:
                 self._insist(bit)
         for bit in _bits(self._missing & self._runs.visited):  # disabled by itself, where no injection does it
             self._insist(bit)
+        for bit in _bits(self._missing & self._runs.cut_off):
+            self._cut_off(bit)
         if self._runs.stopped is not None:
             self._search_beyond()
 
@@ -156,6 +159,22 @@ class Search:
                     break
             if not bit & (self._wanted() | self._missing):
                 return
+
+    # ends that a limit of plans brings about
+
+    def _cut_off(self, bit: int) -> None:
+        """Tries limits of plans for what is visited behind the ends of runs that they bring about."""
+        for graph in self._runs.graphs:
+            for node, edge, visits in graph.cut_offs:
+                if not visits & bit:
+                    continue
+                walk = walk_over(graph, node, edge)
+                case = self._scripts.case(walk.goal, walk.way, _CANDIDATE)
+                for plans in range(1, self._candidates):
+                    execution = self._execute(replace(case, limits=Limits(plans=plans)))
+                    if execution is not None and execution.visited & bit:
+                        self._take(execution)
+                        return
 
     # beyond what was explored
 

@@ -2,12 +2,14 @@
 
 A second reading of semantics 5 and 6 beside `running.runner`, made for going through all runs: it shares the compiled
 model with the runner, and property tests hold the two together. Time is left out: a deadline may pass whenever its
-timer runs, a reply may come whenever its request is in flight. So are the limits of runs, which only cut them off.
+timer runs, a reply may come whenever its request is in flight. Limits can end a run anywhere; behind every end
+automatic transitions have their turn once more.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 from itertools import product
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
@@ -15,6 +17,7 @@ from scbm.certifying import Awaits
 from scbm.coverage import Aspect, Obligations
 from scbm.model import OperationState, PlanState
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE
+from scbm.planning import LimitReached, Solved
 from scbm.running import RunnerOptions
 
 if TYPE_CHECKING:
@@ -23,12 +26,13 @@ if TYPE_CHECKING:
     from scbm.closing.relevance import Relevance
     from scbm.model import BehaviorModel, Value
     from scbm.model.packing import Test
+    from scbm.planning import Answer
     from scbm.running import Program
     from scbm.running.program import RequestLine, RunnableOperation
     from scbm.trace import Changes
 
-    Plan: TypeAlias = Callable[[int], tuple[str, ...] | None]
-    """The plan that the planner answers with in a packed state; `None` for no plan."""
+    Plan: TypeAlias = Callable[[int], Answer]
+    """What the planner answers in a packed state."""
 
 
 class Position(NamedTuple):
@@ -47,24 +51,34 @@ class Position(NamedTuple):
     awaits: Awaits
 
 
+class Kind(Enum):
+    """What can happen to a run."""
+
+    ANSWER = "the planner answers"
+    REPLY = "a resource replies"
+    DEADLINE = "the deadline of the current operation passes"
+    TIME_LIMIT = "the time limit of the run passes"
+
+
 class Happening(NamedTuple):
-    """What can happen to a run: a reply, a deadline that passes, or the planner's answer.
+    """One thing that can happen to a run.
 
     Attributes:
-        resource: which one replies; `None` if it is no reply.
+        kind: what it is.
+        resource: which one replies; empty if it is no reply.
         succeeded: what the reply says.
         measured: what it carries.
-        passes: whether a deadline passes.
     """
 
-    resource: str | None = None
+    kind: Kind
+    resource: str = ""
     succeeded: bool = False
     measured: Changes = ()
-    passes: bool = False
 
 
-ANSWER = Happening()
-DEADLINE = Happening(passes=True)
+ANSWER = Happening(Kind.ANSWER)
+DEADLINE = Happening(Kind.DEADLINE)
+TIME_LIMIT = Happening(Kind.TIME_LIMIT)
 
 
 class Step(NamedTuple):
@@ -73,10 +87,12 @@ class Step(NamedTuple):
     Attributes:
         target: where the run is then; `None` if it has ended.
         visits: what it visits on the way, as bits of `Visits`.
+        cut_off: what it would visit if the limit of plans ended it on the way.
     """
 
     target: Position | None
     visits: int
+    cut_off: int = 0
 
 
 class Visits:
@@ -153,10 +169,16 @@ class _Line:
 
 
 _S = OperationState
+_LONG = 16
+"""From so many automatic transitions in a row on, it is looked whether they go round."""
 
 
 class Steps:
-    """The steps of runs for one goal."""
+    """The steps of runs for one goal.
+
+    Attributes:
+        watch: is told every state in which guards are looked at; `None` for nobody.
+    """
 
     def __init__(  # noqa: PLR0913, PLR0917 - what the runs of a model share, and what is the goal's
         self,
@@ -180,12 +202,14 @@ class Steps:
             bound: how many automatic transitions one settling may take.
         """
         packing = program.packing
+        self.watch: Callable[[int], None] | None = None
         self._kept = relevance.mask
         self._goal = goal
         self._plan = plan
         self._queues = queues
         self._bound = bound
         self._aborted = program.aborted
+        self._plan_states = program.plan_states
         self._planning = program.plan_states[PlanState.PLANNING]
         self._executing = program.plan_states[PlanState.EXECUTING]
         self._names = {name: index for index, name in enumerate(program.operations)}
@@ -199,7 +223,8 @@ class Steps:
         self._current_state = (field.mask, {field.bits(state.value): state for state in OperationState})
         self._queued = tuple(visits.bit(name, Aspect.QUEUED) for name in program.operations)
         self._visits_of: dict[int, int] = {}
-        self._plans: dict[int, int | None] = {}
+        self._plans: dict[int, Answer] = {}
+        self._behind_ends: dict[int, int] = {}
 
     def _operation(self, runnable: RunnableOperation, visits: Visits) -> _Operation:
         bits: dict[OperationState, int] = {_S.INITIAL: 0}
@@ -228,19 +253,23 @@ class Steps:
         if self._timer_runs(position.state):
             yield DEADLINE
         yield from (reply for reply in replies if reply.succeeded)
+        if self._end(position.state, position.in_flight, PlanState.ABORTED):
+            yield TIME_LIMIT  # it ends the run; of interest only if something is visited behind the end
 
     def after(self, position: Position, happening: Happening) -> Step:
         """What follows from something that can happen."""
         state, queue, in_flight, awaits = position
+        if happening.kind is Kind.TIME_LIMIT:
+            return Step(None, self._end(state, in_flight, PlanState.ABORTED))
         asked = self._asked_in(position)
-        if happening.resource is not None:
+        if happening.kind is Kind.REPLY:
             number = self._numbers[happening.resource]
             keep, bits = next((k, b) for other, k, b in self._lines[number].replies if other == happening)
             in_flight = tuple(other for other in in_flight if other != number)
             unsolvable_in = state if awaits is Awaits.CHANGE else None
             queue = 0 if asked is not None else queue
             return self._settle(state & keep | bits, queue, in_flight, asked, unsolvable_in, time_passes=False)
-        if happening.passes:
+        if happening.kind is Kind.DEADLINE:
             return self._settle(state, queue, in_flight, None, None, time_passes=True)
         assert asked is not None  # noqa: S101 - only who asks is answered
         return self._answered(state, in_flight, asked)
@@ -266,11 +295,13 @@ class Steps:
 
     def _answered(self, state: int, in_flight: tuple[int, ...], asked: _Asked) -> Step:
         """The planner has answered."""
+        if asked.gives_up:
+            return Step(None, self._end(state, in_flight, PlanState.ABORTED))
         if asked.queue is None:
             return self._settle(state, 0, in_flight, None, asked.state, time_passes=False)
         keep, bits = self._executing
         step = self._settle(state & keep | bits, asked.queue, in_flight, None, None, time_passes=False)
-        return Step(step.target, step.visits | asked.visits)
+        return Step(step.target, step.visits | asked.visits, step.cut_off)
 
     def _settle(  # noqa: C901, PLR0911, PLR0912, PLR0913, PLR0915 - one loop in which all exploring is done
         self,
@@ -282,23 +313,29 @@ class Steps:
         *,
         time_passes: bool,
     ) -> Step:
-        visits = 0
+        visits = cut_off = 0
         taken = 0
+        chain: dict[int, None] = {}
         due = time_passes
-        answered: dict[int, None] = {}
+        answered: dict[Position, None] = {}
         current_mask, current_shift = self._current
         states_mask, states = self._current_state
         aborted_mask, aborted_bits = self._aborted
+        watch = self.watch
         while True:
+            if watch is not None:
+                watch(state & self._kept)
             for mask, bits, transition, bit in self._automatic:
                 if state & mask != bits or not transition.test(state):
                     continue
                 after = transition.update(state)
                 if after is None or after == state:
                     continue
-                if taken == self._bound:
-                    return Step(None, visits)
+                if taken == self._bound or state in chain:
+                    return Step(None, visits, cut_off)
                 taken += 1
+                if taken > _LONG:
+                    chain[state] = None
                 visits |= bit
                 if transition.fails_operation:
                     failing = self._operations[((state & current_mask) >> current_shift) - 1]
@@ -309,23 +346,25 @@ class Steps:
                 state = after
                 break
             else:
+                chain.clear()
                 if state & aborted_mask == aborted_bits:
-                    return Step(None, visits)
+                    return Step(None, visits | self._end(state, in_flight, PlanState.ABORTED), cut_off)
                 moved = self._request(state, in_flight)
                 if moved is not None:
                     state, in_flight = moved
                     continue
                 current_state = states[state & states_mask]
                 if current_state is _S.INITIAL and self._goal(state):
-                    return Step(None, visits)
+                    return Step(None, visits | self._end(state, in_flight, PlanState.COMPLETED), cut_off)
                 current = (state & current_mask) >> current_shift
                 if current:
                     operation = self._operations[current - 1]
                     lived = self._live(operation, current_state, state, due=due)
                     if lived is None:
-                        return Step(Position(state & self._kept, queue, in_flight, Awaits.NOTHING), visits)
+                        position = Position(state & self._kept, queue, in_flight, Awaits.NOTHING)
+                        return Step(position, visits, cut_off)
                     if isinstance(lived, OperationState):
-                        return Step(None, visits)
+                        return Step(None, visits | self._end(state, in_flight, PlanState.ABORTED), cut_off)
                     state, target = lived
                     visits |= operation.visits[target]
                     due = time_passes and (
@@ -341,13 +380,16 @@ class Steps:
                     state = state & keep | put
                     visits |= operation.current
                 elif asked is not None:
+                    position = asked.position(state & self._kept, in_flight, self._kept)
                     if in_flight:
-                        return Step(asked.position(state & self._kept, in_flight, self._kept), visits)
-                    if state in answered:  # without end, until the limit of plans
-                        return Step(None, visits)
+                        return Step(position, visits, cut_off)
+                    if position in answered:  # without end, until the limit of plans
+                        return Step(None, visits, cut_off)
                     # Nothing else can come: the answer is the next event.
-                    answered[state] = None
+                    answered[position] = None
                     taken, due, time_passes = 0, False, False
+                    if asked.gives_up:
+                        return Step(None, visits | self._end(state, in_flight, PlanState.ABORTED), cut_off)
                     if asked.queue is None:
                         unsolvable_in, asked = asked.state, None
                     else:
@@ -357,12 +399,57 @@ class Steps:
                         asked = None
                 elif unsolvable_in is not None and unsolvable_in & self._kept == state & self._kept:
                     if in_flight:
-                        return Step(Position(state & self._kept, 0, in_flight, Awaits.CHANGE), visits)
-                    return Step(None, visits)
+                        return Step(Position(state & self._kept, 0, in_flight, Awaits.CHANGE), visits, cut_off)
+                    return Step(None, visits | self._end(state, in_flight, PlanState.UNSOLVABLE), cut_off)
                 else:
+                    cut_off |= self._end(state, in_flight, PlanState.ABORTED)
                     keep, put = self._planning
                     state = state & keep | put
                     asked = self._ask(state)
+
+    def _end(self, state: int, in_flight: tuple[int, ...], plan_state: PlanState) -> int:
+        """What is visited behind the end of a run: requests are given up, then come automatic transitions."""
+        if not self._automatic:
+            return 0
+        for number in in_flight:
+            keep, bits = self._lines[number].line.cleared
+            state = state & keep | bits
+        keep, bits = self._plan_states[plan_state]
+        state = state & keep | bits
+        for line in self._lines:
+            state = line.line.given_up(state)
+        current = (state & self._current[0]) >> self._current[1]
+        if current:
+            keep, bits = self._operations[current - 1].runnable.become[_S.INITIAL]
+            state = state & keep | bits
+        key = state & self._kept
+        if key not in self._behind_ends:
+            self._behind_ends[key] = self._idle(state)
+        return self._behind_ends[key]
+
+    def _idle(self, state: int) -> int:
+        """What automatic transitions visit while no goal is pursued, and requests are sent and cancelled."""
+        visits = 0
+        in_flight: tuple[int, ...] = ()
+        seen: dict[int, None] = {}
+        while True:
+            if self.watch is not None:
+                self.watch(state & self._kept)
+            for mask, bits, transition, bit in self._automatic:
+                if state & mask == bits and transition.test(state):
+                    after = transition.update(state)
+                    if after is not None and after != state:
+                        state = after
+                        visits |= bit
+                        break
+            else:
+                moved = self._request(state, in_flight)
+                if moved is None:
+                    return visits
+                state, in_flight = moved
+            if state in seen or len(seen) > self._bound:
+                return visits
+            seen[state] = None
 
     def _request(self, state: int, in_flight: tuple[int, ...]) -> tuple[int, tuple[int, ...]] | None:
         """One request is sent or cancelled; `None` if there is none to send or to cancel."""
@@ -411,9 +498,11 @@ class Steps:
         """The question for a plan, with the answer that it will have."""
         key = state & self._kept
         if key not in self._plans:
-            plan = self._plan(state)
-            self._plans[key] = None if plan is None else self._queues.number(self._names[name] for name in plan)
-        return self._question(state, self._plans[key])
+            self._plans[key] = self._plan(state)
+        answer = self._plans[key]
+        if isinstance(answer, Solved):
+            return self._question(state, self._queues.number(self._names[name] for name in answer.plan))
+        return _Asked(state, None, 0, gives_up=isinstance(answer, LimitReached))
 
     def _asked_in(self, position: Position) -> _Asked | None:
         """The question that is open in a position."""
@@ -442,14 +531,19 @@ class _Asked(NamedTuple):
         state: in which it was asked; `None` if that is another one than now.
         queue: the plan that will come; `None` for no plan.
         visits: what the answer visits.
+        gives_up: whether the planner meets a limit, which ends the run.
     """
 
     state: int | None
     queue: int | None
     visits: int
+    gives_up: bool = False
 
     def position(self, state: int, in_flight: tuple[int, ...], kept: int) -> Position:
-        """Where the run is while the question is open."""
+        """Where the run is while the question is open.
+
+        A planner that will give up counts as one that will find no plan: the run would end, and here it may go on.
+        """
         if self.queue is not None:
             return Position(state, self.queue, in_flight, Awaits.PLAN)
         is_here = self.state is not None and self.state & kept == state
@@ -465,9 +559,9 @@ def _line(line: RequestLine, number: int, relevance: Relevance) -> _Line:
     for values in choices:
         changes = tuple((name, value) for name, value in zip(measured, values, strict=True) if value is not None)
         keep, bits = packing.assignment(dict(changes))
-        reply = Happening(line.resource.name, succeeded=True, measured=changes)
+        reply = Happening(Kind.REPLY, line.resource.name, succeeded=True, measured=changes)
         replies.append((reply, keep & line.succeeded[0], bits & line.succeeded[0] | line.succeeded[1]))
-    replies.append((Happening(line.resource.name), *line.failed))
+    replies.append((Happening(Kind.REPLY, line.resource.name), *line.failed))
     return _Line(line, number, tuple(replies))
 
 

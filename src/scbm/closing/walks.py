@@ -35,15 +35,8 @@ class Walk:
 class _Leg:
     """A piece of a walk: edges, and what of the missed ones it keeps within reach."""
 
-    edges: tuple[Edge, ...]
+    edges: list[Edge]
     kept: int
-
-    @property
-    def visits(self) -> int:
-        visits = 0
-        for edge in self.edges:
-            visits |= edge.visits
-        return visits
 
 
 def best_walk(graphs: Sequence[RunGraph], missing: int) -> Walk | None:
@@ -66,6 +59,20 @@ def direct_walks(graphs: Sequence[RunGraph], wanted: int) -> Iterator[Walk]:
             yield shortest
 
 
+def walk_over(graph: RunGraph, node: int, last: Edge) -> Walk:
+    """The shortest walk that ends with an edge, which begins in a node."""
+    came: dict[int, tuple[int, Edge] | None] = {0: None}
+    frontier = [0]
+    for here in frontier:
+        if node in came:
+            break
+        for edge in graph.edges(here):
+            if edge.target >= 0 and edge.target not in came:
+                came[edge.target] = (here, edge)
+                frontier.append(edge.target)
+    return _walk(graph, _edges_to(came, node, last))
+
+
 def _promise(graph: RunGraph, edge: Edge, missing: int) -> int:
     """What of the missing can be visited on an edge and behind it."""
     behind = graph.reach[edge.target] if edge.target >= 0 else 0
@@ -81,12 +88,16 @@ def _walk_on(graph: RunGraph, edge: Edge, missing: int, *, greedy: bool) -> Walk
         if leg is None:
             break
         edges += leg.edges
-        visits |= leg.visits
+        visits |= _visits(leg.edges)
+    return _walk(graph, edges)
+
+
+def _walk(graph: RunGraph, edges: Sequence[Edge]) -> Walk:
     start = graph.label(edges[0].number)
     assert isinstance(start, Start)  # noqa: S101 - the edges of node 0 are the starts
     happenings = [graph.label(each.number) for each in edges[1:]]
     way = Way(start, tuple(each for each in happenings if not isinstance(each, Start)))
-    return Walk(graph.goal, way, visits)
+    return Walk(graph.goal, way, _visits(edges))
 
 
 def _next_leg(graph: RunGraph, node: int, missing: int) -> _Leg | None:
@@ -114,9 +125,21 @@ def _next_leg(graph: RunGraph, node: int, missing: int) -> _Leg | None:
 
 
 def _leg(graph: RunGraph, came: dict[int, tuple[int, Edge] | None], node: int, last: Edge, missing: int) -> _Leg:
+    edges = _edges_to(came, node, last)
+    return _Leg(edges, _visits(edges) & missing | _promise(graph, last, missing))
+
+
+def _edges_to(came: dict[int, tuple[int, Edge] | None], node: int, last: Edge) -> list[Edge]:
+    """The edges of the way to a node, as a search has found it, and a last one behind it."""
     edges = [last]
     while (step := came[node]) is not None:
         node, edge = step
         edges.append(edge)
-    leg = _Leg(tuple(reversed(edges)), 0)
-    return _Leg(leg.edges, leg.visits & missing | _promise(graph, last, missing))
+    return edges[::-1]
+
+
+def _visits(edges: Sequence[Edge]) -> int:
+    visits = 0
+    for edge in edges:
+        visits |= edge.visits
+    return visits

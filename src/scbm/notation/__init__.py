@@ -6,7 +6,9 @@ The one room that knows `ruamel.yaml`, `lark` and `pydantic`. It never prints an
 from scbm.notation.case_loader import CaseDocument, is_case_text, is_model_text, open_case, read_case, read_network
 from scbm.notation.case_writer import write_case, write_network
 from scbm.notation.durations import parse_duration
+from scbm.notation.editing import add_goals, with_goals
 from scbm.notation.expressions import parse_action, parse_predicate, parse_requirement, parse_state, parse_value
+from scbm.notation.files import read_file
 from scbm.notation.loader import Places, load_located, load_model, read_model
 from scbm.notation.nearest import nearest, suggestion
 from scbm.notation.schema import case_schema, model_schema
@@ -19,6 +21,7 @@ __all__ = [
     "Places",
     "Scope",
     "Where",
+    "add_goals",
     "case_schema",
     "is_case_text",
     "is_model_text",
@@ -35,9 +38,11 @@ __all__ = [
     "parse_state",
     "parse_value",
     "read_case",
+    "read_file",
     "read_model",
     "read_network",
     "suggestion",
+    "with_goals",
     "write_case",
     "write_model",
     "write_network",

@@ -1,6 +1,7 @@
 """What is drawn for people: results as lines of text, one file for each format.
 
-Where the lines go is not known here.
+Where the lines go is not known here. What tells of closing (`closing`, `explaining`) is imported from its own module,
+as the room that it tells of takes long to load.
 """
 
 from scbm.reports.coverage import Setting, coverage_report

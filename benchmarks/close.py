@@ -1,0 +1,157 @@
+"""Closing random models, beside all their runs; and the examples, as whole processes.
+
+Of each model: how long closing took (seconds of one core), what was decided, proofs that a run refutes, cases that fail
+when they are run again. With `--enumerate`, all runs are enumerated by driving the real runner, which takes minutes.
+With `--check`, certificates are checked.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+import time
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scbm.certifying import RunsArgument
+from scbm.closing import Closer, Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from scbm.closing import Closing
+
+ROOT = Path(__file__).parent.parent
+sys.path.insert(0, str(ROOT / "tests"))
+
+from property.test_closing import (  # noqa: E402 - they live with the tests
+    failing_replays,
+    flaws,
+    impossible_cases,
+    incomplete,
+    wrong_proofs,
+)
+from support.enumeration import enumerate_runs  # noqa: E402
+from support.random_models import random_model  # noqa: E402
+
+IN_TIME_S = 10
+MOST_TOLD = 5
+
+
+@dataclass(frozen=True)
+class Result:
+    """What closing one model came to.
+
+    Attributes:
+        seconds: how long it took.
+        situations: how many there are, if that is known.
+        counts: how many obligations of the figure ended in each decision.
+        wrong: proofs that a run refutes; `None` if runs were not enumerated.
+        complete: whether all runs were enumerated.
+        complaints: whatever else is wrong.
+    """
+
+    number: int
+    seconds: float
+    situations: int
+    counts: Counter[Decision]
+    wrong: list[str] | None
+    complete: bool
+    complaints: list[str]
+
+    @property
+    def obligations(self) -> int:
+        """How many obligations the figure has."""
+        return self.counts.total()
+
+    @property
+    def decided_in_time(self) -> int:
+        """How many of them are decided, if that did not take too long."""
+        return self.obligations - self.counts[Decision.UNDECIDED] if self.seconds <= IN_TIME_S else 0
+
+    def __str__(self) -> str:
+        decisions = " ".join(f"{self.counts[decision]:>4}" for decision in Decision)
+        enumerated = "" if self.wrong is None else "  all runs" if self.complete else "  some runs"
+        wrong = "?" if self.wrong is None else len(self.wrong)
+        line = f"{self.number:>5} {self.seconds:>7.2f} s {self.situations:>8} {decisions} {wrong:>6} wrong{enumerated}"
+        return "\n".join((line, *(f"      {text}" for text in (*(self.wrong or ()), *self.complaints)[:MOST_TOLD])))
+
+
+def close(number: int, *, enumerates: bool, checks: bool) -> Result:
+    """Closes one of the random models, and looks at what came of it."""
+    model = random_model(number)
+    begin = time.process_time()
+    closing = Closer(model).close()
+    seconds = time.process_time() - begin
+    complaints = [*incomplete(closing), *failing_replays(closing), *(flaws(closing) if checks else ())]
+    counts = Counter(decided.decision for decided in closing.decided if decided.obligation.counts)
+    if not enumerates:
+        return Result(number, seconds, certified(closing), counts, None, False, complaints)
+    enumeration = enumerate_runs(model)
+    if enumeration.complete:
+        complaints += impossible_cases(closing, enumeration)
+    wrong = wrong_proofs(closing, enumeration)
+    return Result(number, seconds, enumeration.situations, counts, wrong, enumeration.complete, complaints)
+
+
+def certified(closing: Closing) -> int:
+    """The situations in the certificate of runs, if there is one."""
+    arguments = [c.argument for _, c in closing.certificates if isinstance(c.argument, RunsArgument)]
+    return sum(len(situations) for argument in arguments for _, situations in argument.runs)
+
+
+def summary(results: Sequence[Result]) -> str:
+    """The figures of all models together."""
+    obligations = sum(result.obligations for result in results)
+    in_time = sum(result.decided_in_time for result in results)
+    undecided = sum(result.counts[Decision.UNDECIDED] for result in results)
+    slowest = max(results, key=lambda result: result.seconds)
+    wrong = sum(len(result.wrong or ()) for result in results)
+    known = sum(result.wrong is not None for result in results)
+    return "\n".join(
+        (
+            f"{in_time / obligations:.2%} of {obligations} obligations decided within {IN_TIME_S} s each model",
+            f"{undecided} undecided, {sum(result.seconds > IN_TIME_S for result in results)} models took longer",
+            f"{wrong} wrong proofs in {known} models whose runs were enumerated",
+            f"{sum(len(result.complaints) for result in results)} other complaints (replays, cases, certificates)",
+            f"slowest: model {slowest.number}, {slowest.seconds:.2f} s; all: {sum(r.seconds for r in results):.0f} s",
+        )
+    )
+
+
+def example(name: str) -> str:
+    """What `scbm close` makes of an example, as a process."""
+    path = f"examples/robot_in_the_air/{name}.yaml"
+    begin = time.perf_counter()
+    arguments = [sys.executable, "-m", "scbm", "close", path, "--json"]
+    ran = subprocess.run(arguments, cwd=ROOT, check=False, capture_output=True, text=True)
+    seconds = time.perf_counter() - begin
+    told = json.loads(ran.stdout)
+    figures = ", ".join(f"{told['decisions'][decision.value]} {decision.value}" for decision in Decision)
+    return f"{name}.yaml: {figures}, {len(told['cases'])} cases, {seconds:.2f} s, exit code {ran.returncode}"
+
+
+def main() -> None:
+    """Prints a line for each model, and what they come to."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--models", type=int, default=200)
+    parser.add_argument("--first", type=int, default=1)
+    parser.add_argument("--enumerate", action="store_true")
+    parser.add_argument("--check", action="store_true")
+    asked = parser.parse_args()
+    print("model   seconds  situations  covered, uncoverable, undecided")
+    results = []
+    for number in range(asked.first, asked.first + asked.models):
+        results.append(close(number, enumerates=asked.enumerate, checks=asked.check))
+        print(results[-1], flush=True)
+    print(summary(results))
+    for name in ("before", "after"):
+        print(example(name))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,167 @@
+"""What closing decides about random models, beside all their runs."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from scbm.certifying import certificate_text, check_certificate
+from scbm.closing import Closer, Closing, Decision
+from scbm.model import BehaviorModel
+from scbm.notation import read_case, write_case
+from scbm.testing import Campaign, RandomCases, Tester
+from scbm.trace import End
+from support.enumeration import Enumeration, enumerate_runs
+from support.random_models import random_model
+
+SMALL = (2, 3, 4, 5)
+"""Models that are enumerated and closed in a moment; benchmarks/close.py takes all."""
+
+TESTS = Path(__file__).parents[1]
+
+LIMIT_ENDS = (End.TIME_LIMIT, End.REPLAN_LIMIT, End.PLANNER_LIMIT, End.LIVELOCK)
+"""A livelock is also what a run ends as in which too many things happen at one moment."""
+
+
+@cache
+def model_of(number: int) -> BehaviorModel:
+    return random_model(number)
+
+
+@cache
+def closing_of(number: int) -> Closing:
+    return Closer(model_of(number)).close()
+
+
+def wrong_proofs(closing: Closing, enumeration: Enumeration) -> list[str]:
+    """What is called uncoverable though a run visits it; the figure's obligations and those beside it."""
+    proved = (d for d in closing.decided if d.decision is Decision.UNCOVERABLE)
+    return [f"{d.obligation} ({d.reason})" for d in proved if enumeration.visits(str(d.obligation))]
+
+
+def impossible_cases(closing: Closing, enumeration: Enumeration) -> list[str]:
+    """What cases without injections visit though no run does; the enumeration would be wrong."""
+    found = []
+    for each in closing.cases:
+        if each.case.injections:
+            continue
+        allowed = enumeration.visited
+        if each.execution.verdict.end in LIMIT_ENDS:
+            allowed |= enumeration.cut_off
+        never = each.execution.visited & ~allowed
+        found += [f"{each.case.name}: {name}" for name in enumeration.obligations.names(never)]
+    return found
+
+
+def failing_replays(closing: Closing) -> list[str]:
+    """What is wrong with the cases when they are run again, and when they are written, read, and run."""
+    return [complaint for each in closing.cases for complaint in _faults_of(closing, each.case.name)]
+
+
+def _faults_of(closing: Closing, name: str) -> Iterator[str]:
+    case = next(each.case for each in closing.cases if each.case.name == name)
+    model, tester = closing.model, Tester(closing.model)
+    obligations = closing.after.obligations
+    promised = sum(obligations.bit(d.obligation) for d in closing.decided if d.case == name)
+    again = read_case(write_case(case, model, "model.yaml"), model)
+    for how, replayed in (("", case), (" once written", again)):
+        execution = tester.execute(replayed)
+        for failure in execution.verdict.failures:
+            yield f"{name} fails{how}: {failure}"
+        for missed in obligations.names(promised & ~execution.visited):
+            yield f"{name} does not visit {missed}{how}"
+
+
+def incomplete(closing: Closing) -> Iterator[str]:
+    """What is decided without a case or a certificate, and cases that add nothing."""
+    claimed = {kind: {claim.obligation for claim in c.claims} for kind, c in closing.certificates}
+    cases = dict(closing.after.cases)
+    obligations = closing.after.obligations
+    if tuple(d.obligation for d in closing.decided) != obligations.all:
+        yield "not every obligation is decided once, in order"
+    for d in closing.decided:
+        if d.decision is Decision.COVERED and not cases.get(d.case or "", 0) & obligations.bit(d.obligation):
+            yield f"{d.obligation} is covered by {d.case}, which does not visit it"
+        if d.decision is Decision.UNCOVERABLE and str(d.obligation) not in claimed.get(d.certificate or "", ()):
+            yield f"no certificate claims {d.obligation}"
+    visited = closing.before.visited
+    for each in closing.cases:
+        new = each.execution.visited & ~visited
+        visited |= new
+        if not new or obligations.names(new) != tuple(map(str, each.adds)):
+            yield f"{each.case.name} adds {each.adds}"
+
+
+def flaws(closing: Closing) -> list[str]:
+    """What is wrong with the certificates."""
+    return [
+        f"{kind}: {flaw}"
+        for kind, certificate in closing.certificates
+        for flaw in check_certificate(certificate, closing.model)
+    ]
+
+
+def texts_of(closing: Closing) -> str:
+    """All cases and certificates as text."""
+    cases = [write_case(each.case, closing.model, "model.yaml") for each in closing.cases]
+    return "\n".join((*cases, *(certificate_text(certificate) for _, certificate in closing.certificates)))
+
+
+@pytest.mark.parametrize("number", SMALL)
+def test_no_proof_is_wrong_and_what_runs_visit_is_covered(number: int) -> None:
+    closing, enumeration = closing_of(number), enumerate_runs(model_of(number))
+    assert enumeration.complete
+    assert wrong_proofs(closing, enumeration) == []
+    assert impossible_cases(closing, enumeration) == []
+    undecided = [str(d.obligation) for d in closing.decided if d.decision is Decision.UNDECIDED]
+    assert undecided == []
+
+
+@pytest.mark.parametrize("number", SMALL)
+def test_every_decision_has_a_case_that_passes_or_a_certificate_that_holds(number: int) -> None:
+    closing = closing_of(number)
+    assert list(incomplete(closing)) == []
+    assert failing_replays(closing) == []
+    assert flaws(closing) == []
+
+
+@pytest.mark.parametrize("number", SMALL[:5])
+def test_what_a_suite_visits_is_left_to_it(number: int) -> None:
+    model = model_of(number)
+    suite = Campaign.of(model, Tester(model).results(RandomCases(model).first(5, seed=1)))
+    closing = Closer(model).close(suite)
+    assert closing.before == suite.coverage
+    assert list(incomplete(closing)) == []
+    assert [d.decision for d in closing.decided] == [d.decision for d in closing_of(number).decided]
+    visited = sum(closing.after.obligations.bit(o) for each in closing.cases for o in each.adds)
+    assert not visited & suite.coverage.visited
+
+
+@pytest.mark.parametrize("number", SMALL[:5])
+def test_closing_twice_decides_alike(number: int) -> None:
+    again, first = Closer(model_of(number)).close(), closing_of(number)
+    assert again.decided == first.decided
+    assert again.cases == first.cases
+    assert texts_of(again) == texts_of(first)
+
+
+_SCRIPT = """
+from property.test_closing import SMALL, closing_of, texts_of
+for number in SMALL[:5]:
+    print(closing_of(number).decided, texts_of(closing_of(number)))
+"""
+
+
+def test_the_hash_seed_changes_nothing() -> None:
+    environments = [{**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(TESTS)} for seed in ("0", "1")]
+    outputs = [
+        subprocess.run([sys.executable, "-c", _SCRIPT], env=environment, capture_output=True, check=True).stdout
+        for environment in environments
+    ]
+    assert outputs[0] == outputs[1] != b""

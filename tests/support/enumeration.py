@@ -1,0 +1,258 @@
+"""All runs of a model, by driving the real runner through everything that can happen to it. Slow and obvious.
+
+A *situation* is a settled runner whose run goes on, and the answer that the planner will give if it was asked. There,
+everything that can happen without an injection happens to a copy of the runner: the planner answers, each request in
+flight fails, or succeeds with each choice of measured values, and the deadline of the operation passes. Situations
+that no future can tell apart are gone on from once.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections import deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+from typing import TypeAlias
+
+from scbm.coverage import Obligations, visited_by
+from scbm.model import BehaviorModel, InitialStates, Predicate, Resource, Role, State, Transition
+from scbm.planning import Planner, Solved
+from scbm.running import (
+    AskPlan,
+    CancelRequest,
+    ChangeResource,
+    Effect,
+    Event,
+    GoalGiven,
+    PlanAnswered,
+    PlanStatus,
+    Program,
+    ReplyArrived,
+    RunFinished,
+    Runner,
+    RunnerOptions,
+    SendRequest,
+    TimePassed,
+)
+from scbm.running.requests import Requests
+from scbm.trace import Changes
+
+Path: TypeAlias = "tuple[Path | None, str]"
+"""What happened, the last first."""
+
+OUTWARD = (SendRequest, CancelRequest, ChangeResource, AskPlan, RunFinished)
+_FOR_EVER = 10**30
+_OPTIONS = RunnerOptions(time_limit_ns=_FOR_EVER, plan_limit=_FOR_EVER, instant_bound=_FOR_EVER)
+
+
+@dataclass(frozen=True)
+class Enumeration:
+    """What all runs of a model come to.
+
+    Attributes:
+        obligations: those of the model.
+        visited: those that some run visits, as bits, *queued* among them.
+        cut_off: those that are visited behind the end that the time limit brings about in some situation.
+        situations: how many were found.
+        complete: whether these are all; otherwise a limit cut them off.
+        ways: for each of them by name, a shortest way to it for some goal and initial state.
+    """
+
+    obligations: Obligations
+    visited: int
+    cut_off: int
+    situations: int
+    complete: bool
+    ways: dict[str, tuple[str, ...]]
+
+    def visits(self, name: str) -> bool:
+        """Whether some run visits the obligation of that name, be it one that the time limit ends."""
+        return name in self.ways
+
+
+def enumerate_runs(model: BehaviorModel, most: int = 300_000) -> Enumeration:
+    """Everything that all runs without injections visit, for all goals and allowed initial states.
+
+    Args:
+        model: the model.
+        most: so many situations are looked at.
+    """
+    explorer = _Explorer(model, most)
+    for goal, predicate in model.goals:
+        explorer.explore(goal, predicate)
+    ways = {name: _told(path) for name, path in explorer.ways.items()}
+    return Enumeration(
+        explorer.obligations, explorer.visited, explorer.cut_off, explorer.situations, explorer.complete, ways
+    )
+
+
+def fork(runner: Runner) -> Runner:
+    """A runner that goes on from here by itself. What runners share (the program and its parts) never changes."""
+    twin = copy.copy(runner)
+    for name, value in vars(runner).items():
+        if isinstance(value, (list, dict, deque)):
+            setattr(twin, name, value.copy())
+    twin._requests = Requests()
+    twin._requests._lines = runner._requests._lines.copy()
+    twin._requests._last = runner._requests._last
+    return twin  # replies that were dropped, and requests that were answered, are for counting only
+
+
+@dataclass(frozen=True, slots=True)
+class _Situation:
+    runner: Runner
+    answer: PlanAnswered | None
+    path: Path
+
+
+class _Explorer:
+    """A breadth-first search through situations."""
+
+    def __init__(self, model: BehaviorModel, most: int) -> None:
+        self.obligations = Obligations.of(model)
+        self.visited = 0
+        self.cut_off = 0
+        self.situations = 0
+        self.complete = InitialStates(model).combinations <= most
+        self.ways: dict[str, Path] = {}
+        self._model = model
+        self._most = most
+        self._program = Program(model)
+        self._planner = Planner(model)
+        self._answers: dict[tuple[Predicate, int], tuple[PlanStatus, tuple[str, ...]]] = {}
+        packing = self._program.packing
+        self._kept = sum(packing[name].mask for name in matters(model))
+
+    def explore(self, goal: str, predicate: Predicate) -> None:
+        """All runs for one goal."""
+        seen: set[object] = set()
+        todo: deque[_Situation] = deque()
+        for start in InitialStates(self._model).allowed(self._most):
+            runner = Runner(self._program, start, _OPTIONS)
+            path: Path = (None, f"{goal} from {_differences(start)}")
+            self._happen(_Situation(runner, None, path), GoalGiven(goal, predicate), runner._now_ns, seen, todo)
+        while todo:
+            situation = todo.popleft()
+            for label, event, at_ns in self._events(situation):
+                after = _Situation(fork(situation.runner), situation.answer, (situation.path, label))
+                self._happen(after, event, at_ns, seen, todo)
+            self._end_early(situation)
+
+    def _end_early(self, situation: _Situation) -> None:
+        """The time limit passes, before any other deadline."""
+        runner = fork(situation.runner)
+        runner._timer_ns = None
+        effects = runner.handle(TimePassed(), runner._goal_deadline_ns)
+        self.cut_off |= self._visit(effects, (situation.path, "time limit"), self.visited | self.cut_off)
+
+    def _happen(self, before: _Situation, event: Event, at_ns: int, seen: set[object], todo: deque[_Situation]) -> None:
+        """Something happens; what comes of it is visited, and gone on from if it is new."""
+        runner = before.runner
+        effects = runner.handle(event, at_ns)
+        self.visited |= self._visit(effects, before.path, self.visited)
+        if any(isinstance(effect, RunFinished) for effect in effects):
+            return
+        asked = [effect for effect in effects if isinstance(effect, AskPlan)]
+        answer = self._answer(asked[-1]) if asked else before.answer if runner._asked is not None else None
+        key = self._key(runner, answer)
+        if key in seen:
+            return
+        seen.add(key)
+        if self.situations == self._most:
+            self.complete = False
+            return
+        self.situations += 1
+        todo.append(_Situation(runner, answer, before.path))
+
+    def _visit(self, effects: list[Effect], path: Path, known: int) -> int:
+        """What effects visit, and the way to what is not known."""
+        records = (effect for effect in effects if not isinstance(effect, OUTWARD))
+        visited = visited_by(records, self.obligations)
+        if visited & ~known:
+            self.ways.update((name, path) for name in self.obligations.names(visited & ~known))
+        return visited
+
+    def _answer(self, asked: AskPlan) -> PlanAnswered:
+        """What the planner says; it is asked once for each problem that it can tell apart."""
+        problem = asked.goal, self._planner.task(asked.goal).pack(asked.state)
+        if problem not in self._answers:
+            answer = self._planner.plan(asked.state, asked.goal)
+            self._answers[problem] = PlanStatus(answer.status), answer.plan if isinstance(answer, Solved) else ()
+        return PlanAnswered(asked.ask, *self._answers[problem])
+
+    def _key(self, runner: Runner, answer: PlanAnswered | None) -> object:
+        """Everything that decides what can follow.
+
+        Of a question it is the answer; and, if that is that there is no plan, whether it will be of the present state.
+        Which other states have no plan, the runner only remembers so as not to ask again, with the same answer.
+        """
+        asks = answer and (answer.status, answer.plan, answer.status is PlanStatus.SOLVED or _is_fresh(runner))
+        return (
+            runner._state & self._kept,
+            tuple(operation.name for operation in runner._queue),
+            tuple(line.resource.name for line in runner._requests.in_flight),
+            runner._timer_ns is None,
+            asks,
+        )
+
+    def _events(self, situation: _Situation) -> Iterator[tuple[str, Event, int]]:
+        """What can happen, in words, and when."""
+        runner, now_ns = situation.runner, situation.runner._now_ns
+        if situation.answer is not None:
+            plan = ", ".join(situation.answer.plan)
+            yield f"{situation.answer.status} {plan}".strip(), situation.answer, now_ns
+        for request, line in runner._requests._lines.items():
+            name = line.resource.name
+            for measured in self._measurements(line.resource):
+                yield f"{name} succeeds {_written(measured)}".strip(), ReplyArrived(request, True, measured), now_ns
+            yield f"{name} fails", ReplyArrived(request, False), now_ns
+        if runner._timer_ns is not None:
+            yield "deadline", TimePassed(), runner._timer_ns
+
+    def _measurements(self, resource: Resource) -> Iterator[Changes]:
+        """Each choice of measured values: for each variable nothing, or a value of its domain."""
+        space = self._model.space
+        choices = [[(), *(((name, value),) for value in space[name].domain.values)] for name in resource.measures]
+        return (tuple(pair for chosen in choice for pair in chosen) for choice in product(*choices))
+
+
+def matters(model: BehaviorModel) -> tuple[str, ...]:
+    """The variables that can decide what follows.
+
+    A variable that nothing reads decides nothing, with one exception: an automatic transition is taken only where it
+    changes something.
+    """
+    automatic = model.automatic_transitions
+    steps = [t for o in model.operations for t in (o.pre, o.post, o.failed) if t is not None] + list(automatic)
+    actions = [action for step in steps for action in step.running_actions]
+    actions += [action for operation in model.operations for action in operation.timedout]
+    read = {name for step in steps for name in _reads(step)} | {name for action in actions for name in action.reads()}
+    read |= {name for _, goal in model.goals for name in goal.reads()}
+    read |= {action.target for transition in automatic for action in transition.running_actions}
+    return tuple(v.name for v in model.running_space if v.role is not Role.DECLARED or v.name in read)
+
+
+def _reads(transition: Transition) -> tuple[str, ...]:
+    return (*transition.g.reads(), *transition.gr.reads())
+
+
+def _is_fresh(runner: Runner) -> bool:
+    return runner._asked_in == runner._state
+
+
+def _differences(state: State) -> str:
+    nominal = {variable.name: variable.initial for variable in state.space}
+    return _written(tuple((name, value) for name, value in state.items() if value != nominal[name])) or "nominal"
+
+
+def _written(values: Changes) -> str:
+    return ", ".join(f"{name}={value}" for name, value in values)
+
+
+def _told(path: Path | None) -> tuple[str, ...]:
+    told = []
+    while path is not None:
+        path, label = path
+        told.append(label)
+    return tuple(reversed(told))

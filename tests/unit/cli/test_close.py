@@ -1,0 +1,371 @@
+"""`scbm close` as a user meets it: report, JSON, output directory, goals that are written, certificates."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from conftest import ROOT, Ran
+from scbm.cli.suite import progress
+from scbm.closing import CloseLimits
+from scbm.notation import load_model
+from support.models import SCAN_CELL
+
+BEFORE = "examples/robot_in_the_air/before.yaml"
+AFTER = "examples/robot_in_the_air/after.yaml"
+CASES = "examples/robot_in_the_air/cases"
+
+Scbm = Callable[..., Ran]
+
+
+def _json(ran: Ran) -> Any:  # noqa: ANN401 - JSON
+    return json.loads(ran.out)
+
+
+@pytest.fixture
+def before(tmp_path: Path) -> Path:
+    """A copy of the example."""
+    return Path(shutil.copy(ROOT / BEFORE, tmp_path / "before.yaml"))
+
+
+# the report
+
+
+def test_close_draws_the_report(scbm: Scbm, golden: Callable[[str, str], None]) -> None:
+    ran = scbm("close", BEFORE, "--cases", 20, "--seed", 1)
+    assert (ran.code, ran.err) == (0, "")
+    golden("closing.txt", ran.out)
+
+
+def test_close_as_json(scbm: Scbm, golden: Callable[[str, str], None]) -> None:
+    ran = scbm("close", BEFORE, "--json")
+    assert ran.code == 0
+    golden("closing.json", ran.out)
+    told = _json(ran)
+    assert len(told["obligations"]) == 86
+    assert told["decisions"] == {"covered": 76, "uncoverable": 10, "undecided": 0}
+    assert [told["before"]["percent"], told["after"]["percent"]] == [0, 88.37]
+    assert (told["out"], told["failed"], told["written"]) == (None, [], [])
+
+
+def test_a_suite_is_begun_with(scbm: Scbm) -> None:
+    told = _json(scbm("close", AFTER, "--suite", CASES, "--cases", 2, "--json"))
+    assert told["before"]["visited"] == told["after"]["visited"] == 86
+    assert told["cases"] == []
+    named = {entry["case"] for entry in told["obligations"]}
+    assert "gripper_opens_late" in named
+    ran = scbm("close", AFTER, "--suite", CASES, "--cases", 2, "--seed", 3)
+    assert "  Before:   7 written cases and 2 random cases of seed 3\n" in ran.out
+    assert "New cases" not in ran.out
+
+
+def test_one_case_file_is_a_suite_too(scbm: Scbm) -> None:
+    files = ("--suite", f"{CASES}/second_scan_succeeds.yaml", "--suite", f"{CASES}/gripper_opens_late.yaml")
+    assert "  Before:   2 written cases\n" in scbm("close", AFTER, *files).out
+
+
+def test_what_is_undecided_makes_the_exit_code_1(scbm: Scbm) -> None:
+    ran = scbm("close", BEFORE, "--max-states", 5)
+    assert ran.code == 1
+    assert "Undecided: " in ran.out
+    told = _json(scbm("close", BEFORE, "--max-states", 5, "--json"))
+    undecided = [entry for entry in told["obligations"] if entry["decision"] == "undecided"]
+    assert len(undecided) == told["decisions"]["undecided"] > 0
+    assert all(entry["reason"] for entry in undecided)
+
+
+def test_options_come_again_in_the_commands(scbm: Scbm) -> None:
+    out = scbm("close", BEFORE, "--cases", 1, "--max-states", 7).out
+    assert f"scbm close {BEFORE} --cases 1 --seed 0 --max-states 7 --out closed" in out
+
+
+# what failed
+
+
+def test_a_failed_case_of_the_suite_makes_the_exit_code_1(scbm: Scbm, tmp_path: Path) -> None:
+    path = tmp_path / "fails.yaml"
+    path.write_text("case: fails\ngoal: item_a_scanned\nexpect: {verdict: aborted}\n", encoding="utf-8")
+    ran = scbm("close", BEFORE, "--suite", path)
+    assert ran.code == 1
+    assert "Failed: 1 case\n  fails\n    expected the run to end `aborted`" in ran.out
+    command = next(line for line in ran.out.splitlines() if "again:" in line).partition("again: scbm ")[2]
+    again = scbm(*shlex.split(command))
+    assert (again.code, "FAILED" in again.out) == (1, True)
+
+
+def _breaking(before: Path) -> Path:
+    text = before.read_text(encoding="utf-8")
+    requirement = "\nrequirements:\n  home: always gantry_req_state == executing -> robot_at == home\n"
+    before.write_text(text + requirement, encoding="utf-8")
+    return before
+
+
+def test_a_failed_random_case_is_drawn_again_by_its_command(scbm: Scbm, before: Path) -> None:
+    ran = scbm("close", _breaking(before), "--cases", 3, "--seed", 1)
+    assert ran.code == 1
+    command = next(line for line in ran.out.splitlines() if "again: scbm run" in line).partition("again: scbm ")[2]
+    assert scbm(*shlex.split(command)).code == 1
+
+
+def test_a_new_case_that_breaks_a_requirement_is_told(scbm: Scbm, before: Path, tmp_path: Path) -> None:
+    ran = scbm("close", _breaking(before))
+    assert ran.code == 1
+    assert "home is violated at" in ran.out
+    assert " --out closed; scbm replay closed/cases/" in ran.out
+    ran = scbm("close", before, "--out", tmp_path / "out")
+    command = next(line for line in ran.out.splitlines() if "again:" in line).partition("again: scbm ")[2]
+    assert scbm(*shlex.split(command)).code == 1
+    failed = _json(scbm("close", before, "--json"))["failed"]
+    assert {"case", "failures", "again"} == set(failed[0])
+
+
+# the output directory
+
+
+def test_the_commands_of_the_report_work(scbm: Scbm, before: Path, tmp_path: Path) -> None:
+    ran = scbm("close", before, "--cases", 3, "--seed", 2, "--out", tmp_path / "out")
+    lines = [line.strip().partition("   ")[0] for line in ran.out.partition("\nWritten: ")[2].splitlines()[1:]]
+    assert [line.split()[1] for line in lines] == ["test", "close"]
+    for line in lines:
+        assert scbm(*shlex.split(line)[1:]).code == 0
+
+
+def test_entries_name_the_files(scbm: Scbm, before: Path, tmp_path: Path) -> None:
+    told = _json(scbm("close", before, "--out", tmp_path / "out", "--json"))
+    paths = [case["file"] for case in told["cases"]]
+    paths += [entry["certificate"] for entry in told["obligations"] if entry["decision"] == "uncoverable"]
+    assert paths
+    assert all(Path(path).is_relative_to(tmp_path / "out") and Path(path).is_file() for path in paths)
+    assert told["out"] == str(tmp_path / "out")
+
+
+def test_closing_again_from_its_own_output_loses_nothing(scbm: Scbm, before: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    scbm("close", before, "--out", out)
+    cases = {path: path.read_bytes() for path in sorted((out / "cases").iterdir())}
+    ran = scbm("close", before, "--suite", out, "--out", out)
+    assert (ran.code, "New cases" in ran.out) == (0, False)
+    assert {path: path.read_bytes() for path in sorted((out / "cases").iterdir())} == cases
+    assert "scbm test" in ran.out
+
+
+def test_a_file_of_someone_else_is_not_lost(scbm: Scbm, before: Path, tmp_path: Path) -> None:
+    path = tmp_path / "out" / "cases" / "item_a_scanned-1.yaml"
+    path.parent.mkdir(parents=True)
+    path.write_text("mine\n", encoding="utf-8")
+    ran = scbm("close", before, "--out", tmp_path / "out")
+    assert (ran.code, ran.out) == (2, "")
+    assert ran.err.startswith(f"{path}: error[bad-option]: this file is there already")
+    assert list(path.parent.iterdir()) == [path]
+
+
+# goals that are written
+
+
+def test_suggested_goals_are_written_and_the_model_is_closed_again(scbm: Scbm, before: Path, tmp_path: Path) -> None:
+    text = before.read_text(encoding="utf-8")
+    first = _json(scbm("close", before, "--json"))["suggestions"][0]
+    assert first["name"] == "needs_robot_move_to_home"
+    ran = scbm("close", before, "--write", first["name"], "--out", tmp_path / "out")
+    assert ran.code == 0
+    assert f"  Written:  goal {first['name']}: {first['goal']}, into {before}\n" in ran.out
+    added = f"  # needs robot_move_to_home\n  {first['name']}: {first['goal']}\n"
+    assert before.read_text(encoding="utf-8") == text + added
+    assert scbm("close", "--check", tmp_path / "out").code == 0
+    told = _json(scbm("close", before, "--write", "all", "--json"))
+    assert [goal["name"] for goal in told["written"]] == ["needs_robot_unmount_gripper"]
+    assert told["decisions"] == {"covered": 86, "uncoverable": 0, "undecided": 0}
+    assert len(load_model(before).goals) == 6
+
+
+def test_an_unknown_name_is_located_and_nothing_is_written(scbm: Scbm, before: Path) -> None:
+    text = before.read_text(encoding="utf-8")
+    names = ("--write", "needs_robot_move_to_hom", "--write", "x", "--write", "needs_robot_unmount_gripper")
+    ran = scbm("close", before, *names)
+    assert (ran.code, ran.out) == (2, "")
+    assert ran.err == (
+        "--write:1:1: error[unknown-goal]: no goal `needs_robot_move_to_hom` is suggested\n"
+        "    needs_robot_move_to_hom\n"
+        "    ^~~~~~~~~~~~~~~~~~~~~~~\n"
+        "    = did you mean `needs_robot_move_to_home`?\n"
+        "--write:1:1: error[unknown-goal]: no goal `x` is suggested\n"
+        "    x\n"
+        "    ^\n"
+        "    = the suggested goals are: needs_robot_move_to_home, needs_robot_unmount_gripper, all\n"
+        "2 errors\n"
+    )
+    assert before.read_text(encoding="utf-8") == text
+
+
+def test_where_nothing_is_suggested_nothing_can_be_written(scbm: Scbm) -> None:
+    ran = scbm("close", AFTER, "--write", "all")
+    assert (ran.code, "--write:1:1: error[unknown-goal]: no goal is suggested" in ran.err) == (2, True)
+
+
+# certificates
+
+
+@pytest.fixture
+def certificate(scbm: Scbm, before: Path, tmp_path: Path) -> Path:
+    scbm("close", before, "--out", tmp_path / "out")
+    return tmp_path / "out" / "certificates" / "runs.json"
+
+
+def test_a_certificate_is_checked_against_the_model_that_it_names(scbm: Scbm, certificate: Path) -> None:
+    ran = scbm("close", "--check", certificate)
+    assert (ran.code, ran.err) == (0, "")
+    assert ran.out == f"{certificate}: sound: 12 obligations, 123 situations looked at\n"
+
+
+def test_a_model_on_the_line_goes_first(scbm: Scbm, certificate: Path, before: Path) -> None:
+    before.unlink()
+    missing = scbm("close", "--check", certificate)
+    assert (missing.code, "error[file-missing]" in missing.err) == (2, True)
+    assert scbm("close", BEFORE, "--check", certificate).code == 0
+    assert scbm("close", "--check", BEFORE, certificate.parent).code == 0
+    ran = scbm("close", AFTER, "--check", certificate)
+    assert ran.code == 1
+    assert f"error[certificate-wrong]: this certificate is for another version of the model than {AFTER}" in ran.err
+
+
+def test_a_model_that_was_changed_is_another_version(scbm: Scbm, certificate: Path, before: Path) -> None:
+    text = before.read_text(encoding="utf-8")
+    before.write_text(f"# a comment is no change\n{text}", encoding="utf-8")
+    assert scbm("close", "--check", certificate).code == 0
+    before.write_text(text.replace("deadline: 10 seconds", "deadline: 11 seconds", 1), encoding="utf-8")
+    ran = scbm("close", "--check", certificate)
+    assert (ran.code, ran.out, "another version of the model" in ran.err) == (1, "", True)
+
+
+def test_a_certificate_with_something_left_out_is_not_sound(scbm: Scbm, certificate: Path) -> None:
+    lines = certificate.read_text(encoding="utf-8").splitlines(keepends=True)
+    del lines[-30]
+    certificate.write_text("".join(lines), encoding="utf-8")
+    ran = scbm("close", "--check", certificate)
+    assert (ran.code, ran.out) == (1, "")
+    assert f"{certificate}: error[certificate-wrong]: " in ran.err
+    (told,) = _json(scbm("close", "--check", certificate, "--json"))["certificates"]
+    assert (told["sound"], told["is_of_this_model"]) == (False, True)
+    assert told["flaws"]
+
+
+def test_certificates_as_json(scbm: Scbm, certificate: Path) -> None:
+    told = _json(scbm("close", "--check", certificate, "--json"))
+    assert told["format_version"] == 1
+    (checked,) = told["certificates"]
+    assert len(checked.pop("obligations")) == 12
+    assert checked == {
+        "file": str(certificate),
+        "model": "robot_in_the_air",
+        "kind": "runs",
+        "sound": True,
+        "is_of_this_model": True,
+        "situations": 123,
+        "flaws": [],
+    }
+
+
+@pytest.mark.parametrize("text", ["", "no certificate", "{}", "[]", '{"scbm_certificate": 2}', "\xff"])
+def test_what_is_no_certificate_is_wrong_input(scbm: Scbm, tmp_path: Path, text: str) -> None:
+    path = tmp_path / "x.json"
+    path.write_bytes(text.encode("latin-1"))
+    ran = scbm("close", "--check", path)
+    assert (ran.code, ran.out) == (2, "")
+    assert ran.err.startswith(f"{path}:")
+
+
+def test_a_certificate_that_names_no_model_needs_one(scbm: Scbm, certificate: Path, before: Path) -> None:
+    lines = certificate.read_text(encoding="utf-8").splitlines(keepends=True)
+    certificate.write_text("".join(line for line in lines if "model_file" not in line), encoding="utf-8")
+    ran = scbm("close", "--check", certificate)
+    assert (ran.code, "error[model-missing]" in ran.err) == (2, True)
+    assert scbm("close", before, "--check", certificate).code == 0
+
+
+def test_errors_in_a_certificate_have_the_place_in_its_file(scbm: Scbm, certificate: Path) -> None:
+    text = certificate.read_text(encoding="utf-8")
+    certificate.write_text(text.replace('"argument": "runs"', '"argument": "rns"'), encoding="utf-8")
+    line = text[: text.index('"argument"')].count("\n") + 1
+    ran = scbm("close", "--check", certificate)
+    assert (ran.code, f"{certificate}:{line}:13: error[bad-certificate]" in ran.err) == (2, True)
+
+
+def test_there_must_be_something_to_check(scbm: Scbm, tmp_path: Path) -> None:
+    ran = scbm("close", "--check")
+    assert (ran.code, "--check: error[bad-option]: which certificates" in ran.err) == (2, True)
+    ran = scbm("close", "--check", tmp_path)
+    assert (ran.code, f"{tmp_path}: error[bad-certificate]" in ran.err) == (2, True)
+    assert scbm("close", "--check", tmp_path / "missing.json").code == 2
+
+
+# wrong input
+
+
+def test_close_wants_one_model(scbm: Scbm) -> None:
+    for arguments, words in (((), "which model is to be closed?"), ((BEFORE, AFTER), "and here are 2")):
+        ran = scbm("close", *arguments)
+        assert (ran.code, "MODEL: error[bad-option]" in ran.err, words in ran.err) == (2, True, True)
+
+
+def test_a_wrong_suite_is_wrong_input(scbm: Scbm, tmp_path: Path) -> None:
+    path = tmp_path / "seed-0-case-1.yaml"
+    path.write_text("case: seed-0-case-1\ngoal: item_a_scanned\n", encoding="utf-8")
+    assert scbm("close", BEFORE, "--suite", path).code == 0
+    ran = scbm("close", BEFORE, "--suite", path, "--cases", 1)
+    assert (ran.code, "--cases: error[duplicate-name]" in ran.err) == (2, True)
+    ran = scbm("close", BEFORE, "--suite", "src")
+    assert (ran.code, "error[no-cases]" in ran.err) == (2, True)
+
+
+@pytest.mark.parametrize(
+    "model", [SCAN_CELL.partition("goals:")[0], "behavior_model: x\nvariables: {}\noperations: {}\n"]
+)
+def test_models_with_little_in_them_can_be_closed(scbm: Scbm, tmp_path: Path, model: str) -> None:
+    path = tmp_path / "cell.yaml"
+    path.write_text(model, encoding="utf-8")
+    assert scbm("close", path, "--out", tmp_path / "out").code == 0
+    assert _json(scbm("close", path, "--json"))["decisions"]["undecided"] == 0
+
+
+# progress
+
+
+def test_progress_is_shown_on_a_terminal_alone(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with progress("beginning") as told:
+        assert told is None
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    with progress("beginning") as told:
+        assert told is not None
+        told("going on")
+    assert capsys.readouterr().out == ""
+
+
+def test_the_limit_is_the_one_of_the_engine(scbm: Scbm) -> None:
+    assert f"[default: {CloseLimits().situations};" in " ".join(scbm("close", "--help").out.split()).replace("x>=1", "")
+
+
+# determinism
+
+
+def test_closing_writes_the_same_bytes_under_every_hash_seed(tmp_path: Path) -> None:
+    written = []
+    for seed in (0, 1):
+        out = tmp_path / str(seed)
+        words = [sys.executable, "-m", "scbm", "close", BEFORE, "--cases", "3", "--json", "--out", str(out)]
+        environment = {**os.environ, "PYTHONHASHSEED": str(seed)}
+        done = subprocess.run(words, cwd=ROOT, env=environment, check=True, stdout=subprocess.PIPE)
+        files = [(path.name, path.read_bytes()) for path in sorted(out.rglob("*")) if path.is_file()]
+        written.append((done.stdout.replace(str(out).encode(), b"out"), files))
+    assert len(written[0][1]) > 1
+    assert written[0] == written[1]

@@ -1,0 +1,116 @@
+"""`scbm explain` as a user meets it: why an obligation ended as it did, in sentences and as JSON."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from conftest import Ran
+from scbm.notation import load_model, read_case
+from scbm.testing import Tester
+
+BEFORE = "examples/robot_in_the_air/before.yaml"
+AFTER = "examples/robot_in_the_air/after.yaml"
+CASES = "examples/robot_in_the_air/cases"
+
+Scbm = Callable[..., Ran]
+
+
+def test_a_covered_obligation_is_told_with_its_run(scbm: Scbm, golden: Callable[[str, str], None]) -> None:
+    ran = scbm("explain", BEFORE, "automatic/abort_if_scanning_timedout_5_times")
+    assert (ran.code, ran.err) == (0, "")
+    golden("explain.txt", ran.out)
+
+
+def test_the_case_that_is_shown_visits_it(scbm: Scbm) -> None:
+    model = load_model(AFTER)
+    for name in ("place_item_a/disabled", "robot_unmount_gripper/timedout", "automatic/clear_scan_timeouts"):
+        told = json.loads(scbm("explain", AFTER, name, "--json").out)
+        (entry,), (case,) = told["obligations"], told["cases"]
+        execution = Tester(model).execute(read_case(case["text"], model))
+        assert execution.verdict.passed
+        assert entry["case"] == case["name"]
+        record = execution.trace.records[entry["visit"]["record"]]
+        assert record.at_ns == entry["visit"]["at_ns"]
+
+
+def test_a_case_of_the_suite_is_told_with_its_file_and_command(scbm: Scbm) -> None:
+    ran = scbm("explain", AFTER, "automatic/clear_scan_timeouts", "--suite", CASES)
+    assert ran.code == 0
+    assert f", in {CASES}/" in ran.out
+    command = next(line for line in ran.out.splitlines() if line.startswith("Again: ")).removeprefix("Again: scbm ")
+    assert scbm(*shlex.split(command)).code == 0
+
+
+def test_what_was_made_to_go_wrong_is_told(scbm: Scbm) -> None:
+    out = scbm("explain", AFTER, "scanner_scan_item_a/disabled", "--suite", CASES).out
+    assert "sets scanner_req_state = executing" in out
+    assert "scanner_scan_item_a is disabled:\n" in out
+    out = scbm("explain", AFTER, "gripper_close/timedout").out
+    assert "gripper leaves request" in out
+    assert "gripper_close times out:\n" in out
+
+
+def test_an_uncoverable_obligation_is_told_with_what_was_looked_at(scbm: Scbm) -> None:
+    ran = scbm("explain", BEFORE, "robot_move_to_home/failed")
+    assert ran.code == 0
+    first, reason, looked_at, *_ = ran.out.splitlines()
+    assert first == "robot_move_to_home/failed  uncoverable"
+    assert reason == (
+        "  robot_move_to_home is in no plan to any of the 4 goals, from no state in which a run asks for one."
+    )
+    assert looked_at == (
+        "  Looked at: 12 initial states, 4 goals, and 123 situations, "
+        "which are all that runs can be in between two events."
+    )
+    (entry,) = json.loads(scbm("explain", BEFORE, "robot_move_to_home/failed", "--json").out)["obligations"]
+    assert entry["looked_at"] == {"initial_states": 12, "goals": 4, "situations": 123}
+    assert "visit" not in entry
+
+
+def test_what_follows_from_the_model_file_says_so(scbm: Scbm, tmp_path: Path) -> None:
+    text = Path(BEFORE).read_text(encoding="utf-8")
+    path = tmp_path / "cell.yaml"
+    path.write_text(text.replace("    deadline: 10 seconds\n", "").replace("    timedout:", "    #"), encoding="utf-8")
+    ran = scbm("explain", path, "pick_item_a/timedout")
+    assert ran.code == 0
+    assert "pick_item_a has no `deadline`, so it never times out." in ran.out
+    assert "Looked at" not in ran.out
+
+
+def test_an_undecided_obligation_is_told_with_the_option_that_helps(scbm: Scbm) -> None:
+    ran = scbm("explain", BEFORE, "robot_move_to_home/failed", "--max-states", 5)
+    assert ran.code == 1
+    assert "robot_move_to_home/failed  undecided\n" in ran.out
+    assert "--max-states" in ran.out
+
+
+def test_a_name_alone_stands_for_all_of_its_obligations(scbm: Scbm) -> None:
+    told = json.loads(scbm("explain", AFTER, "gripper_open", "--json").out)["obligations"]
+    aspects = ["disabled", "executing", "failed", "timedout", "completed", "queued"]
+    assert [entry["name"] for entry in told] == [f"gripper_open/{aspect}" for aspect in aspects]
+    (entry,) = json.loads(scbm("explain", AFTER, "robot_failed", "--json").out)["obligations"]
+    assert entry["name"] == "automatic/robot_failed"
+    ran = scbm("explain", BEFORE, "robot_move_to_home")
+    assert ran.out.startswith("robot_move_to_home: every state, queued  uncoverable\n")
+    assert ran.out.count("in no plan to any") == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "remedy"),
+    [
+        ("gripper_open/complete", "did you mean `gripper_open/completed`?"),
+        ("griper_open", "did you mean `gripper_open`?"),
+        ("automatic/clear_scan_timeout", "did you mean `automatic/clear_scan_timeouts`?"),
+        ("", "the obligations are: robot_move_to_home/disabled, "),
+    ],
+)
+def test_a_wrong_name_is_located(scbm: Scbm, text: str, remedy: str) -> None:
+    ran = scbm("explain", BEFORE, text)
+    assert (ran.code, ran.out) == (2, "")
+    assert ran.err.startswith(f"OBLIGATION:1:1: error[unknown-obligation]: the model has no obligation `{text}`\n")
+    assert f"    = {remedy}" in ran.err

@@ -1,0 +1,78 @@
+"""Certificates in files: the same certificate, and the file of its model beside it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from scbm.certifying import RunsArgument, Situation
+from scbm.closing.certificates import (
+    CertificateFile,
+    certificate_file_text,
+    check_file,
+    find_certificates,
+    is_certificate_text,
+    open_certificate,
+)
+from scbm.errors import InputError, Slug
+from support.closings import closing_of
+from support.models import scan_cell
+
+CELL = scan_cell()
+((_, CERTIFICATE),) = closing_of(CELL).certificates
+
+
+@pytest.mark.parametrize("model_file", ["cell.yaml", "../a b/ü.yaml", 'with "quotes".yaml', "back\\slash\\1.yaml"])
+@pytest.mark.parametrize("name", ["scan_cell", "x"])
+def test_a_certificate_is_read_as_it_was_written(tmp_path: Path, model_file: str, name: str) -> None:
+    path = tmp_path / "certificate.json"
+    certificate = replace(CERTIFICATE, model=name)
+    path.write_text(certificate_file_text(certificate, model_file), encoding="utf-8")
+    opened = open_certificate(path)
+    assert opened.certificate == certificate
+    assert opened.required_model_path() == tmp_path / model_file
+    assert is_certificate_text(path.read_text(encoding="utf-8"))
+
+
+def test_other_json_is_no_certificate() -> None:
+    for text in ("", "{}", '{"format": "scbm-trace"}', '[{"scbm_certificate": 1, "model": "x"}]'):
+        assert not is_certificate_text(text)
+
+
+def test_a_file_that_names_no_model_says_so(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as raised:
+        CertificateFile(CERTIFICATE, tmp_path / "x.json", None).required_model_path()
+    assert raised.value.diagnostics[0].slug is Slug.MODEL_MISSING
+
+
+def test_files_are_found_below_directories(tmp_path: Path) -> None:
+    for name in ("b/y.json", "b/x.json", "b/note.txt"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).touch()
+    alone = tmp_path / "b" / "y.json"
+    assert find_certificates([alone, tmp_path]) == (alone, tmp_path / "b" / "x.json")
+
+
+def test_a_missing_file_and_a_directory_are_told_as_such(tmp_path: Path) -> None:
+    for path, slug in ((tmp_path / "x.json", Slug.FILE_MISSING), (tmp_path, Slug.FILE_IS_DIRECTORY)):
+        with pytest.raises(InputError) as raised:
+            open_certificate(path)
+        assert raised.value.diagnostics[0].slug is slug
+
+
+def test_another_version_of_the_model_is_not_looked_at() -> None:
+    file = CertificateFile(CERTIFICATE, Path("x.json"), None)
+    checked = check_file(file, scan_cell(("deadline: 10 seconds", "deadline: 9 seconds")))
+    assert (checked.is_of_this_model, checked.is_sound, checked.flaws) == (False, False, ())
+    checked = check_file(file, CELL)
+    assert (checked.is_of_this_model, checked.is_sound) == (True, False)
+    assert checked.flaws, "the hand-made certificate claims what is not so"
+
+
+def test_situations_are_counted_of_all_goals() -> None:
+    situation = Situation(())
+    runs = replace(CERTIFICATE, argument=RunsArgument((), (("a", (situation,) * 2), ("b", (situation,)))))
+    assert check_file(CertificateFile(runs, Path("x.json"), None), scan_cell(("10 s", "9 s"))).situations == 3
+    assert check_file(CertificateFile(CERTIFICATE, Path("x.json"), None), CELL).situations is None

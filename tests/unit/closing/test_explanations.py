@@ -1,0 +1,84 @@
+"""Why obligations ended as they did: the visit of a run, and what a proof looked at."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from scbm.certifying import RunsArgument, Situation
+from scbm.closing import Closing
+from scbm.closing.explanations import LookedAt, explain, first_visit
+from scbm.coverage import Obligations
+from scbm.notation import read_case
+from scbm.testing import Execution, Tester
+from support.closings import closing_of, obligation
+from support.models import scan_cell
+
+CELL = scan_cell(("initial: 0}", "initial: 0, random: any}"))
+OBLIGATIONS = Obligations.of(CELL)
+
+
+def _run(more: str = "") -> Execution:
+    return Tester(CELL).execute(read_case(f"case: one\ngoal: scanned\n{more}", CELL))
+
+
+def _wrong(more: str, name: str) -> tuple[str, ...]:
+    visit = first_visit(_run(more), obligation(CELL, name), OBLIGATIONS)
+    assert visit is not None
+    return visit.wrong
+
+
+def test_the_first_visit_has_its_moment_and_its_plan() -> None:
+    execution = _run("outcomes: {scan: [timeout, timeout]}\n")
+    visit = first_visit(execution, obligation(CELL, "scan_box/timedout"), OBLIGATIONS)
+    assert visit is not None
+    assert (visit.at_ns, visit.plan) == (10_000_000_000, ("scan_box",))
+    assert execution.trace.records[visit.record].at_ns == visit.at_ns
+    assert first_visit(execution, obligation(CELL, "scan_box/failed"), OBLIGATIONS) is None
+
+
+def test_what_goes_wrong_is_told_until_the_visit() -> None:
+    outcomes = "outcomes: {scan: [fail, timeout, succeed]}\n"
+    assert _wrong(outcomes, "scan_box/executing") == ()
+    assert _wrong(outcomes, "scan_box/failed") == ("scan fails request 1 (0.000 s)",)
+    both = ("scan fails request 1 (0.000 s)", "scan leaves request 2 unanswered (0.000 s)")
+    assert _wrong(outcomes, "scan_box/timedout") == both
+    assert _wrong(outcomes, "scan_box/completed") == both
+
+
+def test_injections_resources_and_messages_are_told() -> None:
+    injection = "injections: [{name: waits, when: current.name == scan_box, set: {light: red}, hold: 1 s}]\n"
+    assert _wrong(injection, "scan_box/disabled") == ("injection waits sets light = red (0.000 s)",)
+    dead = "injections: [{name: dies, resource: scan, becomes: dead, hold: 1 s}]\n"
+    assert _wrong(dead, "scan_box/timedout")[0] == "scan is dead, by dies (0.000 s)"
+    lost = "outcomes: {scan: [{request: lost}]}\n"
+    assert "request 1 of scan is lost (0.000 s)" in _wrong(lost, "scan_box/timedout")
+
+
+def _with_runs(closing: Closing) -> Closing:
+    ((name, certificate),) = closing.certificates
+    argument = RunsArgument((), (("scanned", (Situation(()),) * 5),))
+    return replace(closing, certificates=((name, replace(certificate, argument=argument)),))
+
+
+def test_a_proof_about_all_runs_says_what_it_looked_at() -> None:
+    asked = [obligation(CELL, "scan_box/failed")]
+    (explanation,) = explain(_with_runs(closing_of(CELL)), asked, {})
+    assert explanation.looked_at == LookedAt(initial_states=3, goals=1, situations=5)
+    (explanation,) = explain(closing_of(CELL), asked, {})
+    assert explanation.looked_at is None, "its certificate looked at no runs"
+
+
+def test_initial_states_are_counted_up_to_a_limit() -> None:
+    many = scan_cell(
+        ("0..9, initial: 5}", "0..60000, initial: 5, random: any}"),
+        ("0..2, initial: 0}", "0..2, initial: 0, random: any}"),
+    )
+    (explanation,) = explain(_with_runs(closing_of(many)), [obligation(many, "scan_box/failed")], {})
+    assert explanation.looked_at == LookedAt(initial_states=None, goals=1, situations=5)
+
+
+def test_explanations_come_in_the_order_of_the_model() -> None:
+    names = ["automatic/scan_failed", "scan_box/failed", "scan_box/queued", "scan_box/disabled"]
+    told = explain(closing_of(CELL), [obligation(CELL, name) for name in names], {})
+    ordered = ["scan_box/disabled", "scan_box/failed", "automatic/scan_failed", "scan_box/queued"]
+    assert [str(each.decided.obligation) for each in told] == ordered
