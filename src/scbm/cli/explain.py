@@ -42,7 +42,7 @@ def command(
     asked = _read_obligation(obligation, loaded)
     given = Suite.load(loaded, model, tuple(suite or ()))
     with progress("running the suite") as told:
-        closing = Closer(loaded, CloseLimits(situations=max_states), told).close(given.run())
+        closing = Closer(loaded, CloseLimits(situations=max_states), told).close(given.run(), asked)
     explanations = explain(closing, asked, _executions(closing, given))
     if json:
         write_json(_json(explanations, given))
@@ -52,7 +52,7 @@ def command(
         out = results()
         out.lines(told_explanations(explanations, loaded, given.files, close))
         for name, text in _texts(explanations, given).items():
-            again = given.again(name) or f"{close} --out closed; scbm replay closed/cases/{name}.yaml"
+            again = given.again(name) or f"save this here as {name}.yaml, then: scbm replay {name}.yaml"
             out.lines(told_case(text, again, given.files.get(name)))
     return 1 if any(each.decided.decision is Decision.UNDECIDED for each in explanations) else 0
 

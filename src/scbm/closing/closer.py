@@ -56,14 +56,21 @@ class Closer:
         self._obligations = Obligations.of(model)
         self._visited_for: dict[tuple[str, Predicate], int] = {}
 
-    def close(self, suite: Campaign | None = None) -> Closing:
-        """Decides everything that a suite, which was run before, leaves open; without one, everything."""
+    def close(self, suite: Campaign | None = None, wanted: Sequence[Obligation] | None = None) -> Closing:
+        """Decides everything that a suite, which was run before, leaves open; without one, everything.
+
+        Args:
+            suite: what was run before.
+            wanted: the obligations that are decided, each by the shortest case that was found; `None` for all, by few
+                cases that visit much.
+        """
+        asked = tuple(self._obligations if wanted is None else wanted)
         suite = suite or Campaign.of(self.model, ())
         proofs = Proofs(self.model)
         runs = Runs(self.model, self._limits, self._progress)
-        cases = self._cases(suite, proofs, runs)
+        cases = self._cases(suite, proofs, runs, asked, short=wanted is not None)
         after = suite.coverage + Coverage(self._obligations, tuple((c.case.name, c.execution.visited) for c in cases))
-        decided = tuple(self._decide(obligation, after, cases, proofs, runs) for obligation in self._obligations)
+        decided = tuple(self._decide(obligation, after, cases, proofs, runs) for obligation in asked)
         proved = [(d.obligation, Proof(d.certificate, d.reason)) for d in decided if d.certificate is not None]
         certificates = tuple((each.argument.kind, each) for each in proofs.certificates(proved, runs))
         suggestions = self._suggestions([obligation for obligation, _ in proved], runs)
@@ -71,15 +78,17 @@ class Closer:
 
     # cases
 
-    def _cases(self, suite: Campaign, proofs: Proofs, runs: Runs) -> tuple[ClosingCase, ...]:
-        missing = sum(self._obligations.bit(o) for o in self._obligations) & ~suite.coverage.visited
+    def _cases(
+        self, suite: Campaign, proofs: Proofs, runs: Runs, asked: Sequence[Obligation], *, short: bool
+    ) -> tuple[ClosingCase, ...]:
+        missing = sum(self._obligations.bit(o) for o in asked) & ~suite.coverage.visited
         never = sum(self._obligations.bit(o) for o in self._obligations if proofs.cheap(o) is not None)
         self._progress("looking for cases")
         search = Search(runs, self._tester, missing, never, self._limits)
-        search.run()
+        search.run(short=short)
         found = search.found + list(self._with_inputs(search.found, runs, missing))
         kept = minimal(found, suite.coverage.visited)
-        return tuple(self._finished(kept, suite))
+        return tuple(self._finished(kept, suite, asked))
 
     def _with_inputs(self, found: Sequence[Execution], runs: Runs, missing: int) -> Iterator[Execution]:
         """Runs with an injection into inputs, for automatic transitions that no run without one takes."""
@@ -101,14 +110,16 @@ class Closer:
         assert predicate is not None  # noqa: S101 - it is one of the model's
         return Case(goal, goal, predicate, State(self.model.space, dict(runs.starts[0].values)))
 
-    def _finished(self, kept: Sequence[Execution], suite: Campaign) -> Iterator[ClosingCase]:
+    def _finished(
+        self, kept: Sequence[Execution], suite: Campaign, asked: Sequence[Obligation]
+    ) -> Iterator[ClosingCase]:
         """The cases with names and expectations, and what each adds to those before it."""
         visited = suite.coverage.visited
         taken = [name for name, _ in suite.coverage.cases]
         for execution in kept:
             name = _new_name(execution.case.goal, taken)
             taken.append(name)
-            adds = tuple(o for o in self._obligations if self._obligations.bit(o) & execution.visited & ~visited)
+            adds = tuple(o for o in asked if self._obligations.bit(o) & execution.visited & ~visited)
             visited |= execution.visited
             expected = Expectations(verdict=execution.verdict.end, visits=tuple(o for o in adds if o.counts))
             case = replace(execution.case, name=name, expect=expected)
@@ -157,7 +168,7 @@ class Closer:
         """What cases of a model with the same operations visit."""
         runs = Runs(model, self._limits, self._progress)
         search = Search(runs, Tester(model), runs.visits.mask, 0, self._limits)
-        search.run()
+        search.run(short=False)
         return reduce(or_, (execution.visited for execution in search.found), 0)
 
 

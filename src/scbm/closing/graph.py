@@ -66,18 +66,6 @@ class RunGraph:
         """Everything that runs visit."""
         return self.reach[0]
 
-    @property
-    def size(self) -> int:
-        """How many edges there are."""
-        return len(self._targets)
-
-    def steps(self) -> Iterator[tuple[Position | None, Happening | Start]]:
-        """What can happen in which position; `None` for the starts."""
-        for node in range(len(self._first) - 1):
-            position = self.positions[node - 1] if node else None
-            for number in range(self._first[node], self._first[node + 1]):
-                yield position, self._labels[number]
-
     def edges(self, node: int) -> Iterator[Edge]:
         """The events that can come in a node; none if it was not explored."""
         if node + 1 >= len(self._first):

@@ -10,7 +10,7 @@ from scbm.closing.graph import RunGraph, explore_runs
 from scbm.closing.relevance import Relevance
 from scbm.closing.situations import Queues, Steps, Visits
 from scbm.closing.starts import initial_states
-from scbm.planning import Planner
+from scbm.planning import Planner, PlanLimits
 from scbm.running import Program
 
 if TYPE_CHECKING:
@@ -38,6 +38,10 @@ class CloseLimits:
     beyond: int = 5_000
 
 
+_PLANS = PlanLimits(length=1_000_000)
+"""Plans of any length. A planner that gives up earlier ends the run, as other limits do."""
+
+
 class Runs:
     """The graphs.
 
@@ -48,6 +52,7 @@ class Runs:
         visits: what the bits of visits mean.
         starts: the initial states, the nominal one first.
         graphs: one for each goal.
+        looked_at: the packed states in which guards were looked at.
         stopped: why not everything was explored, in words; `None` if everything was.
     """
 
@@ -60,6 +65,7 @@ class Runs:
         self.queues = Queues()
         self.starts: Sequence[Start] = ()
         self.graphs: tuple[RunGraph, ...] = ()
+        self.looked_at: dict[int, None] = {}
         self.stopped: str | None = None
         self._explore(limits, progress)
 
@@ -93,8 +99,10 @@ class Runs:
         graphs = []
         for name, goal in self.model.goals:
             progress(f"exploring the runs to {name}")
-            graph = explore_runs((name, goal), self.steps(goal), self.starts, left)
+            steps = self.steps(goal)
+            graph = explore_runs((name, goal), steps, self.starts, left)
             graphs.append(graph)
+            self.looked_at |= steps.looked_at
             left -= len(graph.positions)
             if not graph.complete:
                 self.stopped = f"runs can be in more than {limits.situations:,} situations"
@@ -102,7 +110,7 @@ class Runs:
 
     def steps(self, goal: Predicate) -> Steps:
         """The steps of the runs for a goal."""
-        plan = partial(_plan, _Translation(self.program, self.planner.policy(goal)))
+        plan = partial(_plan, _Translation(self.program, self.planner.policy(goal, _PLANS)))
         return Steps(self.program, self.relevance, self.visits, self.program.test(goal), plan, self.queues)
 
 

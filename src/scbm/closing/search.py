@@ -55,13 +55,10 @@ class Search:
         self._scripts = Scripts(runs.model, runs.program, runs.planner)
         self._operations = {operation.name: operation for operation in runs.model.operations}
 
-    def run(self) -> None:
-        """Looks for everything."""
-        tried = 0
-        while (walk := best_walk(self._runs.graphs, self._wanted() & ~tried)) is not None:
-            before = self._wanted() & walk.visits
-            self._take(self._disabling(self._execute(self._scripts.case(walk.goal, walk.way, _CANDIDATE))))
-            tried |= before
+    def run(self, *, short: bool) -> None:
+        """Looks for everything: by the shortest case for each, or by few that visit much."""
+        if not short:
+            self._walk_far()
         for bit in _bits(self._wanted()):
             if bit & self._wanted():
                 self._insist(bit)
@@ -71,6 +68,14 @@ class Search:
             self._cut_off(bit)
         if self._runs.stopped is not None:
             self._search_beyond()
+
+    def _walk_far(self) -> None:
+        """Walks that visit much, as long as they find something."""
+        tried = 0
+        while (walk := best_walk(self._runs.graphs, self._wanted() & ~tried)) is not None:
+            before = self._wanted() & walk.visits
+            self._take(self._disabling(self._execute(self._scripts.case(walk.goal, walk.way, _CANDIDATE))))
+            tried |= before
 
     def _wanted(self) -> int:
         """What walks have to visit: what is missed, and instead of *disabled* that the operation is current."""
@@ -153,7 +158,7 @@ class Search:
 
     def _insist(self, bit: int) -> None:
         """Tries the direct ways to one thing, to every goal."""
-        for walk in direct_walks(self._runs.graphs, bit):
+        for walk in sorted(direct_walks(self._runs.graphs, bit), key=lambda walk: len(walk.way.happenings)):
             for case in self._attempts(bit, walk):
                 if self._take(self._execute(case)):
                     break

@@ -177,7 +177,7 @@ class Steps:
     """The steps of runs for one goal.
 
     Attributes:
-        watch: is told every state in which guards are looked at; `None` for nobody.
+        looked_at: every packed state in which guards were looked at so far, micro-steps included.
     """
 
     def __init__(  # noqa: PLR0913, PLR0917 - what the runs of a model share, and what is the goal's
@@ -202,7 +202,7 @@ class Steps:
             bound: how many automatic transitions one settling may take.
         """
         packing = program.packing
-        self.watch: Callable[[int], None] | None = None
+        self.looked_at: dict[int, None] = {}
         self._kept = relevance.mask
         self._goal = goal
         self._plan = plan
@@ -217,13 +217,14 @@ class Steps:
         self._automatic = tuple((*step.cube, step, visits.bit(step.name, Aspect.TAKEN)) for step in program.automatic)
         self._lines = tuple(_line(line, number, relevance) for number, line in enumerate(program.requests))
         self._numbers = {line.line.resource.name: line.number for line in self._lines}
+        self._triggers = sum(line.line.trigger for line in self._lines)
         self._ready = tuple((line.line.watched, line.line.ready, line) for line in self._lines)
         self._current = (packing[CURRENT_NAME].mask, packing[CURRENT_NAME].shift)
         field = packing[CURRENT_STATE]
         self._current_state = (field.mask, {field.bits(state.value): state for state in OperationState})
         self._queued = tuple(visits.bit(name, Aspect.QUEUED) for name in program.operations)
         self._visits_of: dict[int, int] = {}
-        self._plans: dict[int, Answer] = {}
+        self._plans: dict[int, _Asked] = {}
         self._behind_ends: dict[int, int] = {}
 
     def _operation(self, runnable: RunnableOperation, visits: Visits) -> _Operation:
@@ -264,7 +265,9 @@ class Steps:
         asked = self._asked_in(position)
         if happening.kind is Kind.REPLY:
             number = self._numbers[happening.resource]
-            keep, bits = next((k, b) for other, k, b in self._lines[number].replies if other == happening)
+            keep, bits = next(
+                (k, b) for other, k, b in self._lines[number].replies if other is happening or other == happening
+            )
             in_flight = tuple(other for other in in_flight if other != number)
             unsolvable_in = state if awaits is Awaits.CHANGE else None
             queue = 0 if asked is not None else queue
@@ -321,10 +324,9 @@ class Steps:
         current_mask, current_shift = self._current
         states_mask, states = self._current_state
         aborted_mask, aborted_bits = self._aborted
-        watch = self.watch
+        looked_at, kept, triggers = self.looked_at, self._kept, self._triggers
         while True:
-            if watch is not None:
-                watch(state & self._kept)
+            looked_at[state & kept] = None
             for mask, bits, transition, bit in self._automatic:
                 if state & mask != bits or not transition.test(state):
                     continue
@@ -349,7 +351,7 @@ class Steps:
                 chain.clear()
                 if state & aborted_mask == aborted_bits:
                     return Step(None, visits | self._end(state, in_flight, PlanState.ABORTED), cut_off)
-                moved = self._request(state, in_flight)
+                moved = self._request(state, in_flight) if in_flight or state & triggers else None
                 if moved is not None:
                     state, in_flight = moved
                     continue
@@ -433,8 +435,7 @@ class Steps:
         in_flight: tuple[int, ...] = ()
         seen: dict[int, None] = {}
         while True:
-            if self.watch is not None:
-                self.watch(state & self._kept)
+            self.looked_at[state & self._kept] = None
             for mask, bits, transition, bit in self._automatic:
                 if state & mask == bits and transition.test(state):
                     after = transition.update(state)
@@ -498,8 +499,11 @@ class Steps:
         """The question for a plan, with the answer that it will have."""
         key = state & self._kept
         if key not in self._plans:
-            self._plans[key] = self._plan(state)
-        answer = self._plans[key]
+            self._plans[key] = self._answer(state)
+        return self._plans[key]._replace(state=state)
+
+    def _answer(self, state: int) -> _Asked:
+        answer = self._plan(state)
         if isinstance(answer, Solved):
             return self._question(state, self._queues.number(self._names[name] for name in answer.plan))
         return _Asked(state, None, 0, gives_up=isinstance(answer, LimitReached))
