@@ -33,6 +33,7 @@ from property.test_closing import (  # noqa: E402 - they live with the tests
     flaws,
     impossible_cases,
     incomplete,
+    overlooked,
     wrong_proofs,
 )
 from support.enumeration import enumerate_runs  # noqa: E402
@@ -94,6 +95,7 @@ def close(number: int, *, enumerates: bool, checks: bool) -> Result:
     enumeration = enumerate_runs(model)
     if enumeration.complete:
         complaints += impossible_cases(closing, enumeration)
+    complaints += [f"{name} is undecided, and a simulated run visits it" for name in overlooked(closing)]
     wrong = wrong_proofs(closing, enumeration)
     return Result(number, seconds, enumeration.situations, counts, wrong, enumeration.complete, complaints)
 

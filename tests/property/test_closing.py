@@ -20,7 +20,12 @@ from scbm.trace import End
 from support.enumeration import Enumeration, enumerate_runs
 from support.random_models import random_model
 
-SMALL = (2, 3, 4, 5)
+# fmt: off
+SMALL = (
+    2, 3, 4, 5, 8, 9, 10, 12, 18, 22, 24, 25, 31, 33, 35, 37, 38, 40, 43, 45,
+    47, 48, 49, 58, 59, 65, 67, 72, 73, 76, 79, 80, 81, 85, 86, 89, 91, 92, 95, 98,
+)
+# fmt: on
 """Models that are enumerated and closed in a moment; benchmarks/close.py takes all."""
 
 TESTS = Path(__file__).parents[1]
@@ -57,6 +62,15 @@ def impossible_cases(closing: Closing, enumeration: Enumeration) -> list[str]:
         never = each.execution.visited & ~allowed
         found += [f"{each.case.name}: {name}" for name in enumeration.obligations.names(never)]
     return found
+
+
+def overlooked(closing: Closing) -> list[str]:
+    """What is undecided though a simulated run visits it: all runs are enumerated anew, if there is a doubt."""
+    undecided = [str(d.obligation) for d in closing.decided if d.decision is Decision.UNDECIDED]
+    if not undecided:
+        return []
+    simulated = enumerate_runs(closing.model, simulated=True)
+    return [name for name in undecided if name in simulated.obligations.names(simulated.visited)]
 
 
 def failing_replays(closing: Closing) -> list[str]:
@@ -119,8 +133,7 @@ def test_no_proof_is_wrong_and_what_runs_visit_is_covered(number: int) -> None:
     assert enumeration.complete
     assert wrong_proofs(closing, enumeration) == []
     assert impossible_cases(closing, enumeration) == []
-    undecided = [str(d.obligation) for d in closing.decided if d.decision is Decision.UNDECIDED]
-    assert undecided == []
+    assert overlooked(closing) == []
 
 
 @pytest.mark.parametrize("number", SMALL)

@@ -16,6 +16,7 @@ from scbm.planning import (
     LimitReached,
     PlanLimits,
     Planner,
+    RememberedPlans,
     Solved,
     Task,
     Unsolvable,
@@ -114,6 +115,19 @@ def test_an_exploration_of_all_states_plans_as_the_search_does(model: BehaviorMo
                 assert distances.plan(known) == (answer.plan if isinstance(answer, Solved) else None)
             else:
                 assert isinstance(answer, Unsolvable)
+
+
+@given(planning_models(), st.data(), st.sampled_from([PlanLimits(), PlanLimits(2, 1_000), PlanLimits(1_000, 3)]))
+@settings(deadline=None, max_examples=300)
+def test_remembered_plans_are_those_of_the_search_however_often_they_are_asked_for(
+    model: BehaviorModel, data: st.DataObject, limits: PlanLimits
+) -> None:
+    planner = Planner(model)
+    remembered = RememberedPlans(planner, first_budget=data.draw(st.integers(0, 12)))
+    for state in data.draw(_any_states(model)):
+        for _, goal in model.goals:
+            answer = remembered.plan(state, goal, limits)
+            assert _without_effort(answer) == _without_effort(planner.plan(state, goal, limits))
 
 
 @given(planning_models(), st.data(), st.sampled_from([PlanLimits(), PlanLimits(2, 1_000), PlanLimits(1_000, 3)]))

@@ -71,14 +71,16 @@ class Enumeration:
         return name in self.ways
 
 
-def enumerate_runs(model: BehaviorModel, most: int = 300_000) -> Enumeration:
+def enumerate_runs(model: BehaviorModel, most: int = 300_000, *, simulated: bool = False) -> Enumeration:
     """Everything that all runs without injections visit, for all goals and allowed initial states.
 
     Args:
         model: the model.
         most: so many situations are looked at.
+        simulated: leaves out what a simulation cannot bring about. There planning takes no time, and deadlines pass
+            last in their instant; so no reply to an earlier request comes between a deadline and the next plan.
     """
-    explorer = _Explorer(model, most)
+    explorer = _Explorer(model, most, simulated=simulated)
     for goal, predicate in model.goals:
         explorer.explore(goal, predicate)
     ways = {name: _told(path) for name, path in explorer.ways.items()}
@@ -101,15 +103,29 @@ def fork(runner: Runner) -> Runner:
 
 @dataclass(frozen=True, slots=True)
 class _Situation:
+    """A situation, or what is about to become one.
+
+    Attributes:
+        answer: what the planner will say, if it was asked.
+        path: what happened until now.
+        at_deadline: the last request before the deadline that passed at this very moment, if one did.
+    """
+
     runner: Runner
     answer: PlanAnswered | None
     path: Path
+    at_deadline: int | None = None
+
+    @property
+    def is_instant(self) -> bool:
+        """Whether no time can pass before something else happens."""
+        return self.answer is not None or self.runner._timer_ns == self.runner._now_ns
 
 
 class _Explorer:
     """A breadth-first search through situations."""
 
-    def __init__(self, model: BehaviorModel, most: int) -> None:
+    def __init__(self, model: BehaviorModel, most: int, *, simulated: bool) -> None:
         self.obligations = Obligations.of(model)
         self.visited = 0
         self.cut_off = 0
@@ -118,6 +134,7 @@ class _Explorer:
         self.ways: dict[str, Path] = {}
         self._model = model
         self._most = most
+        self._simulated = simulated
         self._program = Program(model)
         self._planner = Planner(model)
         self._answers: dict[tuple[Predicate, int], tuple[PlanStatus, tuple[str, ...]]] = {}
@@ -135,9 +152,18 @@ class _Explorer:
         while todo:
             situation = todo.popleft()
             for label, event, at_ns in self._events(situation):
-                after = _Situation(fork(situation.runner), situation.answer, (situation.path, label))
+                path = (situation.path, label)
+                at_deadline = self._at_deadline(situation, event)
+                after = _Situation(fork(situation.runner), situation.answer, path, at_deadline)
                 self._happen(after, event, at_ns, seen, todo)
             self._end_early(situation)
+
+    def _at_deadline(self, situation: _Situation, event: Event) -> int | None:
+        if not self._simulated:
+            return None
+        if isinstance(event, TimePassed):
+            return situation.runner._requests._last
+        return situation.at_deadline
 
     def _end_early(self, situation: _Situation) -> None:
         """The time limit passes, before any other deadline."""
@@ -155,7 +181,10 @@ class _Explorer:
             return
         asked = [effect for effect in effects if isinstance(effect, AskPlan)]
         answer = self._answer(asked[-1]) if asked else before.answer if runner._asked is not None else None
-        key = self._key(runner, answer)
+        situation = _Situation(runner, answer, before.path, before.at_deadline)
+        if not situation.is_instant:
+            situation = _Situation(runner, answer, before.path)
+        key = self._key(situation)
         if key in seen:
             return
         seen.add(key)
@@ -163,7 +192,7 @@ class _Explorer:
             self.complete = False
             return
         self.situations += 1
-        todo.append(_Situation(runner, answer, before.path))
+        todo.append(situation)
 
     def _visit(self, effects: list[Effect], path: Path, known: int) -> int:
         """What effects visit, and the way to what is not known."""
@@ -181,12 +210,13 @@ class _Explorer:
             self._answers[problem] = PlanStatus(answer.status), answer.plan if isinstance(answer, Solved) else ()
         return PlanAnswered(asked.ask, *self._answers[problem])
 
-    def _key(self, runner: Runner, answer: PlanAnswered | None) -> object:
+    def _key(self, situation: _Situation) -> object:
         """Everything that decides what can follow.
 
         Of a question it is the answer; and, if that is that there is no plan, whether it will be of the present state.
         Which other states have no plan, the runner only remembers so as not to ask again, with the same answer.
         """
+        runner, answer, last = situation.runner, situation.answer, situation.at_deadline
         asks = answer and (answer.status, answer.plan, answer.status is PlanStatus.SOLVED or _is_fresh(runner))
         return (
             runner._state & self._kept,
@@ -194,6 +224,7 @@ class _Explorer:
             tuple(line.resource.name for line in runner._requests.in_flight),
             runner._timer_ns is None,
             asks,
+            None if last is None else tuple(request <= last for request in runner._requests._lines),
         )
 
     def _events(self, situation: _Situation) -> Iterator[tuple[str, Event, int]]:
@@ -203,6 +234,8 @@ class _Explorer:
             plan = ", ".join(situation.answer.plan)
             yield f"{situation.answer.status} {plan}".strip(), situation.answer, now_ns
         for request, line in runner._requests._lines.items():
+            if situation.at_deadline is not None and request <= situation.at_deadline:
+                continue
             name = line.resource.name
             for measured in self._measurements(line.resource):
                 yield f"{name} succeeds {_written(measured)}".strip(), ReplyArrived(request, True, measured), now_ns

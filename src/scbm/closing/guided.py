@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import heapq
 from dataclasses import dataclass
+from itertools import islice
 from typing import TYPE_CHECKING
 
 from scbm.closing.graph import Start
@@ -34,7 +35,7 @@ class _Found:
 
 def find_way(
     steps: Steps, starts: Sequence[Start], wanted: int, distance: Callable[[int], int], most: int
-) -> Way | None:
+) -> tuple[Way | None, int]:
     """A run for the goal of `steps` that visits something of what is wanted; `None` if none was found.
 
     Args:
@@ -43,8 +44,12 @@ def find_way(
         wanted: bits of visits.
         distance: how far a packed state is from what is wanted; 0 is near.
         most: so many positions may be looked at.
+
+    Returns:
+        The run, and how many positions were looked at.
     """
-    return _Guided(steps, wanted, distance).search(starts, most)
+    guided = _Guided(steps, wanted, distance)
+    return guided.search(starts, most), len(guided.seen)
 
 
 class _Guided:
@@ -52,15 +57,15 @@ class _Guided:
         self._steps = steps
         self._wanted = wanted
         self._distance = distance
-        self._seen: dict[Position, None] = {}
+        self.seen: dict[Position, None] = {}
         self._heap: list[tuple[int, int, _Found]] = []
 
     def search(self, starts: Sequence[Start], most: int) -> Way | None:
-        for start in starts:
+        for start in islice(starts, most):
             way = self._reach(self._steps.begin(start.packed), None, start)
             if way is not None:
                 return way
-        while self._heap and len(self._seen) < most:
+        while self._heap and len(self.seen) < most:
             _, _, found = heapq.heappop(self._heap)
             for happening in self._steps.happenings(found.position):
                 way = self._reach(self._steps.after(found.position, happening), found, happening)
@@ -72,10 +77,10 @@ class _Guided:
         """Goes to where a step leads; the way, if the step visits what is wanted."""
         if step.visits & self._wanted:
             return _way(before, label)
-        if step.target is not None and step.target not in self._seen:
-            self._seen[step.target] = None
+        if step.target is not None and step.target not in self.seen:
+            self.seen[step.target] = None
             found = _Found(step.target, before, label)
-            heapq.heappush(self._heap, (self._distance(step.target.state), len(self._seen), found))
+            heapq.heappush(self._heap, (self._distance(step.target.state), len(self.seen), found))
         return None
 
 

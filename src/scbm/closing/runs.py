@@ -10,7 +10,7 @@ from scbm.closing.graph import RunGraph, explore_runs
 from scbm.closing.relevance import Relevance
 from scbm.closing.situations import Queues, Steps, Visits
 from scbm.closing.starts import initial_states
-from scbm.planning import Planner, PlanLimits
+from scbm.planning import PlanLimits, Planner
 from scbm.running import Program
 
 if TYPE_CHECKING:
@@ -29,13 +29,13 @@ class CloseLimits:
         situations: of runs, over all goals together.
         starts: combinations of random values that are gone through for initial states.
         candidates: cases that are tried for one obligation that a walk did not bring about.
-        beyond: situations that are looked at for one obligation and one goal, where not all could be explored.
+        beyond: situations that are looked at once more, nearest to what is missed first, where not all were explored.
     """
 
-    situations: int = 1_000_000
+    situations: int = 300_000
     starts: int = 100_000
     candidates: int = 100
-    beyond: int = 5_000
+    beyond: int = 100_000
 
 
 _PLANS = PlanLimits(length=1_000_000)
@@ -66,6 +66,7 @@ class Runs:
         self.starts: Sequence[Start] = ()
         self.graphs: tuple[RunGraph, ...] = ()
         self.looked_at: dict[int, None] = {}
+        self._policies: dict[Predicate, Policy] = {}
         self.stopped: str | None = None
         self._explore(limits, progress)
 
@@ -110,7 +111,9 @@ class Runs:
 
     def steps(self, goal: Predicate) -> Steps:
         """The steps of the runs for a goal."""
-        plan = partial(_plan, _Translation(self.program, self.planner.policy(goal, _PLANS)))
+        if goal not in self._policies:
+            self._policies[goal] = self.planner.policy(goal, _PLANS)
+        plan = partial(_plan, _Translation(self.program, self._policies[goal]))
         return Steps(self.program, self.relevance, self.visits, self.program.test(goal), plan, self.queues)
 
 

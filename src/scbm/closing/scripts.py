@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from scbm.closing.graph import Start
     from scbm.closing.ways import Way
     from scbm.model import BehaviorModel, Predicate
-    from scbm.planning import Planner
+    from scbm.planning import RememberedPlans
     from scbm.running import Program
 
 _NEVER_NS = 10**30
@@ -73,10 +73,10 @@ class Scripts:
         plain: for each resource, what a plain reply of it is.
     """
 
-    def __init__(self, model: BehaviorModel, program: Program, planner: Planner) -> None:
+    def __init__(self, model: BehaviorModel, program: Program, plans: RememberedPlans) -> None:
         self.model = model
         self.program = program
-        self.planner = planner
+        self.plans = plans
         plain = PlainReactions()
         self.plain = {resource.name: plain.react(resource) for resource in model.resources}
 
@@ -92,7 +92,7 @@ class _Run:
     """A real runner that is led along a way."""
 
     def __init__(self, scripts: Scripts, goal: tuple[str, Predicate], start: Start) -> None:
-        self._planner = scripts.planner
+        self._planner = scripts.plans
         self._plain = scripts.plain
         self._runner = Runner(scripts.program, start.values, RunnerOptions(_NEVER_NS, _AT_ONCE_PLANS))
         self._now_ns = 0

@@ -12,6 +12,7 @@ from scbm.closing.scripts import Scripts
 from scbm.closing.walks import best_walk, direct_walks, walk_over
 from scbm.coverage import Aspect
 from scbm.model import State
+from scbm.planning import RememberedPlans
 from scbm.simulating import TooLongError
 from scbm.trace import state_after
 
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 _MOST_RECORDS = 200_000
 _CANDIDATE = "candidate"
+_MOST_BEYOND = 5_000
+"""So many situations are looked at for one obligation and one goal beyond what was explored."""
 
 
 class Search:
@@ -52,7 +55,7 @@ class Search:
         self._hopeless = hopeless
         self._candidates = limits.candidates
         self._beyond = limits.beyond
-        self._scripts = Scripts(runs.model, runs.program, runs.planner)
+        self._scripts = Scripts(runs.model, runs.program, RememberedPlans(runs.planner))
         self._operations = {operation.name: operation for operation in runs.model.operations}
 
     def run(self, *, short: bool) -> None:
@@ -198,7 +201,9 @@ class Search:
         runs = self._runs
         distance = distance_to(guard_of(runs.model, obligation), runs.program.packing)
         for goal in runs.model.goals:
-            way = find_way(runs.steps(goal[1]), runs.starts, wanted, distance, self._beyond)
+            most = min(self._beyond, _MOST_BEYOND)
+            way, looked_at = find_way(runs.steps(goal[1]), runs.starts, wanted, distance, most)
+            self._beyond -= looked_at
             if way is not None:
                 execution = self._disabling(self._execute(self._scripts.case(goal, way, _CANDIDATE)))
                 if self._take(execution):

@@ -7,6 +7,7 @@ from scbm.planning.answers import Answer, Limit, LimitReached, PlanLimits, Solve
 from scbm.planning.planner import Planner
 from scbm.planning.policy import Policy
 from scbm.planning.reachability import Reach, explore
+from scbm.planning.remembered import RememberedPlans
 from scbm.planning.system import system_of
 from scbm.planning.task import Task
 from scbm.planning.validation import Flaw, find_flaw
@@ -20,6 +21,7 @@ __all__ = [
     "Planner",
     "Policy",
     "Reach",
+    "RememberedPlans",
     "Solved",
     "Task",
     "Unsolvable",

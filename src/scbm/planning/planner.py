@@ -42,10 +42,13 @@ class Planner:
         task, is_goal = self._goal(goal)
         return breadth_first(task, task.pack(state), is_goal, limits)
 
-    def policy(self, goal: Predicate, limits: PlanLimits = _DEFAULT_LIMITS) -> Policy:
-        """The answers to all planning problems (any state, goal, model, limits); for many states of one goal."""
+    def policy(self, goal: Predicate, limits: PlanLimits = _DEFAULT_LIMITS, most: int | None = None) -> Policy:
+        """The answers to all planning problems (any state, goal, model, limits); for many states of one goal.
+
+        Distances are worked out for `most` states at once.
+        """
         task, is_goal = self._goal(goal)
-        return Policy(task, is_goal, limits)
+        return Policy(task, is_goal, limits, most)
 
     def task(self, goal: Predicate) -> Task:
         """The packed task in which a goal can be told apart."""

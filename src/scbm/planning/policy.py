@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scbm.exploring import DistancesOnDemand
@@ -14,6 +15,9 @@ if TYPE_CHECKING:
     from scbm.planning.task import Task
 
 
+_MOST_REMEMBERED = 1_000_000
+
+
 class Policy:
     """What `Planner.plan` answers for one goal, from any packed state; `expanded` is 0 where nothing was searched.
 
@@ -21,19 +25,34 @@ class Policy:
         task: the packed task whose states are asked for (`task.pack`).
     """
 
-    def __init__(self, task: Task, is_goal: Callable[[int], bool], limits: PlanLimits) -> None:
+    def __init__(self, task: Task, is_goal: Callable[[int], bool], limits: PlanLimits, most: int | None = None) -> None:
+        """Prepares the answers.
+
+        Args:
+            task: the packed task.
+            is_goal: whether a packed state is a goal.
+            limits: those of the answers.
+            most: for so many states distances are worked out at most, beyond them each answer is searched for; `None`
+                for as many as a search may expand.
+        """
         self.task = task
         self._is_goal = is_goal
         self._limits = limits
         # While no more states than this are known, no search can come to its limit of expanded states.
-        self._distances = DistancesOnDemand(task.successors, is_goal, limits.expansions)
+        self._distances = DistancesOnDemand(
+            task.successors, is_goal, limits.expansions if most is None else min(most, limits.expansions)
+        )
         self._answers: dict[int, Answer] = {}
 
     def plan(self, state: int) -> Answer:
         """The canonical plan from a packed state, or why there is none."""
-        if state not in self._answers:
-            self._answers[state] = self._answer(state)
-        return self._answers[state]
+        known = self._answers.get(state)
+        if known is not None:
+            return known
+        answer = self._answer(state)
+        if len(self._answers) < _MOST_REMEMBERED:
+            self._answers[state] = replace(answer, expanded=0)
+        return answer
 
     def _answer(self, state: int) -> Answer:
         if not self._distances.know(state):

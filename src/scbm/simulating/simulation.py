@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from scbm.cases import AT_ONCE
 from scbm.model import OperationState
-from scbm.planning import PlanLimits, Planner, Solved
+from scbm.planning import PlanLimits, Planner, RememberedPlans, Solved
 from scbm.running import (
     AskPlan,
     CancelRequest,
@@ -73,7 +73,7 @@ class Simulator:
         self.options = options or RunnerOptions()
         self.plan_limits = plan_limits or PlanLimits()
         self.program = Program(model)
-        self.planner = Planner(model)
+        self.plans = RememberedPlans(Planner(model))
         self.resources = {resource.name: resource for resource in model.resources}
 
     def run(self, case: Case, choices: Choices, most_records: int | None = None) -> Simulated:
@@ -270,6 +270,6 @@ class _Run:
     def _plan(self, asked: AskPlan) -> None:
         """Planning takes no time in a simulation."""
         simulator = self._simulator
-        answer = simulator.planner.plan(asked.state, asked.goal, simulator.plan_limits)
+        answer = simulator.plans.plan(asked.state, asked.goal, simulator.plan_limits)
         plan = answer.plan if isinstance(answer, Solved) else ()
         self.schedule(self._now_ns, PlanAnswered(asked.ask, PlanStatus(answer.status), plan))

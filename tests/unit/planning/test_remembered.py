@@ -1,0 +1,32 @@
+"""Plans that are asked for often: searched for once, and for all states at once when that pays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from scbm.notation import load_model
+from scbm.planning import Planner, RememberedPlans, Solved
+from support.models import scan_cell
+
+BEFORE = Path(__file__).parents[3] / "examples" / "robot_in_the_air" / "before.yaml"
+
+
+def test_what_was_asked_before_is_not_searched_for_again() -> None:
+    model = scan_cell()
+    remembered = RememberedPlans(Planner(model))
+    goal = model.goals[0][1]
+    first = remembered.plan(model.nominal_state, goal)
+    assert isinstance(first, Solved)
+    assert first.expanded
+    assert remembered.plan(model.nominal_state, goal) == replace(first, expanded=0)
+
+
+def test_behind_its_budget_other_states_are_not_searched_for_either() -> None:
+    model = load_model(BEFORE)
+    goal = dict(model.goals)["item_a_delivered"]
+    states = [model.nominal_state.replace({v.name: value}) for v in model.variables[:4] for value in v.domain.values]
+    patient = RememberedPlans(Planner(model), first_budget=1_000_000)
+    hasty = RememberedPlans(Planner(model), first_budget=100)
+    assert 0 < sum(hasty.plan(state, goal).expanded for state in states) < 400
+    assert sum(patient.plan(state, goal).expanded for state in states) > 1_000
