@@ -79,7 +79,8 @@ def _leaf(leaf: Equal | NotEqual | Order | Member, values: Mapping[str, Value], 
     fitting = tuple(Constant(value) for value in domain if leaf.holds({**values, others[0]: value}))
     if len(fitting) in (0, len(domain)):
         return Truth(bool(fitting))
-    return Member(Reference(others[0]), fitting)
+    other = Reference(others[0])
+    return Equal(other, fitting[0]) if len(fitting) == 1 else Member(other, fitting)
 
 
 def _all(parts: Iterable[Predicate]) -> Predicate:

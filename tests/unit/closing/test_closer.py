@@ -1,0 +1,155 @@
+"""Closing whole models: what is covered and by what, what is proved, and what is left."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from scbm.closing import CloseLimits, Closer, Closing, Decision
+from scbm.coverage import Aspect, Obligation
+from scbm.model import BehaviorModel, Outcome
+from scbm.notation import load_model, read_model
+from scbm.testing import Campaign, RandomCases, Tester
+from scbm.trace import End
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
+
+SCAN = """
+behavior_model: scan
+variables:
+  scanned: {domain: bool, initial: false}
+  timeouts: {domain: 0..3, initial: 0}
+  stop: {domain: bool, initial: false}
+  lamp: {domain: [dark, green, red], initial: dark}
+resources:
+  scanner: {}
+operations:
+  scan:
+    deadline: 10 s
+    pre:
+      g: scanner_req_state == initial && scanner_req_trigger == false && scanned == false
+      a: [scanner_req_trigger <- true]
+    post:
+      g: true
+      gr: scanner_req_state == succeeded
+      a: [scanner_req_state <- initial, scanner_req_trigger <- false, scanned <- true]
+    timedout: [scanner_req_trigger <- false, timeouts += 1]
+automatic_transitions:
+  scan_failed:
+    g: scanner_req_state == failed && current.state == executing
+    a: [current.state <- failed, scanner_req_state <- initial, scanner_req_trigger <- false]
+%s
+goals:
+  scanned: scanned == true
+"""
+
+
+def close(automatic: str, limits: CloseLimits | None = None) -> Closing:
+    return Closer(read_model(SCAN % automatic, "scan.yaml"), limits or CloseLimits()).close()
+
+
+def decision(closing: Closing, name: str) -> Decision:
+    return next(each.decision for each in closing.decided if str(each.obligation) == name)
+
+
+def test_the_example_before_its_repair() -> None:
+    closing = Closer(load_model(EXAMPLE / "before.yaml")).close()
+    uncoverable = [d.obligation for d in closing.decided if d.decision is Decision.UNCOVERABLE and d.obligation.counts]
+    assert {o.subject for o in uncoverable} == {"robot_move_to_home", "robot_unmount_gripper"}
+    assert len(uncoverable) == 10
+    assert all(d.decision is not Decision.UNDECIDED for d in closing.decided)
+    assert closing.after.figure.visited == 76
+    assert len(closing.cases) <= 8
+    assert all(made.execution.verdict.passed for made in closing.cases)
+    assert [str(s.goal) for s in closing.suggestions] == ["robot_at == home", "mounted == none && gripper_act == open"]
+
+
+def test_the_example_after_its_repair() -> None:
+    closing = Closer(load_model(EXAMPLE / "after.yaml")).close()
+    assert closing.after.figure.visited == 86
+    assert len(closing.cases) <= 8
+    assert closing.certificates == ()
+    assert closing.suggestions == ()
+
+
+def test_what_a_suite_visits_is_left_to_it() -> None:
+    model = load_model(EXAMPLE / "after.yaml")
+    cases = RandomCases(model, "after.yaml").first(20, 1)
+    suite = Campaign.of(model, Tester(model).results(cases))
+    closing = Closer(model).close(suite)
+    covering = {d.obligation: d.case for d in closing.decided}
+    assert covering[Obligation("robot_move_to_box_a", Aspect.EXECUTING)] == "seed-1-case-1"
+    added = [obligation for made in closing.cases for obligation in made.adds]
+    assert len(added) == len(set(added)) == 102 - suite.coverage.visited.bit_count()
+
+
+def test_every_case_adds_something_and_short_ones_come_first() -> None:
+    closing = Closer(load_model(EXAMPLE / "before.yaml")).close()
+    assert all(made.adds for made in closing.cases)
+    lengths = [made.execution.ended_ns for made in closing.cases]
+    assert lengths == sorted(lengths)
+
+
+def test_what_is_asked_for_alone_is_covered_by_a_short_case() -> None:
+    model = load_model(EXAMPLE / "before.yaml")
+    wanted = (Obligation("scanner_scan_item_a", Aspect.FAILED),)
+    (made,) = (closing := Closer(model).close(wanted=wanted)).cases
+    assert [d.obligation for d in closing.decided] == [*wanted]
+    assert [(rule.subject, rule.outcome) for rule in made.case.outcomes] == [("scanner_scan_item_a", Outcome.FAIL)]
+    assert made.case.expect.visits == wanted
+
+
+def test_timeouts_in_a_row_come_out_without_being_told() -> None:
+    closing = close("  give_up: {g: timeouts == 3, a: [plan.state <- aborted]}")
+    made = next(made for made in closing.cases if Obligation("give_up", Aspect.TAKEN) in made.adds)
+    assert made.execution.verdict.end is End.ABORTED
+    timeouts = [rule for rule in made.case.outcomes if rule.outcome is Outcome.TIMEOUT]
+    assert sum(1 + (rule.last or 0) - rule.first for rule in timeouts) == 3
+
+
+def test_an_input_is_injected_for_an_automatic_transition_that_waits_for_it() -> None:
+    closing = close("  halt: {g: stop == true && current.state == executing, a: [plan.state <- aborted]}")
+    assert decision(closing, "automatic/halt") is Decision.COVERED
+    made = next(made for made in closing.cases if Obligation("halt", Aspect.TAKEN) in made.adds)
+    injected = [injection.assign for injection in made.case.injections]
+    assert (("stop", True),) in injected
+
+
+def test_what_the_model_keeps_itself_is_not_changed_by_force() -> None:
+    closing = close("  wonder: {g: scanned == true && timeouts == 0 && lamp == red, a: [lamp <- green]}")
+    assert decision(closing, "automatic/wonder") is Decision.UNCOVERABLE
+
+
+@pytest.mark.parametrize("state", ["completed", "aborted"])
+def test_behind_the_end_of_a_run_automatic_transitions_have_their_turn(state: str) -> None:
+    closing = close(f"  ring: {{g: plan.state == {state} && lamp == dark, a: [lamp <- green]}}")
+    assert decision(closing, "automatic/ring") is Decision.COVERED
+
+
+def test_what_was_not_explored_is_undecided_and_says_why() -> None:
+    closing = close("  give_up: {g: timeouts == 3, a: [plan.state <- aborted]}", CloseLimits(situations=2, beyond=0))
+    undecided = [each for each in closing.decided if each.decision is Decision.UNDECIDED]
+    assert [str(each.obligation) for each in undecided] == ["automatic/give_up"]
+    assert "more than 2 situations" in undecided[0].reason
+
+
+def test_beyond_what_was_explored_the_nearest_is_looked_at_first() -> None:
+    automatic = "  give_up: {g: timeouts == 3, a: [plan.state <- aborted]}"
+    assert decision(close(automatic, CloseLimits(situations=2, beyond=0)), "automatic/give_up") is Decision.UNDECIDED
+    assert decision(close(automatic, CloseLimits(situations=2)), "automatic/give_up") is Decision.COVERED
+
+
+def test_a_model_without_goals_has_no_runs() -> None:
+    model: BehaviorModel = read_model((SCAN % "").replace("goals:\n  scanned: scanned == true\n", ""), "scan.yaml")
+    closing = Closer(model).close()
+    assert not closing.cases
+    assert all(each.decision is Decision.UNCOVERABLE for each in closing.decided)
+
+
+def test_closing_twice_comes_to_the_same() -> None:
+    model = load_model(EXAMPLE / "before.yaml")
+    first, second = Closer(model).close(), Closer(model).close()
+    assert first.decided == second.decided
+    assert [made.case for made in first.cases] == [made.case for made in second.cases]
+    assert first.certificates == second.certificates
