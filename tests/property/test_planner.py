@@ -24,6 +24,7 @@ from scbm.planning import (
     find_flaw,
     system_of,
 )
+from scbm.planning.everywhere import plans_everywhere
 from support.reference import canonical_plan, reachable
 from support.strategies import planning_models
 
@@ -141,3 +142,17 @@ def test_a_policy_answers_as_the_search_does_from_any_state(
         for state in data.draw(_any_states(model)):
             answer = policy.plan(policy.task.pack(state))
             assert _without_effort(answer) == _without_effort(planner.plan(state, goal, limits))
+
+
+@given(planning_models(), st.data())
+@settings(deadline=None, max_examples=200)
+def test_plans_from_everywhere_are_those_of_the_search(model: BehaviorModel, data: st.DataObject) -> None:
+    planner = Planner(model)
+    for _, goal in model.goals:
+        problem = planner.problem(goal)
+        plans = plans_everywhere(problem, 1_000_000)
+        if plans is None:
+            continue  # the goal holds nowhere
+        for state in data.draw(_any_states(model)):
+            answer = planner.plan(state, goal)
+            assert plans.plan(problem.task.pack(state)) == (answer.plan if isinstance(answer, Solved) else None)

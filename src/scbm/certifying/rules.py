@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     Values: TypeAlias = dict[str, Value]
 
 
+_MOST_REMEMBERED = 200_000
+"""For so many values it is remembered what is taken next."""
+
+
 @dataclass(frozen=True, slots=True)
 class Rule:
     """A guard, and actions that are taken at once.
@@ -69,7 +73,6 @@ class Rules:
         model: the model.
         variables: the variables that are looked at, in order.
         at_rest: the states of all operations when none is current.
-        automatic: the automatic transitions, in order.
     """
 
     def __init__(self, model: BehaviorModel, variables: Sequence[str]) -> None:
@@ -79,7 +82,28 @@ class Rules:
         self.at_rest: Values = {operation_state_name(operation.name): initial for operation in model.operations}
         self.operations = {operation.name: self._operation(operation) for operation in model.operations}
         self.resources: dict[str, Resource] = {resource.name: resource for resource in model.resources}
-        self.automatic = tuple(self._automatic(transition) for transition in model.automatic_transitions)
+        self._automatic_rules = tuple(self._automatic(transition) for transition in model.automatic_transitions)
+        self._known: dict[tuple[Value, ...], tuple[Rule, Values] | None] = {}
+
+    def next_automatic(self, values: Values) -> tuple[Rule, Values] | None:
+        """The first automatic transition that can be taken and changes something, with the values afterwards (5.1).
+
+        Remembered, as runs come through the same values again and again. The variables always stand in one order.
+        """
+        key = tuple(values.values())
+        if key in self._known:
+            return self._known[key]
+        found = self._find_automatic(values)
+        if len(self._known) < _MOST_REMEMBERED:
+            self._known[key] = found
+        return found
+
+    def _find_automatic(self, values: Values) -> tuple[Rule, Values] | None:
+        for rule in self._automatic_rules:
+            after = rule.taken(values)
+            if after is not None and (after != values or rule.fails_operation):
+                return rule, after
+        return None
 
     def _operation(self, operation: Operation) -> OperationRules:
         timers = {

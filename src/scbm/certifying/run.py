@@ -112,19 +112,17 @@ class Run:
 
     def _take_automatic(self) -> bool:
         """The first automatic transition that can be taken and changes something. Also when the run has ended."""
-        for rule in self._rules.automatic:
-            after = rule.taken(self.values)
-            if after is None or (after == self.values and not rule.fails_operation):
-                continue
-            if self._automatic == MOST_AUTOMATIC:
-                return self._livelock()
-            self._automatic += 1
-            self._visit(rule.name, Aspect.TAKEN)
-            self.values = after
-            if rule.fails_operation:
-                self._become(OperationState.FAILED)
-            return True
-        return False
+        following = self._rules.next_automatic(self.values)
+        if following is None:
+            return False
+        if self._automatic == MOST_AUTOMATIC:
+            return self._livelock()
+        self._automatic += 1
+        rule, self.values = following
+        self._visit(rule.name, Aspect.TAKEN)
+        if rule.fails_operation:
+            self._become(OperationState.FAILED)
+        return True
 
     def _livelock(self) -> bool:
         if not self.has_ended:

@@ -114,7 +114,8 @@ def _situations(graph: RunGraph, names: Sequence[str], runs: Runs) -> Iterator[S
     packing = runs.program.packing
 
     def named(position: Position) -> Situation:
-        values = tuple(packing.value(position.state, name) for name in names)
+        known = packing.values(position.state)
+        values = tuple(known[name] for name in names)
         queue = tuple(operations[number] for number in runs.queues.operations(position.queue))
         return Situation(values, queue, tuple(resources[number] for number in position.in_flight), position.awaits)
 

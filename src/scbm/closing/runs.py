@@ -38,8 +38,8 @@ class CloseLimits:
     beyond: int = 100_000
 
 
-_PLANS = PlanLimits(length=1_000_000)
-"""Plans of any length. A planner that gives up earlier ends the run, as other limits do."""
+_PLANS = PlanLimits(length=10_000_000, expansions=10_000_000)
+"""Plans of any length, however they are found. A planner that gives up earlier ends the run, as other limits do."""
 
 
 class Runs:

@@ -70,6 +70,7 @@ class Distances:
     def __init__(self, codes: _Codes, found: CodeDistances) -> None:
         self._codes = codes
         self._found = found
+        self._steps: dict[int, tuple[int, int] | None] = {}
 
     def distance(self, state: Mapping[str, Value]) -> int | None:
         """The fewest moves that lead to the goal; `None` if there is no way."""
@@ -86,10 +87,16 @@ class Distances:
         if self._found.distance(code) is None:
             return None
         names = []
-        while (step := self._found.first_move(code)) is not None:
+        while (step := self._step(code)) is not None:
             move, code = step
             names.append(self._codes.box.names[move])
         return tuple(names)
+
+    def _step(self, code: int) -> tuple[int, int] | None:
+        """The first move and where it leads; kept, as plans from many states end alike."""
+        if code not in self._steps:
+            self._steps[code] = self._found.first_move(code)
+        return self._steps[code]
 
     def _code(self, state: Mapping[str, Value]) -> int:
         code = self._codes.code(state)

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING
 
 from scbm.planning.answers import Answer, PlanLimits
 from scbm.planning.policy import Policy
+from scbm.planning.problem import Problem
 from scbm.planning.search import breadth_first
 from scbm.planning.task import Task
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from scbm.model import BehaviorModel, Predicate, Value
 
@@ -29,7 +30,7 @@ class Planner:
         self.model = model
         self.base_task = Task(model)
         self._tasks: dict[tuple[str, ...], Task] = {}
-        self._goals: dict[Predicate, tuple[Task, Callable[[int], bool]]] = {}
+        self._problems: dict[Predicate, Problem] = {}
 
     def plan(self, state: Mapping[str, Value], goal: Predicate, limits: PlanLimits = _DEFAULT_LIMITS) -> Answer:
         """Answers the planning problem (state, goal, model, limits).
@@ -39,26 +40,26 @@ class Planner:
             goal: a predicate over the variables of the model.
             limits: when to give up.
         """
-        task, is_goal = self._goal(goal)
-        return breadth_first(task, task.pack(state), is_goal, limits)
+        problem = self.problem(goal)
+        return breadth_first(problem.task, problem.task.pack(state), problem.is_goal, limits)
 
     def policy(self, goal: Predicate, limits: PlanLimits = _DEFAULT_LIMITS, most: int | None = None) -> Policy:
         """The answers to all planning problems (any state, goal, model, limits); for many states of one goal.
 
         Distances are worked out for `most` states at once.
         """
-        task, is_goal = self._goal(goal)
-        return Policy(task, is_goal, limits, most)
+        return Policy(self.problem(goal), limits, most)
 
     def task(self, goal: Predicate) -> Task:
         """The packed task in which a goal can be told apart."""
-        return self._goal(goal)[0]
+        return self.problem(goal).task
 
-    def _goal(self, goal: Predicate) -> tuple[Task, Callable[[int], bool]]:
-        if goal not in self._goals:
+    def problem(self, goal: Predicate) -> Problem:
+        """The goal, with the packed task in which it can be told apart."""
+        if goal not in self._problems:
             task = self._task_for(tuple(name for name in goal.reads() if name not in self.base_task.packing.space))
-            self._goals[goal] = (task, task.packing.test(goal))
-        return self._goals[goal]
+            self._problems[goal] = Problem(self.model, goal, task, task.packing.test(goal))
+        return self._problems[goal]
 
     def _task_for(self, more: tuple[str, ...]) -> Task:
         """The task that also tells the variables `more` apart."""

@@ -1,4 +1,7 @@
-"""The canonical plans to one goal from any state: each state is explored once, however many are asked for."""
+"""The canonical plans to one goal from any state: each state is explored once, however many are asked for.
+
+First state by state, on demand; once there are many, all states of the world at once, if it is small enough.
+"""
 
 from __future__ import annotations
 
@@ -7,15 +10,19 @@ from typing import TYPE_CHECKING
 
 from scbm.exploring import DistancesOnDemand
 from scbm.planning.answers import Answer, Limit, LimitReached, PlanLimits, Solved, Unsolvable
+from scbm.planning.everywhere import plans_everywhere
 from scbm.planning.search import breadth_first
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from scbm.planning.task import Task
+    from scbm.planning.everywhere import Everywhere
+    from scbm.planning.problem import Problem
 
 
 _MOST_REMEMBERED = 1_000_000
+
+
+_MOST_ON_DEMAND = 20_000
+"""From so many states on it is tried to find the plans of the whole world at once."""
 
 
 class Policy:
@@ -25,23 +32,23 @@ class Policy:
         task: the packed task whose states are asked for (`task.pack`).
     """
 
-    def __init__(self, task: Task, is_goal: Callable[[int], bool], limits: PlanLimits, most: int | None = None) -> None:
+    def __init__(self, problem: Problem, limits: PlanLimits, most: int | None = None) -> None:
         """Prepares the answers.
 
         Args:
-            task: the packed task.
-            is_goal: whether a packed state is a goal.
+            problem: the goal, and the task in which it can be told apart.
             limits: those of the answers.
             most: for so many states distances are worked out at most, beyond them each answer is searched for; `None`
                 for as many as a search may expand.
         """
-        self.task = task
-        self._is_goal = is_goal
+        self.task = problem.task
+        self._problem = problem
         self._limits = limits
-        # While no more states than this are known, no search can come to its limit of expanded states.
-        self._distances = DistancesOnDemand(
-            task.successors, is_goal, limits.expansions if most is None else min(most, limits.expansions)
-        )
+        # While no more states than a search may expand are known, no search can come to that limit.
+        self._most = limits.expansions if most is None else min(most, limits.expansions)
+        self._distances = self._on_demand(min(self._most, _MOST_ON_DEMAND))
+        self._everywhere: Everywhere | None = None
+        self._has_tried_everywhere = self._most <= _MOST_ON_DEMAND
         self._answers: dict[int, Answer] = {}
 
     def plan(self, state: int) -> Answer:
@@ -54,19 +61,34 @@ class Policy:
             self._answers[state] = replace(answer, expanded=0)
         return answer
 
+    def _on_demand(self, most: int) -> DistancesOnDemand:
+        return DistancesOnDemand(self.task.successors, self._problem.is_goal, most)
+
     def _answer(self, state: int) -> Answer:
-        if not self._distances.know(state):
+        if self._everywhere is not None:
+            try:
+                return self._checked(state, self._everywhere.plan(state), self._everywhere.count)
+            except LookupError:
+                pass  # a request is on its way
+        if self._distances.know(state):
+            plan = None if self._distances.distance(state) is None else self._path(state)
+            return self._checked(state, plan, self._distances.lost)
+        if self._has_tried_everywhere:
             return self._searched(state)
-        distance = self._distances.distance(state)
-        if distance is None:
+        self._has_tried_everywhere = True
+        self._everywhere = plans_everywhere(self._problem, self._most)
+        self._distances = self._on_demand(self._most)
+        return self._answer(state)
+
+    def _checked(self, state: int, plan: tuple[str, ...] | None, lost: int) -> Answer:
+        """The answer, where at most so many states lead to no goal."""
+        if plan is None:
             # A search would see lost states only. If they may lie too deep for it, it has to say so itself.
-            return Unsolvable(0) if self._distances.lost <= self._limits.length else self._searched(state)
-        if distance > self._limits.length:
-            return LimitReached(Limit.LENGTH, 0)
-        return Solved(self._path(state), 0)
+            return Unsolvable(0) if lost <= self._limits.length else self._searched(state)
+        return Solved(plan, 0) if len(plan) <= self._limits.length else LimitReached(Limit.LENGTH, 0)
 
     def _searched(self, state: int) -> Answer:
-        return breadth_first(self.task, state, self._is_goal, self._limits)
+        return breadth_first(self.task, state, self._problem.is_goal, self._limits)
 
     def _path(self, state: int) -> tuple[str, ...]:
         names = []

@@ -38,7 +38,9 @@ class RememberedPlans:
         """The canonical plan from a state of the world to a goal, or why there is none."""
         key = (goal, limits)
         if key not in self._goals:
-            self._goals[key] = _Remembered(self._planner.policy(goal, limits, most=0), self._first_budget, self._first_budget)
+            self._goals[key] = _Remembered(
+                self._planner.policy(goal, limits, most=0), self._first_budget, self._first_budget
+            )
         remembered = self._goals[key]
         answer = remembered.policy.plan(remembered.policy.task.pack(state))
         remembered.budget -= answer.expanded

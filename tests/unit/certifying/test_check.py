@@ -243,6 +243,13 @@ def test_values_that_a_run_leaves_are_refused(name: str, allowed: tuple[Value, .
     assert flaw in told(lamp(), values(lamp(), **{name: allowed}), "light/failed")
 
 
+def test_what_a_resource_measures_can_be_anything() -> None:
+    model = lamp(("{request: [note]}", "{measures: [note]}"), ("true, note <- y]", "true]"))
+    assert "note: y is not among its values, but it gets it by a request to switch" in told(
+        model, values(model, note=("x",)), "light/failed"
+    )
+
+
 def test_every_variable_has_its_values() -> None:
     whole = values(lamp())
     for argument in (replace(whole, values=whole.values[1:]), replace(whole, values=(*whole.values, whole.values[0]))):

@@ -80,6 +80,33 @@ def test_while_requests_are_in_flight_a_run_waits_for_another_state() -> None:
     assert steps.after(waiting, Reply("eye", succeeded=True, measured=(("seen", 1),))).visited[0] == "light/queued"
 
 
+def test_a_run_that_waits_for_another_state_does_not_ask_again_in_the_same_one() -> None:
+    again = "  again: {g: eye_req_state == failed, a: [eye_req_state <- initial]}\n"
+    steps, asked, _ = begun(LOOKS + again)
+    assert asked is not None
+    waiting = steps.after(asked, PlannerAnswer()).situation
+    assert waiting is not None
+    assert waiting.awaits is Awaits.CHANGE
+    assert steps.after(waiting, Reply("eye", succeeded=False)).situation == waiting
+
+
+def test_the_rest_of_a_plan_is_given_up_when_an_operation_times_out() -> None:
+    text = LAMP.replace(
+        "a: [lamp <- lit]}", "gr: eye_req_state == succeeded, a: [lamp <- lit]}\n    timedout: [seen <- 2]"
+    )
+    paint = "  paint: {pre: {g: lamp == lit}, post: {g: true, a: [seen <- 0]}}\n"
+    text = text.replace(
+        "goals:\n  lit: lamp == lit\nautomatic_transitions:\n", f"{paint}goals:\n  done: seen == 0 && lamp == lit\n"
+    )
+    steps, model = interpreter(text)
+    step = steps.begin({**model.nominal_state, "seen": 1})
+    assert step.situation is not None
+    assert step.situation.queue == ("paint",)
+    ended = steps.after(step.situation, Deadline())  # there is no plan from where `seen` is 2
+    assert ended.visited == ("light/timedout",)
+    assert ended.values["plan.state"] == "unsolvable"
+
+
 def test_the_answer_to_a_question_asked_before_something_changed_is_stale() -> None:
     again = "  again: {g: eye_req_state == failed, a: [eye_req_state <- initial, seen <- 2]}\n"
     steps, asked, _ = begun(LOOKS + again)

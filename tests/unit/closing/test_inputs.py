@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scbm.closing.inputs import inputs, residual
-from scbm.model import BehaviorModel
+from scbm.model import BehaviorModel, Value
 from scbm.notation import Scope, parse_predicate, read_model
 from support.strategies import predicates, running_models
 
@@ -54,7 +54,7 @@ def test_inputs_are_what_nothing_assigns_or_measures() -> None:
 )
 def test_what_is_left_of_a_predicate(predicate: str, left: str) -> None:
     model = doors()
-    known = {"door": "open", "level": 2}
+    known: dict[str, Value] = {"door": "open", "level": 2}
     assert str(residual(parse_predicate(predicate, Scope.of(model)), known, model.running_space)) == left
 
 

@@ -104,6 +104,24 @@ def test_replies_come_while_a_plan_is_awaited() -> None:
     )
 
 
+LOOK = """operations:
+  look:
+    pre: {g: scan_req_trigger == true && box_is_scanned == false}
+    post: {g: true, gr: light == red, a: [box_is_scanned <- true]}
+"""
+
+
+def test_a_simulation_plans_before_an_earlier_request_is_answered() -> None:
+    forgotten = ("timedout: [scan_req_trigger <- false]", "timedout: [light <- blue]")
+    guarded = "{g: scan_req_state == succeeded && plan.state == planning, a: [count <- 1]}"
+    waits = with_automatic(guarded, forgotten)
+    ways = [enumerate_runs(waits, simulated=simulated).ways["automatic/more"] for simulated in (False, True)]
+    assert [way[2:] for way in ways] == [("deadline", "scan succeeds"), ("deadline", "unsolvable", "scan succeeds")]
+    looks = with_automatic(guarded, forgotten, ("operations:\n", LOOK))
+    assert enumerate_runs(looks).visits("automatic/more")
+    assert not enumerate_runs(looks, simulated=True).visits("automatic/more")
+
+
 def test_what_only_a_time_limit_brings_about_is_told_apart() -> None:
     model = with_automatic("{g: plan.state == aborted, a: [light <- red]}")
     enumeration = enumerate_runs(model)
