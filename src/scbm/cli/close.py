@@ -1,7 +1,7 @@
 """`scbm close`: decides every obligation, writes what comes of it, and checks certificates."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from shlex import quote
 from typing import Annotated, Any
@@ -11,8 +11,8 @@ import typer
 from scbm.cli.certificates import check_certificates
 from scbm.cli.output import results, write_json
 from scbm.cli.suite import Suite, progress
-from scbm.closing import CloseLimits, Closer, Closing, Decision, Suggestion
-from scbm.closing.failed import FailedCase, failed_cases
+from scbm.closing import CloseLimits, Closer, Closing, Decision
+from scbm.closing.failed import FailedCase, FoundFault, failed_cases, found_faults
 from scbm.closing.json_report import closing_json
 from scbm.closing.output import Output, write_output
 from scbm.errors import Diagnostic, InputError, Place, Slug
@@ -55,20 +55,21 @@ def command(
         return check_certificates(files or [], json=json)
     asked = _Asked(_only_model(files or []), tuple(suite or ()), cases, seed, max_states)
     result = asked.close()
-    written: tuple[Suggestion, ...] = ()
-    if write:
-        written = _chosen(result.closing, write)
-        add_goals(asked.file, [_goal(goal) for goal in written])
+    goals = _Goals.chosen(result.closing, write or ())
+    if goals.new:
+        add_goals(asked.file, [(name, goal, None) for name, goal in goals.new.items()])
         result = asked.close()
     output = None
     if out is not None:
         paths = [case.path for case in result.suite.written]
         output = write_output(result.closing, out, asked.file, paths)
-    failed = result.failed(output)
+    failed, found = result.failed(output), result.found(output)
     if json:
-        write_json(_json(result.closing, output, failed, written))
+        write_json(closing_json(result.closing, output) | _json(output, failed, found, goals))
     else:
-        results().lines(closing_report(result.closing, result.setting(output, failed, written)))
+        setting = replace(result.setting(output), failed=failed, found=found, written=goals.told(goals.new))
+        setting = replace(setting, already=goals.told(goals.already))
+        results().lines(closing_report(result.closing, setting))
     is_open = any(decided.decision is Decision.UNDECIDED for decided in result.closing.decided)
     return 1 if failed or is_open else 0
 
@@ -96,8 +97,9 @@ class _Asked:
         """Reads model and suite as they are now, runs the suite, and decides the rest."""
         model = load_model(self.file)
         suite = Suite.load(model, self.file, self.paths, self.cases, self.seed)
-        with progress("running the suite") as told:
+        with progress(suite.first_words) as told:
             campaign = suite.run()
+            told(f"looking at {model.name}")
             closing = Closer(model, CloseLimits(situations=self.most), told).close(campaign)
         return _Result(self, suite, campaign, closing)
 
@@ -120,6 +122,10 @@ class _Result:
         """The cases that failed, each with the command that shows it."""
         return failed_cases(self.campaign, self.closing, lambda name: self.suite.again(name) or self._new(name, output))
 
+    def found(self, output: Output | None) -> tuple[FoundFault, ...]:
+        """What new cases found on their way, each with the command that shows it."""
+        return found_faults(self.closing, lambda name: self._new(name, output))
+
     def _new(self, name: str, output: Output | None) -> str:
         if output is not None:
             return f"scbm replay {quote(str(output.cases[name]))}"
@@ -130,9 +136,7 @@ class _Result:
     def _options(self) -> str:
         return f"{self.suite.options}{self.asked.options}"
 
-    def setting(
-        self, output: Output | None, failed: tuple[FailedCase, ...], written: Sequence[Suggestion]
-    ) -> ClosingSetting:
+    def setting(self, output: Output | None) -> ClosingSetting:
         """What the report tells beside the result."""
         return ClosingSetting(
             str(self.asked.file),
@@ -141,18 +145,35 @@ class _Result:
             self.suite.drawing,
             self._options,
             output,
-            failed,
-            tuple(f"{goal.name}: {goal.goal}" for goal in written),
         )
 
 
-def _chosen(closing: Closing, names: Sequence[str]) -> tuple[Suggestion, ...]:
-    """The suggested goals of these names. Raises `InputError` with all names that there are none of."""
-    goals = {each.name: each for each in closing.suggestions if each.name is not None}
-    unknown = [name for name in names if name not in goals and (name != _ALL or not goals)]
-    if unknown:
-        raise InputError([_unknown(name, list(goals)) for name in unknown])
-    return tuple(goal for name, goal in goals.items() if _ALL in names or name in names)
+@dataclass(frozen=True)
+class _Goals:
+    """The goals that were to be written, each with its predicate as text.
+
+    Attributes:
+        new: those that are suggested.
+        already: those that the model has already.
+    """
+
+    new: dict[str, str]
+    already: dict[str, str]
+
+    @staticmethod
+    def chosen(closing: Closing, names: Sequence[str]) -> "_Goals":
+        """The goals of these names. Raises `InputError` with all names that there are none of."""
+        goals = {each.name: str(each.goal) for each in closing.suggestions if each.name is not None}
+        already = {name: str(goal) for name, goal in closing.model.goals if name in names}
+        unknown = [name for name in names if name not in goals | already and (name != _ALL or not goals)]
+        if unknown:
+            raise InputError([_unknown(name, list(goals)) for name in unknown])
+        return _Goals({name: goals[name] for name in goals if _ALL in names or name in names}, already)
+
+    @staticmethod
+    def told(goals: dict[str, str]) -> tuple[str, ...]:
+        """The goals in words."""
+        return tuple(f"{name}: {goal}" for name, goal in goals.items())
 
 
 def _unknown(name: str, goals: list[str]) -> Diagnostic:
@@ -161,18 +182,15 @@ def _unknown(name: str, goals: list[str]) -> Diagnostic:
     return Diagnostic(Slug.UNKNOWN_GOAL, message, Place("--write", 1, 1, max(1, len(name))), remedy, name)
 
 
-def _goal(goal: Suggestion) -> tuple[str, str, str]:
-    """The goal as it is written into the model file."""
-    assert goal.name is not None  # noqa: S101 - it was chosen by its name
-    about = ", ".join(dict.fromkeys(obligation.subject for obligation in goal.obligations))
-    return goal.name, str(goal.goal), f"needs {about}"
-
-
 def _json(
-    closing: Closing, output: Output | None, failed: Sequence[FailedCase], written: Sequence[Suggestion]
+    output: Output | None, failed: Sequence[FailedCase], found: Sequence[FoundFault], goals: _Goals
 ) -> dict[str, Any]:
-    return closing_json(closing, output) | {
+    return {
         "out": None if output is None else str(output.directory),
         "failed": [{"case": each.name, "failures": list(each.failures), "again": each.again} for each in failed],
-        "written": [{"name": each.name, "goal": str(each.goal)} for each in written],
+        "found": [
+            {"case": each.name, "end": each.end.value, "message": each.message, "again": each.again} for each in found
+        ],
+        "written": [{"name": name, "goal": goal} for name, goal in goals.new.items()],
+        "already": [{"name": name, "goal": goal} for name, goal in goals.already.items()],
     }

@@ -41,8 +41,10 @@ def command(
     loaded = load_model(model)
     asked = _read_obligation(obligation, loaded)
     given = Suite.load(loaded, model, tuple(suite or ()))
-    with progress("running the suite") as told:
-        closing = Closer(loaded, CloseLimits(situations=max_states), told).close(given.run(), asked)
+    with progress(given.first_words) as told:
+        campaign = given.run()
+        told(f"looking at {loaded.name}")
+        closing = Closer(loaded, CloseLimits(situations=max_states), told).close(campaign, asked)
     explanations = explain(closing, asked, _executions(closing, given))
     if json:
         write_json(_json(explanations, given))

@@ -74,6 +74,11 @@ class Suite:
         return " and ".join(parts)
 
     @property
+    def first_words(self) -> str:
+        """What is done first, for a progress display."""
+        return f"running {self.words}" if self.words else f"looking at {self.model.name}"
+
+    @property
     def arguments(self) -> str:
         """The case files as `scbm test MODEL` takes them, with a blank before each."""
         return "".join(f" {quote(str(path))}" for path in self.paths)
@@ -115,12 +120,13 @@ class Suite:
 
 
 @contextmanager
-def progress(words: str) -> Iterator[Callable[[str], None] | None]:
+def progress(words: str) -> Iterator[Callable[[str], None]]:
     """Something that shows on a terminal what is done now; nothing elsewhere."""
     if not sys.stderr.isatty():
-        yield None
+        yield lambda _: None
         return
     from rich.console import Console  # noqa: PLC0415 - only where there is something to show
+    from rich.markup import escape  # noqa: PLC0415
 
-    with Console(file=sys.stderr).status(words) as status:
-        yield status.update
+    with Console(file=sys.stderr).status(escape(words)) as status:
+        yield lambda text: status.update(escape(text))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from scbm.checking.satisfiability import is_satisfiable
 from scbm.model import And, OperationState, Predicate, Role, conjunction
 
 if TYPE_CHECKING:
@@ -44,6 +45,20 @@ def blame(predicates: Sequence[Predicate], can_hold: Callable[[Predicate], bool]
         if not can_hold(conjunction(without)):
             needed = without
     return needed
+
+
+def contradiction(predicates: Sequence[Predicate], model: BehaviorModel) -> tuple[Predicate, ...]:
+    """Conjuncts of the predicates that hold together in no state at all; nothing if there are none, or in doubt."""
+    space = model.running_space
+    if is_satisfiable(conjunction(predicates), space) is not False:
+        return ()
+    return blame(predicates, lambda part: is_satisfiable(part, space) is not False)
+
+
+def contradicting(what: str, parts: Sequence[Predicate]) -> str:
+    """What to say of a guard that has such conjuncts."""
+    told = conjunction(parts)
+    return f"{what} contradicts itself: {told}" if len(parts) > 1 else f"{what} needs {told}, which holds in no state"
 
 
 def shadowing(model: BehaviorModel, transition: Transition, states: Iterable[Mapping[str, Value]]) -> tuple[str, ...]:

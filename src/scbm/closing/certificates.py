@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scbm.certifying import RunsArgument, certificate_text, check_certificate, read_certificate
@@ -14,7 +16,6 @@ from scbm.notation import read_file
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
-    from pathlib import Path
 
     from scbm.certifying import Certificate, Flaw
     from scbm.model import BehaviorModel
@@ -118,7 +119,19 @@ def open_certificate(path: Path) -> CertificateFile:
         return CertificateFile(read_certificate(text, str(path)), path, None)
     blank = " " * len(named[0])
     certificate = read_certificate(f"{text[: named.start()]}{blank}{text[named.end() :]}", str(path))
-    return CertificateFile(certificate, path, path.parent / json.loads(named[1]))
+    return CertificateFile(certificate, path, normalised(path.parent / json.loads(named[1])))
+
+
+def model_path_in(text: str, path: Path) -> Path | None:
+    """The model file that the text of a certificate names, or the beginning of it."""
+    named = _MODEL_FILE.search(text)
+    return None if named is None else normalised(path.parent / json.loads(named[1]))
+
+
+def normalised(path: Path) -> Path:
+    """The path without `..` in it, unless a link would make it another one."""
+    short = Path(os.path.normpath(path))
+    return short if short.resolve() == path.resolve() else path
 
 
 def _read(path: Path) -> str:

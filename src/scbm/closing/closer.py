@@ -29,6 +29,10 @@ if TYPE_CHECKING:
     from scbm.testing import Execution
 
 
+_MOST_FOR_A_GOAL = 20_000
+"""So many situations are looked at to verify a goal that is suggested."""
+
+
 class Closer:
     """Closes one model.
 
@@ -92,7 +96,7 @@ class Closer:
 
     def _with_inputs(self, found: Sequence[Execution], runs: Runs, missing: int) -> Iterator[Execution]:
         """Runs with an injection into inputs, for automatic transitions that no run without one takes."""
-        plain = [self._plain(runs, name) for name, _ in self.model.goals] if runs.starts else []
+        plain = [self._plain(runs, goal) for goal in runs.plannable] if runs.starts else []
         for transition in self.model.automatic_transitions:
             bit = self._obligations.bit_of(transition.name, Aspect.TAKEN)
             if not bit & missing & ~runs.visited:
@@ -105,10 +109,8 @@ class Closer:
                     yield execution
                     break
 
-    def _plain(self, runs: Runs, goal: str) -> Case:
-        predicate = self.model.goal(goal)
-        assert predicate is not None  # noqa: S101 - it is one of the model's
-        return Case(goal, goal, predicate, State(self.model.space, dict(runs.starts[0].values)))
+    def _plain(self, runs: Runs, goal: tuple[str, Predicate]) -> Case:
+        return Case(goal[0], *goal, State(self.model.space, dict(runs.starts[0].values)))
 
     def _finished(
         self, kept: Sequence[Execution], suite: Campaign, asked: Sequence[Obligation]
@@ -166,8 +168,9 @@ class Closer:
 
     def _visited_by_closing(self, model: BehaviorModel) -> int:
         """What cases of a model with the same operations visit."""
-        runs = Runs(model, self._limits, self._progress)
-        search = Search(runs, Tester(model), runs.visits.mask, 0, self._limits)
+        limits = replace(self._limits, situations=min(self._limits.situations, _MOST_FOR_A_GOAL), beyond=0)
+        runs = Runs(model, limits, self._progress)
+        search = Search(runs, Tester(model), runs.visits.mask, 0, limits)
         search.run(short=False)
         return reduce(or_, (execution.visited for execution in search.found), 0)
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.cases import Case
-    from scbm.model import BehaviorModel, Operation, State, Value
+    from scbm.model import BehaviorModel, Operation, Predicate, State, Value
     from scbm.trace import Record
 
 HOLD_NS = 1_000_000_000
@@ -27,18 +27,21 @@ _MOST_CHANGES = 64
 _MOST_NAMED = 1_000
 
 
-def changes_that_disable(model: BehaviorModel, operation: Operation, state: State) -> Iterator[dict[str, Value]]:
+def changes_that_disable(
+    model: BehaviorModel, operation: Operation, state: State, goal: Predicate
+) -> Iterator[dict[str, Value]]:
     """Changes of a state in which the precondition holds, so that it cannot be taken any more; the smallest first.
 
-    A resource that is in use by someone else comes before all others, as the paper does it.
+    A resource that is in use by someone else comes before all others, as the paper does it. The goal does not hold
+    behind any of them: the run would be over.
     """
-    names = _names(model, operation)
+    names = _names(model, operation, goal)
     found = (
         changed
         for size in (1, 2)
         for chosen in combinations(names, size)
         for changed in _changed(model, chosen, state)
-        if not _can_start(operation, state.replace(changed))
+        if not _can_start(operation, changed_state := state.replace(changed)) and not goal.holds(changed_state)
     )
     seen: list[dict[str, Value]] = []
     for changed in islice(found, _MOST_CHANGES):
@@ -47,13 +50,13 @@ def changes_that_disable(model: BehaviorModel, operation: Operation, state: Stat
             yield changed
 
 
-def _names(model: BehaviorModel, operation: Operation) -> list[str]:
-    """What the precondition looks at and what a tester may assign: request states first, then the rest in order."""
+def _names(model: BehaviorModel, operation: Operation, goal: Predicate) -> list[str]:
+    """What a tester may assign of what the precondition looks at, request states first; then what the goal looks at."""
     actions = (name for action in operation.pre.running_actions for name in action.reads())
     read = dict.fromkeys((*operation.pre.running_guard.reads(), *actions))
-    free = [v for v in model.space if v.name in read and len(v.domain) > 1]
+    free = [v for v in model.space if (v.name in read or v.name in goal.reads()) and len(v.domain) > 1]
     states = [resource.request_state for resource in model.resources]
-    free.sort(key=lambda v: (v.name not in states, v.role is Role.RESOURCE))
+    free.sort(key=lambda v: (v.name not in read, v.name not in states, v.role is Role.RESOURCE))
     return [variable.name for variable in free]
 
 

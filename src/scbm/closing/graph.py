@@ -6,6 +6,9 @@ from array import array
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
+from scbm.certifying import Awaits
+from scbm.closing.situations import ANSWER
+
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
@@ -34,7 +37,8 @@ class Edge(NamedTuple):
     visits: int
 
 
-_OF_ROOT = -1
+class PlanningTooLargeError(Exception):
+    """The plan from some state was not found within the limits of exploring."""
 
 
 @dataclass
@@ -46,6 +50,7 @@ class RunGraph:
         starts: the initial states.
         positions: node n + 1 is position n.
         complete: whether everything was explored.
+        planning_too_large: whether that ended because some plan was not found.
         reach: for each node what can be visited from there on.
         cut_offs: edges on which a limit of plans can end the run, each with its node and what is visited then.
     """
@@ -54,6 +59,7 @@ class RunGraph:
     starts: Sequence[Start]
     positions: list[Position]
     complete: bool
+    planning_too_large: bool
     reach: list[int]
     cut_offs: list[tuple[int, Edge, int]]
     _first: array[int]
@@ -72,6 +78,14 @@ class RunGraph:
             return
         for number in range(self._first[node], self._first[node + 1]):
             yield Edge(number, self._targets[number], self._visits[number])
+
+    def calm_edges(self, node: int) -> Iterator[Edge]:
+        """The events, but for replies that come before the planner has answered.
+
+        In a simulation planning takes no time, so these come at one moment, and not in every order.
+        """
+        is_asking = node > 0 and self.positions[node - 1].awaits in (Awaits.PLAN, Awaits.UNSOLVABLE, Awaits.STALE)
+        return (edge for edge in self.edges(node) if not is_asking or self._labels[edge.number] is ANSWER)
 
     def label(self, edge: int) -> Happening | Start:
         """What happens on an edge; the initial state for the first one of a walk."""
@@ -104,8 +118,31 @@ class _Exploration:
         self._cut_offs: list[tuple[int, Edge, int]] = []
         self._cut_off = 0
         self._complete = True
+        self._planning_too_large = False
 
     def explore(self, goal: tuple[str, Predicate], starts: Sequence[Start]) -> RunGraph:
+        try:
+            self._explore(starts)
+        except PlanningTooLargeError:
+            self._complete, self._planning_too_large = False, True
+            self._first.append(len(self._targets))
+        graph = RunGraph(
+            goal,
+            starts,
+            self._positions,
+            self._complete,
+            self._planning_too_large,
+            [],
+            self._cut_offs,
+            self._first,
+            self._targets,
+            self._visits,
+            self._labels,
+        )
+        graph.reach = _reach(self._first, self._targets, self._visits)
+        return graph
+
+    def _explore(self, starts: Sequence[Start]) -> None:
         for start in starts:
             self._add(0, start, self._steps.begin(start.packed))
         self._first.append(len(self._targets))
@@ -116,20 +153,6 @@ class _Exploration:
                 self._add(node + 1, happening, self._steps.after(position, happening))
             self._first.append(len(self._targets))
             node += 1
-        graph = RunGraph(
-            goal,
-            starts,
-            self._positions,
-            self._complete,
-            [],
-            self._cut_offs,
-            self._first,
-            self._targets,
-            self._visits,
-            self._labels,
-        )
-        graph.reach = _reach(self._first, self._targets, self._visits)
-        return graph
 
     def _add(self, node: int, label: Happening | Start, step: Step) -> None:
         target = -1

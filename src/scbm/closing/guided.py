@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from scbm.closing.graph import Start
+from scbm.closing.graph import PlanningTooLargeError, Start
 from scbm.closing.ways import Way
 from scbm.coverage import Aspect
 from scbm.model.normal_form import AllOf, AnyOf, Node, OneOf, Pair
@@ -49,7 +49,10 @@ def find_way(
         The run, and how many positions were looked at.
     """
     guided = _Guided(steps, wanted, distance)
-    return guided.search(starts, most), len(guided.seen)
+    try:
+        return guided.search(starts, most), len(guided.seen)
+    except PlanningTooLargeError:
+        return None, len(guided.seen)
 
 
 class _Guided:

@@ -1,4 +1,7 @@
-"""The directory that closing writes: cases and certificates. What it did not write itself is never lost."""
+"""The directory that closing writes: cases and certificates.
+
+What closing did not write itself, or wrote for another model, is never lost.
+"""
 
 from __future__ import annotations
 
@@ -8,10 +11,10 @@ from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
-from scbm.closing.certificates import SUFFIX, certificate_file_text, is_certificate_text
+from scbm.closing.certificates import SUFFIX, certificate_file_text, is_certificate_text, model_path_in, normalised
 from scbm.closing.words import in_few_words
 from scbm.errors import Diagnostic, InputError, Place, Slug
-from scbm.notation import write_case
+from scbm.notation import open_case, write_case
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -56,8 +59,8 @@ def write_output(closing: Closing, directory: Path, model_file: Path, suite: Ite
         suite: files of the suite that was closed: they are kept, even if closing wrote them itself once.
 
     Raises:
-        InputError: a file cannot be written, or one of the same name is there that closing did not write. In that
-            second case nothing is written.
+        InputError: a file cannot be written, or one of the same name is there that closing did not write, or wrote
+            for another model. In these last cases nothing is written.
     """
     cases = {made.case.name: directory / _CASES / f"{made.case.name}.yaml" for made in closing.cases}
     certificates = {name: directory / _CERTIFICATES / f"{name}{SUFFIX}" for name, _ in closing.certificates}
@@ -66,8 +69,9 @@ def write_output(closing: Closing, directory: Path, model_file: Path, suite: Ite
         shown = _seen_from(certificates[name].parent, model_file)
         texts[certificates[name]] = certificate_file_text(certificate, shown)
     kept = {path.resolve() for path in suite}
-    _refuse_to_lose(texts, kept)
-    removed = tuple(path for path in _written_before(directory) if path not in texts and path.resolve() not in kept)
+    _refuse_to_lose(texts, kept, model_file)
+    before = _written_before(directory, model_file)
+    removed = tuple(path for path in before if path not in texts and path.resolve() not in kept)
     try:
         _write(texts, removed)
     except OSError as error:
@@ -93,25 +97,46 @@ def _seen_from(directory: Path, file: Path) -> str:
     return Path(os.path.relpath(file, directory)).as_posix()
 
 
-def _refuse_to_lose(texts: Mapping[Path, str], kept: Collection[Path]) -> None:
-    lost = [path for path, text in texts.items() if _would_be_lost(path, text, kept)]
-    message = "this file is there already, and closing did not write it"
-    remedy = "write into another directory, or move this file away"
+def _refuse_to_lose(texts: Mapping[Path, str], kept: Collection[Path], model_file: Path) -> None:
+    lost = [found for path, text in texts.items() for found in _what_would_be_lost(path, text, kept, model_file)]
     if lost:
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(str(path)), remedy) for path in lost])
+        raise InputError(lost)
 
 
-def _would_be_lost(path: Path, text: str, kept: Collection[Path]) -> bool:
-    if not os.path.lexists(path):
-        return False
-    return _text_of(path) != text and (path.resolve() in kept or not _is_own(path))
+def _what_would_be_lost(path: Path, text: str, kept: Collection[Path], model_file: Path) -> Iterator[Diagnostic]:
+    if not os.path.lexists(path) or _text_of(path) == text:
+        return
+    message, remedy = "this file is there already, and closing did not write it", "or move this file away"
+    if _is_own(path) and path.resolve() not in kept:
+        other = _other_model(path, model_file)
+        if other is None:
+            return
+        message, remedy = f"closing wrote this file for another model, {other}", "one for each model"
+    yield Diagnostic(Slug.BAD_OPTION, message, Place(str(path)), f"write into another directory, {remedy}")
 
 
-def _written_before(directory: Path) -> Iterator[Path]:
-    """The files that an earlier closing wrote."""
+def _written_before(directory: Path, model_file: Path) -> Iterator[Path]:
+    """The files that an earlier closing of the model wrote."""
     for path in (*_entries(directory / _CASES, ".yaml"), *_entries(directory / _CERTIFICATES, SUFFIX)):
-        if _is_own(path):
+        if _is_own(path) and _other_model(path, model_file) is None:
             yield path
+
+
+def _other_model(path: Path, model_file: Path) -> Path | None:
+    """The file of the model that one of closing's own files is for, if it is not this one."""
+    try:
+        named = _model_in(path)
+        return None if named is None or named.resolve() == model_file.resolve() else named
+    except (InputError, OSError, ValueError):
+        return None  # it is damaged, and nobody's any more
+
+
+def _model_in(path: Path) -> Path | None:
+    """The model that a case or a certificate names."""
+    if path.suffix == SUFFIX:
+        return model_path_in(_text_of(path, _SNIFFED_BYTES) or "", path)
+    named = open_case(path).model_path
+    return None if named is None else normalised(named)
 
 
 def _entries(directory: Path, suffix: str) -> Sequence[Path]:

@@ -86,19 +86,26 @@ def model_digest(model: BehaviorModel) -> str:
 
 def _reason(obligation: Obligation, runs: Runs) -> str:
     name, visits, visited = obligation.subject, runs.visits, runs.visited
-    looked_at = f"in none of the {runs.situations:,} situations that runs can be in"
+    if not runs.graphs:
+        return "there are no runs, as the model has no goals"
+    is_only = len(runs.graphs) == 1
+    followed = f"all runs to {'the only goal' if is_only else f'the {len(runs.graphs)} goals'} were followed"
     if obligation.aspect is Aspect.TAKEN:
-        return f"the automatic transition {name} is taken {looked_at}"
+        return f"no run takes {obligation}; {followed}"
     if not visited & visits.bit(name, Aspect.QUEUED):
-        goals = "the only goal" if len(runs.graphs) == 1 else f"any of the {len(runs.graphs)} goals"
+        goals = "the only goal" if is_only else f"any of the {len(runs.graphs)} goals"
         return f"{name} is in no plan to {goals}, from no state in which a run asks for one"
     if not visited & visits.current(name):
         return f"{name} is planned, but the runs for which it is are over before its turn comes"
     if obligation.aspect is Aspect.DISABLED:
-        return f"{name} is disabled {looked_at} without injections, and no injection that was tried disables it"
-    if obligation.aspect is Aspect.EXECUTING or not visited & visits.bit(name, Aspect.EXECUTING):
-        return f"{name} comes to the head of the queue, but its precondition holds {looked_at} then"
-    return f"{name} executes, but it is {obligation.aspect} {looked_at}"
+        return f"{name} is never disabled without injections, nor by any injection that was tried"
+    told = "comes to the head of the queue, but its precondition never holds then"
+    if obligation.aspect is not Aspect.EXECUTING and visited & visits.bit(name, Aspect.EXECUTING):
+        told = f"executes, but it never {_ENDS[obligation.aspect]}"
+    return f"{name} {told}; {followed}"
+
+
+_ENDS = {Aspect.FAILED: "fails", Aspect.TIMEDOUT: "times out", Aspect.COMPLETED: "completes"}
 
 
 def _runs_argument(runs: Runs) -> RunsArgument:

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-from scbm.closing.graph import RunGraph, explore_runs
+from scbm.closing.graph import PlanningTooLargeError, RunGraph, explore_runs
 from scbm.closing.relevance import Relevance
 from scbm.closing.situations import Queues, Steps, Visits
 from scbm.closing.starts import initial_states
-from scbm.planning import PlanLimits, Planner
+from scbm.planning import LimitReached, PlanLimits, Planner
 from scbm.running import Program
 
 if TYPE_CHECKING:
@@ -28,18 +28,22 @@ class CloseLimits:
     Attributes:
         situations: of runs, over all goals together.
         starts: combinations of random values that are gone through for initial states.
+        planning: states of the world that are looked at to plan for one goal, where they are not few enough to be
+            planned for all at once.
         candidates: cases that are tried for one obligation that a walk did not bring about.
         beyond: situations that are looked at once more, nearest to what is missed first, where not all were explored.
     """
 
     situations: int = 300_000
     starts: int = 100_000
+    planning: int = 200_000
     candidates: int = 100
     beyond: int = 100_000
 
 
-_PLANS = PlanLimits(length=10_000_000, expansions=10_000_000)
-"""Plans of any length, however they are found. A planner that gives up earlier ends the run, as other limits do."""
+_ANY_LENGTH = 10_000_000
+_WHOLE_WORLD = PlanLimits().expansions
+"""So many states the world may have to be planned for at once: the planner of a run finds these plans, too."""
 
 
 class Runs:
@@ -68,12 +72,18 @@ class Runs:
         self.looked_at: dict[int, None] = {}
         self._policies: dict[Predicate, Policy] = {}
         self.stopped: str | None = None
+        self._limits = limits
         self._explore(limits, progress)
 
     @property
     def situations(self) -> int:
         """How many situations were looked at."""
         return sum(len(graph.positions) for graph in self.graphs)
+
+    @property
+    def plannable(self) -> tuple[tuple[str, Predicate], ...]:
+        """The goals to which plans are found within the limits, as far as is known."""
+        return tuple(graph.goal for graph in self.graphs if not graph.planning_too_large)
 
     @property
     def visited(self) -> int:
@@ -105,14 +115,19 @@ class Runs:
             graphs.append(graph)
             self.looked_at |= steps.looked_at
             left -= len(graph.positions)
-            if not graph.complete:
+            if graph.planning_too_large:
+                self.stopped = (
+                    f"plans to {name} would have to look at more than {limits.planning:,} states of the world"
+                )
+            elif not graph.complete:
                 self.stopped = f"runs can be in more than {limits.situations:,} situations"
         self.graphs = tuple(graphs)
 
     def steps(self, goal: Predicate) -> Steps:
         """The steps of the runs for a goal."""
         if goal not in self._policies:
-            self._policies[goal] = self.planner.policy(goal, _PLANS)
+            plans = PlanLimits(_ANY_LENGTH, self._limits.planning)
+            self._policies[goal] = self.planner.policy(goal, plans, whole=_WHOLE_WORLD)
         plan = partial(_plan, _Translation(self.program, self._policies[goal]))
         return Steps(self.program, self.relevance, self.visits, self.program.test(goal), plan, self.queues)
 
@@ -141,4 +156,7 @@ class _Translation:
 
 
 def _plan(translation: _Translation, state: int) -> Answer:
-    return translation.policy.plan(translation.translate(state))
+    answer = translation.policy.plan(translation.translate(state))
+    if isinstance(answer, LimitReached):  # a runner's planner may have more patience: what follows is not known
+        raise PlanningTooLargeError
+    return answer

@@ -151,7 +151,7 @@ class Search:
         records = execution.trace.records
         first = current_operations(records)[name]
         state = State(self._runs.model.running_space, state_after(records[: first + 1]))
-        return changes_that_disable(self._runs.model, self._operations[name], state)
+        return changes_that_disable(self._runs.model, self._operations[name], state, execution.case.predicate)
 
     @staticmethod
     def _is_current(name: str, execution: Execution) -> bool:
@@ -161,12 +161,11 @@ class Search:
 
     def _insist(self, bit: int) -> None:
         """Tries the direct ways to one thing, to every goal."""
-        for walk in sorted(direct_walks(self._runs.graphs, bit), key=lambda walk: len(walk.way.happenings)):
-            for case in self._attempts(bit, walk):
-                if self._take(self._execute(case)):
-                    break
-            if not bit & (self._wanted() | self._missing):
-                return
+        for walk in direct_walks(self._runs.graphs, bit):
+            for case, needed in self._attempts(bit, walk):
+                execution = self._execute(case)
+                if execution is not None and execution.visited & needed and self._take(execution):
+                    return
 
     # ends that a limit of plans brings about
 
@@ -200,7 +199,7 @@ class Search:
     def _go_beyond(self, obligation: Obligation, wanted: int) -> None:
         runs = self._runs
         distance = distance_to(guard_of(runs.model, obligation), runs.program.packing)
-        for goal in runs.model.goals:
+        for goal in runs.plannable:
             most = min(self._beyond, _MOST_BEYOND)
             way, looked_at = find_way(runs.steps(goal[1]), runs.starts, wanted, distance, most)
             self._beyond -= looked_at
@@ -209,11 +208,12 @@ class Search:
                 if self._take(execution):
                     return
 
-    def _attempts(self, bit: int, walk: Walk) -> Iterator[Case]:
+    def _attempts(self, bit: int, walk: Walk) -> Iterator[tuple[Case, int]]:
+        """Cases that may bring one thing about, each with what its run has to visit."""
         case = self._scripts.case(walk.goal, walk.way, _CANDIDATE)
         names = [name for name in self._to_disable() if bit == self._runs.visits.current(name)]
         if not names:
-            yield case
+            yield case, bit
             return
         execution = self._execute(case)
         if execution is None or not self._is_current(names[0], execution):
@@ -221,7 +221,7 @@ class Search:
         left = self._candidates
         for hold_ns in (HOLD_NS, 1, None):
             for changed in self._changes(names[0], execution):
-                yield _with_injection(case, names[0], changed, hold_ns)
+                yield _with_injection(case, names[0], changed, hold_ns), self._disabled(names[0])
                 left -= 1
                 if not left:
                     return

@@ -10,10 +10,11 @@ from dataclasses import dataclass, replace
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from scbm.closing.blame import blame, shadowing
+from scbm.closing.blame import blame, contradicting, contradiction, shadowing
 from scbm.closing.decisions import Suggestion, SuggestionKind
 from scbm.closing.goals import GoalSearch, goal_name
 from scbm.closing.structure import failing_transitions, structural_facts
+from scbm.closing.words import plan_in_words
 from scbm.coverage import Aspect, Obligation, Obligations
 from scbm.model import (
     And,
@@ -33,6 +34,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from scbm.model import BehaviorModel, Operation, Predicate, State, Transition, Value
+
+_EXAMPLE = ", or an automatic transition like "
+"""Stands before an automatic transition that would fail an operation."""
 
 _MOST_TRIED = 10
 """So many goals are verified for one operation."""
@@ -118,7 +122,7 @@ class _Suggestions:
                     f"{CURRENT_STATE} <- {OperationState.FAILED.value}, "
                     f"{resource.request_state} <- {RequestState.INITIAL.value}, {resource.trigger} <- false"
                 )
-                return f", or an automatic transition like `{{g: {guard}, a: [{actions}]}}`"
+                return f"{_EXAMPLE}`{{g: {guard}, a: [{actions}]}}`"
         return ""
 
     # operations that never execute
@@ -164,7 +168,7 @@ class _Suggestions:
         if example is None:
             return ""
         start, plan = example
-        return f"; a plan for it from {_drawn(start)}: {' -> '.join(plan)}"
+        return f"; a plan for it from {_drawn(start)}: {plan_in_words(plan, ' -> ')}"
 
     # operations that execute, and do not complete or fail
 
@@ -186,7 +190,7 @@ class _Suggestions:
         names = failing_transitions(operation, self._model)
         for transition in self._model.automatic_transitions:
             if transition.name in names:
-                yield f"the guard of {transition.name}", transition
+                yield f"the guard of {_automatic(transition.name)}", transition
 
     # automatic transitions
 
@@ -198,15 +202,18 @@ class _Suggestions:
             if space[action.target].role in (Role.OPERATION_STATE, Role.CURRENT_STATE)
         )
         executing = [_is(name, OperationState.EXECUTING.value) for name in failed]
-        blamed = blame((transition.g, transition.gr, *executing), self._oracles.can_hold)
+        what = f"the guard of {obligation}"
+        contradicted = contradiction((transition.g, transition.gr), self._model)
+        blamed = contradicted or blame((transition.g, transition.gr, *executing), self._oracles.can_hold)
         if blamed:
-            yield _blaming((obligation,), f"the guard of {transition.name}", blamed, "in any run")
+            is_contradiction = bool(contradicted)
+            yield _blaming((obligation,), what, blamed, "in any run", is_contradiction=is_contradiction)
             return
         before = shadowing(self._model, transition, self._oracles.states or ())
         if before:
             goes = "always goes" if len(before) == 1 else "always go"
             text = (
-                f"where {transition.name} could be taken, {_listed(before)} {goes} first: "
+                f"where {obligation} could be taken, {_listed([*map(_automatic, before)])} {goes} first: "
                 "move it up, or make the guards exclude each other"
             )
             yield Suggestion((obligation,), SuggestionKind.SHADOWED, text, blamed=before)
@@ -219,16 +226,49 @@ class _Suggestions:
         """What of a guard never holds when it is looked at, if that ever happens."""
         if not self._oracles.can_hold(when):
             return
-        blamed = blame((transition.g, transition.gr), lambda part: self._oracles.can_hold(conjunction((when, part))))
+        guards = (transition.g, transition.gr)
+        contradicted = contradiction(guards, self._model)
+        blamed = contradicted or blame(guards, lambda part: self._oracles.can_hold(conjunction((when, part))))
         if blamed:
-            yield _blaming(about, what, blamed, told)
+            yield _blaming(about, what, blamed, told, is_contradiction=bool(contradicted))
 
 
-def _blaming(about: tuple[Obligation, ...], what: str, blamed: Sequence[Predicate], when: str) -> Suggestion:
+def grouped(suggestions: Iterable[Suggestion]) -> tuple[Suggestion, ...]:
+    """Those that would add the same thing to several operations as one, for people."""
+    groups: dict[object, list[Suggestion]] = {}
+    for number, suggestion in enumerate(suggestions):
+        groups.setdefault(suggestion.kind if suggestion.kind in _ALIKE else number, []).append(suggestion)
+    return tuple(alike[0] if len(alike) == 1 else _as_one(alike) for alike in groups.values())
+
+
+_ALIKE = {
+    SuggestionKind.FAILURE: "add a `failed` transition to each",
+    SuggestionKind.DEADLINE: "give each a `deadline`, so that it can time out",
+}
+
+
+def _as_one(alike: Sequence[Suggestion]) -> Suggestion:
+    kind = alike[0].kind
+    about = tuple(dict.fromkeys(obligation for each in alike for obligation in each.obligations))
+    examples = [each.text.partition(_EXAMPLE)[2] for each in alike]
+    example = next((f"{_EXAMPLE}{example}" for example in examples if example), "")
+    return Suggestion(about, kind, f"{_ALIKE[kind]}{example}")
+
+
+def _blaming(
+    about: tuple[Obligation, ...], what: str, blamed: Sequence[Predicate], when: str, *, is_contradiction: bool
+) -> Suggestion:
     parts = tuple(map(str, blamed))
+    if is_contradiction:
+        text = f"{contradicting(what, blamed)}; change the guard"
+        return Suggestion(about, SuggestionKind.GUARD, text, blamed=parts)
     never = "which never holds" if len(parts) == 1 else "which never hold together"
     text = f"{what} needs {_listed(parts)}, {never} {when}: change the guard, or let something bring that about"
     return Suggestion(about, SuggestionKind.GUARD, text, blamed=parts)
+
+
+def _automatic(name: str) -> str:
+    return str(Obligation(name, Aspect.TAKEN))
 
 
 def _is(name: str, value: Value) -> Predicate:

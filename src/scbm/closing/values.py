@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.closing.blame import blame
+from scbm.closing.blame import blame, contradicting, contradiction
 from scbm.coverage import Aspect, Obligation
 from scbm.model import (
     Action,
@@ -345,7 +345,7 @@ class _Reasons:
         never = None
         if OperationState.EXECUTING.value not in states:
             never = f"it never executes: {self._blocked('its precondition', operation.pre, _waits(operation))}"
-            yield Aspect.EXECUTING, never.removeprefix("it never executes: ")
+            yield Aspect.EXECUTING, never
         if OperationState.FAILED.value not in states:
             yield Aspect.FAILED, never or self._never_failed(operation)
         if OperationState.TIMEDOUT.value not in states:
@@ -377,6 +377,9 @@ class _Reasons:
 
     def _blocked(self, what: str, transition: Transition, where: Predicate) -> str:
         """Why a transition cannot be taken where it is looked at."""
+        parts = contradiction((transition.running_guard,), self._model)
+        if parts:
+            return contradicting(what, parts)
         blamed = blame((transition.running_guard,), lambda part: self._sets.can_hold(And((where, part))))
         if not blamed:
             misfits = [action for action in transition.running_actions if not self._sets.can_do((action,))]

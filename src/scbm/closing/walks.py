@@ -9,7 +9,7 @@ from scbm.closing.graph import Edge, RunGraph, Start
 from scbm.closing.ways import Way
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from scbm.model import Predicate
 
@@ -46,17 +46,29 @@ def best_walk(graphs: Sequence[RunGraph], missing: int) -> Walk | None:
     graph, edge, promise = max(promising, key=lambda each: each[2].bit_count(), default=(None, None, 0))
     if graph is None or edge is None or not promise:
         return None
-    return _walk_on(graph, edge, missing, greedy=True)
+    return _walk_on(graph, edge, missing)
 
 
 def direct_walks(graphs: Sequence[RunGraph], wanted: int) -> Iterator[Walk]:
-    """For each goal the shortest walk that visits something of what is wanted, and nothing behind it."""
-    for graph in graphs:
-        beginnings = [edge for edge in graph.edges(0) if _promise(graph, edge, wanted)]
-        walks = (_walk_on(graph, edge, wanted, greedy=False) for edge in beginnings)
-        shortest = min(walks, key=lambda walk: len(walk.way.happenings), default=None)
-        if shortest is not None:
-            yield shortest
+    """The shortest walks that visit something of what is wanted, one for each goal; calm ones first, then any."""
+    for is_calm in (True, False):
+        walks = (_shortest(graph, wanted, is_calm=is_calm) for graph in graphs)
+        yield from sorted(filter(None, walks), key=lambda walk: len(walk.way.happenings))
+
+
+def _shortest(graph: RunGraph, wanted: int, *, is_calm: bool) -> Walk | None:
+    """The shortest walk from any start; of equally short ones that from the start nearest to the nominal state."""
+    next_edges = graph.calm_edges if is_calm else graph.edges
+    came: dict[int, tuple[int, Edge] | None] = {0: None}
+    frontier = [0]
+    for here in frontier:  # it grows while it is gone through
+        for edge in next_edges(here):
+            if edge.visits & wanted:
+                return _walk(graph, _edges_to(came, here, edge))
+            if edge.target >= 0 and edge.target not in came and _promise(graph, edge, wanted):
+                came[edge.target] = (here, edge)
+                frontier.append(edge.target)
+    return None
 
 
 def walk_over(graph: RunGraph, node: int, last: Edge) -> Walk:
@@ -79,11 +91,11 @@ def _promise(graph: RunGraph, edge: Edge, missing: int) -> int:
     return (edge.visits | behind) & missing
 
 
-def _walk_on(graph: RunGraph, edge: Edge, missing: int, *, greedy: bool) -> Walk:
-    """From a start to the nearest edge that visits something missing; if greedy, again and again until nothing is."""
+def _walk_on(graph: RunGraph, edge: Edge, missing: int) -> Walk:
+    """From a start to the nearest edge that visits something missing, again and again until there is none."""
     edges = [edge]
     visits = edge.visits
-    while edges[-1].target >= 0 and (greedy or not visits & missing):
+    while edges[-1].target >= 0:
         leg = _next_leg(graph, edges[-1].target, missing & ~visits)
         if leg is None:
             break
@@ -105,13 +117,21 @@ def _next_leg(graph: RunGraph, node: int, missing: int) -> _Leg | None:
     most = graph.reach[node] & missing
     if not most:
         return None
+    return _leg_along(graph, graph.calm_edges, node, missing, most) or _leg_along(
+        graph, graph.edges, node, missing, most
+    )
+
+
+def _leg_along(
+    graph: RunGraph, next_edges: Callable[[int], Iterable[Edge]], node: int, missing: int, most: int
+) -> _Leg | None:
     came: dict[int, tuple[int, Edge] | None] = {node: None}
     frontier = [node]
     best: _Leg | None = None
     for looked_at, here in enumerate(frontier):  # it grows while it is gone through
         if best is not None and looked_at > _MOST_COMPARED:
             break
-        for edge in graph.edges(here):
+        for edge in next_edges(here):
             if edge.visits & missing:
                 leg = _leg(graph, came, here, edge, missing)
                 if best is None or leg.kept.bit_count() > best.kept.bit_count():

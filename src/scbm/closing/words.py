@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 from scbm.coverage import STATE_ASPECTS, Aspect
@@ -11,8 +12,8 @@ if TYPE_CHECKING:
 
     from scbm.coverage import Obligation
 
-_AUTOMATIC = "automatic"
 _ALL_STATES = "every state"
+_TIMES = "\N{MULTIPLICATION SIGN}"
 
 
 def in_few_words(obligations: Iterable[Obligation]) -> tuple[str, ...]:
@@ -21,14 +22,20 @@ def in_few_words(obligations: Iterable[Obligation]) -> tuple[str, ...]:
     taken: list[str] = []
     for obligation in obligations:
         if obligation.aspect is Aspect.TAKEN:
-            taken.append(obligation.subject)
+            taken.append(str(obligation))
         else:
             by_subject.setdefault(obligation.subject, []).append(obligation.aspect)
     by_aspects: dict[str, list[str]] = {}
     for subject, aspects in by_subject.items():
         by_aspects.setdefault(aspects_in_words(aspects), []).append(subject)
     told = [f"{', '.join(subjects)}: {aspects}" for aspects, subjects in by_aspects.items()]
-    return (*told, f"{_AUTOMATIC}: {', '.join(taken)}") if taken else tuple(told)
+    return (*told, ", ".join(taken)) if taken else tuple(told)
+
+
+def plan_in_words(plan: Iterable[str], arrow: str) -> str:
+    """The operations of a plan, an arrow between them; what is done several times in a row is told once."""
+    rows = ((name, sum(1 for _ in row)) for name, row in groupby(plan))
+    return arrow.join(name if count == 1 else f"{name} {_TIMES}{count}" for name, count in rows)
 
 
 def aspects_in_words(aspects: Iterable[Aspect]) -> str:

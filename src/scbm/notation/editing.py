@@ -65,6 +65,8 @@ def add_goals(path: Path, goals: Sequence[tuple[str, str, str | None]]) -> None:
 def with_goals(text: str, file: str, goals: Sequence[tuple[str, str, str | None]]) -> str:
     """The text of a model with more goals, in the style in which it is written.
 
+    A goal that the model has already, by this name and with this predicate, is not added again.
+
     Args:
         text: a model.
         file: what errors call the text.
@@ -74,13 +76,21 @@ def with_goals(text: str, file: str, goals: Sequence[tuple[str, str, str | None]
         InputError: the text is no model, a goal is none of this model, has a name that is taken, or the text is laid
             out in a way in which nothing can be added to it.
     """
-    new = [_NewGoal(*goal) for goal in goals]
-    expected = _expected(read_model(text, file), new, file)
+    model = read_model(text, file)
+    new = [goal for goal in (_NewGoal(*goal) for goal in goals) if not _is_there(model, goal)]
+    if not new:
+        return text
+    expected = _expected(model, new, file)
     body = text.removeprefix(_MARK)
     edited = _edited(body, new)
     if edited is None or not _is(edited, expected):
         raise _by_hand(body, new, file)
     return text[: len(text) - len(body)] + edited
+
+
+def _is_there(model: BehaviorModel, goal: _NewGoal) -> bool:
+    known = model.goal(goal.name)
+    return known is not None and known == parse_predicate(goal.predicate, Scope.of(model), file=goal.name)
 
 
 def _expected(model: BehaviorModel, goals: Sequence[_NewGoal], file: str) -> BehaviorModel:

@@ -43,12 +43,14 @@ class Planner:
         problem = self.problem(goal)
         return breadth_first(problem.task, problem.task.pack(state), problem.is_goal, limits)
 
-    def policy(self, goal: Predicate, limits: PlanLimits = _DEFAULT_LIMITS, most: int | None = None) -> Policy:
+    def policy(
+        self, goal: Predicate, limits: PlanLimits = _DEFAULT_LIMITS, most: int | None = None, whole: int | None = None
+    ) -> Policy:
         """The answers to all planning problems (any state, goal, model, limits); for many states of one goal.
 
-        Distances are worked out for `most` states at once.
+        For `most` and `whole` see `Policy`.
         """
-        return Policy(self.problem(goal), limits, most)
+        return Policy(self.problem(goal), limits, most, whole)
 
     def task(self, goal: Predicate) -> Task:
         """The packed task in which a goal can be told apart."""

@@ -32,7 +32,9 @@ class Policy:
         task: the packed task whose states are asked for (`task.pack`).
     """
 
-    def __init__(self, problem: Problem, limits: PlanLimits, most: int | None = None) -> None:
+    def __init__(
+        self, problem: Problem, limits: PlanLimits, most: int | None = None, whole: int | None = None
+    ) -> None:
         """Prepares the answers.
 
         Args:
@@ -40,12 +42,14 @@ class Policy:
             limits: those of the answers.
             most: for so many states distances are worked out at most, beyond them each answer is searched for; `None`
                 for as many as a search may expand.
+            whole: so many states the world may have to be taken at once; `None` for as many as a search may expand.
         """
         self.task = problem.task
         self._problem = problem
         self._limits = limits
         # While no more states than a search may expand are known, no search can come to that limit.
         self._most = limits.expansions if most is None else min(most, limits.expansions)
+        self._whole = limits.expansions if whole is None else whole
         self._distances = self._on_demand(min(self._most, _MOST_ON_DEMAND))
         self._everywhere: Everywhere | None = None
         self._has_tried_everywhere = self._most <= _MOST_ON_DEMAND
@@ -76,7 +80,7 @@ class Policy:
         if self._has_tried_everywhere:
             return self._searched(state)
         self._has_tried_everywhere = True
-        self._everywhere = plans_everywhere(self._problem, self._most)
+        self._everywhere = plans_everywhere(self._problem, self._whole)
         self._distances = self._on_demand(self._most)
         return self._answer(state)
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from rich.text import Text
 
 from scbm.closing import Decision
+from scbm.closing.suggestions import grouped
 from scbm.closing.words import aspects_in_words, in_few_words
 from scbm.coverage import Aspect, Figure
 from scbm.model import format_moment
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.closing import Closing, ClosingCase, Decided, Suggestion
-    from scbm.closing.failed import FailedCase
+    from scbm.closing.failed import FailedCase, FoundFault
     from scbm.closing.output import Output
 
 _BAR_WIDTH = 50
@@ -54,7 +55,9 @@ class ClosingSetting:
         closing: how `scbm close` begins with it, in the same way, with its other options.
         output: where cases and certificates were written, if they were.
         failed: the cases that failed.
+        found: the new cases that end as no run of a good model does.
         written: the goals that were written into the model before it was closed.
+        already: the goals that were to be written, and are in the model already.
     """
 
     file: str
@@ -64,7 +67,9 @@ class ClosingSetting:
     closing: str = ""
     output: Output | None = None
     failed: tuple[FailedCase, ...] = ()
+    found: tuple[FoundFault, ...] = ()
     written: tuple[str, ...] = ()
+    already: tuple[str, ...] = ()
 
 
 def closing_report(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
@@ -74,6 +79,7 @@ def closing_report(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     yield from _figures(closing, setting)
     yield from _failed(setting)
     yield from _cases(closing.cases)
+    yield from _found(setting)
     yield from _decisions("Proved uncoverable", closing, Decision.UNCOVERABLE)
     yield from _decisions("Undecided", closing, Decision.UNDECIDED)
     yield from _suggestions(closing.suggestions, setting)
@@ -107,6 +113,8 @@ def _figures(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     yield Text(f"  Before:   {setting.suite or 'nothing'}")
     for goal in setting.written:
         yield Text(f"  Written:  goal {goal}, into {setting.file}", style="green")
+    for goal in setting.already:
+        yield Text(f"  Written:  goal {goal} is in {setting.file} already")
 
 
 def _counts(closing: Closing) -> dict[Decision, int]:
@@ -189,6 +197,15 @@ def _cells(cells: Sequence[str], widths: Sequence[int], style: str = "") -> Text
     return Text(f"  {'  '.join(told)}  {time:>{time_width}}  {number:>{number_width}}", style=style)
 
 
+def _found(setting: ClosingSetting) -> Iterator[Text]:
+    if not setting.found:
+        return
+    yield from _head("Found on the way", "bold red")
+    for fault in setting.found:
+        yield from _wrapped(f"{fault.name} {fault.message}", 2, "red")
+        yield Text("    again: ").append(fault.again, style="cyan")
+
+
 # what is not covered
 
 
@@ -221,8 +238,10 @@ def _grouped(found: Iterable[Decided]) -> dict[tuple[str, ...], tuple[tuple[str,
 
 
 def _of_it(reason: str, subject: str) -> str:
-    """A reason that does not begin with the name of what it is about, as that stands above it."""
-    return f"it {reason.removeprefix(subject).lstrip()}" if reason.startswith(f"{subject} ") else reason
+    """A reason without the name of what it is about, as that stands above it."""
+    if reason.startswith(f"{subject} "):
+        return f"it {reason.removeprefix(subject).lstrip()}"
+    return reason.replace(f"takes automatic/{subject};", "takes it;")
 
 
 def _told_groups(subjects: tuple[str, ...], groups: tuple[tuple[str, str], ...]) -> Iterator[Text]:
@@ -240,7 +259,7 @@ def _suggestions(suggestions: Sequence[Suggestion], setting: ClosingSetting) -> 
     if not suggestions:
         return
     yield from _head("What would change that")
-    for suggestion in suggestions:
+    for suggestion in grouped(suggestions):
         for words in in_few_words(suggestion.obligations):
             yield from _wrapped(words, 2, "")
         for clause in suggestion.text.split("; "):

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from scbm.certifying import StructureArgument, ValuesArgument
 from scbm.closing import Decision
-from scbm.closing.words import in_few_words
+from scbm.closing.words import in_few_words, plan_in_words
 from scbm.coverage import Aspect
 from scbm.model import format_moment, format_value
 from scbm.reports.timeline import stretch
@@ -51,9 +51,10 @@ def told_explanations(
         files: the files of the cases of the suite, by the name of the case.
         command: how the model was closed.
     """
+    told = _Told(model, files, command)
     for number, alike in enumerate(_alike(explanations)):
         yield from [Text()] if number else []
-        yield from _told(alike, model, files, command)
+        yield from told.lines(alike)
 
 
 def told_case(text: str, command: str | None, path: str | None = None) -> Iterator[Text]:
@@ -78,44 +79,67 @@ def _alike(explanations: Iterable[Explanation]) -> Iterator[list[Explanation]]:
     yield from groups.values()
 
 
-def _told(alike: Sequence[Explanation], model: BehaviorModel, files: Mapping[str, str], command: str) -> Iterator[Text]:
-    explanation = alike[0]
-    decided = explanation.decided
-    by = f" by {decided.case}" if decided.case is not None else ""
-    name = str(decided.obligation)
-    if len(alike) > 1:
-        name = ", ".join(in_few_words(each.decided.obligation for each in alike))
-    yield Text(name, style="bold").append("  ").append(f"{decided.decision}{by}", style=_STYLES[decided.decision])
-    if explanation.visit is not None:
-        yield from _visit(explanation.visit, decided.obligation, model, files)
-    else:
-        yield from _not_covered(explanation)
-    for suggestion in dict.fromkeys(suggestion for each in alike for suggestion in each.suggestions):
-        yield from _suggestion(suggestion, command)
+class _Told:
+    """Tells explanations one after the other, and nothing twice."""
+
+    def __init__(self, model: BehaviorModel, files: Mapping[str, str], command: str) -> None:
+        self._model = model
+        self._files = files
+        self._command = command
+        self._suggestions: dict[Suggestion, None] = {}
+        self._looked_at: dict[LookedAt, None] = {}
+        self._cases: dict[str, None] = {}
+
+    def lines(self, alike: Sequence[Explanation]) -> Iterator[Text]:
+        """Explanations that differ in nothing but their obligations."""
+        explanation = alike[0]
+        decided = explanation.decided
+        by = f" by {decided.case}" if decided.case is not None else ""
+        name = str(decided.obligation)
+        if len(alike) > 1:
+            name = ", ".join(in_few_words(each.decided.obligation for each in alike))
+        yield Text(name, style="bold").append("  ").append(f"{decided.decision}{by}", style=_STYLES[decided.decision])
+        if explanation.visit is not None:
+            yield from self._visit(explanation.visit, decided.obligation)
+        else:
+            yield from self._not_covered(explanation)
+        for suggestion in dict.fromkeys(suggestion for each in alike for suggestion in each.suggestions):
+            if suggestion not in self._suggestions:
+                yield from _suggestion(suggestion, self._command)
+            self._suggestions[suggestion] = None
+
+    def _not_covered(self, explanation: Explanation) -> Iterator[Text]:
+        yield Text(f"  {_sentence(explanation.decided.reason)}")
+        if explanation.looked_at is not None:
+            if explanation.looked_at not in self._looked_at:
+                yield Text(f"  {_looked_at(explanation.looked_at)}")
+            self._looked_at[explanation.looked_at] = None
+        elif explanation.decided.certificate in _FOLLOWS_FROM:
+            yield Text(f"  That follows from {_FOLLOWS_FROM[explanation.decided.certificate]}; no run was looked at.")
+        if explanation.decided.decision is Decision.UNDECIDED:
+            yield Text("  --max-states says how many situations of runs may be looked at.", style="dim")
+
+    def _visit(self, visit: Visit, obligation: Obligation) -> Iterator[Text]:
+        case = visit.execution.case
+        is_new = case.name not in self._cases
+        self._cases[case.name] = None
+        if is_new:
+            yield from _case(case, self._model, self._files)
+        if obligation.aspect is not Aspect.QUEUED and visit.plan:
+            plan = plan_in_words(visit.plan, " → ")
+            yield Text(f"  The plan is then {counted(len(visit.plan), 'operation')}: {plan}.")
+        yield from _wrong(visit)
+        yield Text(f"  At {format_moment(visit.at_ns)} {told_obligation(obligation)}:")
+        yield from _picture(visit, self._model)
+        if is_new:
+            end = visit.execution.verdict.end.replace("_", " ")
+            yield Text(f"  The run ends {end} after {format_moment(visit.execution.ended_ns)}.")
 
 
-def _not_covered(explanation: Explanation) -> Iterator[Text]:
-    yield Text(f"  {_sentence(explanation.decided.reason)}")
-    if explanation.looked_at is not None:
-        yield Text(f"  {_looked_at(explanation.looked_at)}")
-    elif explanation.decided.certificate in _FOLLOWS_FROM:
-        yield Text(f"  That follows from {_FOLLOWS_FROM[explanation.decided.certificate]}; no run was looked at.")
-    if explanation.decided.decision is Decision.UNDECIDED:
-        yield Text("  --max-states says how many situations of runs may be looked at.", style="dim")
-
-
-def _visit(visit: Visit, obligation: Obligation, model: BehaviorModel, files: Mapping[str, str]) -> Iterator[Text]:
-    case = visit.execution.case
+def _case(case: Case, model: BehaviorModel, files: Mapping[str, str]) -> Iterator[Text]:
     whose = f"a case of the suite, in {files[case.name]}" if case.name in files else "a case that closing made"
     yield Text(f"  {case.name} is {whose}.")
     yield Text(f"  It begins in {_beginning(case, model)}, and pursues {_goal(case)}.")
-    if obligation.aspect is not Aspect.QUEUED:
-        yield Text(f"  The plan is then {counted(len(visit.plan), 'operation')}: {' → '.join(visit.plan)}.")
-    yield from _wrong(visit)
-    yield Text(f"  At {format_moment(visit.at_ns)} {told_obligation(obligation)}:")
-    yield from _picture(visit, model)
-    end = visit.execution.verdict.end.replace("_", " ")
-    yield Text(f"  The run ends {end} after {format_moment(visit.execution.ended_ns)}.")
 
 
 def _beginning(case: Case, model: BehaviorModel) -> str:
@@ -182,7 +206,8 @@ def _sentence(words: str) -> str:
 
 def told_obligation(obligation: Obligation) -> str:
     """An obligation in words: `scan is disabled`."""
-    return f"{obligation.subject} {_WORDS[obligation.aspect]}"
+    subject = str(obligation) if obligation.aspect is Aspect.TAKEN else obligation.subject
+    return f"{subject} {_WORDS[obligation.aspect]}"
 
 
 _WORDS = {

@@ -178,13 +178,23 @@ def test_suggested_goals_are_written_and_the_model_is_closed_again(scbm: Scbm, b
     ran = scbm("close", before, "--write", first["name"], "--out", tmp_path / "out")
     assert ran.code == 0
     assert f"  Written:  goal {first['name']}: {first['goal']}, into {before}\n" in ran.out
-    added = f"  # needs robot_move_to_home\n  {first['name']}: {first['goal']}\n"
+    added = f"  {first['name']}: {first['goal']}\n"
     assert before.read_text(encoding="utf-8") == text + added
     assert scbm("close", "--check", tmp_path / "out").code == 0
     told = _json(scbm("close", before, "--write", "all", "--json"))
     assert [goal["name"] for goal in told["written"]] == ["needs_robot_unmount_gripper"]
     assert told["decisions"] == {"covered": 86, "uncoverable": 0, "undecided": 0}
     assert len(load_model(before).goals) == 6
+
+
+def test_a_goal_that_is_there_is_not_written_again(scbm: Scbm, before: Path) -> None:
+    text = before.read_text(encoding="utf-8")
+    ran = scbm("close", before, "--write", "item_a_scanned")
+    assert ran.code == 0
+    assert f"  Written:  goal item_a_scanned: scanned_a == true is in {before} already\n" in ran.out
+    told = _json(scbm("close", before, "--write", "item_a_scanned", "--json"))
+    assert (told["written"], told["already"]) == ([], [{"name": "item_a_scanned", "goal": "scanned_a == true"}])
+    assert before.read_text(encoding="utf-8") == text
 
 
 def test_an_unknown_name_is_located_and_nothing_is_written(scbm: Scbm, before: Path) -> None:
@@ -343,11 +353,11 @@ def test_progress_is_shown_on_a_terminal_alone(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with progress("beginning") as told:
-        assert told is None
+        told("going on")
+    assert capsys.readouterr() == ("", "")
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
     with progress("beginning") as told:
-        assert told is not None
-        told("going on")
+        told("going on to [/goal]")
     assert capsys.readouterr().out == ""
 
 

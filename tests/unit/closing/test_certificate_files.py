@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -32,7 +33,7 @@ def test_a_certificate_is_read_as_it_was_written(tmp_path: Path, model_file: str
     path.write_text(certificate_file_text(certificate, model_file), encoding="utf-8")
     opened = open_certificate(path)
     assert opened.certificate == certificate
-    assert opened.required_model_path() == tmp_path / model_file
+    assert str(opened.required_model_path()) == os.path.normpath(tmp_path / model_file)
     assert is_certificate_text(path.read_text(encoding="utf-8"))
 
 
@@ -45,6 +46,14 @@ def test_a_file_that_names_no_model_says_so(tmp_path: Path) -> None:
     with pytest.raises(InputError) as raised:
         CertificateFile(CERTIFICATE, tmp_path / "x.json", None).required_model_path()
     assert raised.value.diagnostics[0].slug is Slug.MODEL_MISSING
+
+
+def test_a_path_through_a_link_stays_as_it_is(tmp_path: Path) -> None:
+    (tmp_path / "a" / "b").mkdir(parents=True)
+    (tmp_path / "link").symlink_to(tmp_path / "a" / "b")
+    path = tmp_path / "link" / "x.json"
+    path.write_text(certificate_file_text(CERTIFICATE, "../cell.yaml"), encoding="utf-8")
+    assert open_certificate(path).required_model_path().resolve() == tmp_path / "a" / "cell.yaml"
 
 
 def test_files_are_found_below_directories(tmp_path: Path) -> None:

@@ -53,7 +53,7 @@ def test_a_case_says_what_it_adds(tmp_path: Path, model_file: Path) -> None:
     assert output.cases["fails"].read_text(encoding="utf-8").startswith(
         "# closed by scbm: a case of scan_cell that adds\n"
         "#   scan_box: failed\n"
-        "#   automatic: scan_failed\n"
+        "#   automatic/scan_failed\n"
         "case: fails\n"
         "model: ../../models/cell.yaml\n"
     )  # fmt: skip
@@ -113,6 +113,24 @@ def test_a_file_of_the_same_name_is_an_error_and_nothing_is_written(
     assert str(raised.value).startswith(f"{out}/")
     assert "error[bad-option]" in str(raised.value)
     assert _texts(out) == {name: text}
+
+
+def test_what_closing_wrote_for_another_model_stays(tmp_path: Path, model_file: Path) -> None:
+    out, other = tmp_path / "out", model_file.with_name("other.yaml")
+    other.write_text(SCAN_CELL, encoding="utf-8")
+    _write(BOTH, out, model_file)
+    before = _texts(out)
+    nothing = closing_of(CELL, undecided=[str(decided.obligation) for decided in BOTH.decided])
+    assert _write(nothing, out, other).removed == ()
+    with pytest.raises(InputError) as raised:
+        _write(BOTH, out, other)
+    assert f"{out}/certificates/structure.json: error[bad-option]: closing wrote this file for another model, "
+    assert f"another model, {model_file}\n    = write into another directory, one for each model" in str(raised.value)
+    assert len(raised.value.diagnostics) == 3
+    assert _texts(out) == before
+    link = tmp_path / "link.yaml"
+    link.symlink_to(model_file)
+    assert len(_write(nothing, out, link).removed) == 3, "it is the same model"
 
 
 def test_a_directory_of_the_same_name_is_an_error(tmp_path: Path, model_file: Path) -> None:

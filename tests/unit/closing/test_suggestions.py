@@ -9,7 +9,7 @@ import pytest
 
 from scbm.closing import Suggestion, SuggestionKind
 from scbm.closing.goals import GoalSearch
-from scbm.closing.suggestions import Oracles, suggest
+from scbm.closing.suggestions import Oracles, grouped, suggest
 from scbm.coverage import Obligation, Obligations
 from scbm.model import BehaviorModel, Predicate, Value
 from scbm.notation import load_model, read_model
@@ -144,6 +144,32 @@ def test_without_a_deadline_or_a_way_to_fail_both_are_suggested() -> None:
     assert deadline == "give scan_box a `deadline`, so that it can time out"
 
 
+def test_what_would_be_added_to_several_operations_is_told_once() -> None:
+    other = "operations:\n  other: {pre: {g: true}, post: {g: true}}\n"
+    model = scan_cell(
+        ("operations:\n", other),
+        ("    deadline: 10 seconds\n", ""),
+        ("    timedout: [scan_req_trigger <- false]\n", ""),
+        ("a: [current.state <- failed, ", "a: ["),
+    )
+    names = [f"{name}/{aspect}" for name in ("other", "scan_box") for aspect in ("failed", "timedout")]
+    found = _suggest(model, *names)
+    assert len(found) == 4
+    failure, deadline = grouped(found)
+    assert [*map(str, failure.obligations), *map(str, deadline.obligations)] == sorted(names, key=lambda n: n[-6:])
+    assert failure.text.startswith("add a `failed` transition to each, or an automatic transition like `{g: scan_req")
+    assert failure.text.count("automatic transition") == 1
+    assert deadline.text == "give each a `deadline`, so that it can time out"
+    assert grouped(found[:2]) == found[:2], "one alone stays as it is"
+
+
+def test_a_guard_that_contradicts_itself_is_told_so() -> None:
+    model = scan_cell(("gr: light != red", "gr: count == 1 && count == 2"))
+    (found,) = _suggest(model, "scan_box/executing")
+    assert found.blamed == ("count == 1", "count == 2")
+    assert found.text == ("the precondition of scan_box contradicts itself: count == 1 && count == 2; change the guard")
+
+
 def test_a_way_to_fail_that_never_holds_is_blamed() -> None:
     model = scan_cell(("g: scan_req_state == failed && current", "g: light == red && current"))
     found = _suggest(model, "scan_box/failed", "automatic/scan_failed")
@@ -173,7 +199,8 @@ def test_a_transition_that_another_one_always_comes_before_is_shadowed() -> None
     found = _suggest(model, "automatic/also_lights")
     assert _told(found) == [("shadowed", ["automatic/also_lights"], ("light",))]
     assert found[0].text == (
-        "where also_lights could be taken, light always goes first: move it up, or make the guards exclude each other"
+        "where automatic/also_lights could be taken, automatic/light always goes first: "
+        "move it up, or make the guards exclude each other"
     )
 
 

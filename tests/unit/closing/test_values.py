@@ -95,12 +95,14 @@ def test_a_transition_is_taken_only_if_all_its_actions_fit() -> None:
 
 
 def test_an_operation_never_executes_whose_guard_needs_a_value_that_never_comes() -> None:
-    why = "its precondition needs light == red, and no run gives light that value: it is always green"
+    why = (
+        "it never executes: its precondition needs light == red, and no run gives light that value: it is always green"
+    )
     assert _ruled_out(scan_cell(("light != red", "light == red"))) == {
         "scan_box/executing": why,
-        "scan_box/failed": f"it never executes: {why}",
-        "scan_box/timedout": f"it never executes: {why}",
-        "scan_box/completed": f"it never executes: {why}",
+        "scan_box/failed": why,
+        "scan_box/timedout": why,
+        "scan_box/completed": why,
         "automatic/scan_failed": "its guard needs scan_req_state == failed, and no run gives scan_req_state that "
         "value: it is always initial",
     }
@@ -114,14 +116,21 @@ def test_an_operation_never_completes_whose_postcondition_cannot_hold() -> None:
 
 def test_conjuncts_that_exclude_each_other_are_told_together() -> None:
     model = scan_cell(("gr: scan_req_state == succeeded", "gr: temperature < 3 && temperature > 4"))
-    why = "its postcondition needs temperature < 3 && temperature > 4, and no run gives temperature such a value"
+    why = "its postcondition contradicts itself: temperature < 3 && temperature > 4"
     assert _ruled_out(model) == {"scan_box/completed": why}
+
+
+def test_a_guard_that_holds_in_no_state_is_told_so() -> None:
+    never = "!(count == 0 || count == 1 || count == 2)"
+    model = scan_cell(("gr: light != red", f'gr: "light != red && {never}"'))
+    why = f"it never executes: its precondition needs {never}, which holds in no state"
+    assert _ruled_out(model)["scan_box/executing"] == why
 
 
 def test_what_holds_but_never_when_it_is_looked_at_is_told_so() -> None:
     other = "operations:\n  other: {pre: {g: true}, post: {g: true}}\n"
     model = scan_cell(("operations:\n", other), ("light != red", "current.name == other"))
-    why = "its precondition needs current.name == other, which never holds when it is looked at"
+    why = "it never executes: its precondition needs current.name == other, which never holds when it is looked at"
     assert _ruled_out(model)["scan_box/executing"] == why
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scbm.closing.words import aspects_in_words, in_few_words
+from scbm.closing.words import aspects_in_words, in_few_words, plan_in_words
 from scbm.coverage import STATE_ASPECTS, Aspect, Obligation
 
 
@@ -17,7 +17,7 @@ def test_operations_with_equal_aspects_are_told_together_and_automatic_ones_last
             Obligation("forget", Aspect.TAKEN),
         ]
     )
-    assert told == ("pick, place: completed", "scan: disabled, failed", "automatic: give_up, forget")
+    assert told == ("pick, place: completed", "scan: disabled, failed", "automatic/give_up, automatic/forget")
 
 
 def test_all_states_are_told_as_one() -> None:
@@ -28,3 +28,9 @@ def test_all_states_are_told_as_one() -> None:
 
 def test_nothing_is_told_of_nothing() -> None:
     assert in_few_words([]) == ()
+
+
+def test_what_a_plan_does_several_times_in_a_row_is_told_once() -> None:
+    plan = [*["move"] * 20, "pick", "move", "move"]
+    assert plan_in_words(plan, " -> ") == "move \N{MULTIPLICATION SIGN}20 -> pick -> move \N{MULTIPLICATION SIGN}2"
+    assert plan_in_words([], " -> ") == ""

@@ -221,6 +221,12 @@ def test_keys_with_question_marks_are_left_to_people() -> None:
     assert (diagnostic.slug, diagnostic.place.line) == (Slug.WRONG_SHAPE, 6)
 
 
+def test_a_goal_that_is_there_is_not_added_again() -> None:
+    text = HEAD + "goals:\n  back: (at == home)\n"
+    assert with_goals(text, "cell.yaml", [BACK]) == text
+    assert with_goals(text, "cell.yaml", [BACK, NEVER]) == with_goals(text, "cell.yaml", [NEVER])
+
+
 def test_a_name_that_is_taken_is_an_error() -> None:
     error = _wrong(HEAD + "goals: {back: at == box}\n", BACK)
     assert [diagnostic.slug for diagnostic in error.diagnostics] == [Slug.DUPLICATE_NAME]

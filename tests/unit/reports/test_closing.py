@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 from scbm.cases import Case
 from scbm.closing import Closing, Suggestion, SuggestionKind
-from scbm.closing.failed import FailedCase
+from scbm.closing.failed import FailedCase, FoundFault
 from scbm.closing.output import Output
+from scbm.coverage import Aspect
 from scbm.notation import load_model, parse_predicate, read_case, read_model
 from scbm.notation.scope import Scope
 from scbm.reports.closing import ClosingSetting, closing_report
+from scbm.trace import End
 from support.closings import closing_of, obligation
 from support.models import scan_cell
 
@@ -72,7 +75,7 @@ def test_new_cases_are_a_table_with_what_each_adds() -> None:
         "      scan_box: executing, completed, queued",
         "  fails      scanned  reached   0.000 s     2",
         "      scan_box: failed",
-        "      automatic: scan_failed",
+        "      automatic/scan_failed",
         "  times_out  scanned  reached  10.000 s     1",
         "      scan_box: timedout",
     ]
@@ -129,9 +132,37 @@ def test_what_failed_comes_first_with_the_command_that_shows_it() -> None:
     assert lines.index("Failed: 1 case") < lines.index("New cases: 1, 0.000 s simulated")
 
 
+def test_what_new_cases_found_on_their_way_has_its_own_section() -> None:
+    fault = FoundFault("scans", End.LIVELOCK, "ends in a livelock: a -> a", "scbm replay scans.yaml")
+    lines = _told(closing_of(CELL, [SCANS]), ClosingSetting("cell.yaml", found=(fault,)))
+    assert _section(lines, "Found on the way") == [
+        "  scans ends in a livelock: a -> a",
+        "    again: scbm replay scans.yaml",
+    ]
+    assert "Found on the way" not in _told(closing_of(CELL, [SCANS]))
+
+
+def test_the_same_reason_of_several_automatic_transitions_is_told_once() -> None:
+    closing = closing_of(
+        scan_cell(("automatic_transitions:\n", "automatic_transitions:\n  x: {g: true, a: [count += 1]}\n"))
+    )
+    decided = [
+        replace(each, reason=f"no run takes {each.obligation}; all runs to the only goal were followed")
+        for each in closing.decided
+        if each.obligation.aspect is Aspect.TAKEN
+    ]
+    lines = _told(replace(closing, decided=tuple(decided)))
+    assert _section(lines, "Proved uncoverable: 2") == [
+        "  automatic/x, automatic/scan_failed",
+        "      no run takes it; all runs to the only goal were followed",
+    ]
+
+
 def test_goals_that_were_written_are_told() -> None:
     setting = ClosingSetting("cell.yaml", written=("red: light == red",))
     assert "  Written:  goal red: light == red, into cell.yaml" in _told(closing_of(CELL), setting)
+    setting = ClosingSetting("cell.yaml", already=("red: light == red",))
+    assert "  Written:  goal red: light == red is in cell.yaml already" in _told(closing_of(CELL), setting)
 
 
 def test_where_nothing_is_saved_the_command_that_does_is_told() -> None:

@@ -1,0 +1,53 @@
+"""Why no run visits an obligation, in one short sentence."""
+
+from __future__ import annotations
+
+import pytest
+
+from scbm.closing.proofs import Proofs
+from scbm.closing.runs import CloseLimits, Runs
+from scbm.model import BehaviorModel
+from support.closings import obligation
+from support.models import scan_cell
+
+FOLLOWED = "all runs to the only goal were followed"
+
+
+def _reason(model: BehaviorModel, name: str) -> str:
+    proof = Proofs(model).by_runs(obligation(model, name), Runs(model, CloseLimits(), lambda _: None))
+    assert proof is not None
+    return proof.reason
+
+
+@pytest.mark.parametrize(
+    ("guard", "followed"),
+    [
+        ("", FOLLOWED),
+        ("  again: box_is_scanned == true\n", "all runs to the 2 goals were followed"),
+    ],
+)
+def test_no_situations_are_counted(guard: str, followed: str) -> None:
+    never = (
+        "automatic_transitions:\n  never: {g: box_is_scanned == true && scan_req_trigger == true, a: [count += 1]}\n"
+    )
+    model = scan_cell(("automatic_transitions:\n", never), more=guard)
+    assert _reason(model, "automatic/never") == f"no run takes automatic/never; {followed}"
+
+
+def test_an_operation_that_never_ends_so_is_told_so() -> None:
+    model = scan_cell(
+        ("gr: scan_req_state == succeeded", "gr: scan_req_state == succeeded && scan_req_trigger == false")
+    )
+    assert _reason(model, "scan_box/completed") == f"scan_box executes, but it never completes; {FOLLOWED}"
+
+
+def test_a_precondition_that_never_holds_is_told_so() -> None:
+    model = scan_cell(("gr: light != red", "gr: scan_req_trigger == true"))
+    told = f"scan_box comes to the head of the queue, but its precondition never holds then; {FOLLOWED}"
+    assert _reason(model, "scan_box/executing") == told
+    assert _reason(model, "scan_box/failed") == told
+
+
+def test_without_goals_there_are_no_runs() -> None:
+    model = scan_cell(("goals:\n  scanned: box_is_scanned == true\n", ""))
+    assert _reason(model, "scan_box/executing") == "there are no runs, as the model has no goals"
