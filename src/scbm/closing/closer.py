@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING
 from scbm.cases import Case, Expectations
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision
 from scbm.closing.goals import GoalSearch
-from scbm.closing.inputs import with_inputs
+from scbm.closing.inputs import inputs, telling_values, with_inputs
 from scbm.closing.looks import Looks
 from scbm.closing.proofs import Proof, Proofs
 from scbm.closing.runs import CloseLimits, Runs
-from scbm.closing.search import Search, minimal
+from scbm.closing.search import Search, minimal, without_leftovers
 from scbm.closing.suggestions import Oracles, suggest
 from scbm.coverage import Aspect, Coverage, Obligation, Obligations, visited_by
+from scbm.errors import Diagnostic, InputError, Place, Slug
 from scbm.model import State
 from scbm.testing import Campaign, Tester
 
@@ -63,15 +64,21 @@ class Closer:
     def close(self, suite: Campaign | None = None, wanted: Sequence[Obligation] | None = None) -> Closing:
         """Decides everything that a suite, which was run before, leaves open; without one, everything.
 
+        Raises `InputError` if the model has no goals, or no initial state is allowed.
+
         Args:
             suite: what was run before.
             wanted: the obligations that are decided, each by the shortest case that was found; `None` for all, by few
                 cases that visit much.
         """
         asked = tuple(self._obligations if wanted is None else wanted)
+        self._refuse_without_goals()
         suite = suite or Campaign.of(self.model, ())
         proofs = Proofs(self.model)
         runs = Runs(self.model, self._limits, self._progress)
+        if not runs.starts and runs.stopped is None:
+            message = "no combination of random values satisfies `initial_states`"
+            raise InputError([Diagnostic(Slug.NO_INITIAL_STATE, message, Place(self.model.name))])
         cases = self._cases(suite, proofs, runs, asked, short=wanted is not None)
         after = suite.coverage + Coverage(self._obligations, tuple((c.case.name, c.execution.visited) for c in cases))
         decided = tuple(self._decide(obligation, after, cases, proofs, runs) for obligation in asked)
@@ -79,6 +86,11 @@ class Closer:
         certificates = tuple((each.argument.kind, each) for each in proofs.certificates(proved, runs))
         suggestions = self._suggestions([obligation for obligation, _ in proved], runs)
         return Closing(self.model, suite.coverage, after, decided, cases, certificates, suggestions)
+
+    def _refuse_without_goals(self) -> None:
+        if not self.model.goals:
+            message, remedy = "the model has no goals, so there are no runs", "add `goals:` to the model"
+            raise InputError([Diagnostic(Slug.NO_GOALS, message, Place(self.model.name), remedy)])
 
     # cases
 
@@ -90,7 +102,8 @@ class Closer:
         self._progress("looking for cases")
         search = Search(runs, self._tester, missing, never, self._limits)
         search.run(short=short)
-        found = search.found + list(self._with_inputs(search.found, runs, missing))
+        found = [*search.found, *self._with_inputs(search.found, runs, missing)]
+        found += self._with_changing_inputs(missing & ~reduce(or_, (each.visited for each in found), 0))
         kept = minimal(found, suite.coverage.visited)
         return tuple(self._finished(kept, suite, asked))
 
@@ -109,6 +122,18 @@ class Closer:
                     yield execution
                     break
 
+    def _with_changing_inputs(self, missing: int) -> list[Execution]:
+        """Runs in which inputs change again and again, for automatic transitions that need that."""
+        missing &= self._obligations.mask(Aspect.TAKEN)
+        changes = [(name, value) for name in inputs(self.model) for value in telling_values(self.model, name)]
+        if not missing or not changes:
+            return []
+        self._progress("exploring runs in which inputs change")
+        limits = replace(self._limits, situations=self._limits.beyond)
+        search = Search(Runs(self.model, limits, self._progress, changes), self._tester, missing, 0, limits)
+        search.run(short=True)
+        return search.found
+
     def _plain(self, runs: Runs, goal: tuple[str, Predicate]) -> Case:
         return Case(goal[0], *goal, State(self.model.space, dict(runs.starts[0].values)))
 
@@ -118,7 +143,7 @@ class Closer:
         """The cases with names and expectations, and what each adds to those before it."""
         visited = suite.coverage.visited
         taken = [name for name, _ in suite.coverage.cases]
-        for execution in kept:
+        for execution in (without_leftovers(each, self._tester) for each in kept):
             name = _new_name(execution.case.goal, taken)
             taken.append(name)
             adds = tuple(o for o in asked if self._obligations.bit(o) & execution.visited & ~visited)

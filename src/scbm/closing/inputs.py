@@ -1,4 +1,7 @@
-"""Injections into inputs: variables that the model reads and nothing in it sets (decision 17)."""
+"""Inputs: variables that the model reads and nothing in it sets, so that only the world outside changes them.
+
+What they can be is looked at value by value only as far as guards tell values apart (decision 17).
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,8 @@ if TYPE_CHECKING:
 
     from scbm.model import Action, BehaviorModel, Predicate, StateSpace, Transition, Value
 
-_MOST_CHANGES = 32
+_MOST_CHANGES = 4_096
+"""So many combinations of values are looked at for one transition."""
 
 
 def inputs(model: BehaviorModel) -> tuple[str, ...]:
@@ -23,6 +27,43 @@ def inputs(model: BehaviorModel) -> tuple[str, ...]:
     kept = dict.fromkeys(action.target for action in _actions(model))
     kept |= dict.fromkeys(name for resource in model.resources for name in resource.measures)
     return tuple(variable.name for variable in model.variables if variable.name not in kept)
+
+
+def telling_values(model: BehaviorModel, name: str) -> tuple[Value, ...]:
+    """Values of a variable such that guards and goals tell every other one from none of them: the first of its kind.
+
+    Where it is compared with another variable, or assigned to one, all its values are told apart.
+    """
+    if any(name in action.reads() for action in _actions(model)):
+        return model.space[name].domain.values
+    leaves = [leaf for guard in _predicates(model) for leaf in _leaves(guard) if name in leaf.reads()]
+    if any(len(leaf.reads()) > 1 for leaf in leaves):
+        return model.space[name].domain.values
+    kinds: dict[tuple[bool, ...], Value] = {}
+    for value in model.space[name].domain.values:
+        kinds.setdefault(tuple(leaf.holds({name: value}) for leaf in leaves), value)
+    return tuple(kinds.values())
+
+
+def _predicates(model: BehaviorModel) -> Iterator[Predicate]:
+    for operation in model.operations:
+        transitions = (operation.pre, operation.post, operation.failed)
+        yield from (transition.running_guard for transition in transitions if transition is not None)
+    yield from (transition.running_guard for transition in model.automatic_transitions)
+    yield from (goal for _, goal in model.goals)
+
+
+def _leaves(predicate: Predicate) -> Iterator[Equal | NotEqual | Order | Member]:
+    match predicate:
+        case Not(operand):
+            yield from _leaves(operand)
+        case And(operands) | Or(operands):
+            for each in operands:
+                yield from _leaves(each)
+        case Implies(condition, consequence):
+            yield from (*_leaves(condition), *_leaves(consequence))
+        case Equal() | NotEqual() | Order() | Member():
+            yield predicate
 
 
 def _actions(model: BehaviorModel) -> Iterator[Action]:
@@ -40,7 +81,7 @@ def with_inputs(model: BehaviorModel, transition: Transition, case: Case) -> Ite
     names = [name for name in transition.running_guard.reads() if name in known]
     if not names:
         return
-    choices = product(*(model.space[name].domain.values for name in names))
+    choices = product(*(telling_values(model, name) for name in names))
     for chosen in islice(choices, _MOST_CHANGES):
         values = dict(zip(names, chosen, strict=True))
         rest = residual(transition.running_guard, values, model.running_space)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from scbm.closing.graph import Start
-    from scbm.model import BehaviorModel, Predicate
+    from scbm.model import BehaviorModel, Predicate, Value
     from scbm.planning import Answer, Policy
 
 
@@ -60,7 +60,21 @@ class Runs:
         stopped: why not everything was explored, in words; `None` if everything was.
     """
 
-    def __init__(self, model: BehaviorModel, limits: CloseLimits, progress: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        model: BehaviorModel,
+        limits: CloseLimits,
+        progress: Callable[[str], None],
+        inputs: Sequence[tuple[str, Value]] = (),
+    ) -> None:
+        """Explores all runs.
+
+        Args:
+            model: the model.
+            limits: how much is looked at.
+            progress: is told what is done now.
+            inputs: what the world outside may change at any moment, and to what; nothing in runs without injections.
+        """
         self.model = model
         self.program = Program(model)
         self.planner = Planner(model)
@@ -73,6 +87,7 @@ class Runs:
         self._policies: dict[Predicate, Policy] = {}
         self.stopped: str | None = None
         self._limits = limits
+        self._inputs = inputs
         self._explore(limits, progress)
 
     @property
@@ -129,7 +144,9 @@ class Runs:
             plans = PlanLimits(_ANY_LENGTH, self._limits.planning)
             self._policies[goal] = self.planner.policy(goal, plans, whole=_WHOLE_WORLD)
         plan = partial(_plan, _Translation(self.program, self._policies[goal]))
-        return Steps(self.program, self.relevance, self.visits, self.program.test(goal), plan, self.queues)
+        return Steps(
+            self.program, self.relevance, self.visits, self.program.test(goal), plan, self.queues, self._inputs
+        )
 
 
 class _Translation:

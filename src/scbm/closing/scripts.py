@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from scbm.cases import Case, Forced, Limits
+from scbm.cases import Case, Forced, Injection, Limits
 from scbm.closing.situations import Happening, Kind
 from scbm.model import OperationState, Outcome, State
 from scbm.planning import Solved
@@ -18,6 +18,7 @@ from scbm.running import (
     CancelRequest,
     Effect,
     GoalGiven,
+    InjectionGiven,
     PlanAnswered,
     PlanStatus,
     ReplyArrived,
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 
 _NEVER_NS = 10**30
 _A_MOMENT_NS = 1_000_000
+_A_WHILE_NS = 100_000_000
 _AT_ONCE_PLANS = 10**9
 _DEFAULTS = RunnerOptions()
 
@@ -85,7 +87,8 @@ class Scripts:
         run = _Run(self, goal, way.start)
         run.follow(way.happenings)
         initial = State(self.model.space, dict(way.start.values))
-        return Case(name, *goal, initial, tuple(run.rules()), limits=run.limits)
+        injections = tuple(run.injections)
+        return Case(name, *goal, initial, tuple(run.rules()), injections, limits=run.limits)
 
 
 class _Run:
@@ -104,6 +107,7 @@ class _Run:
         self._plans = 0
         self._events = 0
         self._ends_ns: int | None = None
+        self.injections: list[Injection] = []
         self._perform(self._runner.handle(GoalGiven(*goal), 0))
 
     def follow(self, happenings: Iterable[Happening]) -> None:
@@ -120,6 +124,8 @@ class _Run:
                     self._ends_ns = self._soon_ns()
                 case Kind.ANSWER:
                     self._answer()
+                case Kind.INPUT:
+                    self._inject(happening)
         self._answer_if_alone()
 
     @property
@@ -200,6 +206,15 @@ class _Run:
         deadline_ns = self._runner.deadline_ns
         assert deadline_ns is not None  # noqa: S101 - a goal is pursued
         return max(min(self._now_ns + _A_MOMENT_NS // 2, (self._now_ns + deadline_ns) // 2), 1)
+
+    def _inject(self, happening: Happening) -> None:
+        """The world outside changes an input."""
+        deadline_ns = self._runner.deadline_ns
+        assert deadline_ns is not None  # noqa: S101 - a goal is pursued
+        self._now_ns = min(self._now_ns + _A_WHILE_NS, (self._now_ns + deadline_ns) // 2)
+        name = f"input_{len(self.injections) + 1}"
+        self.injections.append(Injection(name, happening.measured, at_ns=self._now_ns))
+        self._perform(self._runner.handle(InjectionGiven(self.injections[-1]), self._now_ns))
 
     def _pass(self) -> None:
         deadline_ns = self._runner.deadline_ns

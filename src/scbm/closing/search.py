@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scbm.cases import Limits
 from scbm.closing.disabling import HOLD_NS, changes_that_disable, current_operations, injection
@@ -225,6 +225,20 @@ class Search:
                 left -= 1
                 if not left:
                     return
+
+
+def without_leftovers(execution: Execution, tester: Tester) -> Execution:
+    """The run without what its case says and nothing came of, as far as it visits the same."""
+    case = execution.case
+    for part in ("injections", "outcomes"):
+        for said in getattr(case, part):
+            if not execution.unused:
+                return execution
+            rest: dict[str, Any] = {part: tuple(other for other in getattr(execution.case, part) if other is not said)}
+            attempt = tester.execute(replace(execution.case, **rest), _MOST_RECORDS)
+            if attempt.visited == execution.visited and len(attempt.unused) < len(execution.unused):
+                execution = attempt
+    return execution
 
 
 def _with_injection(

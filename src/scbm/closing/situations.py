@@ -21,7 +21,7 @@ from scbm.planning import LimitReached, Solved
 from scbm.running import RunnerOptions
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from scbm.closing.relevance import Relevance
     from scbm.model import BehaviorModel, Value
@@ -58,6 +58,7 @@ class Kind(Enum):
     REPLY = "a resource replies"
     DEADLINE = "the deadline of the current operation passes"
     TIME_LIMIT = "the time limit of the run passes"
+    INPUT = "the world outside changes an input"
 
 
 class Happening(NamedTuple):
@@ -67,7 +68,7 @@ class Happening(NamedTuple):
         kind: what it is.
         resource: which one replies; empty if it is no reply.
         succeeded: what the reply says.
-        measured: what it carries.
+        measured: what it carries; for an input, what it becomes.
     """
 
     kind: Kind
@@ -188,6 +189,7 @@ class Steps:
         goal: Test,
         plan: Plan,
         queues: Queues,
+        inputs: Sequence[tuple[str, Value]] = (),
         bound: int = RunnerOptions().livelock_bound,
     ) -> None:
         """Prepares the steps.
@@ -199,6 +201,7 @@ class Steps:
             goal: whether the goal holds.
             plan: the planner's answers.
             queues: gives queues their numbers; may be shared among goals.
+            inputs: what the world outside may change, and to what; nothing in runs without injections.
             bound: how many automatic transitions one settling may take.
         """
         packing = program.packing
@@ -217,6 +220,9 @@ class Steps:
         self._automatic = tuple((*step.cube, step, visits.bit(step.name, Aspect.TAKEN)) for step in program.automatic)
         self._lines = tuple(_line(line, number, relevance) for number, line in enumerate(program.requests))
         self._numbers = {line.line.resource.name: line.number for line in self._lines}
+        self._inputs = {
+            Happening(Kind.INPUT, measured=(change,)): program.packing.assignment(dict([change])) for change in inputs
+        }
         self._triggers = sum(line.line.trigger for line in self._lines)
         self._ready = tuple((line.line.watched, line.line.ready, line) for line in self._lines)
         self._current = (packing[CURRENT_NAME].mask, packing[CURRENT_NAME].shift)
@@ -254,6 +260,9 @@ class Steps:
         if self._timer_runs(position.state):
             yield DEADLINE
         yield from (reply for reply in replies if reply.succeeded)
+        for change, (keep, bits) in self._inputs.items():
+            if position.state & keep | bits != position.state:
+                yield change
         if self._end(position.state, position.in_flight, PlanState.ABORTED):
             yield TIME_LIMIT  # it ends the run; of interest only if something is visited behind the end
 
@@ -263,6 +272,11 @@ class Steps:
         if happening.kind is Kind.TIME_LIMIT:
             return Step(None, self._end(state, in_flight, PlanState.ABORTED))
         asked = self._asked_in(position)
+        if happening.kind is Kind.INPUT:
+            keep, bits = self._inputs[happening]
+            unsolvable_in = state if awaits is Awaits.CHANGE else None
+            queue = 0 if asked is not None else queue
+            return self._settle(state & keep | bits, queue, in_flight, asked, unsolvable_in, time_passes=False)
         if happening.kind is Kind.REPLY:
             number = self._numbers[happening.resource]
             keep, bits = next(

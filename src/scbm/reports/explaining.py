@@ -30,6 +30,8 @@ _LINES = 8
 _TIME_WIDTH = 11
 """The columns of the time in a timeline."""
 
+_ARROW = " → "
+
 _MOST_WRONG = 6
 """So many things that went wrong before a visit are told, the last ones."""
 
@@ -126,7 +128,7 @@ class _Told:
         if is_new:
             yield from _case(case, self._model, self._files)
         if obligation.aspect is not Aspect.QUEUED and visit.plan:
-            plan = plan_in_words(visit.plan, " → ")
+            plan = plan_in_words(visit.plan, _ARROW)
             yield Text(f"  The plan is then {counted(len(visit.plan), 'operation')}: {plan}.")
         yield from _wrong(visit)
         yield Text(f"  At {format_moment(visit.at_ns)} {told_obligation(obligation)}:")
@@ -172,7 +174,12 @@ def _picture(visit: Visit, model: BehaviorModel) -> Iterator[Text]:
     lines = [*(line for line in before if not _is_plan(line)), last][-_LINES:]
     first = next((index for index, line in enumerate(lines) if _has_time(line)), 0)
     for line in lines[first:]:
-        yield Text("  ").append_text(line)
+        yield Text("  ").append_text(_with_short_plan(line, visit.plan))
+
+
+def _with_short_plan(line: Text, plan: Sequence[str]) -> Text:
+    told = line.plain.replace(_ARROW.join(plan), plan_in_words(plan, _ARROW)) if plan else line.plain
+    return line if told == line.plain else Text(told)
 
 
 def _is_plan(line: Text) -> bool:
@@ -186,6 +193,8 @@ def _has_time(line: Text) -> bool:
 def _looked_at(looked_at: LookedAt) -> str:
     count = looked_at.initial_states
     states = "all initial states" if count is None else counted(count, "initial state")
+    if not looked_at.situations:
+        return f"Looked at: {states} and {counted(looked_at.goals, 'goal')}."
     situations = f"{looked_at.situations:,} situation{'' if looked_at.situations == 1 else 's'}"
     return (
         f"Looked at: {states}, {counted(looked_at.goals, 'goal')}, and {situations}, "

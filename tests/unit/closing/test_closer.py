@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 
 from scbm.closing import CloseLimits, Closer, Closing, Decision
+from scbm.closing.inputs import telling_values
 from scbm.coverage import Aspect, Obligation
-from scbm.model import BehaviorModel, Outcome
+from scbm.errors import InputError
+from scbm.model import Outcome
 from scbm.notation import load_model, read_model
 from scbm.testing import Campaign, RandomCases, Tester
 from scbm.trace import End
@@ -140,11 +142,50 @@ def test_beyond_what_was_explored_the_nearest_is_looked_at_first() -> None:
     assert decision(close(automatic, CloseLimits(situations=2)), "automatic/give_up") is Decision.COVERED
 
 
-def test_a_model_without_goals_has_no_runs() -> None:
-    model: BehaviorModel = read_model((SCAN % "").replace("goals:\n  scanned: scanned == true\n", ""), "scan.yaml")
-    closing = Closer(model).close()
-    assert not closing.cases
-    assert all(each.decision is Decision.UNCOVERABLE for each in closing.decided)
+def test_a_model_without_goals_or_initial_states_has_no_runs() -> None:
+    text = (SCAN % "").replace("goals:\n  scanned: scanned == true\n", "")
+    with pytest.raises(InputError, match="no goals"):
+        Closer(read_model(text, "scan.yaml")).close()
+    with pytest.raises(InputError, match="initial_states"):
+        Closer(read_model(SCAN % "" + "initial_states: lamp == red\n", "scan.yaml")).close()
+
+
+def test_inputs_that_have_to_change_again_and_again() -> None:
+    closing = close(
+        """  latch: {g: stop == true && lamp == dark, a: [lamp <- red]}
+  unlatch: {g: stop == false && lamp == red, a: [lamp <- green]}
+  again: {g: stop == true && lamp == green && current.state == executing, a: [plan.state <- aborted]}"""
+    )
+    assert decision(closing, "automatic/again") is Decision.COVERED
+
+
+def test_an_input_with_many_values_takes_those_that_guards_tell_apart() -> None:
+    text = (SCAN % "  hot: {g: heat > 950 && heat != 990, a: [plan.state <- aborted]}").replace(
+        "  lamp:", "  heat: {domain: 0..1000, initial: 20}\n  lamp:"
+    )
+    assert telling_values(model := read_model(text, "scan.yaml"), "heat") == (0, 951, 990)
+    assert decision(Closer(model).close(), "automatic/hot") is Decision.COVERED
+
+
+def test_a_change_that_would_reach_the_goal_disables_nothing() -> None:
+    text = """
+behavior_model: two
+variables: {v: {domain: bool, initial: false}, w: {domain: bool, initial: false}}
+operations:
+  set_v: {pre: {g: v == false}, post: {g: true, a: [v <- true]}}
+  set_w: {pre: {g: w == false}, post: {g: true, a: [w <- true]}}
+goals: {all: v == true && w == true}
+"""
+    closing = Closer(read_model(text, "two.yaml")).close()
+    assert decision(closing, "set_w/disabled") is Decision.COVERED
+
+
+def test_a_reply_after_a_deadline_comes_after_the_plan() -> None:
+    """The request of an operation that timed out stays in flight where nothing clears its trigger."""
+    text = (SCAN % "  late: {g: scanner_req_state == succeeded && timeouts == 1, a: [lamp <- green]}").replace(
+        "timedout: [scanner_req_trigger <- false, timeouts += 1]", "timedout: [timeouts += 1]"
+    )
+    assert decision(Closer(read_model(text, "scan.yaml")).close(), "automatic/late") is Decision.COVERED
 
 
 def test_closing_twice_comes_to_the_same() -> None:

@@ -10,6 +10,7 @@ from scbm.testing import Campaign
 from support.closings import closing_of
 from support.models import scan_cell
 
+AUTOMATIC = "automatic_transitions:\n"
 ROUND = """automatic_transitions:
   on: {g: box_is_scanned == true && light == green, a: [light <- blue]}
   off: {g: light == blue, a: [light <- green]}
@@ -17,25 +18,33 @@ ROUND = """automatic_transitions:
 
 
 @pytest.mark.parametrize(
-    ("automatic", "more", "end", "message"),
+    ("old", "new", "more", "end", "message"),
     [
-        (ROUND, "", "livelock", "ends in a livelock: automatic transitions go round without end: on -> off -> on"),
         (
-            "automatic_transitions:\n  count: {g: box_is_scanned == true, a: [count += 5]}\n",
+            AUTOMATIC,
+            ROUND,
             "",
+            "livelock",
+            "ends in a livelock: automatic transitions go round without end: on -> off -> on",
+        ),
+        (
+            "timedout: [",
+            "timedout: [count += 1, ",
+            "initial: {count: 2}\noutcomes: {scan: [timeout]}\n",
             "model_error",
             "ends in an error of the model: ",
         ),
         (
-            "automatic_transitions:\n",
+            AUTOMATIC,
+            AUTOMATIC,
             "outcomes: {scan: [timeout]}\nlimits: {time: 1 s}\n",
             "time_limit",
             "ends at the time limit: ",
         ),
     ],
 )
-def test_an_end_that_no_good_model_has_is_found(automatic: str, more: str, end: str, message: str) -> None:
-    model = scan_cell(("automatic_transitions:\n", automatic))
+def test_an_end_that_no_good_model_has_is_found(old: str, new: str, more: str, end: str, message: str) -> None:
+    model = scan_cell((old, new))
     case = read_case(f"case: one\ngoal: scanned\n{more}expect: {{verdict: {end}}}\n", model)
     closing = closing_of(model, [case])
     assert failed_cases(Campaign.of(model, ()), closing, str) == ()
