@@ -15,7 +15,8 @@ from math import prod
 from multiprocessing import get_context
 from typing import TYPE_CHECKING
 
-from scbm.exploring import Distances, EngineKind, Exploration, Limits, Reached, Region
+from scbm.exploring import Limits, Region
+from scbm.exploring.exploration import Distances, EngineKind, Exploration, Reached
 from scbm.model import (
     Action,
     Add,

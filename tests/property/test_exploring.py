@@ -10,20 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scbm.exploring import (
-    Distances,
-    EngineKind,
-    Exceeded,
-    Exploration,
-    Found,
-    Limits,
-    Move,
-    Part,
-    Reached,
-    Region,
-    System,
-    Unreachable,
-)
+from scbm.exploring import Exceeded, Limits, Move, Part, Region, System
+from scbm.exploring.exploration import Distances, EngineKind, Exploration, Found, Reached, Unreachable
 from scbm.model import Predicate, State, StateSpace, Truth, Value
 from scbm.model.actions import apply
 from support.strategies import actions, predicates, variables

@@ -8,7 +8,8 @@ from itertools import product
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scbm.exploring import Distances, Exploration, Region
+from scbm.exploring import Region
+from scbm.exploring.exploration import Distances, Exploration
 from scbm.model import BehaviorModel, State
 from scbm.planning import (
     Answer,

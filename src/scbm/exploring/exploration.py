@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from scbm.exploring.system import Region, System
     from scbm.model import Predicate, StateSpace, Value
 
+__all__ = ["Distances", "EngineKind", "Exploration", "Found", "Reached", "Unreachable"]
+
 _DEFAULT_LIMITS = Limits()
 
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.exploring import Distances, EngineKind, Exceeded, Exploration, Limits, Region
+from scbm.exploring import Exceeded, Limits, Region
+from scbm.exploring.exploration import Distances, EngineKind, Exploration
 from scbm.model import Role
 from scbm.planning.system import system_of
 

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 
 from scbm.exploring import DistancesOnDemand
 from scbm.planning.answers import Answer, Limit, LimitReached, PlanLimits, Solved, Unsolvable
-from scbm.planning.everywhere import plans_everywhere
 from scbm.planning.search import breadth_first
 
 if TYPE_CHECKING:
@@ -32,9 +31,7 @@ class Policy:
         task: the packed task whose states are asked for (`task.pack`).
     """
 
-    def __init__(
-        self, problem: Problem, limits: PlanLimits, most: int | None = None, whole: int | None = None
-    ) -> None:
+    def __init__(self, problem: Problem, limits: PlanLimits, most: int | None = None, whole: int | None = None) -> None:
         """Prepares the answers.
 
         Args:
@@ -79,6 +76,9 @@ class Policy:
             return self._checked(state, plan, self._distances.lost)
         if self._has_tried_everywhere:
             return self._searched(state)
+        # Few models are so large, and the engines take long to load.
+        from scbm.planning.everywhere import plans_everywhere  # noqa: PLC0415
+
         self._has_tried_everywhere = True
         self._everywhere = plans_everywhere(self._problem, self._whole)
         self._distances = self._on_demand(self._most)

@@ -4,22 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.exploring import (
-    Bound,
-    Distances,
-    EngineKind,
-    Exceeded,
-    Exploration,
-    Found,
-    Limits,
-    Move,
-    Part,
-    Reached,
-    Region,
-    System,
-    Unreachable,
-    relevant,
-)
+from scbm.exploring import Bound, Exceeded, Limits, Move, Part, Region, System, relevant
+from scbm.exploring.exploration import Distances, EngineKind, Exploration, Found, Reached, Unreachable
 from scbm.model import (
     Action,
     Add,
