@@ -86,8 +86,6 @@ def model_digest(model: BehaviorModel) -> str:
 
 def _reason(obligation: Obligation, runs: Runs) -> str:
     name, visits, visited = obligation.subject, runs.visits, runs.visited
-    if not runs.graphs:
-        return "there are no runs, as the model has no goals"
     is_only = len(runs.graphs) == 1
     followed = f"all runs to {'the only goal' if is_only else f'the {len(runs.graphs)} goals'} were followed"
     if obligation.aspect is Aspect.TAKEN:

@@ -168,6 +168,39 @@ def test_a_file_of_someone_else_is_not_lost(scbm: Scbm, before: Path, tmp_path: 
     assert list(path.parent.iterdir()) == [path]
 
 
+def test_two_models_do_not_share_a_directory(scbm: Scbm, before: Path, tmp_path: Path) -> None:
+    other = Path(shutil.copy(before, tmp_path / "other.yaml"))
+    assert scbm("close", before, "--out", tmp_path / "out").code == 0
+    files = {path: path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file()}
+    ran = scbm("close", other, "--out", tmp_path / "out")
+    assert (ran.code, ran.out) == (2, "")
+    assert f"closing wrote this file for another model, {before}" in ran.err
+    assert {path: path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file()} == files
+
+
+# what is found on the way
+
+
+def test_a_new_case_that_ends_in_a_livelock_is_told(scbm: Scbm, tmp_path: Path) -> None:
+    flicker = (
+        "automatic_transitions:\n"
+        "  lit: {g: box_is_scanned == true && light == green, a: [light <- blue]}\n"
+        "  unlit: {g: light == blue, a: [light <- green]}\n"
+    )
+    path = tmp_path / "cell.yaml"
+    path.write_text(SCAN_CELL.replace("automatic_transitions:\n", flicker), encoding="utf-8")
+    ran = scbm("close", path, "--out", tmp_path / "out")
+    assert ran.code == 0
+    section = ran.out.partition("\nFound on the way\n")[2]
+    assert "ends in a livelock: automatic transitions go round without end: lit -> unlit -> lit\n" in section
+    command = next(line for line in section.splitlines() if "again: " in line).partition("again: scbm ")[2]
+    assert "livelock" in scbm(*shlex.split(command)).out
+    found = _json(scbm("close", path, "--json"))["found"]
+    assert found
+    assert {each["end"] for each in found} == {"livelock"}
+    assert set(found[0]) == {"case", "end", "message", "again"}
+
+
 # goals that are written
 
 
@@ -336,12 +369,19 @@ def test_a_wrong_suite_is_wrong_input(scbm: Scbm, tmp_path: Path) -> None:
     assert (ran.code, "error[no-cases]" in ran.err) == (2, True)
 
 
-@pytest.mark.parametrize(
-    "model", [SCAN_CELL.partition("goals:")[0], "behavior_model: x\nvariables: {}\noperations: {}\n"]
-)
-def test_models_with_little_in_them_can_be_closed(scbm: Scbm, tmp_path: Path, model: str) -> None:
+def test_a_model_without_goals_cannot_be_closed(scbm: Scbm, tmp_path: Path) -> None:
     path = tmp_path / "cell.yaml"
-    path.write_text(model, encoding="utf-8")
+    path.write_text(SCAN_CELL.partition("goals:")[0], encoding="utf-8")
+    ran = scbm("close", path, "--out", tmp_path / "out")
+    assert (ran.code, "error[no-goals]" in ran.err, (tmp_path / "out").exists()) == (2, True, False)
+
+
+def test_a_model_with_little_in_it_can_be_closed(scbm: Scbm, tmp_path: Path) -> None:
+    path = tmp_path / "cell.yaml"
+    text = (
+        "behavior_model: x\nvariables: {on: {domain: bool, initial: false}}\noperations: {}\ngoals: {on: on == true}\n"
+    )
+    path.write_text(text, encoding="utf-8")
     assert scbm("close", path, "--out", tmp_path / "out").code == 0
     assert _json(scbm("close", path, "--json"))["decisions"]["undecided"] == 0
 

@@ -100,6 +100,42 @@ def test_a_name_alone_stands_for_all_of_its_obligations(scbm: Scbm) -> None:
     assert ran.out.count("in no plan to any") == 1
 
 
+STEPS = """
+behavior_model: steps
+variables:
+  at: {domain: 0..9, initial: 0}
+  done: {domain: bool, initial: false}
+operations:
+  move: {pre: {g: at < 9}, post: {g: true, a: [at += 1]}}
+  finish: {pre: {g: at == 9}, post: {g: true, a: [done <- true]}}
+  spare: {pre: {g: at == 3 && at == 0}, post: {g: true}}
+goals:
+  finished: done == true
+"""
+
+
+def test_of_an_operation_nothing_is_told_twice(scbm: Scbm, tmp_path: Path) -> None:
+    path = tmp_path / "steps.yaml"
+    path.write_text(STEPS, encoding="utf-8")
+    out = scbm("explain", path, "finish").out
+    assert out.count("is a case that closing made") == out.count("It begins in") == out.count("The run ends") == 1
+    assert "The plan is then 10 operations: move \N{MULTIPLICATION SIGN}9 → finish.\n" in out
+    assert "move → move" not in out
+    out = scbm("explain", path, "spare").out
+    assert "spare: executing, completed  uncoverable\n" in out
+    assert out.count("its precondition contradicts itself: at == 3 && at == 0") == 1
+    assert "  Looked at: 1 initial state and 1 goal.\n" in out
+
+
+def test_a_plan_of_nothing_is_not_told(scbm: Scbm, tmp_path: Path) -> None:
+    path = tmp_path / "steps.yaml"
+    text = STEPS.replace("finished: done == true", "finished: at == 0")
+    path.write_text(text + "automatic_transitions:\n  ring: {g: plan.state == completed, a: [done <- true]}\n", "utf-8")
+    out = scbm("explain", path, "automatic/ring").out
+    assert "automatic/ring is taken:\n" in out
+    assert "The plan is then" not in out
+
+
 @pytest.mark.parametrize(
     ("text", "remedy"),
     [

@@ -44,8 +44,3 @@ def test_a_precondition_that_never_holds_is_told_so() -> None:
     told = f"scan_box comes to the head of the queue, but its precondition never holds then; {FOLLOWED}"
     assert _reason(model, "scan_box/executing") == told
     assert _reason(model, "scan_box/failed") == told
-
-
-def test_without_goals_there_are_no_runs() -> None:
-    model = scan_cell(("goals:\n  scanned: box_is_scanned == true\n", ""))
-    assert _reason(model, "scan_box/executing") == "there are no runs, as the model has no goals"
