@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING
 from scbm.cases import Case, Expectations
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision
 from scbm.closing.goals import GoalSearch
-from scbm.closing.inputs import inputs, telling_values, with_inputs
+from scbm.closing.inputs import inputs, telling_values, with_free_inputs, with_inputs
 from scbm.closing.looks import Looks
 from scbm.closing.proofs import Proof, Proofs
 from scbm.closing.runs import CloseLimits, Runs
 from scbm.closing.search import Search, minimal, without_leftovers
 from scbm.closing.suggestions import Oracles, suggest
+from scbm.closing.values import possible_values, ruled_out
 from scbm.coverage import Aspect, Coverage, Obligation, Obligations, visited_by
 from scbm.errors import Diagnostic, InputError, Place, Slug
 from scbm.model import State
@@ -124,12 +125,15 @@ class Closer:
 
     def _with_changing_inputs(self, missing: int) -> list[Execution]:
         """Runs in which inputs change again and again, for automatic transitions that need that."""
-        missing &= self._obligations.mask(Aspect.TAKEN)
+        free = with_free_inputs(self.model)
+        hopeless = dict(ruled_out(free, possible_values(free)))
+        automatic = [o for o in self._obligations if o.aspect is Aspect.TAKEN and o not in hopeless]
+        missing &= sum(map(self._obligations.bit, automatic))
         changes = [(name, value) for name in inputs(self.model) for value in telling_values(self.model, name)]
         if not missing or not changes:
             return []
         self._progress("exploring runs in which inputs change")
-        limits = replace(self._limits, situations=self._limits.beyond)
+        limits = replace(self._limits, situations=min(self._limits.inputs, self._limits.situations), beyond=0)
         search = Search(Runs(self.model, limits, self._progress, changes), self._tester, missing, 0, limits)
         search.run(short=True)
         return search.found

@@ -29,6 +29,13 @@ def inputs(model: BehaviorModel) -> tuple[str, ...]:
     return tuple(variable.name for variable in model.variables if variable.name not in kept)
 
 
+def with_free_inputs(model: BehaviorModel) -> BehaviorModel:
+    """The model in which inputs can be anything from the beginning; for what can be at all."""
+    known = inputs(model)
+    variables = (replace(v, random=v.domain.values) if v.name in known else v for v in model.variables)
+    return replace(model, variables=tuple(variables))
+
+
 def telling_values(model: BehaviorModel, name: str) -> tuple[Value, ...]:
     """Values of a variable such that guards and goals tell every other one from none of them: the first of its kind.
 

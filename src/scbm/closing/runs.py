@@ -32,6 +32,7 @@ class CloseLimits:
             planned for all at once.
         candidates: cases that are tried for one obligation that a walk did not bring about.
         beyond: situations that are looked at once more, nearest to what is missed first, where not all were explored.
+        inputs: situations of runs in which inputs change.
     """
 
     situations: int = 300_000
@@ -39,6 +40,7 @@ class CloseLimits:
     planning: int = 200_000
     candidates: int = 100
     beyond: int = 100_000
+    inputs: int = 10_000
 
 
 _ANY_LENGTH = 10_000_000
