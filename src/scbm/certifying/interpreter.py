@@ -135,6 +135,7 @@ class Interpreter:
             if situation in asked:
                 return self._step(run, None)
             asked[situation] = None
+            run.asked.append((run.values, ()))  # a limit can end the run here, too
             run.receive_answer()
             run.settle()
         return self._step(run, None if run.has_ended else self._situation(run))

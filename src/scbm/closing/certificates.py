@@ -26,7 +26,8 @@ _HEAD = re.compile(r'\{\s*"scbm_certificate": \d+,\s*"model": "')
 """How a certificate begins."""
 
 _MODEL = re.compile(r'("model": "(?:[^"\\]|\\.)*",)(\s*)')
-_MODEL_FILE = re.compile(r'"model_file"\s*:\s*("(?:[^"\\]|\\.)*")\s*,')
+_WORD = r'"(?:[^"\\\x00-\x1f]|\\(?:["\\/bfnrt]|u[0-9a-fA-F]{4}))*"'
+_MODEL_FILE = re.compile(rf'"model"\s*:\s*{_WORD}\s*,\s*("model_file"\s*:\s*({_WORD})\s*,)')
 """What files have beside the certificate."""
 
 
@@ -117,15 +118,15 @@ def open_certificate(path: Path) -> CertificateFile:
     named = _MODEL_FILE.search(text)
     if named is None:
         return CertificateFile(read_certificate(text, str(path)), path, None)
-    blank = " " * len(named[0])
-    certificate = read_certificate(f"{text[: named.start()]}{blank}{text[named.end() :]}", str(path))
-    return CertificateFile(certificate, path, normalised(path.parent / json.loads(named[1])))
+    blank = " " * len(named[1])
+    certificate = read_certificate(f"{text[: named.start(1)]}{blank}{text[named.end(1) :]}", str(path))
+    return CertificateFile(certificate, path, normalised(path.parent / json.loads(named[2])))
 
 
 def model_path_in(text: str, path: Path) -> Path | None:
     """The model file that the text of a certificate names, or the beginning of it."""
     named = _MODEL_FILE.search(text)
-    return None if named is None else normalised(path.parent / json.loads(named[1]))
+    return None if named is None else normalised(path.parent / json.loads(named[2]))
 
 
 def normalised(path: Path) -> Path:

@@ -15,7 +15,7 @@ from scbm.closing.inputs import inputs, telling_values, with_free_inputs, with_i
 from scbm.closing.looks import Looks
 from scbm.closing.proofs import Proof, Proofs
 from scbm.closing.runs import CloseLimits, Runs
-from scbm.closing.search import Search, minimal, without_leftovers
+from scbm.closing.search import Search, bounded, minimal, without_leftovers
 from scbm.closing.suggestions import Oracles, suggest
 from scbm.closing.values import possible_values, ruled_out
 from scbm.coverage import Aspect, Coverage, Obligation, Obligations, visited_by
@@ -118,8 +118,8 @@ class Closer:
             bases = (*plain, *(execution.case for execution in found))
             attempts = (case for base in bases for case in with_inputs(self.model, transition, base))
             for _, case in zip(range(self._limits.candidates), attempts, strict=False):
-                execution = self._tester.execute(case)
-                if execution.visited & bit:
+                execution = bounded(self._tester, case)
+                if execution is not None and execution.visited & bit:
                     yield execution
                     break
 

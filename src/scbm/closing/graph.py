@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.certifying import Awaits
-from scbm.closing.situations import ANSWER
+from scbm.closing.situations import ANSWER, PlanningTooLargeError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -35,10 +35,6 @@ class Edge(NamedTuple):
     number: int
     target: int
     visits: int
-
-
-class PlanningTooLargeError(Exception):
-    """The plan from some state was not found within the limits of exploring."""
 
 
 @dataclass
@@ -174,18 +170,23 @@ class _Exploration:
 
 
 def _reach(first: array[int], targets: array[int], visits: list[int]) -> list[int]:
-    """For each node everything that edges from there on visit: sweeps from the back until nothing is new."""
-    reach = [0] * (len(first) - 1)
-    changed = True
-    while changed:
-        changed = False
-        for node in range(len(reach) - 1, -1, -1):
-            found = before = reach[node]
-            for edge in range(first[node], first[node + 1]):
-                found |= visits[edge]
-                if targets[edge] >= 0:
-                    found |= reach[targets[edge]]
-            if found != before:
-                reach[node] = found
-                changed = True
+    """For each node everything that edges from there on visit: what is new is told to those before, until all know."""
+    count = len(first) - 1
+    reach = [0] * count
+    before: list[list[int]] = [[] for _ in range(count)]
+    for node in range(count):
+        for edge in range(first[node], first[node + 1]):
+            reach[node] |= visits[edge]
+            if targets[edge] >= 0:
+                before[targets[edge]].append(node)
+    todo, waits = list(range(count)), bytearray(b"\1") * count
+    while todo:
+        node = todo.pop()
+        waits[node] = 0
+        for other in before[node]:
+            if reach[node] & ~reach[other]:
+                reach[other] |= reach[node]
+                if not waits[other]:
+                    waits[other] = 1
+                    todo.append(other)
     return reach

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from scbm.closing.graph import PlanningTooLargeError, Start
+from scbm.closing.graph import Start
+from scbm.closing.situations import PlanningTooLargeError
 from scbm.closing.ways import Way
 from scbm.coverage import Aspect
 from scbm.model.normal_form import AllOf, AnyOf, Node, OneOf, Pair

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-from scbm.closing.graph import PlanningTooLargeError, RunGraph, explore_runs
+from scbm.closing.graph import RunGraph, explore_runs
 from scbm.closing.relevance import Relevance
-from scbm.closing.situations import Queues, Steps, Visits
+from scbm.closing.situations import PlanningTooLargeError, Queues, Steps, TooManyRepliesError, Visits
 from scbm.closing.starts import initial_states
-from scbm.planning import LimitReached, PlanLimits, Planner
+from scbm.planning import LimitReached, PlanLimits, Planner, Solved
 from scbm.running import Program
 
 if TYPE_CHECKING:
@@ -127,7 +127,11 @@ class Runs:
         graphs = []
         for name, goal in self.model.goals:
             progress(f"exploring the runs to {name}")
-            steps = self.steps(goal)
+            try:
+                steps = self.steps(goal)
+            except TooManyRepliesError:
+                self.stopped = "a reply can measure values in too many ways"
+                return
             graph = explore_runs((name, goal), steps, self.starts, left)
             graphs.append(graph)
             self.looked_at |= steps.looked_at
@@ -176,6 +180,7 @@ class _Translation:
 
 def _plan(translation: _Translation, state: int) -> Answer:
     answer = translation.policy.plan(translation.translate(state))
-    if isinstance(answer, LimitReached):  # a runner's planner may have more patience: what follows is not known
+    # A runner's planner may have more patience, or less: what follows is not known.
+    if isinstance(answer, LimitReached) or (isinstance(answer, Solved) and len(answer.plan) > PlanLimits().length):
         raise PlanningTooLargeError
     return answer

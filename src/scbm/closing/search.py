@@ -104,10 +104,7 @@ class Search:
         return True
 
     def _execute(self, case: Case) -> Execution | None:
-        try:
-            return self._tester.execute(case, _MOST_RECORDS)
-        except TooLongError:
-            return None
+        return bounded(self._tester, case)
 
     # injections
 
@@ -227,6 +224,14 @@ class Search:
                     return
 
 
+def bounded(tester: Tester, case: Case) -> Execution | None:
+    """The run of a case; `None` if more happens in it than a test should be."""
+    try:
+        return tester.execute(case, _MOST_RECORDS)
+    except TooLongError:
+        return None
+
+
 def without_leftovers(execution: Execution, tester: Tester) -> Execution:
     """The run without what its case says and nothing came of, as far as it visits the same."""
     case = execution.case
@@ -235,7 +240,9 @@ def without_leftovers(execution: Execution, tester: Tester) -> Execution:
             if not execution.unused:
                 return execution
             rest: dict[str, Any] = {part: tuple(other for other in getattr(execution.case, part) if other is not said)}
-            attempt = tester.execute(replace(execution.case, **rest), _MOST_RECORDS)
+            attempt = bounded(tester, replace(execution.case, **rest))
+            if attempt is None:
+                continue
             if attempt.visited == execution.visited and len(attempt.unused) < len(execution.unused):
                 execution = attempt
     return execution

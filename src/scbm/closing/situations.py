@@ -11,6 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 from itertools import product
+from math import prod
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from scbm.certifying import Awaits
@@ -49,6 +50,14 @@ class Position(NamedTuple):
     queue: int
     in_flight: tuple[int, ...]
     awaits: Awaits
+
+
+class PlanningTooLargeError(Exception):
+    """What follows from an event was not found within the limits of planning."""
+
+
+class TooManyRepliesError(Exception):
+    """A reply can measure values in more ways than can be gone through."""
 
 
 class Kind(Enum):
@@ -170,6 +179,9 @@ class _Line:
 
 
 _S = OperationState
+_MOST_REPLIES = 4_096
+_MOST_ANSWERS = 10_000
+"""So many plans may follow each other in one step, without any event between them."""
 _LONG = 16
 """From so many automatic transitions in a row on, it is looked whether they go round."""
 
@@ -192,7 +204,7 @@ class Steps:
         inputs: Sequence[tuple[str, Value]] = (),
         bound: int = RunnerOptions().livelock_bound,
     ) -> None:
-        """Prepares the steps.
+        """Prepares the steps. Raises `TooManyRepliesError`.
 
         Args:
             program: the compiled model.
@@ -402,7 +414,10 @@ class Steps:
                     if position in answered:  # without end, until the limit of plans
                         return Step(None, visits, cut_off)
                     # Nothing else can come: the answer is the next event.
+                    if len(answered) == _MOST_ANSWERS:
+                        raise PlanningTooLargeError
                     answered[position] = None
+                    cut_off |= self._end(state, in_flight, PlanState.ABORTED)  # a limit can end the run here, too
                     taken, due, time_passes = 0, False, False
                     if asked.gives_up:
                         return Step(None, visits | self._end(state, in_flight, PlanState.ABORTED), cut_off)
@@ -572,6 +587,8 @@ def _line(line: RequestLine, number: int, relevance: Relevance) -> _Line:
     """A resource with all replies that make a difference: a failing one, and one for each choice of measured values."""
     measured = [name for name in line.resource.measures if name in relevance.names]
     packing = relevance.packing
+    if prod(len(packing.space[name].domain) + 1 for name in measured) > _MOST_REPLIES:
+        raise TooManyRepliesError
     choices = product(*((None, *packing.space[name].domain.values) for name in measured))
     replies = []
     for values in choices:

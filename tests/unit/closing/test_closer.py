@@ -8,10 +8,13 @@ import pytest
 
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.inputs import telling_values
+from scbm.closing.relevance import Relevance
+from scbm.closing.runs import Runs
 from scbm.coverage import Aspect, Obligation
 from scbm.errors import InputError
 from scbm.model import Outcome
 from scbm.notation import load_model, read_model
+from scbm.running import Program
 from scbm.testing import Campaign, RandomCases, Tester
 from scbm.trace import End
 
@@ -194,3 +197,67 @@ def test_closing_twice_comes_to_the_same() -> None:
     assert first.decided == second.decided
     assert [made.case for made in first.cases] == [made.case for made in second.cases]
     assert first.certificates == second.certificates
+
+
+def test_a_limit_of_plans_ends_a_run_before_the_next_plan() -> None:
+    closing = close("""
+  mark: {g: scan.state == timedout && lamp == dark, a: [lamp <- green]}
+  unmark: {g: scan.state == executing && lamp == green, a: [lamp <- red]}
+  late: {g: plan.state == aborted && lamp == green && current.name == none, a: [lamp <- dark]}
+""")
+    assert decision(closing, "automatic/late") is Decision.COVERED
+
+
+def test_a_limit_can_end_a_run_while_it_plans() -> None:
+    closing = close("""
+  mark: {g: plan.state == planning && timeouts == 1 && lamp == dark, a: [lamp <- green]}
+  unmark: {g: plan.state == executing && lamp == green, a: [lamp <- red]}
+  late: {g: plan.state == aborted && lamp == green, a: [lamp <- dark]}
+""")
+    assert decision(closing, "automatic/late") is not Decision.UNCOVERABLE
+
+
+def promised(automatic: str, name: str) -> bool:
+    """Whether runs visit an automatic transition, as far as exploring them says."""
+    runs = Runs(read_model(SCAN % automatic, "scan.yaml"), CloseLimits(), lambda _: None)
+    return bool(runs.visited & runs.visits.bit(name, Aspect.TAKEN))
+
+
+def test_requests_are_sent_behind_the_end_of_a_run() -> None:
+    assert promised(
+        """
+  again: {g: plan.state == completed && scanner_req_trigger == false && lamp == dark, a: [scanner_req_trigger <- true]}
+  seen: {g: plan.state == completed && scanner_req_state == executing && lamp == dark, a: [lamp <- red]}
+""",
+        "seen",
+    )
+
+
+def test_a_run_that_ends_for_want_of_a_plan_says_so() -> None:
+    assert promised(
+        """
+  occupied: {g: scan.state == timedout && scanner_req_state == initial, a: [scanner_req_state <- failed]}
+  told: {g: plan.state == unsolvable && lamp == dark, a: [lamp <- red]}
+""",
+        "told",
+    )
+
+
+def test_answers_are_given_up_at_the_end_of_a_run() -> None:
+    closing = close("""
+  enough: {g: scanner_req_state == succeeded && plan.state == executing, a: [plan.state <- aborted]}
+  kept: {g: plan.state == aborted && current.name == none && scanner_req_state == succeeded, a: [lamp <- red]}
+""")
+    assert decision(closing, "automatic/kept") is Decision.UNCOVERABLE
+
+
+def test_initial_states_that_were_not_looked_at_leave_it_open() -> None:
+    automatic = "  lit: {g: lamp == red, a: [lamp <- dark]}"
+    text = (SCAN % automatic).replace("initial: dark}", "initial: dark, random: any}")
+    closing = Closer(read_model(text, "scan.yaml"), CloseLimits(starts=1)).close()
+    assert decision(closing, "automatic/lit") is not Decision.UNCOVERABLE
+
+
+def test_what_can_leave_its_domain_makes_a_difference() -> None:
+    model = read_model(SCAN % "", "scan.yaml")
+    assert "timeouts" in Relevance(model, Program(model).packing).names
