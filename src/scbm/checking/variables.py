@@ -11,7 +11,7 @@ from scbm.model import AfterAlways, Always, Before, LeadsTo, Never, format_value
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.model import Action, BehaviorModel, Predicate
+    from scbm.model import BehaviorModel, Predicate
     from scbm.model.requirements import Sentence
 
 
@@ -34,25 +34,12 @@ def _used(model: BehaviorModel) -> Iterator[str]:
         yield from predicate.reads()
     for resource in model.resources:
         yield from resource.request
-    for action in _actions(model):
+    for action in model.actions:
         yield from (name for name in action.reads() if name != action.target)
 
 
-def _actions(model: BehaviorModel) -> Iterator[Action]:
-    for operation in model.operations:
-        yield from (*operation.pre.running_actions, *operation.post.running_actions, *operation.timedout)
-        if operation.failed is not None:
-            yield from operation.failed.running_actions
-    for transition in model.automatic_transitions:
-        yield from transition.running_actions
-
-
 def _predicates(model: BehaviorModel) -> Iterator[Predicate]:
-    for operation in model.operations:
-        yield from (operation.pre.running_guard, operation.post.running_guard)
-        if operation.failed is not None:
-            yield operation.failed.running_guard
-    yield from (transition.running_guard for transition in model.automatic_transitions)
+    yield from (transition.running_guard for transition in model.transitions)
     yield from (model.initial_states, *(goal for _, goal in model.goals))
     for requirement in model.requirements:
         yield from _parts(requirement.sentence)

@@ -6,7 +6,6 @@ from array import array
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from scbm.certifying import Awaits
 from scbm.closing.situations import ANSWER, PlanningTooLargeError
 
 if TYPE_CHECKING:
@@ -80,7 +79,7 @@ class RunGraph:
 
         In a simulation planning takes no time, so these come at one moment, and not in every order.
         """
-        is_asking = node > 0 and self.positions[node - 1].awaits in (Awaits.PLAN, Awaits.UNSOLVABLE, Awaits.STALE)
+        is_asking = node > 0 and self.positions[node - 1].is_asking
         return (edge for edge in self.edges(node) if not is_asking or self._labels[edge.number] is ANSWER)
 
     def label(self, edge: int) -> Happening | Start:

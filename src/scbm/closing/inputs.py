@@ -16,7 +16,7 @@ from scbm.model import And, Constant, Equal, Implies, Member, Not, NotEqual, Or,
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
-    from scbm.model import Action, BehaviorModel, Predicate, StateSpace, Transition, Value
+    from scbm.model import BehaviorModel, Predicate, StateSpace, Transition, Value
 
 _MOST_CHANGES = 4_096
 """So many combinations of values are looked at for one transition."""
@@ -24,7 +24,7 @@ _MOST_CHANGES = 4_096
 
 def inputs(model: BehaviorModel) -> tuple[str, ...]:
     """The declared variables that no action assigns and no resource measures."""
-    kept = dict.fromkeys(action.target for action in _actions(model))
+    kept = dict.fromkeys(action.target for action in model.actions)
     kept |= dict.fromkeys(name for resource in model.resources for name in resource.measures)
     return tuple(variable.name for variable in model.variables if variable.name not in kept)
 
@@ -41,23 +41,16 @@ def telling_values(model: BehaviorModel, name: str) -> tuple[Value, ...]:
 
     Where it is compared with another variable, or assigned to one, all its values are told apart.
     """
-    if any(name in action.reads() for action in _actions(model)):
+    if any(name in action.reads() for action in model.actions):
         return model.space[name].domain.values
-    leaves = [leaf for guard in _predicates(model) for leaf in _leaves(guard) if name in leaf.reads()]
+    predicates = [*(transition.running_guard for transition in model.transitions), *(goal for _, goal in model.goals)]
+    leaves = [leaf for predicate in predicates for leaf in _leaves(predicate) if name in leaf.reads()]
     if any(len(leaf.reads()) > 1 for leaf in leaves):
         return model.space[name].domain.values
     kinds: dict[tuple[bool, ...], Value] = {}
     for value in model.space[name].domain.values:
         kinds.setdefault(tuple(leaf.holds({name: value}) for leaf in leaves), value)
     return tuple(kinds.values())
-
-
-def _predicates(model: BehaviorModel) -> Iterator[Predicate]:
-    for operation in model.operations:
-        transitions = (operation.pre, operation.post, operation.failed)
-        yield from (transition.running_guard for transition in transitions if transition is not None)
-    yield from (transition.running_guard for transition in model.automatic_transitions)
-    yield from (goal for _, goal in model.goals)
 
 
 def _leaves(predicate: Predicate) -> Iterator[Equal | NotEqual | Order | Member]:
@@ -71,15 +64,6 @@ def _leaves(predicate: Predicate) -> Iterator[Equal | NotEqual | Order | Member]
             yield from (*_leaves(condition), *_leaves(consequence))
         case Equal() | NotEqual() | Order() | Member():
             yield predicate
-
-
-def _actions(model: BehaviorModel) -> Iterator[Action]:
-    for operation in model.operations:
-        yield from (*operation.pre.running_actions, *operation.post.running_actions, *operation.timedout)
-        if operation.failed is not None:
-            yield from operation.failed.running_actions
-    for transition in model.automatic_transitions:
-        yield from transition.running_actions
 
 
 def with_inputs(model: BehaviorModel, transition: Transition, case: Case) -> Iterator[Case]:

@@ -129,11 +129,6 @@ class _Run:
         self._answer_if_alone()
 
     @property
-    def plans(self) -> int:
-        """How many plans were asked for."""
-        return self._plans
-
-    @property
     def limits(self) -> Limits:
         """The limits that the case needs beyond the usual ones."""
         if self._ends_ns is not None:

@@ -51,6 +51,11 @@ class Position(NamedTuple):
     in_flight: tuple[int, ...]
     awaits: Awaits
 
+    @property
+    def is_asking(self) -> bool:
+        """Whether the planner was asked and has not answered."""
+        return self.awaits in (Awaits.PLAN, Awaits.UNSOLVABLE, Awaits.STALE)
+
 
 class PlanningTooLargeError(Exception):
     """What follows from an event was not found within the limits of planning."""
@@ -165,8 +170,6 @@ class _Operation:
     runnable: RunnableOperation
     visits: dict[OperationState, int]
     current: int
-    deadline_is_zero: bool
-    disabled_deadline_is_zero: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -252,8 +255,6 @@ class Steps:
             runnable,
             bits,
             visits.current(runnable.name),
-            runnable.deadline_ns == 0,
-            runnable.disabled_deadline_ns == 0,
         )
 
     # the door
@@ -261,11 +262,11 @@ class Steps:
     def begin(self, state: int) -> Step:
         """What follows when the goal is given in a packed state in which the runner is at rest."""
         keep, bits = self._planning
-        return self._settle(state & keep | bits, 0, (), None, None, time_passes=False)
+        return self._settle(state & keep | bits, 0, (), None, None, due=False)
 
     def happenings(self, position: Position) -> Iterable[Happening]:
         """Everything that can happen next, what goes wrong first: so walks have behind them what is in the way."""
-        if position.awaits in (Awaits.PLAN, Awaits.UNSOLVABLE, Awaits.STALE):
+        if position.is_asking:
             yield ANSWER
         replies = [reply for number in position.in_flight for reply, _, _ in self._lines[number].replies]
         yield from (reply for reply in replies if not reply.succeeded)
@@ -288,7 +289,7 @@ class Steps:
             keep, bits = self._inputs[happening]
             unsolvable_in = state if awaits is Awaits.CHANGE else None
             queue = 0 if asked is not None else queue
-            return self._settle(state & keep | bits, queue, in_flight, asked, unsolvable_in, time_passes=False)
+            return self._settle(state & keep | bits, queue, in_flight, asked, unsolvable_in, due=False)
         if happening.kind is Kind.REPLY:
             number = self._numbers[happening.resource]
             keep, bits = next(
@@ -297,9 +298,9 @@ class Steps:
             in_flight = tuple(other for other in in_flight if other != number)
             unsolvable_in = state if awaits is Awaits.CHANGE else None
             queue = 0 if asked is not None else queue
-            return self._settle(state & keep | bits, queue, in_flight, asked, unsolvable_in, time_passes=False)
+            return self._settle(state & keep | bits, queue, in_flight, asked, unsolvable_in, due=False)
         if happening.kind is Kind.DEADLINE:
-            return self._settle(state, queue, in_flight, None, None, time_passes=True)
+            return self._settle(state, queue, in_flight, None, None, due=True)
         assert asked is not None  # noqa: S101 - only who asks is answered
         return self._answered(state, in_flight, asked)
 
@@ -327,9 +328,9 @@ class Steps:
         if asked.gives_up:
             return Step(None, self._end(state, in_flight, PlanState.ABORTED))
         if asked.queue is None:
-            return self._settle(state, 0, in_flight, None, asked.state, time_passes=False)
+            return self._settle(state, 0, in_flight, None, asked.state, due=False)
         keep, bits = self._executing
-        step = self._settle(state & keep | bits, asked.queue, in_flight, None, None, time_passes=False)
+        step = self._settle(state & keep | bits, asked.queue, in_flight, None, None, due=False)
         return Step(step.target, step.visits | asked.visits, step.cut_off)
 
     def _settle(  # noqa: C901, PLR0911, PLR0912, PLR0913, PLR0915 - one loop in which all exploring is done
@@ -340,12 +341,11 @@ class Steps:
         asked: _Asked | None,
         unsolvable_in: int | None,
         *,
-        time_passes: bool,
+        due: bool,
     ) -> Step:
         visits = cut_off = 0
         taken = 0
         chain: dict[int, None] = {}
-        due = time_passes
         answered: dict[Position, None] = {}
         current_mask, current_shift = self._current
         states_mask, states = self._current_state
@@ -395,10 +395,7 @@ class Steps:
                         return Step(None, visits | self._end(state, in_flight, PlanState.ABORTED), cut_off)
                     state, target = lived
                     visits |= operation.visits[target]
-                    due = time_passes and (
-                        (target is _S.EXECUTING and operation.deadline_is_zero)
-                        or (target is _S.DISABLED and operation.disabled_deadline_is_zero)
-                    )
+                    due = False  # behind a deadline that has passed comes a new plan
                     if target is _S.INITIAL and current_state is not _S.COMPLETED:
                         queue = 0
                 elif queue:
@@ -418,7 +415,7 @@ class Steps:
                         raise PlanningTooLargeError
                     answered[position] = None
                     cut_off |= self._end(state, in_flight, PlanState.ABORTED)  # a limit can end the run here, too
-                    taken, due, time_passes = 0, False, False
+                    taken, due = 0, False
                     if asked.gives_up:
                         return Step(None, visits | self._end(state, in_flight, PlanState.ABORTED), cut_off)
                     if asked.queue is None:

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 from scbm.certifying import Fact
 from scbm.checking.satisfiability import is_satisfiable
 from scbm.coverage import Aspect, Obligation
-from scbm.model import Add, Not, Reference, StateSpace
+from scbm.exploring import may_leave
+from scbm.model import Not, StateSpace
 from scbm.model.variables import CURRENT_STATE, operation_state_name
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.model import Action, BehaviorModel, Operation
+    from scbm.model import BehaviorModel, Operation
 
 
 def structural_facts(model: BehaviorModel) -> tuple[tuple[Obligation, Fact, str], ...]:
@@ -53,18 +54,8 @@ def _facts(operation: Operation, model: BehaviorModel) -> Iterator[tuple[Obligat
 
 def _is_always_enabled(operation: Operation, space: StateSpace) -> bool:
     """Whether the precondition can be taken in every state; `False` also where the search for one was given up."""
-    if not all(_always_fits(action, space) for action in operation.pre.running_actions):
+    if any(may_leave(action, space) for action in operation.pre.running_actions):
         return False
     guard = operation.pre.running_guard
     read = StateSpace(space[name] for name in guard.reads())
     return is_satisfiable(Not(guard), read) is False
-
-
-def _always_fits(action: Action, space: StateSpace) -> bool:
-    """Whether the action stays in its domain, whatever it reads."""
-    if isinstance(action, Add):
-        return False  # from one end of a range it leads out of it
-    if not isinstance(action.source, Reference):
-        return True
-    target = space[action.target].domain
-    return all(value in target for value in space[action.source.name].domain.values)

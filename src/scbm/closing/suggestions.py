@@ -14,7 +14,7 @@ from scbm.closing.blame import blame, contradicting, contradiction, shadowing
 from scbm.closing.decisions import Suggestion, SuggestionKind
 from scbm.closing.goals import GoalSearch, goal_name
 from scbm.closing.structure import failing_transitions, structural_facts
-from scbm.closing.words import plan_in_words
+from scbm.closing.words import listed, plan_in_words
 from scbm.coverage import Aspect, Obligation, Obligations
 from scbm.model import (
     And,
@@ -213,7 +213,7 @@ class _Suggestions:
         if before:
             goes = "always goes" if len(before) == 1 else "always go"
             text = (
-                f"where {obligation} could be taken, {_listed([*map(_automatic, before)])} {goes} first: "
+                f"where {obligation} could be taken, {listed([*map(_automatic, before)])} {goes} first: "
                 "move it up, or make the guards exclude each other"
             )
             yield Suggestion((obligation,), SuggestionKind.SHADOWED, text, blamed=before)
@@ -263,7 +263,7 @@ def _blaming(
         text = f"{contradicting(what, blamed)}; change the guard"
         return Suggestion(about, SuggestionKind.GUARD, text, blamed=parts)
     never = "which never holds" if len(parts) == 1 else "which never hold together"
-    text = f"{what} needs {_listed(parts)}, {never} {when}: change the guard, or let something bring that about"
+    text = f"{what} needs {listed(parts)}, {never} {when}: change the guard, or let something bring that about"
     return Suggestion(about, SuggestionKind.GUARD, text, blamed=parts)
 
 
@@ -284,7 +284,3 @@ def _drawn(start: State) -> str:
     drawn = [variable for variable in start.space if start[variable.name] != variable.initial]
     values = " && ".join(f"{variable.name} == {format_value(start[variable.name])}" for variable in drawn)
     return values or "the nominal state"
-
-
-def _listed(parts: Sequence[str]) -> str:
-    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} and {parts[-1]}"

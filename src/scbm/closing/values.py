@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scbm.closing.blame import blame, contradicting, contradiction
+from scbm.closing.words import listed
 from scbm.coverage import Aspect, Obligation
 from scbm.model import (
     Action,
@@ -393,14 +394,14 @@ class _Reasons:
             return f"{what} needs {needed}, and no run gives {read[0]} {wanted}{self._known(read[0])}"
         if not read:
             return f"{what} needs {needed}, which never holds"
-        return f"{what} needs {needed}, and no run gives {_listed(read, 'and')} such values"
+        return f"{what} needs {needed}, and no run gives {listed(read, 'and')} such values"
 
     def _known(self, name: str) -> str:
         """What a variable can be, if that is not too much to tell."""
         values = [format_value(value) for value in self._values[name]]
         if len(values) > _MOST_LISTED:
             return ""
-        return f": it is always {values[0]}" if len(values) == 1 else f": it is only ever {_listed(values, 'or')}"
+        return f": it is always {values[0]}" if len(values) == 1 else f": it is only ever {listed(values, 'or')}"
 
 
 def _never_timedout(operation: Operation) -> str:
@@ -415,7 +416,3 @@ def _changes(transition: Transition) -> Predicate:
             return Truth(True)
         changes.append(NotEqual(Reference(action.target), action.source))
     return Or(tuple(changes)) if len(changes) > 1 else conjunction(changes)
-
-
-def _listed(parts: Sequence[str], word: str) -> str:
-    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} {word} {parts[-1]}"

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from scbm.coverage import STATE_ASPECTS, Aspect
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from scbm.coverage import Obligation
 
@@ -44,3 +44,8 @@ def aspects_in_words(aspects: Iterable[Aspect]) -> str:
     states = [aspect.value for aspect in STATE_ASPECTS if aspect in there]
     others = [aspect.value for aspect in Aspect if aspect in there and aspect not in STATE_ASPECTS]
     return ", ".join([_ALL_STATES, *others] if len(states) == len(STATE_ASPECTS) else [*states, *others])
+
+
+def listed(parts: Sequence[str], word: str = "and") -> str:
+    """`a, b and c`."""
+    return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} {word} {parts[-1]}"

@@ -6,7 +6,7 @@ Knows `model`, and nothing of operations, runners or cases. What explores has a 
 
 from scbm.exploring.limits import Bound, Exceeded, Limits
 from scbm.exploring.on_demand import DistancesOnDemand
-from scbm.exploring.relevance import narrowed, relevant
+from scbm.exploring.relevance import may_leave, narrowed, relevant
 from scbm.exploring.system import Move, Part, Region, System
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "Part",
     "Region",
     "System",
+    "may_leave",
     "narrowed",
     "relevant",
 ]

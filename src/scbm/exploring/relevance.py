@@ -20,7 +20,7 @@ def relevant(system: System, observed: Iterable[str] = ()) -> StateSpace:
     parts = [part for move in system.moves for part in move.parts]
     actions = [action for part in parts for action in part.actions]
     found = dict.fromkeys([*observed, *(name for part in parts for name in part.guard.reads())])
-    found.update((action.target, None) for action in actions if _may_leave(action, system.space))
+    found.update((action.target, None) for action in actions if may_leave(action, system.space))
     known = 0
     while known < len(found):
         known = len(found)
@@ -38,7 +38,7 @@ def _narrowed(move: Move, space: StateSpace) -> Move:
     return Move(move.name, tuple(parts))
 
 
-def _may_leave(action: Action, space: StateSpace) -> bool:
+def may_leave(action: Action, space: StateSpace) -> bool:
     """Whether the action can leave its domain, so that it decides whether the move can be taken."""
     if isinstance(action, Add):
         return True

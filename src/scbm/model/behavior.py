@@ -11,6 +11,7 @@ from scbm.model.state import State
 from scbm.model.variables import StateSpace, Variable, resource_variables, runner_variables
 
 if TYPE_CHECKING:
+    from scbm.model.actions import Action
     from scbm.model.operations import Operation
     from scbm.model.requirements import Requirement
     from scbm.model.resources import Resource
@@ -51,6 +52,19 @@ class BehaviorModel:
     def running_space(self) -> StateSpace:
         """The variables of the world, then those that the runner keeps (semantics 1.3)."""
         return StateSpace((*self.space, *runner_variables(operation.name for operation in self.operations)))
+
+    @cached_property
+    def transitions(self) -> tuple[Transition, ...]:
+        """All transitions: of each operation `pre`, `post` and `failed`, then the automatic ones."""
+        lives = ((operation.pre, operation.post, operation.failed) for operation in self.operations)
+        own = (transition for life in lives for transition in life if transition is not None)
+        return (*own, *self.automatic_transitions)
+
+    @cached_property
+    def actions(self) -> tuple[Action, ...]:
+        """All actions of all transitions, then those of operations that time out."""
+        taken = (action for transition in self.transitions for action in transition.running_actions)
+        return (*taken, *(action for operation in self.operations for action in operation.timedout))
 
     @cached_property
     def nominal_state(self) -> State:
