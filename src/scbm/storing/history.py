@@ -1,0 +1,183 @@
+"""What a coverage store holds: a model, the runs that tested it, and what each case visited. A value, without I/O."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property
+from hashlib import sha256
+from json import dumps
+from typing import TYPE_CHECKING, TypeAlias
+
+from scbm.coverage import Coverage, Obligations
+from scbm.notation import write_model
+
+if TYPE_CHECKING:
+    from scbm.model import BehaviorModel
+    from scbm.testing import Verdict
+
+_KEY_BYTES = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A model file as it was when it was tested.
+
+    Attributes:
+        path: where it was, as the command line named it.
+        text: what it said, with comments and layout.
+    """
+
+    path: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """One run of a command that tested cases.
+
+    Attributes:
+        id: 32 hexadecimal digits that no other run has.
+        started: when it began, as `2026-11-21T17:38:00.123456Z`; texts so sort by time.
+        command: the command line.
+        source: the model file.
+        visited: what its cases visited, as bits, whether or not a later run had the same cases.
+        cases: how many it ran.
+        failed: how many of these failed.
+    """
+
+    id: str
+    started: str
+    command: str
+    source: Source
+    visited: int = 0
+    cases: int = 0
+    failed: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """A case from a file.
+
+    Attributes:
+        text: the case as YAML, with all that the command line added to it.
+        path: the file, as the command line named it.
+    """
+
+    text: str
+    path: str
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """A random case: what it was drawn from.
+
+    Attributes:
+        seed: the seed of its campaign.
+        number: its number there, from 1.
+        network: the faults of the network as `--network` says them; `drawn` for others in each case; empty for none.
+        requirements: name and sentence of the requirements beside those of the model.
+        time_limit_ns: when its run is given up, if that was said.
+    """
+
+    seed: int
+    number: int
+    network: str = ""
+    requirements: tuple[tuple[str, str], ...] = ()
+    time_limit_ns: int | None = None
+
+
+Recipe: TypeAlias = Written | Drawn
+"""What decides a case, with its model."""
+
+
+@dataclass(frozen=True, slots=True)
+class StoredCase:
+    """What a store keeps of a case.
+
+    Attributes:
+        key: what tells it from other cases: a digest of model and recipe.
+        name: its name; several cases of a store can have one, see `History.labels`.
+        recipe: what decides it.
+        goal: the name of its goal, or its predicate if it has none.
+        run: the latest run that had it: an index into `History.runs`.
+        position: its place in that run, from 1.
+        verdict: how it ended, and why it failed if it did.
+        ended_ns: how long its run took, in simulated time.
+        requests: how many requests its run sent.
+        visited: the obligations of the store's model that it visited, as bits.
+        is_earlier: whether it was run on an earlier version of the model; it cannot be run again then.
+    """
+
+    key: bytes
+    name: str
+    recipe: Recipe
+    goal: str
+    run: int
+    position: int
+    verdict: Verdict
+    ended_ns: int
+    requests: int
+    visited: int
+    is_earlier: bool = False
+
+
+@dataclass(frozen=True)
+class History:
+    """All that a store holds.
+
+    Attributes:
+        model: the model.
+        runs: in the order in which they began.
+        cases: in the order of their runs, and of their places there.
+    """
+
+    model: BehaviorModel
+    runs: tuple[Run, ...]
+    cases: tuple[StoredCase, ...]
+
+    @property
+    def source(self) -> Source:
+        """The model file, as the last run had it."""
+        return self.runs[-1].source
+
+    @cached_property
+    def obligations(self) -> Obligations:
+        """What there is to visit."""
+        return Obligations.of(self.model)
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """For each case its name; where several have one name, with the first digits of the key behind it."""
+        names = Counter(case.name for case in self.cases)
+        return tuple(c.name if names[c.name] == 1 else f"{c.name}~{c.key.hex()[:8]}" for c in self.cases)
+
+    @cached_property
+    def coverage(self) -> Coverage:
+        """What the cases, by their labels, have visited."""
+        return Coverage(self.obligations, tuple(zip(self.labels, (c.visited for c in self.cases), strict=True)))
+
+    @property
+    def failed(self) -> tuple[StoredCase, ...]:
+        """The cases that failed."""
+        return tuple(case for case in self.cases if not case.verdict.passed)
+
+    @property
+    def simulated_ns(self) -> int:
+        """How long all runs took together, in simulated time."""
+        return sum(case.ended_ns for case in self.cases)
+
+
+def digest_of(model: BehaviorModel) -> str:
+    """What tells models apart: the SHA-256 of all that the model says, but for comments and layout."""
+    return sha256(write_model(model).encode()).hexdigest()
+
+
+def key_of(recipe: Recipe, model_digest: str) -> bytes:
+    """The key of a case: 16 bytes of the SHA-256 of its recipe and its model. Where its file is does not matter."""
+    match recipe:
+        case Written(text):
+            parts: list[object] = ["written", text]
+        case Drawn(seed, number, network, requirements, time_limit_ns):
+            parts = ["drawn", seed, number, network, requirements, time_limit_ns]
+    return sha256(dumps([model_digest, *parts]).encode()).digest()[:_KEY_BYTES]

@@ -1,0 +1,48 @@
+"""Histories of models, as a store would give them, made without one."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from scbm.cases import Case
+from scbm.notation import load_model, write_case
+from scbm.storing import Drawn, History, Recipe, Run, Source, StoredCase, Written, digest_of, key_of
+from scbm.testing import RandomCases, Tester, load_suite
+
+EXAMPLE = Path(__file__).parents[2] / "examples/robot_in_the_air"
+
+
+def history_of(model_file: Path, cases: int, seed: int = 1, written: Sequence[Path] = ()) -> History:
+    """What a store holds after one run of written cases and random ones; the same each time."""
+    model = load_model(model_file)
+    digest = digest_of(model)
+    tester = Tester(model)
+    suite: list[tuple[Case, Recipe]] = [
+        (w.case, Written(write_case(w.case, model, None), str(w.path))) for w in load_suite(written, model)
+    ]
+    drawn = RandomCases(model).first(cases, seed)
+    pairs = [*suite, *((case, Drawn(seed, number)) for number, case in enumerate(drawn, start=1))]
+    kept = []
+    for position, (case, recipe) in enumerate(pairs, start=1):
+        result = tester.execute(case).result
+        stored = StoredCase(
+            key_of(recipe, digest),
+            case.name,
+            recipe,
+            case.goal,
+            0,
+            position,
+            result.verdict,
+            result.ended_ns,
+            result.requests,
+            result.visited,
+        )
+        kept.append(stored)
+    union = 0
+    for stored in kept:
+        union |= stored.visited
+    failed = sum(not stored.verdict.passed for stored in kept)
+    shown = model_file.relative_to(EXAMPLE.parents[1]) if model_file.is_relative_to(EXAMPLE.parents[1]) else model_file
+    source = Source(str(shown), model_file.read_text(encoding="utf-8"))
+    command = f"scbm test {shown} --cases {cases} --seed {seed} --store cov.db"
+    run = Run("0" * 31 + "1", "2026-11-21T12:00:00.000000Z", command, source, union, len(kept), failed)
+    return History(model, (run,), tuple(kept))
