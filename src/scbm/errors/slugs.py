@@ -86,6 +86,14 @@ class Slug(StrEnum):
     BAD_TRACE = "bad-trace"
     REPLAY_DIFFERS = "replay-differs"
 
+    # coverage stores
+    NOT_A_STORE = "not-a-store"
+    STORE_DAMAGED = "store-damaged"
+    STORE_NEWER = "store-newer"
+    STORE_OTHER_MODEL = "store-other-model"
+    STORE_EMPTY = "store-empty"
+    STORE_UNUSABLE = "store-unusable"
+
     # certificates
     BAD_CERTIFICATE = "bad-certificate"
     CERTIFICATE_WRONG = "certificate-wrong"

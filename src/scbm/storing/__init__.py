@@ -3,16 +3,31 @@
 Above `testing`, whose results it keeps; the one room that knows SQLite. `docs/coverage-store.md` describes the file.
 """
 
+from scbm.storing.combining import Combined, combine_stores
+from scbm.storing.edits import Dropped
 from scbm.storing.history import Drawn, History, Recipe, Run, Source, StoredCase, Written, digest_of, key_of
+from scbm.storing.reading import read_history
+from scbm.storing.recipes import drawn_recipe, written_recipe
+from scbm.storing.replays import Replays
+from scbm.storing.writer import StoreWriter, write_store
 
 __all__ = [
+    "Combined",
     "Drawn",
+    "Dropped",
     "History",
     "Recipe",
+    "Replays",
     "Run",
     "Source",
+    "StoreWriter",
     "StoredCase",
     "Written",
+    "combine_stores",
     "digest_of",
+    "drawn_recipe",
     "key_of",
+    "read_history",
+    "write_store",
+    "written_recipe",
 ]

@@ -150,7 +150,7 @@ class History:
     def labels(self) -> tuple[str, ...]:
         """For each case its name; where several have one name, with the first digits of the key behind it."""
         names = Counter(case.name for case in self.cases)
-        return tuple(c.name if names[c.name] == 1 else f"{c.name}~{c.key.hex()[:8]}" for c in self.cases)
+        return tuple(c.name if names[c.name] == 1 else f"{c.name}.{c.key.hex()[:8]}" for c in self.cases)
 
     @cached_property
     def coverage(self) -> Coverage:
@@ -175,9 +175,8 @@ def digest_of(model: BehaviorModel) -> str:
 
 def key_of(recipe: Recipe, model_digest: str) -> bytes:
     """The key of a case: 16 bytes of the SHA-256 of its recipe and its model. Where its file is does not matter."""
-    match recipe:
-        case Written(text):
-            parts: list[object] = ["written", text]
-        case Drawn(seed, number, network, requirements, time_limit_ns):
-            parts = ["drawn", seed, number, network, requirements, time_limit_ns]
+    if isinstance(recipe, Written):
+        parts: list[object] = ["written", recipe.text]
+    else:
+        parts = ["drawn", recipe.seed, recipe.number, recipe.network, recipe.requirements, recipe.time_limit_ns]
     return sha256(dumps([model_digest, *parts]).encode()).digest()[:_KEY_BYTES]

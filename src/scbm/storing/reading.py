@@ -1,0 +1,35 @@
+"""From a store to all that it holds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scbm.notation import read_model
+from scbm.storing.database import open_for_reading, understood
+from scbm.storing.history import History, StoredCase
+from scbm.storing.tables import Tables
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+
+def read_history(path: Path) -> History:
+    """All that a store holds. Raises `InputError` if it is not a store, is empty, damaged, or newer than this scbm."""
+    with open_for_reading(path) as connection, understood(path):
+        return history_in(Tables(connection))
+
+
+def history_in(tables: Tables) -> History:
+    """The same, of tables that are open."""
+    current = next(row for row in tables.models() if row.is_current)
+    runs = tables.runs()
+    order = {id_: index for index, id_ in enumerate(runs)}
+    cases = [
+        StoredCase(
+            row.key, row.name, row.recipe, row.goal, order[row.run], row.position,
+            row.verdict, row.ended_ns, row.requests, row.visited, row.model != current.id,
+        )
+        for row in tables.cases()
+    ]  # fmt: skip
+    cases.sort(key=lambda case: (case.run, case.position, case.key))
+    return History(read_model(current.text, current.name), tuple(runs.values()), tuple(cases))

@@ -1,0 +1,70 @@
+"""The tables of a store. `docs/coverage-store.md` tells of every column; a change of them is a new version."""
+
+from __future__ import annotations
+
+APPLICATION_ID = 0x5343424D
+"""`SCBM` in ASCII; SQLite keeps it in the header of the file."""
+
+VERSION = 1
+"""The version of these tables, which SQLite keeps in the header as `user_version`."""
+
+TABLES = (
+    """CREATE TABLE model (
+        id INTEGER PRIMARY KEY,
+        digest TEXT NOT NULL UNIQUE,
+        name TEXT NOT NULL,
+        text TEXT NOT NULL,
+        is_current INTEGER NOT NULL
+    )""",
+    """CREATE TABLE obligation (
+        bit INTEGER PRIMARY KEY,
+        name TEXT NOT NULL UNIQUE,
+        counts INTEGER NOT NULL
+    )""",
+    """CREATE TABLE source (
+        id INTEGER PRIMARY KEY,
+        digest TEXT NOT NULL UNIQUE,
+        path TEXT NOT NULL,
+        text TEXT NOT NULL
+    )""",
+    """CREATE TABLE run (
+        id INTEGER PRIMARY KEY,
+        token TEXT NOT NULL UNIQUE,
+        started TEXT NOT NULL,
+        command TEXT NOT NULL,
+        source INTEGER NOT NULL REFERENCES source,
+        visited BLOB NOT NULL,
+        cases INTEGER NOT NULL,
+        failed INTEGER NOT NULL
+    )""",
+    """CREATE TABLE drawing (
+        id INTEGER PRIMARY KEY,
+        options TEXT NOT NULL UNIQUE
+    )""",
+    """CREATE TABLE test_case (
+        key BLOB PRIMARY KEY,
+        name TEXT NOT NULL,
+        goal TEXT NOT NULL,
+        model INTEGER NOT NULL REFERENCES model,
+        run INTEGER NOT NULL REFERENCES run,
+        position INTEGER NOT NULL,
+        seed TEXT,
+        number INTEGER,
+        drawing INTEGER REFERENCES drawing,
+        text TEXT,
+        path TEXT,
+        ended TEXT NOT NULL,
+        failures TEXT,
+        ended_ns INTEGER NOT NULL,
+        requests INTEGER NOT NULL,
+        visited BLOB NOT NULL
+    ) WITHOUT ROWID""",
+    # the half of the byte that has the bit, as a hexadecimal digit, as a number, shifted; blobs know no arithmetic
+    """CREATE VIEW visit AS
+        SELECT test_case.name AS test_case, obligation.name AS obligation
+        FROM test_case JOIN obligation
+        WHERE ((instr(
+            '0123456789ABCDEF',
+            substr(hex(substr(test_case.visited, obligation.bit / 8 + 1, 1)), 1 + (obligation.bit % 8 < 4), 1)
+        ) - 1) >> (obligation.bit % 4)) & 1""",
+)

@@ -1,0 +1,243 @@
+"""Rows of a store, in and out. Where a row is there already, the two are united; in which order does not matter."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from scbm.coverage import Obligations
+from scbm.notation import write_model
+from scbm.storing.history import Drawn, Recipe, Run, Source, Written, digest_of
+from scbm.testing import Failure, FailureKind, Verdict
+from scbm.trace import End
+
+if TYPE_CHECKING:
+    import sqlite3
+    from collections.abc import Iterator
+
+    from scbm.model import BehaviorModel
+
+_CASE_COLUMNS = (
+    "key, name, goal, model, run, position, seed, number, drawing, text, path,"
+    " ended, failures, ended_ns, requests, visited"
+)
+
+Row: TypeAlias = tuple[Any, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ModelRow:
+    """A model that cases of a store were run on."""
+
+    id: int
+    digest: str
+    name: str
+    text: str
+    is_current: bool
+
+
+@dataclass(frozen=True, slots=True)
+class CaseRow:
+    """A case as it stands in the table: `model`, `run` are ids of rows there; the rest is as in `StoredCase`."""
+
+    key: bytes
+    name: str
+    goal: str
+    model: int
+    run: int
+    position: int
+    recipe: Recipe
+    verdict: Verdict
+    ended_ns: int
+    requests: int
+    visited: int
+
+
+class Tables:
+    """The tables of one store."""
+
+    def __init__(self, connection: sqlite3.Connection) -> None:
+        self._connection = connection
+        self._width = 0
+        self._drawings: dict[str, int] = {}
+
+    # what is read
+
+    def models(self) -> tuple[ModelRow, ...]:
+        """All models; one of them is the current one."""
+        rows = self._connection.execute("SELECT id, digest, name, text, is_current FROM model ORDER BY id")
+        return tuple(ModelRow(id_, digest, name, text, bool(current)) for id_, digest, name, text, current in rows)
+
+    def runs(self) -> dict[int, Run]:
+        """All runs by their ids, in the order in which they began."""
+        rows = self._connection.execute(
+            "SELECT run.id, token, started, command, path, text, visited, cases, failed"
+            " FROM run JOIN source ON source.id = run.source ORDER BY started, token"
+        )
+        return {
+            id_: Run(token, started, command, Source(path, text), _set(visited), cases, failed)
+            for id_, token, started, command, path, text, visited, cases, failed in rows
+        }
+
+    def cases(self) -> Iterator[CaseRow]:
+        """All cases, in the order of their keys."""
+        drawings = {
+            id_: _options(text) for id_, text in self._connection.execute("SELECT id, options FROM drawing ORDER BY id")
+        }
+        rows = self._connection.execute(f"SELECT {_CASE_COLUMNS} FROM test_case ORDER BY key")  # noqa: S608 - our own
+        for row in rows:
+            key, name, goal, model, run, position, seed, number, drawing, text, path, *result = row
+            recipe = Drawn(int(seed), number, **drawings[drawing]) if text is None else Written(text, path)
+            ended, failures, ended_ns, requests, visited = result
+            verdict = Verdict(End(ended), _failures(failures))
+            yield CaseRow(key, name, goal, model, run, position, recipe, verdict, ended_ns, requests, _set(visited))
+
+    def totals(self) -> tuple[int, int]:
+        """How many cases there are, and what they visited together, as bits."""
+        cases: int = self._connection.execute("SELECT count(*) FROM test_case").fetchone()[0]
+        union = 0
+        for (visited,) in self._connection.execute("SELECT DISTINCT visited FROM test_case"):
+            union |= _set(visited)
+        return cases, union
+
+    # what is written
+
+    def put_model(self, model: BehaviorModel, *, is_current: bool = True) -> int:
+        """Adds a model, and if it is the current one its obligations; gives its id."""
+        self.put_model_text(digest_of(model), model.name, write_model(model), is_current=is_current)
+        if is_current:
+            self._put_obligations(Obligations.of(model))
+        return self._id("model", "digest", digest_of(model))
+
+    def put_model_text(self, digest: str, name: str, text: str, *, is_current: bool) -> int:
+        """Adds a model by what it says."""
+        self._connection.execute(
+            "INSERT INTO model (digest, name, text, is_current) VALUES (?, ?, ?, ?)"
+            " ON CONFLICT (digest) DO UPDATE SET is_current = max(is_current, excluded.is_current)",
+            (digest, name, text, is_current),
+        )
+        return self._id("model", "digest", digest)
+
+    def _put_obligations(self, obligations: Obligations) -> None:
+        self._width = (len(obligations.all) + 7) // 8
+        self._connection.executemany(
+            "INSERT OR IGNORE INTO obligation (bit, name, counts) VALUES (?, ?, ?)",
+            [(bit, str(obligation), obligation.counts) for bit, obligation in enumerate(obligations)],
+        )
+
+    def put_run(self, run: Run) -> int:
+        """Adds a run, or what is known of it now; gives its id. Totals only grow, so the larger ones are the later."""
+        values = (run.id, run.started, run.command, self._put_source(run.source), self._bytes(run.visited))
+        row = self._connection.execute("SELECT id, visited FROM run WHERE token = ?", (run.id,)).fetchone()
+        if row is None:
+            self._connection.execute(
+                "INSERT INTO run (token, started, command, source, visited, cases, failed)"
+                " VALUES (?, ?, ?, ?, ?, ?, ?)",
+                (*values, run.cases, run.failed),
+            )
+        else:
+            self._connection.execute(
+                "UPDATE run SET visited = ?, cases = max(cases, ?), failed = max(failed, ?) WHERE id = ?",
+                (self._bytes(run.visited | _set(row[1])), run.cases, run.failed, row[0]),
+            )
+        return self._id("run", "token", run.id)
+
+    def _put_source(self, source: Source) -> int:
+        digest = sha256(f"{source.path}\0{source.text}".encode()).hexdigest()
+        self._connection.execute(
+            "INSERT OR IGNORE INTO source (digest, path, text) VALUES (?, ?, ?)", (digest, source.path, source.text)
+        )
+        return self._id("source", "digest", digest)
+
+    def add_to_run(self, run: int, visited: int, *, failed: bool) -> None:
+        """Counts one more case of a run."""
+        before = self._connection.execute("SELECT visited FROM run WHERE id = ?", (run,)).fetchone()[0]
+        self._connection.execute(
+            "UPDATE run SET visited = ?, cases = cases + 1, failed = failed + ? WHERE id = ?",
+            (self._bytes(visited | _set(before)), failed, run),
+        )
+
+    def put_case(self, case: CaseRow) -> None:
+        """Adds a case. If it is there, what both visited counts, and else what the later run says."""
+        query = (
+            "SELECT test_case.visited, started, token, position FROM test_case"
+            " JOIN run ON run.id = test_case.run WHERE key = ?"
+        )
+        known = self._connection.execute(query, (case.key,)).fetchone()
+        if known is None:
+            self._insert(case)
+            return
+        visited, *before = known
+        union = self._bytes(_set(visited) | case.visited)
+        self._connection.execute("UPDATE test_case SET visited = ? WHERE key = ?", (union, case.key))
+        moment = self._connection.execute("SELECT started, token FROM run WHERE id = ?", (case.run,)).fetchone()
+        if (*moment, case.position) > tuple(before):
+            self._update(case)
+
+    def _insert(self, case: CaseRow) -> None:
+        recipe = case.recipe
+        if isinstance(recipe, Written):
+            how: Row = (None, None, None, recipe.text, recipe.path)
+        else:
+            how = (str(recipe.seed), recipe.number, self._drawing(recipe), None, None)
+        place = (case.key, case.name, case.goal, case.model, case.run, case.position)
+        result = (*_ended(case), self._bytes(case.visited))
+        marks = ", ".join("?" * len((*place, *how, *result)))
+        self._connection.execute(
+            f"INSERT INTO test_case ({_CASE_COLUMNS}) VALUES ({marks})",  # noqa: S608 - our own columns
+            (*place, *how, *result),
+        )
+
+    def _update(self, case: CaseRow) -> None:
+        path = case.recipe.path if isinstance(case.recipe, Written) else None
+        self._connection.execute(
+            "UPDATE test_case SET run = ?, position = ?, path = ?,"
+            " ended = ?, failures = ?, ended_ns = ?, requests = ? WHERE key = ?",
+            (case.run, case.position, path, *_ended(case), case.key),
+        )
+
+    def _drawing(self, recipe: Drawn) -> int:
+        """The id of the options that a case was drawn with."""
+        options = asdict(recipe)
+        del options["seed"], options["number"]
+        text = json.dumps(options, ensure_ascii=False)
+        if text not in self._drawings:
+            self._connection.execute("INSERT OR IGNORE INTO drawing (options) VALUES (?)", (text,))
+            self._drawings[text] = self._id("drawing", "options", text)
+        return self._drawings[text]
+
+    def _id(self, table: str, column: str, value: str) -> int:
+        row = self._connection.execute(f"SELECT id FROM {table} WHERE {column} = ?", (value,))  # noqa: S608 - our own
+        found: int = row.fetchone()[0]
+        return found
+
+    def _bytes(self, bits: int) -> bytes:
+        return bits.to_bytes(self._width, "little")
+
+
+def _set(stored: bytes) -> int:
+    return int.from_bytes(stored, "little")
+
+
+def _ended(case: CaseRow) -> Row:
+    return case.verdict.end.value, _failures_text(case.verdict), case.ended_ns, case.requests
+
+
+def _failures_text(verdict: Verdict) -> str | None:
+    if verdict.passed:
+        return None
+    return json.dumps([[f.kind.value, f.subject, f.message] for f in verdict.failures], ensure_ascii=False)
+
+
+def _failures(text: str | None) -> tuple[Failure, ...]:
+    if text is None:
+        return ()
+    return tuple(Failure(FailureKind(kind), subject, message) for kind, subject, message in json.loads(text))
+
+
+def _options(text: str) -> dict[str, Any]:
+    options: dict[str, Any] = json.loads(text)
+    requirements = tuple((name, sentence) for name, sentence in options["requirements"])
+    return options | {"requirements": requirements}
