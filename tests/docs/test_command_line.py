@@ -24,5 +24,5 @@ def test_the_options_of_a_verb_are_those_of_its_help(verb: str) -> None:
     told = re.findall(r"^\| `(--[\w-]+)`", section, flags=re.MULTILINE)
     words = [sys.executable, "-m", "scbm", verb, "--help"]
     printed = subprocess.run(words, capture_output=True, encoding="utf-8", check=True).stdout
-    options = re.findall(r"^  (--[\w-]+)", printed.partition("\nOptions:\n")[2], flags=re.MULTILINE)
+    options = re.findall(r"^  (?:-\w, )?(--[\w-]+)", printed.partition("\nOptions:\n")[2], flags=re.MULTILINE)
     assert [*told, "--help"] == options

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
+import sqlite3
 from pathlib import Path
 
 import pytest
 
 from scbm.errors import ScbmError, Slug
 from scbm.notation import load_model
+from scbm.storing import read_history
 from scbm.trace import read_trace
+from support.stores import results, store
 
 PAGE = (Path(__file__).parents[2] / "docs" / "messages.md").read_text(encoding="utf-8")
 WITHOUT_BLOCKS = re.sub(r"^```.*?^```$", "", PAGE, flags=re.MULTILINE | re.DOTALL)
@@ -59,7 +62,30 @@ def a_trace_of_another_version(_: Path) -> None:
     read_trace('{"format": "scbm-trace", "version": 2}\n', "run.jsonl")
 
 
-@pytest.mark.parametrize("provoke", [too_large, not_utf8, a_trace_of_another_version])
+def a_damaged_store(directory: Path) -> None:
+    path = store(directory / "cov.db", 1, results(1, 1))
+    with path.open("r+b") as stream:
+        stream.truncate(path.stat().st_size - 1)
+    read_history(path)
+
+
+def an_empty_store(directory: Path) -> None:
+    path = directory / "cov.db"
+    path.touch()
+    read_history(path)
+
+
+def a_newer_store(directory: Path) -> None:
+    path = store(directory / "cov.db", 1, results(1, 1))
+    connection = sqlite3.connect(path)
+    connection.execute("PRAGMA user_version = 2")
+    connection.close()
+    read_history(path)
+
+
+@pytest.mark.parametrize(
+    "provoke", [too_large, not_utf8, a_trace_of_another_version, a_damaged_store, an_empty_store, a_newer_store]
+)
 def test_messages_that_no_command_of_the_page_prints_are_those_of_the_page(provoke: object, tmp_path: Path) -> None:
     assert callable(provoke)
     with pytest.raises(ScbmError) as caught:

@@ -36,7 +36,7 @@ def results(seed: int, count: int, network: str = "") -> tuple[tuple[Recipe, Cas
 
 
 def _recipe(case: Case, network: str) -> Recipe:
-    return drawn_recipe(case, None if network == "drawn" else Network())
+    return drawn_recipe(case, network)
 
 
 def _run(model: BehaviorModel, cases: Iterable[Case]) -> Iterable[tuple[Case, CaseResult]]:

@@ -18,7 +18,7 @@ from scbm.errors import ScbmError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-VERBS = ("check", "plan", "run", "test", "close", "explain", "replay", "schema")
+VERBS = ("check", "plan", "run", "test", "close", "explain", "replay", "trace", "combine", "report", "schema")
 """In the order of the help. Module `scbm.cli.<verb>` has the function `command`, which returns an exit code."""
 
 GOOD, FAILED, WRONG_INPUT, OWN_FAULT, INTERRUPTED = 0, 1, 2, 3, 130

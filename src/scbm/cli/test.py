@@ -4,19 +4,22 @@ import re
 import shlex
 import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from scbm.cases import Case, Network
+from scbm.cli import thresholds
 from scbm.cli.arguments import complete, read_faults, read_requirements, read_time_limit
 from scbm.cli.output import errors, results, write_json
 from scbm.errors import Diagnostic, InputError, Place, Slug
 from scbm.model import BehaviorModel, Requirement, format_duration
 from scbm.notation import load_model
-from scbm.reports import Setting, coverage_report
+from scbm.reports import Setting, coverage_report, missing_report
 from scbm.testing import (
     MOST_SHRUNK,
     Campaign,
@@ -30,6 +33,9 @@ from scbm.testing import (
     load_suite,
     save_cases,
 )
+
+if TYPE_CHECKING:
+    from scbm.cli.keeping import Keeper
 
 _SLOW = 500
 """From so many cases on, progress is shown."""
@@ -63,8 +69,12 @@ def command(
     failures: Annotated[
         Path, typer.Option("--failures", metavar="DIRECTORY", help="Where small failing cases are saved.")
     ] = Path("scbm-failures"),
+    store: Annotated[
+        Path | None, typer.Option("--store", metavar="FILE", help="Add the cases to this coverage store.")
+    ] = None,
+    missing: Annotated[bool, typer.Option("--missing", help="Show only what is missing, and why.")] = False,
     fail_under: Annotated[
-        float | None, typer.Option("--fail-under", min=0, max=100, help="Exit with 1 if fewer per cent are visited.")
+        list[str] | None, typer.Option(thresholds.OPTION, metavar="PERCENT", help=thresholds.HELP)
     ] = None,
     time_limit: Annotated[
         str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time for each case. [1 h]")
@@ -86,23 +96,39 @@ def command(
         read_requirements(require or [], loaded),
         read_time_limit(time_limit),
     )
+    wanted_figures = thresholds.read_thresholds(fail_under or [])
     suite.refuse_equal_names()
     tester = Tester(loaded)
-    campaign = Campaign.of(loaded, _with_progress(tester.results(suite.cases()), suite.count))
+    with _store(store, loaded, model) as keeper:
+        done = tester.results(suite.cases())
+        kept = done if keeper is None else keeper.kept(done, suite.paths, suite.network)
+        campaign = Campaign.of(loaded, _with_progress(kept, suite.count))
+        since = None if keeper is None else keeper.since(campaign.coverage)
     is_saved = save is None or suite.save_random(tester, save)
     findings = find_causes(tester, campaign, MOST_SHRUNK if shrink else 0)
     saved = [suite.save_small(finding, failures) for finding in findings]
     commands = tuple(suite.again(finding, path) for finding, path in zip(findings, saved, strict=True))
     if json:
-        write_json(campaign_json(campaign, seed, findings, commands))
+        stored = {} if since is None else {"store": since.as_json}
+        write_json(campaign_json(campaign, seed, findings, commands) | stored)
     else:
         setting = Setting(
             str(model), seed, wanted, suite.drawing, findings, commands, loses_messages=suite.loses_messages
         )
-        results().lines(coverage_report(campaign, setting))
-    if not is_saved:
+        results().lines((missing_report if missing else coverage_report)(campaign, setting))
+        results().lines([] if since is None else since.lines)
+    if not is_saved or (since is not None and not since.is_whole):
         return 2
-    return 1 if campaign.failed or not _reaches(campaign, fail_under) else 0
+    return 0 if thresholds.meets(campaign.coverage, wanted_figures) and not campaign.failed else 1
+
+
+def _store(path: Path | None, model: BehaviorModel, model_file: Path) -> "AbstractContextManager[Keeper | None]":
+    """The store that results are added to, if one is asked for."""
+    if path is None:
+        return nullcontext()
+    from scbm.cli.keeping import keeping  # noqa: PLC0415 - a database, which few runs need
+
+    return keeping(path, model, model_file)
 
 
 def _refuse_without_random_cases(count: int, options: Mapping[str, object]) -> None:
@@ -138,6 +164,11 @@ class _Suite:
             yield self._completed(written.case)
         for case in self._drawn():
             yield self._completed(case)
+
+    @cached_property
+    def paths(self) -> dict[str, Path]:
+        """The file of each written case, by the name of the case."""
+        return {written.case.name: written.path for written in self.written}
 
     def refuse_equal_names(self) -> None:
         """Raises `InputError` if a written case has the name of a random one."""
@@ -219,20 +250,6 @@ class _Suite:
             options.append(f"--time-limit {shlex.quote(format_duration(self.time_limit_ns))}")
         options += [f"--require {shlex.quote(str(requirement.sentence))}" for requirement in self.requirements]
         return "".join(f" {option}" for option in options)
-
-
-def _reaches(campaign: Campaign, fail_under: float | None) -> bool:
-    """Whether the figure is good enough; says so if it is not."""
-    if fail_under is None:
-        return True
-    figure = campaign.coverage.figure
-    if figure.percent is None:
-        errors().line(f"The model has no obligations, so --fail-under {fail_under:g} cannot be met.")
-        return False
-    if 100 * figure.visited < fail_under * figure.of:
-        errors().line(f"Coverability {figure} is under {fail_under:g} %.")
-        return False
-    return True
 
 
 def _with_progress(done: Iterable[CaseResult], count: int) -> Iterator[CaseResult]:

@@ -3,9 +3,27 @@
 Reads traces, counts, adds up. Never runs anything and never prints.
 """
 
+from scbm.coverage.contexts import bits_of, only_by, visitors_of_each
+from scbm.coverage.cover import Cover, smallest_cover
 from scbm.coverage.coverage import Coverage
 from scbm.coverage.figures import Figure
 from scbm.coverage.hits import visited_by
 from scbm.coverage.obligations import STATE_ASPECTS, Aspect, Obligation, Obligations
+from scbm.coverage.thresholds import KINDS, Threshold
 
-__all__ = ["STATE_ASPECTS", "Aspect", "Coverage", "Figure", "Obligation", "Obligations", "visited_by"]
+__all__ = [
+    "KINDS",
+    "STATE_ASPECTS",
+    "Aspect",
+    "Cover",
+    "Coverage",
+    "Figure",
+    "Obligation",
+    "Obligations",
+    "Threshold",
+    "bits_of",
+    "only_by",
+    "smallest_cover",
+    "visited_by",
+    "visitors_of_each",
+]

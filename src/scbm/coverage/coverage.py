@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -64,6 +65,14 @@ class Coverage:
         """The cases that visited an obligation, in the order in which they were run."""
         bit = self.obligations.bit(obligation)
         return (name for name, visited in self.cases if visited & bit)
+
+    def visits(self) -> dict[Obligation, int]:
+        """For each obligation the number of cases that visited it."""
+        sets = Counter(visited for _, visited in self.cases)
+        return {
+            obligation: sum(count for visited, count in sets.items() if visited >> index & 1)
+            for index, obligation in enumerate(self.obligations)
+        }
 
     def first_visitor(self, obligation: Obligation) -> str | None:
         """The case that visited an obligation first."""

@@ -9,7 +9,7 @@ from scbm.notation.durations import parse_duration
 from scbm.notation.editing import add_goals, with_goals
 from scbm.notation.expressions import parse_action, parse_predicate, parse_requirement, parse_state, parse_value
 from scbm.notation.files import read_file
-from scbm.notation.loader import Places, load_located, load_model, read_model
+from scbm.notation.loader import Places, load_located, load_model, read_located, read_model
 from scbm.notation.nearest import nearest, suggestion
 from scbm.notation.schema import case_schema, model_schema
 from scbm.notation.scope import Scope, Where
@@ -39,6 +39,7 @@ __all__ = [
     "parse_value",
     "read_case",
     "read_file",
+    "read_located",
     "read_model",
     "read_network",
     "suggestion",

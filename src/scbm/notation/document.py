@@ -66,10 +66,12 @@ class Node:
         scalar: what a scalar says, whatever it stands for, and where in the source each character of it is.
         items: the children of a mapping by key.
         key_places: where those keys stand.
+        value_ends: where in the text what is written under each key ends; of an alias, its own end.
         elements: the children of a sequence.
         size: how many nodes it is made of.
         condemned: whether an error is already told that explains whatever else may be wrong with it.
         incomplete: for a mapping, whether it has a key that is no name, of which an error is told.
+        end: where in the text it ends.
     """
 
     plain: Plain
@@ -77,10 +79,12 @@ class Node:
     scalar: Scalar | None = None
     items: dict[str, Node] = field(default_factory=dict)
     key_places: dict[str, Place] = field(default_factory=dict)
+    value_ends: dict[str, int] = field(default_factory=dict)
     elements: list[Node] = field(default_factory=list)
     size: int = 1
     condemned: bool = False
     incomplete: bool = False
+    end: int = 0
 
     @property
     def text(self) -> str | None:
@@ -97,6 +101,7 @@ class Node:
             if key not in self.items and isinstance(self.plain, dict):
                 self.items[key] = child
                 self.key_places[key] = other.key_places[key]
+                self.value_ends[key] = other.value_ends[key]
                 self.plain[key] = child.plain
 
     def at(self, path: tuple[int | str, ...]) -> Node:
@@ -139,6 +144,7 @@ class _Reader:
         self._events = _events(source)
         self._anchors: dict[str, Node | None] = {}
         self._count = 0
+        self._end = 0  # of what was read last: a block ends with its last child, not before the next key
 
     def document(self) -> Node | None:
         """The first document, all of it."""
@@ -166,6 +172,7 @@ class _Reader:
         if event.anchor is not None:
             self._anchors[event.anchor] = None  # until it is complete: it cannot stand inside itself
         node = self._content(event, depth)
+        node.end = self._end
         if event.tag is not None:
             self._refuse_tag(event, node)
         if event.anchor is not None:
@@ -176,6 +183,7 @@ class _Reader:
     def _content(self, event: _Start, depth: int) -> Node:
         begin = self._content_begin(event)
         if isinstance(event, ScalarEvent):
+            self._note_end(event)
             return self._scalar(event, begin)
         place = self._source.place(begin)
         if isinstance(event, MappingStartEvent):
@@ -183,6 +191,7 @@ class _Reader:
         elements = []
         while not isinstance(child := next(self._events), SequenceEndEvent):
             elements.append(self._node(child, depth + 1))
+        self._note_end(child)
         size = 1 + sum(element.size for element in elements)
         return Node([element.plain for element in elements], place, elements=elements, size=size)
 
@@ -207,14 +216,22 @@ class _Reader:
             value = self._node(next(self._events), depth + 1)
             node.size += key.size + value.size
             self._enter(node, key, value)
+        self._note_end(event)
         node.plain = {key: child.plain for key, child in node.items.items()}
         return node
+
+    def _note_end(self, event: Event) -> None:
+        """Notes where something ends; the end of a block, and of a value that is not there, is nothing written."""
+        written = self._source.text[event.start_mark.index : event.end_mark.index].rstrip()
+        if written:
+            self._end = event.start_mark.index + len(written)
 
     def _enter(self, node: Node, key: Node, value: Node) -> None:
         name = key.text
         if name is not None and name not in node.items and not _is_merge(name, value):
             node.items[name] = value
             node.key_places[name] = key.place
+            node.value_ends[name] = self._end
             return
         if name in node.items:
             message = f"`{name}` stands here twice, first in line {node.key_places[name].line}"
@@ -230,6 +247,7 @@ class _Reader:
 
     def _alias(self, event: AliasEvent) -> Node:
         begin = event.start_mark.index
+        self._note_end(event)
         node = self._anchors.get(event.anchor)
         if node is not None:
             self._add_to_count(node.size, begin)

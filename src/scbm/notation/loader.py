@@ -12,6 +12,8 @@ from scbm.notation.files import read_file, read_tree
 from scbm.notation.shape import check_shape
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from scbm.model.behavior import BehaviorModel
     from scbm.notation.document import Node
     from scbm.notation.source import Source
@@ -34,6 +36,36 @@ class Places:
             place = owner.key_places[path[length]]
         return place, self._source.lines[place.line - 1] if place.line else ""
 
+    def lines(self, path: tuple[str, ...]) -> tuple[int, ...]:
+        """The numbers of the lines that say something under a path, with those of its key, rising.
+
+        Blank lines and those of comments are left out. An alias brings the lines of what it stands for. Nothing is
+        under a path that is not there.
+        """
+        owner = self._document.at(path[:-1])
+        if not self._has(path):
+            return ()
+        first = owner.key_places[path[-1]].line
+        written = range(first, self._line(owner.value_ends[path[-1]]) + 1)
+        numbers = {*written, *self._lines_of(owner.items[path[-1]])}
+        return tuple(number for number in sorted(numbers) if self._says_something(number))
+
+    def _has(self, path: tuple[str, ...]) -> bool:
+        """Whether there is a key at the end of a path."""
+        return all(key in self._document.at(path[:length]).items for length, key in enumerate(path))
+
+    def _lines_of(self, node: Node) -> Iterator[int]:
+        yield from range(node.place.line, self._line(node.end) + 1)
+        for child in (*node.items.values(), *node.elements):
+            yield from self._lines_of(child)
+
+    def _line(self, end: int) -> int:
+        return self._source.place(max(end - 1, 0)).line
+
+    def _says_something(self, number: int) -> bool:
+        line = self._source.lines[number - 1].strip()
+        return bool(line) and not line.startswith("#")
+
 
 def load_model(path: str | Path) -> BehaviorModel:
     """The model in a file. Raises `InputError` with everything that is wrong with it."""
@@ -43,6 +75,11 @@ def load_model(path: str | Path) -> BehaviorModel:
 def load_located(path: str | Path) -> tuple[BehaviorModel, Places]:
     """The model in a file, and where its parts stand there. Raises `InputError`."""
     return _read(read_file(Path(path)), str(path))
+
+
+def read_located(text: str, file: str = "model") -> tuple[BehaviorModel, Places]:
+    """The model that a text says, and where its parts stand there. Raises `InputError`."""
+    return _read(text, file)
 
 
 def read_model(text: str, file: str = "model") -> BehaviorModel:

@@ -7,22 +7,22 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.coverage import STATE_ASPECTS, Aspect, Obligation
+from scbm.coverage import Aspect, Obligation
 from scbm.model import Outcome
+from scbm.reports.figures import COLUMNS, figures, headline, missed_table
 from scbm.reports.findings import told_findings, told_unused
+from scbm.reports.missing import told_missing
 from scbm.reports.words import counted
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.coverage import Coverage, Figure
+    from scbm.coverage import Coverage
     from scbm.testing import Campaign, Finding
 
-_BAR_WIDTH = 50
 _UNDISTURBED = "nothing came between a plan and its next operation: an injection of a case can"
 _UNFAILING = "no request fails: a case can force it under `outcomes`, and so can a share in the model's"
 _ANSWERED = "every request is answered: a case can force `timeout` under `outcomes`, or `--network` lose messages"
-_COLUMNS = (Aspect.QUEUED, *STATE_ASPECTS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,30 +55,21 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     coverage = campaign.coverage
     yield Text("Coverability report: ", style="bold").append(campaign.model.name)
     yield Text()
-    yield _headline(coverage.figure)
+    yield headline(coverage.figure)
     duration = f"{campaign.simulated_ns / 1e9:.2f} s simulated"
     yield Text(f"  Testing duration: {duration}, {_cases(campaign, setting)}")
     yield Text()
-    yield from _figures(coverage)
+    yield from figures(coverage)
     yield from told_findings(campaign, setting.findings, setting.commands)
     yield from told_unused(campaign)
-    yield from _missed(campaign)
+    yield from missed_table(campaign.model, coverage)
     yield from _reasons(campaign, setting)
 
 
-def _headline(figure: Figure) -> Text:
-    line = Text("  SCBM-IAS: ").append(str(figure), style="bold")
-    return line if figure.percent is None else line.append("  ").append_text(_bar(figure, _BAR_WIDTH))
-
-
-def _bar(figure: Figure, width: int) -> Text:
-    """Never full before all is visited, never empty when something is."""
-    if not figure.of:
-        return Text()
-    filled = round(width * figure.visited / figure.of)
-    if 0 < figure.visited < figure.of:
-        filled = min(max(filled, 1), width - 1)
-    return Text("█" * filled, style="green").append("░" * (width - filled), style="red")
+def missing_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
+    """Only what failed, what is missing, and why."""
+    yield from told_missing(campaign.model, campaign.coverage, setting.file)
+    yield from told_findings(campaign, setting.findings, setting.commands)
 
 
 def _cases(campaign: Campaign, setting: Setting) -> str:
@@ -101,51 +92,9 @@ def _groups(campaign: Campaign, setting: Setting) -> Iterator[str]:
         yield f"{counted(setting.random, 'random case')} of seed {setting.seed}"
 
 
-def _figures(coverage: Coverage) -> Iterator[Text]:
-    for aspect in STATE_ASPECTS:
-        yield _row(f"Visited {aspect} state", coverage.figure_of(aspect))
-    yield _row("Automatic transitions taken", coverage.figure_of(Aspect.TAKEN))
-    yield _row("Queued in a plan", coverage.figure_of(Aspect.QUEUED)).append("  (beside the figure)", style="dim")
-
-
-def _row(label: str, figure: Figure) -> Text:
-    line = Text(f"  {label + ':':<29}{figure.visited:>4} / {figure.of:<4}")
-    line.append_text(_bar(figure, min(figure.of, _BAR_WIDTH)))
-    line.rstrip()
-    return line
-
-
-def _missed(campaign: Campaign) -> Iterator[Text]:
-    """A row for each operation that misses something, and the automatic transitions that were not taken."""
-    coverage = campaign.coverage
-    missed = frozenset((*coverage.missed(), *coverage.missed(Aspect.QUEUED)))
-    if not missed:
-        return
-    rows = [o.name for o in campaign.model.operations if any(Obligation(o.name, a) in missed for a in _COLUMNS)]
-    transitions = [t for t in campaign.model.automatic_transitions if Obligation(t.name, Aspect.TAKEN) in missed]
-    width = max(len(name) for name in (*rows, *(transition.name for transition in transitions)))
-    yield Text()
-    heads = "".join(f"{aspect.value:^10}" for aspect in _COLUMNS).rstrip() if rows else ""
-    yield Text(f"{'Missed (○)':<{width + 6}}", style="bold").append(heads)
-    for name in rows:
-        yield _marks(name, width, missed)
-    for transition in transitions:
-        line = Text(f"  at: {transition.name:<{width}}").append("    ○     ", style="red")
-        yield line.append(f"waits for {transition.running_guard}")
-
-
-def _marks(name: str, width: int, missed: frozenset[Obligation]) -> Text:
-    row = Text(f"  op: {name:<{width}}")
-    for aspect in _COLUMNS:
-        is_missed = Obligation(name, aspect) in missed
-        row.append(f"{'○' if is_missed else '●':^10}", style="red" if is_missed else "dim green")
-    row.rstrip()
-    return row
-
-
 def _reasons(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     """Why each kind of obligation is missed, and the command or the change that closes it."""
-    told = [line for aspect in (*_COLUMNS, Aspect.TAKEN) for line in _reason(aspect, campaign, setting)]
+    told = [line for aspect in (*COLUMNS, Aspect.TAKEN) for line in _reason(aspect, campaign, setting)]
     if told:
         yield Text()
         yield Text("What closes it", style="bold")

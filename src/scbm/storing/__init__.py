@@ -7,7 +7,7 @@ from scbm.storing.combining import Combined, combine_stores
 from scbm.storing.edits import Dropped
 from scbm.storing.history import Drawn, History, Recipe, Run, Source, StoredCase, Written, digest_of, key_of
 from scbm.storing.reading import read_history
-from scbm.storing.recipes import drawn_recipe, written_recipe
+from scbm.storing.recipes import drawn_recipe, network_words, written_recipe
 from scbm.storing.replays import Replays
 from scbm.storing.writer import StoreWriter, write_store
 
@@ -27,6 +27,7 @@ __all__ = [
     "digest_of",
     "drawn_recipe",
     "key_of",
+    "network_words",
     "read_history",
     "write_store",
     "written_recipe",

@@ -20,15 +20,19 @@ def written_recipe(case: Case, model: BehaviorModel, path: str) -> Written:
     return Written(write_case(case, model, None), path)
 
 
-def drawn_recipe(case: Case, network: Network | None) -> Drawn:
+def network_words(network: Network | None) -> str:
+    """What recipes of random cases say of their network; `None` is another one for each case."""
+    return DRAWN if network is None else write_network(network)
+
+
+def drawn_recipe(case: Case, network: str) -> Drawn:
     """The recipe of a random case.
 
     Args:
         case: the case, with what the command line added to it.
-        network: the network of all cases that were drawn with it; `None` if another was drawn for each.
+        network: the words for its network.
     """
     if case.origin is None:
         raise ValueError(f"`{case.name}` is not drawn")
-    text = DRAWN if network is None else write_network(network)
     requirements = tuple((requirement.name, str(requirement.sentence)) for requirement in case.requirements)
-    return Drawn(case.origin.seed, case.origin.number, text, requirements, case.limits.time_ns)
+    return Drawn(case.origin.seed, case.origin.number, network, requirements, case.limits.time_ns)

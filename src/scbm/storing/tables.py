@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -61,7 +61,7 @@ class Tables:
     def __init__(self, connection: sqlite3.Connection) -> None:
         self._connection = connection
         self._width = 0
-        self._drawings: dict[str, int] = {}
+        self._drawings: dict[Drawn, int] = {}
 
     # what is read
 
@@ -200,13 +200,14 @@ class Tables:
 
     def _drawing(self, recipe: Drawn) -> int:
         """The id of the options that a case was drawn with."""
-        options = asdict(recipe)
-        del options["seed"], options["number"]
-        text = json.dumps(options, ensure_ascii=False)
-        if text not in self._drawings:
+        options = replace(recipe, seed=0, number=0)
+        if options not in self._drawings:
+            said = asdict(options)
+            del said["seed"], said["number"]
+            text = json.dumps(said, ensure_ascii=False)
             self._connection.execute("INSERT OR IGNORE INTO drawing (options) VALUES (?)", (text,))
-            self._drawings[text] = self._id("drawing", "options", text)
-        return self._drawings[text]
+            self._drawings[options] = self._id("drawing", "options", text)
+        return self._drawings[options]
 
     def _id(self, table: str, column: str, value: str) -> int:
         row = self._connection.execute(f"SELECT id FROM {table} WHERE {column} = ?", (value,))  # noqa: S608 - our own

@@ -8,7 +8,7 @@ from scbm.testing.choices import Choice
 from scbm.testing.faults import draw_network
 from scbm.testing.findings import MOST_SHRUNK, Finding, find_causes
 from scbm.testing.generation import RandomCases
-from scbm.testing.json_report import FORMAT_VERSION, campaign_json
+from scbm.testing.json_report import FORMAT_VERSION, campaign_json, coverage_json
 from scbm.testing.requirements import Violation, find_violations
 from scbm.testing.shrinking import Shrinker, Shrunk
 from scbm.testing.sizes import Size
@@ -36,6 +36,7 @@ __all__ = [
     "Violation",
     "WrittenCase",
     "campaign_json",
+    "coverage_json",
     "draw_network",
     "find_case_files",
     "find_causes",

@@ -1,0 +1,33 @@
+"""`scbm combine`: coverage stores united into one."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from scbm.cli.output import results, write_json
+from scbm.reports.combining import combined_json, combined_report
+from scbm.storing import combine_stores
+
+
+def command(
+    stores: Annotated[list[Path], typer.Argument(metavar="STORES", help="Coverage stores.", show_default=False)],
+    *,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", metavar="FILE", help="The store to write; it may be one of them.")
+    ],
+    across_edits: Annotated[
+        bool,
+        typer.Option(
+            "--across-edits", help="Take over what is unchanged in the model of the last store; list the rest."
+        ),
+    ] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> int:
+    """Unite coverage stores of one model: every case once, and what all of them visited."""
+    combined = combine_stores(stores, out, across_edits=across_edits)
+    if json:
+        write_json(combined_json(combined, str(out)))
+    else:
+        results().lines(combined_report(combined, str(out)))
+    return 0

@@ -1,0 +1,103 @@
+"""`scbm report`: what a coverage store holds, for people, for browsers and for other tools."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.text import Text
+
+from scbm.cli import thresholds
+from scbm.cli.formats import Wanted, write_formats
+from scbm.cli.output import errors, results, write_json
+from scbm.coverage import smallest_cover
+from scbm.errors import Diagnostic, InputError, Place, Slug
+from scbm.reports.contexts import contexts_report, smallest_report
+from scbm.reports.history_json import history_json, smallest_json
+from scbm.reports.missing import told_missing
+from scbm.reports.stored import stored_report
+from scbm.storing import History, Replays, read_history
+from scbm.testing import save_cases
+
+
+def command(
+    store: Annotated[Path, typer.Argument(help="The coverage store.", show_default=False)],
+    *,
+    missing: Annotated[bool, typer.Option("--missing", help="Show only what is missing, and why.")] = False,
+    contexts: Annotated[
+        bool, typer.Option("--contexts", help="Show which case visits what, and what only it visits.")
+    ] = False,
+    minimize: Annotated[bool, typer.Option("--minimize", help="Show the smallest suite that visits the same.")] = False,
+    save: Annotated[
+        Path | None, typer.Option("--save", metavar="DIRECTORY", help="Save the cases of that suite as files.")
+    ] = None,
+    html: Annotated[Path | None, typer.Option("--html", metavar="FILE", help="One page for a browser.")] = None,
+    junit: Annotated[Path | None, typer.Option("--junit", metavar="FILE", help="JUnit XML: cases as tests.")] = None,
+    cobertura: Annotated[
+        Path | None, typer.Option("--cobertura", metavar="FILE", help="Cobertura XML: lines of the model.")
+    ] = None,
+    lcov: Annotated[Path | None, typer.Option("--lcov", metavar="FILE", help="LCOV: lines of the model.")] = None,
+    sarif: Annotated[Path | None, typer.Option("--sarif", metavar="FILE", help="SARIF: what failed.")] = None,
+    markdown: Annotated[Path | None, typer.Option("--markdown", metavar="FILE", help="A job summary.")] = None,
+    badge: Annotated[Path | None, typer.Option("--badge", metavar="FILE", help="The figure as a picture, SVG.")] = None,
+    fail_under: Annotated[
+        list[str] | None, typer.Option(thresholds.OPTION, metavar="PERCENT", help=thresholds.HELP)
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> int:
+    """Report what the cases of a coverage store visited, in any format."""
+    wanted_figures = thresholds.read_thresholds(fail_under or [])
+    wanted = Wanted(
+        {
+            "--html": html, "--junit": junit, "--cobertura": cobertura, "--lcov": lcov, "--sarif": sarif,
+            "--markdown": markdown, "--badge": badge,
+        }
+    )  # fmt: skip
+    wanted.refuse_clashes(store)
+    if save is not None and not minimize:
+        raise InputError(
+            [Diagnostic(Slug.BAD_OPTION, "this saves the smallest suite", Place("--save"), "add --minimize")]
+        )
+    history = read_history(store)
+    cover = smallest_cover([case.visited for case in history.cases]) if minimize else None
+    if json:
+        write_json(history_json(history) | ({} if cover is None else {"smallest": smallest_json(history, cover)}))
+    else:
+        parts: list[Iterable[Text]] = []
+        parts += [told_missing(history.model, history.coverage, history.source.path)] if missing else []
+        parts += [contexts_report(history)] if contexts else []
+        parts += [smallest_report(history, cover)] if cover is not None else []
+        results().lines(_apart(parts or [stored_report(history, str(store))]))
+    is_saved = save is None or cover is None or _save(history, cover.chosen, save)
+    written = write_formats(wanted, history)
+    if written:
+        errors().line(f"Written: {', '.join(written)}")
+    if not is_saved:
+        return 2
+    return 0 if thresholds.meets(history.coverage, wanted_figures) else 1
+
+
+def _apart(parts: Iterable[Iterable[Text]]) -> Iterator[Text]:
+    """Several reports with a line between them."""
+    for number, part in enumerate(parts):
+        if number:
+            yield Text()
+        yield from part
+
+
+def _save(history: History, chosen: Iterable[int], directory: Path) -> bool:
+    """Writes cases as files that are run without chance; says so of those that cannot be."""
+    replays = Replays(history)
+    comment = [f"one of the smallest suite that visits what all {len(history.cases)} cases of a store do"]
+    cases = []
+    is_whole = True
+    for index in chosen:
+        stored = history.cases[index]
+        if stored.is_earlier:
+            errors().line(f"{history.labels[index]} was run on an earlier version of the model, and is not saved.")
+            is_whole = False
+        else:
+            cases.append((replace(replays.recorded(stored), name=history.labels[index]), comment))
+    save_cases(cases, directory, history.model, Path(history.source.path), overwrite=False)
+    return is_whole

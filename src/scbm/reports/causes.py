@@ -1,0 +1,48 @@
+"""Why cases of a store failed: failures that are alike are one cause, with all of its cases."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scbm.testing import FailureKind
+
+if TYPE_CHECKING:
+    from scbm.storing import History, StoredCase
+    from scbm.testing import Failure
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """A reason to fail.
+
+    Attributes:
+        failure: the reason, as the first case has it.
+        case: that case.
+        labels: the labels of all cases that fail for it, in the order of the store.
+    """
+
+    failure: Failure
+    case: StoredCase
+    labels: tuple[str, ...]
+
+
+def causes_of(history: History) -> tuple[Cause, ...]:
+    """All causes, those first that came first.
+
+    Failures are alike if kind and subject are; that a goal was not reached, also if the goal is. What a case expects is
+    its own, and so is each expectation that was not met.
+    """
+    found: dict[tuple[str, ...], tuple[Failure, StoredCase, list[str]]] = {}
+    for label, case in zip(history.labels, history.cases, strict=True):
+        for failure in case.verdict.failures:
+            key = (failure.kind.value, failure.subject, _scope(failure, case, label))
+            found.setdefault(key, (failure, case, []))[2].append(label)
+    return tuple(Cause(failure, case, tuple(dict.fromkeys(labels))) for failure, case, labels in found.values())
+
+
+def _scope(failure: Failure, case: StoredCase, label: str) -> str:
+    """What besides kind and subject must be the same."""
+    if failure.kind is FailureKind.EXPECTATION:
+        return label
+    return case.goal if failure.kind is FailureKind.NOT_REACHED else ""

@@ -1,0 +1,285 @@
+"""Coverage stores on the command line: `test --store`, `combine`, `report`, and what is wrong."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Protocol
+
+import pytest
+
+from scbm.storing import StoreWriter, read_history
+
+BEFORE = "examples/robot_in_the_air/before.yaml"
+AFTER = "examples/robot_in_the_air/after.yaml"
+CASES = "examples/robot_in_the_air/cases"
+HOME = "always gantry_req_state == executing -> robot_at == home"
+
+
+class Ran(Protocol):
+    code: int
+    out: str
+    err: str
+
+
+Scbm = Callable[..., Ran]
+
+
+@pytest.fixture
+def store(tmp_path: Path) -> Path:
+    return tmp_path / "cov.db"
+
+
+@pytest.fixture
+def filled(scbm: Scbm, store: Path) -> Path:
+    assert scbm("test", BEFORE, "--cases", 20, "--seed", 1, "--store", store).code == 0
+    return store
+
+
+def test_a_run_is_added_and_compared_with_the_last(scbm: Scbm, store: Path) -> None:
+    first = scbm("test", BEFORE, "--cases", 5, "--seed", 1, "--store", store)
+    second = scbm("test", BEFORE, "--cases", 5, "--seed", 2, "--store", store)
+    third = scbm("test", BEFORE, "--cases", 5, "--seed", 2, "--store", store)
+    assert first.out.splitlines()[-2:] == [
+        "Since the last run: this is the first in its store",
+        f"{store}: 5 cases together, 30.23 %",
+    ]
+    *_, since, total = second.out.splitlines()
+    more = "robot_move_to_agv/executing, robot_move_to_agv/failed, robot_move_to_agv/completed, …"
+    assert since == f"Since the last run: 30.23 % → 43.02 %, +12 ({more}), -1 (robot_mount_scanner/failed)"
+    assert total == f"{store}: 10 cases together, 44.19 %"
+    assert third.out.splitlines()[-2].startswith("Since the last run: the same, ")
+    assert third.out.splitlines()[-1] == second.out.splitlines()[-1]
+    commands = [run.command for run in read_history(store).runs]
+    assert commands[0] == f"scbm test {BEFORE} --cases 5 --seed 1 --store {store}"
+
+
+def test_machines_are_told_the_same(scbm: Scbm, filled: Path) -> None:
+    ran = scbm("test", BEFORE, "--cases", 5, "--seed", 2, "--store", filled, "--json")
+    told = json.loads(ran.out)["store"]
+    history = read_history(filled)
+    first, second = (run.visited for run in history.runs)
+    assert told == {
+        "file": str(filled),
+        "cases": 25,
+        "visited": history.coverage.figure.visited,
+        "percent": history.coverage.figure.percent,
+        "is_first_run": False,
+        "gained": list(history.obligations.names(second & ~first)),
+        "lost": list(history.obligations.names(first & ~second)),
+    }
+
+
+def test_what_the_command_line_adds_to_cases_is_kept(scbm: Scbm, store: Path) -> None:
+    scbm("test", AFTER, CASES, "--cases", 2, "--network", "loss: 5 %", "--require", HOME, "--time-limit", "5 min",
+         "--store", store)  # fmt: skip
+    told = json.loads(scbm("report", store, "--json").out)
+    drawn = [case["recipe"] for case in told["cases"] if case["recipe"]["kind"] == "drawn"]
+    assert [(recipe["number"], recipe["network"], recipe["time_limit_seconds"]) for recipe in drawn] == [
+        (1, "loss: 5 %", 300.0),
+        (2, "loss: 5 %", 300.0),
+    ]
+    assert [recipe["requirements"] for recipe in drawn] == [{"required_1": HOME}] * 2
+    assert len(told["cases"]) == 9
+
+
+def test_a_store_that_cannot_be_written_any_more_does_not_end_the_campaign(
+    scbm: Scbm, store: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    add = StoreWriter.add
+
+    def filling(self: StoreWriter, position: int, *rest: Any) -> None:  # noqa: ANN401 - as it is called
+        if position == 3:
+            self._connection.execute("PRAGMA max_page_count = 1")
+            self._connection.execute("CREATE TEMP TRIGGER full BEFORE INSERT ON main.test_case BEGIN"
+                                     " SELECT RAISE(ABORT, 'database or disk is full'); END")  # fmt: skip
+        add(self, position, *rest)
+
+    monkeypatch.setattr(StoreWriter, "add", filling)
+    ran = scbm("test", BEFORE, "--cases", 5, "--store", store)
+    assert ran.code == 2
+    assert ran.err.startswith(f"{store}: error[store-unusable]: this store cannot be used: database or disk is full")
+    assert ran.err.count("error[") == 1
+    assert "5 random cases of seed 0" in ran.out
+    assert len(read_history(store).cases) == 2
+
+
+def test_stores_are_combined(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
+    other, target = tmp_path / "other.db", tmp_path / "all.db"
+    scbm("test", BEFORE, "--cases", 20, "--seed", 2, "--store", other)
+    ran = scbm("combine", filled, other, "-o", target)
+    assert (ran.code, ran.err) == (0, "")
+    assert ran.out == f"{target}: 40 cases together, {read_history(target).coverage.figure}, 2 runs\n"
+    told = json.loads(scbm("combine", filled, other, "-o", target, "--json").out)
+    assert (told["cases"], told["runs"], told["dropped"]) == (40, 2, [])
+
+
+def test_stores_of_two_models_are_combined_only_on_request(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
+    other, target = tmp_path / "other.db", tmp_path / "all.db"
+    scbm("test", AFTER, CASES, "--store", other)
+    refused = scbm("combine", filled, other, "-o", target)
+    assert refused.code == 2
+    assert refused.err.startswith(f"{filled}: error[store-other-model]: this store is of another model than {other}: ")
+    taken = scbm("combine", filled, other, "-o", target, "--across-edits")
+    assert taken.out.splitlines() == [
+        f"{filled}: of an earlier version of the model; dropped what means something else now",
+        "  gantry_move_to_box_a: executing, failed, completed, queued   it was edited",
+        "  gantry_move_to_agv: executing, completed, queued   it was edited",
+        f"{target}: 27 cases together, 100.00 %, 2 runs",
+    ]
+    report = scbm("report", target)
+    assert "27 cases of 2 runs, 20 of them on an earlier version of the model: " in report.out
+
+
+def test_the_report_is_that_of_all_cases(scbm: Scbm, filled: Path) -> None:
+    alone = scbm("test", BEFORE, "--cases", 20, "--seed", 1).out.splitlines()
+    stored = scbm("report", filled).out.splitlines()
+    figures = slice(5, 12)
+    assert stored[2] == alone[2]
+    assert stored[figures] == alone[figures]
+    assert [line for line in stored if "○" in line] == [line for line in alone if "○" in line]
+
+
+def test_only_what_is_missing_and_why(scbm: Scbm, filled: Path) -> None:
+    out = scbm("report", filled, "--missing").out
+    assert out == scbm("test", BEFORE, "--cases", 20, "--seed", 1, "--missing").out
+    assert "●" not in out
+    lines = out.splitlines()
+    place = lines.index("  op: gantry_move_to_agv")
+    assert lines[place + 1 : place + 4] == [
+        "      ○ disabled  it could start whenever its turn came: an injection in between can keep it from that",
+        "      ○ failed    executed in 5 cases, and nothing failed it",
+        "      ○ timedout  executed in 5 cases, never beyond its deadline of 10 s",
+    ]
+    assert f"  scbm close {BEFORE} --out closed   the cases for all of it, or proofs that there are none" in lines
+
+
+def test_nothing_missing_is_said_in_two_lines(scbm: Scbm, store: Path) -> None:
+    scbm("test", AFTER, CASES, "--store", store)
+    out = scbm("report", store, "--missing").out
+    assert out.splitlines()[0] == "Missing of robot_in_the_air: 0 obligations of 86"
+    assert len(out.splitlines()) == 3
+
+
+def test_the_smallest_suite_visits_the_same(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
+    ran = scbm("report", filled, "--minimize", "--save", tmp_path / "small")
+    assert ran.code == 0
+    files = sorted((tmp_path / "small").iterdir())
+    assert 1 < len(files) < 20
+    again = json.loads(scbm("test", BEFORE, tmp_path / "small", "--json").out)
+    assert again["coverage"]["visited"] == read_history(filled).coverage.figure.visited
+    assert again["coverage"]["queued"]["visited"] == 14
+    assert scbm("test", BEFORE, tmp_path / "small", "--store", tmp_path / "small.db").code == 0
+    told = json.loads(scbm("report", tmp_path / "small.db", "--minimize", "--json").out)
+    assert len(told["smallest"]["cases"]) == len(files)
+
+
+def test_saving_needs_the_smallest_suite(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
+    ran = scbm("report", filled, "--save", tmp_path / "small")
+    assert (ran.code, ran.err) == (
+        2, "--save: error[bad-option]: this saves the smallest suite\n    = add --minimize\n",
+    )  # fmt: skip
+
+
+def test_cases_of_an_earlier_model_are_not_saved_and_that_is_told(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
+    other, target = tmp_path / "other.db", tmp_path / "all.db"
+    scbm("test", AFTER, "--cases", 1, "--store", other)
+    scbm("combine", filled, other, "-o", target, "--across-edits")
+    ran = scbm("report", target, "--minimize", "--save", tmp_path / "small")
+    assert ran.code == 2
+    assert "was run on an earlier version of the model, and is not saved." in ran.err
+
+
+FORMATS = ("html", "junit", "cobertura", "lcov", "sarif", "markdown", "badge")
+
+
+def test_every_format_is_written_and_the_same_twice(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
+    def write(directory: str) -> list[bytes]:
+        (tmp_path / directory).mkdir()
+        files = {kind: tmp_path / directory / kind for kind in FORMATS}
+        options = [word for kind, path in files.items() for word in (f"--{kind}", path)]
+        ran = scbm("report", filled, *options)
+        assert ran.code == 0
+        assert ran.err == f"Written: {', '.join(str(path) for path in files.values())}\n"
+        return [path.read_bytes() for path in files.values()]
+
+    first = write("first")
+    assert all(first)
+    assert write("second") == first
+
+
+def test_two_formats_in_one_file_are_refused(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
+    ran = scbm("report", filled, "--junit", tmp_path / "x", "--lcov", tmp_path / "x", "--sarif", filled)
+    assert ran.code == 2
+    assert [line.split(": error")[0] for line in ran.err.splitlines() if "error[" in line] == ["--lcov", "--sarif"]
+    assert len(read_history(filled).cases) == 20
+
+
+def test_files_that_cannot_be_written_are_told_all_at_once(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
+    ran = scbm(
+        "report", filled, "--junit", tmp_path / "a/j.xml", "--lcov", tmp_path / "b/l", "--badge", tmp_path / "b.svg"
+    )
+    assert ran.code == 2
+    assert [line.split(": error")[0] for line in ran.err.splitlines() if "error[" in line] == ["--junit", "--lcov"]
+    assert (tmp_path / "b.svg").exists()
+
+
+@pytest.mark.parametrize(
+    ("thresholds", "code"),
+    [
+        (["46.5"], 0), (["46.52"], 1), (["executing=87.5"], 0), (["executing=87.6"], 1), (["automatic=50"], 0),
+        (["40", "queued=90"], 1), (["all=46"], 0), (["disabled=0"], 0),
+    ],
+)  # fmt: skip
+def test_thresholds_are_for_everything_or_for_a_kind(
+    scbm: Scbm, filled: Path, thresholds: list[str], code: int
+) -> None:
+    options = [word for threshold in thresholds for word in ("--fail-under", threshold)]
+    assert scbm("report", filled, *options).code == code
+    assert scbm("test", BEFORE, "--cases", 20, "--seed", 1, *options).code == code
+
+
+def test_all_that_is_wrong_with_thresholds_is_told_at_once(scbm: Scbm, filled: Path) -> None:
+    wrong = ["failde=3", "101", "executing=nan", "=3", "executing="]
+    options = [word for threshold in wrong for word in ("--fail-under", threshold)]
+    ran = scbm("report", filled, *options)
+    assert ran.code == 2
+    assert ran.err.count("error[bad-option]") == 5
+    assert "did you mean `failed`?" in ran.err
+
+
+def test_what_falls_short_is_told_for_each(scbm: Scbm, filled: Path) -> None:
+    ran = scbm("report", filled, "--fail-under", "90", "--fail-under", "executing=90")
+    assert ran.err.splitlines() == [
+        "Coverability 46.51 % is under 90 %.",
+        "Coverability of `executing`, 87.50 %, is under 90 %.",
+    ]
+
+
+def test_another_model_is_refused_before_anything_is_run(scbm: Scbm, filled: Path) -> None:
+    ran = scbm("test", AFTER, "--cases", 5, "--store", filled)
+    assert (ran.code, ran.out) == (2, "")
+    assert ran.err.startswith(f"{filled}: error[store-other-model]: ")
+
+
+@pytest.mark.parametrize("verb", ["report", "combine"])
+def test_what_is_no_store_is_told_in_one_line(scbm: Scbm, tmp_path: Path, verb: str) -> None:
+    wrong = tmp_path / "x.db"
+    wrong.write_text("no store", encoding="utf-8")
+    ran = scbm(verb, wrong, *(["-o", tmp_path / "y.db"] if verb == "combine" else []))
+    assert ran.code == 2
+    assert ran.err.splitlines()[0] == f"{wrong}: error[not-a-store]: this is not a coverage store"
+
+
+def test_a_report_of_failures_names_them(scbm: Scbm, store: Path) -> None:
+    scbm("test", BEFORE, "--cases", 20, "--seed", 1, "--require", HOME, "--no-shrink", "--store", store)
+    out = scbm("report", store).out
+    failed = len(read_history(store).failed)
+    assert f"Failed: {failed} cases" in out
+    assert "again: scbm run" in out
+    assert f"--require '{HOME}'" in out
+    with sqlite3.connect(store) as connection:
+        assert connection.execute("SELECT count(*) FROM test_case WHERE failures IS NOT NULL").fetchone() == (failed,)
+    connection.close()

@@ -1,0 +1,71 @@
+"""The commands that show stored cases again: whoever runs them gets the same run."""
+
+from __future__ import annotations
+
+import json
+import shlex
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Protocol
+
+from scbm.reports.again import again
+from scbm.storing import Drawn, StoredCase, Written
+from support.histories import EXAMPLE, history_of
+
+MODEL = "examples/robot_in_the_air/before.yaml"
+CASE = "case: scans\ngoal: item_a_scanned\ninitial: {robot_at: toolbox_scanner}\n"
+
+
+class Ran(Protocol):
+    code: int
+    out: str
+
+
+Scbm = Callable[..., Ran]
+
+
+def drawn(recipe: Drawn) -> StoredCase:
+    return replace(history_of(EXAMPLE / "before.yaml", 1).cases[0], recipe=recipe)
+
+
+def test_a_drawn_case_is_drawn_again(scbm: Scbm) -> None:
+    stored = history_of(EXAMPLE / "before.yaml", 3, seed=7).cases[2]
+    words = shlex.split(again(stored, MODEL))
+    assert words == ["scbm", "run", MODEL, "--seed", "7", "--case", "3"]
+    told = json.loads(scbm(*words[1:], "--json").out)
+    assert (told["case"], told["simulated_seconds"]) == (stored.name, stored.ended_ns / 1e9)
+
+
+def test_all_that_decides_a_drawn_case_is_said(scbm: Scbm) -> None:
+    requirements = (
+        ("required_1", "never robot_at == home"),
+        ("required_2", "always mounted == none || gripper_act == open"),
+    )
+    stored = drawn(Drawn(-3, 2, "loss: 2 %, jitter: 20 ms", requirements, 523_123_000_000))
+    words = shlex.split(again(stored, MODEL))
+    assert words[2:] == [
+        *(MODEL, "--seed", "-3", "--case", "2", "--network", "loss: 2 %, jitter: 20 ms"),
+        *("--time-limit", "523.123 s", "--require", "never robot_at == home"),
+        *("--require", "always mounted == none || gripper_act == open"),
+    ]
+    told = json.loads(scbm(*words[1:], "--json").out)
+    assert told["case"] == "seed--3-case-2"
+
+
+def test_a_written_case_is_replayed_wherever_it_is(scbm: Scbm, tmp_path: Path) -> None:
+    path = tmp_path / "it's <here> & there.yaml"
+    path.write_text(CASE, encoding="utf-8")
+    stored = history_of(EXAMPLE / "before.yaml", 0, written=[path]).cases[0]
+    words = shlex.split(again(stored, MODEL))
+    assert words == ["scbm", "replay", str(path), "--model", MODEL]
+    assert json.loads(scbm(*words[1:], "--json").out)["case"] == stored.name
+
+
+def test_a_path_is_never_taken_for_an_option() -> None:
+    stored = replace(drawn(Drawn(1, 1)), recipe=Written(CASE, "-x.yaml"))
+    assert shlex.split(again(stored, "-m.yaml")) == ["scbm", "replay", "./-x.yaml", "--model", "./-m.yaml"]
+
+
+def test_nothing_runs_a_case_of_an_earlier_model_again() -> None:
+    assert not again(replace(drawn(Drawn(1, 1)), is_earlier=True), MODEL)

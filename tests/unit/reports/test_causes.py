@@ -1,0 +1,58 @@
+"""Why cases of a store failed: what is alike is one cause."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from scbm.reports.causes import causes_of
+from scbm.storing import History
+from scbm.testing import Failure, FailureKind, Verdict
+from scbm.trace import End
+from support.histories import EXAMPLE, history_of
+
+FAILS = Path(__file__).parents[2] / "models/fails_at_run"
+
+
+def failing(*cases: tuple[Failure, ...]) -> History:
+    history = history_of(EXAMPLE / "before.yaml", len(cases))
+    pairs = zip(history.cases, cases, strict=True)
+    return replace(
+        history, cases=tuple(replace(case, verdict=Verdict(End.REACHED, failures)) for case, failures in pairs)
+    )
+
+
+def told(history: History) -> list[tuple[str, list[str]]]:
+    return [(cause.failure.message, list(cause.labels)) for cause in causes_of(history)]
+
+
+def test_nothing_failed() -> None:
+    assert causes_of(history_of(EXAMPLE / "before.yaml", 3)) == ()
+
+
+def test_cases_that_fail_for_one_reason_are_one_cause_with_the_words_of_the_first() -> None:
+    history = history_of(FAILS / "requirement.yaml", 3)
+    (cause,) = causes_of(history)
+    assert cause.failure == history.cases[0].verdict.failures[0]
+    assert cause.case == history.cases[0]
+    assert cause.labels == history.labels
+
+
+def test_kind_and_subject_tell_causes_apart() -> None:
+    one = Failure(FailureKind.REQUIREMENT, "one", "one at 1 s")
+    later = Failure(FailureKind.REQUIREMENT, "one", "one at 2 s")
+    two = Failure(FailureKind.REQUIREMENT, "two", "two")
+    cycle = Failure(FailureKind.LIVELOCK, "one", "round")
+    assert told(failing((one, two), (later,), (cycle, two), ())) == [
+        ("one at 1 s", ["seed-1-case-1", "seed-1-case-2"]),
+        ("two", ["seed-1-case-1", "seed-1-case-3"]),
+        ("round", ["seed-1-case-3"]),
+    ]
+
+
+def test_what_a_case_expects_is_its_own() -> None:
+    final = Failure(FailureKind.EXPECTATION, "final", "expected")
+    assert told(failing((final,), (final, final))) == [
+        ("expected", ["seed-1-case-1"]),
+        ("expected", ["seed-1-case-2"]),
+    ]

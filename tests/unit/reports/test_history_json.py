@@ -1,0 +1,89 @@
+"""A store as JSON: all of it, and the same as the objects say."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+from scbm.coverage.cover import Cover
+from scbm.reports.history_json import history_json, smallest_json
+from scbm.storing import Drawn
+from scbm.testing.json_report import coverage_json
+from support.histories import EXAMPLE, history_of
+
+CASES = sorted((EXAMPLE / "cases").glob("*.yaml"))
+FAILS = Path(__file__).parents[2] / "models/fails_at_run"
+
+
+def test_it_holds_the_figures_the_runs_and_the_cases() -> None:
+    history = history_of(EXAMPLE / "after.yaml", 5, written=CASES)
+    told = json.loads(json.dumps(history_json(history)))
+    assert (told["format_version"], told["model"], told["passed"]) == (1, "robot_in_the_air", True)
+    assert told["model_file"] == "examples/robot_in_the_air/after.yaml"
+    assert told["model_text"] == history.source.text
+    assert told["coverage"] == coverage_json(history.coverage)
+    assert told["simulated_seconds"] == history.simulated_ns / 1e9
+    assert [run["id"] for run in told["runs"]] == [history.runs[0].id]
+    assert told["runs"][0]["visited"] == list(history.obligations.names(history.runs[0].visited))
+    assert [case["label"] for case in told["cases"]] == list(history.labels)
+    assert [case["key"] for case in told["cases"]] == [case.key.hex() for case in history.cases]
+    assert {case["recipe"]["kind"] for case in told["cases"]} == {"written", "drawn"}
+
+
+def test_who_visits_what_is_told_from_both_sides() -> None:
+    history = history_of(EXAMPLE / "after.yaml", 5, written=CASES)
+    told = history_json(history)
+    visited = {case["label"]: case["visited"] for case in told["cases"]}
+    assert list(told["visited_by"]) == [str(obligation) for obligation in history.obligations]
+    for obligation in history.obligations:
+        name = str(obligation)
+        assert told["visited_by"][name] == list(history.coverage.visitors(obligation))
+        assert told["visited_by"][name] == [label for label, names in visited.items() if name in names]
+    alone = {case["label"]: case["only_it_visits"] for case in told["cases"]}
+    assert any(alone.values())
+    assert [(name, label) for label, names in alone.items() for name in names] == [
+        (name, labels[0])
+        for label in history.labels
+        for name, labels in told["visited_by"].items()
+        if labels == [label]
+    ]
+
+
+def test_a_case_that_failed_says_why() -> None:
+    told = history_json(history_of(FAILS / "requirement.yaml", 1))
+    assert told["passed"] is False
+    (case,) = told["cases"]
+    assert (case["passed"], case["verdict"]) == (False, "reached")
+    assert [(failure["kind"], failure["subject"]) for failure in case["failures"]] == [
+        ("requirement", "open_while_pumping")
+    ]
+    assert case["again"].endswith("--seed 1 --case 1")
+
+
+def test_what_a_drawn_case_was_drawn_from_is_told() -> None:
+    history = history_of(EXAMPLE / "before.yaml", 1)
+    recipe = Drawn(3, 7, "loss=1 %", (("safe", "always false"),), 1_500_000_000)
+    case = replace(history.cases[0], recipe=recipe, is_earlier=True)
+    (told,) = history_json(replace(history, cases=(case,)))["cases"]
+    assert told["recipe"] == {
+        "kind": "drawn",
+        "seed": 3,
+        "number": 7,
+        "network": "loss=1 %",
+        "requirements": {"safe": "always false"},
+        "time_limit_seconds": 1.5,
+    }
+    assert (told["is_earlier"], told["again"]) == (True, None)
+
+
+def test_the_smallest_suite_is_told_by_its_labels() -> None:
+    history = history_of(EXAMPLE / "before.yaml", 5)
+    told = smallest_json(history, Cover((0, 3), 1))
+    assert told == {
+        "cases": ["seed-1-case-1", "seed-1-case-4"],
+        "at_least": 1,
+        "is_smallest": False,
+        "requests": history.cases[0].requests + history.cases[3].requests,
+        "simulated_seconds": (history.cases[0].ended_ns + history.cases[3].ended_ns) / 1e9,
+    }

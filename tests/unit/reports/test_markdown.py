@@ -1,0 +1,156 @@
+"""The summary in Markdown: what a renderer that is not ours makes of it, and that it never becomes too long."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from lxml import etree
+from markdown_it import MarkdownIt
+
+from scbm.coverage import Aspect, Obligation
+from scbm.notation import read_model
+from scbm.reports.markdown import MOST_CHARACTERS, markdown
+from scbm.reports.reasons import Missed
+from scbm.storing import History, Source
+from scbm.testing import Failure, FailureKind, Verdict
+from scbm.trace import End
+from support.histories import EXAMPLE, history_of
+
+FAILS = Path(__file__).parents[2] / "models/fails_at_run"
+RENDERER = MarkdownIt("commonmark", {"html": True}).enable("table")
+
+
+def rendered(text: str) -> etree._Element:
+    return etree.HTML(f"<div>{RENDERER.render(text)}</div>")
+
+
+def nodes(page: etree._Element, path: str) -> list[etree._Element]:
+    found = page.xpath(path)
+    assert isinstance(found, list)
+    return [each for each in found if isinstance(each, etree._Element)]
+
+
+def texts(page: etree._Element, path: str) -> list[str]:
+    return ["".join(map(str, each.itertext())) for each in nodes(page, path)]
+
+
+def with_failure(history: History, message: str) -> History:
+    first, *others = history.cases
+    verdict = Verdict(End.REACHED, (Failure(FailureKind.REQUIREMENT, "safe", message),))
+    return replace(history, cases=(replace(first, verdict=verdict), *others))
+
+
+def test_the_figure_comes_first() -> None:
+    page = rendered(markdown(history_of(EXAMPLE / "before.yaml", 20)))
+    assert texts(page, "//h2") == ["✅ SCBM-IAS of robot_in_the_air: 46.51 %"]
+    told = texts(page, "//p")
+    assert told[0] == "███████████████████░░░░░░░░░░░░░░░░░░░░░ 40 of 86 obligations visited"
+    assert told[1] == "20 cases: 20 reached; 151.28 s simulated"
+    assert texts(page, "//table[1]//tr/td[2]")[:7] == [
+        "0 / 16",
+        "14 / 16",
+        "9 / 16",
+        "0 / 16",
+        "14 / 16",
+        "3 / 6",
+        "14 / 16",
+    ]
+
+
+def test_what_is_missing_is_told_with_its_reasons_and_folded_if_it_is_long() -> None:
+    page = rendered(markdown(history_of(EXAMPLE / "before.yaml", 20)))
+    assert texts(page, "//details/summary") == ["16 disabled", "7 failed", "16 timedout"]
+    assert texts(page, "//p/strong") == ["2 executing", "2 completed", "3 taken", "2 queued"]
+    taken = nodes(page, "//p[strong='3 taken']/following-sibling::table[1]//tr")[2]
+    assert texts(taken, "td") == ["abort_if_scanning_timedout_5_times", "its guard never held: scan_timeouts == 5"]
+    shown = [
+        name for row in texts(page, "//details//td[1]|//p/following-sibling::table//td[1]") for name in row.split(", ")
+    ]
+    assert shown.count("robot_move_to_home") == 6
+    commands = texts(page, "//h3[.='Missing']/following-sibling::p[1]/code")
+    assert commands == [
+        "scbm explain examples/robot_in_the_air/before.yaml robot_move_to_home/disabled",
+        "scbm close examples/robot_in_the_air/before.yaml --out closed",
+    ]
+
+
+def test_what_failed_comes_before_all_else() -> None:
+    page = rendered(markdown(history_of(FAILS / "requirement.yaml", 5)))
+    assert texts(page, "//h2")[0].startswith("❌ SCBM-IAS of requirement: ")
+    assert texts(page, "//h3") == ["Failed: 5 cases", "Missing"]
+    kind, cases, command = texts(page, "(//table)[1]//td")
+    assert kind.startswith("requirement: open_while_pumping is violated at 0.000 s, start_pump being current: ")
+    assert cases == "seed-1-case-1, seed-1-case-2, seed-1-case-3 and 2 more"
+    assert command.endswith("requirement.yaml --seed 1 --case 1")
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        "a | b || c",
+        "<script>alert(1)</script> & <b>",
+        "`code` ``more`` *bold* _it_ ~~no~~ [a](b) ![a](b) <https://x.org> \\| \\",
+        "@someone #12 $x$ ü 模 && !a",
+    ],
+)
+def test_a_message_is_shown_as_it_is(message: str) -> None:
+    page = rendered(markdown(with_failure(history_of(EXAMPLE / "before.yaml", 2), message)))
+    assert texts(page, "(//table)[1]//td")[0] == f"requirement: {message}"
+    assert nodes(page, "//script") == []
+    assert nodes(page, "(//table)[1]//td[1]/*[not(self::strong)]") == []
+
+
+def test_nobody_is_called_by_a_message() -> None:
+    assert "@someone" not in markdown(with_failure(history_of(EXAMPLE / "before.yaml", 2), "@someone"))
+
+
+def test_lines_and_control_characters_become_one_line() -> None:
+    page = rendered(markdown(with_failure(history_of(EXAMPLE / "before.yaml", 2), "one\n\n| two\x1b[31m\r\nthree")))
+    assert texts(page, "(//table)[1]//td")[0] == "requirement: one | two␛[31m three"
+
+
+def test_a_path_with_ticks_and_pipes_stays_code() -> None:
+    history = with_failure(history_of(EXAMPLE / "before.yaml", 2), "broken")
+    odd = replace(history.runs[0], source=Source("a`b``c|d.yaml", history.source.text))
+    page = rendered(markdown(replace(history, runs=(odd,))))
+    assert texts(page, "(//table)[1]//td")[2] == "scbm run 'a`b``c|d.yaml' --seed 1 --case 1"
+
+
+def test_a_long_report_is_cut_between_its_parts_and_says_so() -> None:
+    history = history_of(EXAMPLE / "before.yaml", 20)
+    whole = markdown(history)
+    for most in range(600, len(whole), 97):
+        text = markdown(history, most_characters=most)
+        assert len(text) <= most
+        assert text.endswith("`scbm report` shows all of it.*\n")
+        assert text.count("<details>") == text.count("</details>")
+        assert whole.startswith(text[: text.rindex("\n*The rest")])
+    assert markdown(history, most_characters=len(whole)) == whole
+
+
+def test_hundreds_of_operations_fit_into_a_comment() -> None:
+    operations = "".join(f"  {'o' * 60}_{n}: {{pre: {{g: true}}, post: {{g: true}}}}\n" for n in range(400))
+    model = read_model(f"behavior_model: m\nvariables: {{}}\noperations:\n{operations}goals: {{done: true}}\n")
+    history = replace(history_of(EXAMPLE / "before.yaml", 1), model=model, cases=())
+    text = markdown(history)
+    assert len(text) <= MOST_CHARACTERS
+    assert "<b>400 disabled</b>" in text
+    assert "\nand 300 more\n" in text
+    assert "<b>400 queued</b>" in text or text.endswith("shows all of it.*\n")
+
+
+def test_only_what_is_given_as_missing_is_told() -> None:
+    missed = Missed(Obligation("go", Aspect.FAILED), "why not", "scbm explain m.yaml go/failed")
+    text = markdown(history_of(EXAMPLE / "before.yaml", 20), [missed])
+    assert "**1 failed**\n\n|  | why |\n| --- | --- |\n| `go` | why not |\n" in text
+    assert "Missing" not in markdown(history_of(EXAMPLE / "before.yaml", 20), [])
+
+
+def test_nothing_to_measure_and_no_cases() -> None:
+    model = read_model("behavior_model: m\nvariables: {}\noperations: {}\n")
+    history = replace(history_of(EXAMPLE / "before.yaml", 1), model=model, cases=())
+    page = rendered(markdown(history))
+    assert texts(page, "//h2") == ["⚪ SCBM-IAS of m: not measurable"]
+    assert texts(page, "//p") == ["0 of 0 obligations visited", "no cases; 0.00 s simulated"]
