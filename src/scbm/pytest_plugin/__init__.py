@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from scbm.pytest_plugin.fixture import ModelUnderTest
 
 _BENCH = pytest.StashKey["Bench"]()
+_STORED = pytest.StashKey[list[str]]()
 _SUFFIXES = (".yaml", ".yml")
 _SNIFFED_BYTES = 65_536
 
@@ -43,6 +44,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group.addoption(
         "--scbm-fail-under", type=_percent, metavar="P", help="Fail if fewer per cent of a model are visited."
     )
+    group.addoption("--scbm-store", metavar="FILE", help="Add the cases that were run to this coverage store.")
     parser.addini("scbm_model", "The model of case files that name none; seen from the directory of this file.")
     parser.addini("scbm_cases", "Whether case files are collected.", type="bool", default=True)
 
@@ -112,6 +114,7 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
         if bench is not None:
             output[_OUTPUT] = bench.ledger.pack()
         return
+    _keep(session)
     if _judges(config) and session.exitstatus in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED):
         from scbm.pytest_plugin.summary import find_shortfalls
 
@@ -128,6 +131,23 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
     from scbm.pytest_plugin.summary import summarize
 
     summarize(bench_of(config), terminalreporter, judged=_judges(config))
+    for line in config.stash.get(_STORED, []):
+        is_wrong = line.startswith("FAIL ")
+        terminalreporter.write_line(line, bold=is_wrong, red=is_wrong)
+
+
+def _keep(session: pytest.Session) -> None:
+    """Adds what was run to the store that is asked for; the session fails if it cannot."""
+    config = session.config
+    file: str | None = config.getoption("--scbm-store")
+    if file is None or config.getoption("collectonly"):
+        return
+    from scbm.pytest_plugin.keeping import keep
+
+    said, is_well = keep(config, list(bench_of(config).ledger.parts()), file)
+    config.stash[_STORED] = said
+    if not is_well and session.exitstatus in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 def _judges(config: pytest.Config) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scbm.testing import Campaign
@@ -54,11 +55,15 @@ class Part:
 
     Attributes:
         file: the model file, as people are told of it.
+        path: the same, resolved.
+        entries: the cases, in the order of the tests.
         campaign: what came of the cases.
         groups: how many cases came from where.
     """
 
     file: str
+    path: Path
+    entries: tuple[Entry, ...]
     campaign: Campaign
     groups: dict[Group, int]
 
@@ -104,4 +109,5 @@ class Ledger:
             shown, behavior = self._models[key]
             counts = {group: sum(entry.group is group for entry in entries) for group in Group}
             groups = {group: count for group, count in counts.items() if count}
-            yield Part(shown, Campaign.of(behavior, (entry.result for entry in entries)), groups)
+            campaign = Campaign.of(behavior, (entry.result for entry in entries))
+            yield Part(shown, Path(key), tuple(entries), campaign, groups)
