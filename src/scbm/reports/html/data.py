@@ -1,0 +1,69 @@
+"""What the script of the HTML report is given about cases: columns for the list, and what one case's page adds."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from scbm.reports.again import again
+from scbm.storing import Written
+
+if TYPE_CHECKING:
+    from collections.abc import Hashable, Iterable
+
+    from scbm.reports.html.visitors import Visitors
+    from scbm.storing import History
+
+
+def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
+    """All cases column by column, and what their numbers stand for.
+
+    - `obligations`: `[subject, aspect]` for each, in the order of their bits;
+    - `goal`, `end`, `set`: indices into `goals`, `ends` and `sets`;
+    - `sets`: what is visited, as hexadecimal digits, the lowest first; digit i says it of obligations 4 i to 4 i + 3;
+    - `visits`, `only`: how many obligations of the figure a case visits, and how many of all no other case visits;
+    - `visitors`: how many cases visit each obligation;
+    - `failures`: `[kind, subject, message]` of each failure, for the cases that failed, by index as text.
+    """
+    cases = history.cases
+    counted = history.obligations.counted
+    alone = visitors.alone()
+    goals, goal = _numbered(case.goal for case in cases)
+    ends, end = _numbered(case.verdict.end.replace("_", " ") for case in cases)
+    sets, visited = _numbered(f"{case.visited:x}"[::-1] for case in cases)
+    return {
+        "model": history.model.name,
+        "obligations": [[obligation.subject, obligation.aspect] for obligation in history.obligations],
+        "operations": [operation.name for operation in history.model.operations],
+        "goals": goals,
+        "ends": ends,
+        "sets": sets,
+        "label": history.labels,
+        "goal": goal,
+        "end": end,
+        "set": visited,
+        "ended_ns": [case.ended_ns for case in cases],
+        "requests": [case.requests for case in cases],
+        "visits": [(case.visited & counted).bit_count() for case in cases],
+        "visitors": [len(cases) for cases in visitors.by_bit],
+        "only": [alone[index] for index in range(len(cases))],
+        "failures": {
+            str(index): [[failure.kind, failure.subject, failure.message] for failure in case.verdict.failures]
+            for index, case in enumerate(cases)
+            if not case.verdict.passed
+        },
+    }
+
+
+def case_details(history: History) -> dict[str, Any]:
+    """What only the page of a case shows: `commands` for all, and `texts` and `paths` of written ones by index."""
+    file = history.source.path
+    texts = {str(i): c.recipe.text for i, c in enumerate(history.cases) if isinstance(c.recipe, Written)}
+    paths = {str(i): c.recipe.path for i, c in enumerate(history.cases) if isinstance(c.recipe, Written)}
+    return {"commands": [again(case, file) for case in history.cases], "texts": texts, "paths": paths}
+
+
+def _numbered(values: Iterable[Hashable]) -> tuple[list[Hashable], list[int]]:
+    """The values without repetition, in the order of their first use, and for each value its number."""
+    numbers: dict[Hashable, int] = {}
+    column = [numbers.setdefault(value, len(numbers)) for value in values]
+    return list(numbers), column

@@ -1,0 +1,46 @@
+"""Which cases visit each obligation, and which alone: counted once, as several pages ask."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.coverage import Obligation, Obligations
+    from scbm.storing import History
+
+
+@dataclass(frozen=True, slots=True)
+class Visitors:
+    """The cases that visit each obligation, as indices into `History.cases`, in their order."""
+
+    obligations: Obligations
+    by_bit: tuple[tuple[int, ...], ...]
+
+    @staticmethod
+    def of(history: History) -> Visitors:
+        """One pass over all cases."""
+        found: list[list[int]] = [[] for _ in history.obligations]
+        for index, case in enumerate(history.cases):
+            for bit in _bits(case.visited):
+                found[bit].append(index)
+        return Visitors(history.obligations, tuple(map(tuple, found)))
+
+    def visiting(self, obligation: Obligation) -> tuple[int, ...]:
+        """The cases that visit an obligation of the model."""
+        return self.by_bit[self.obligations.bit(obligation).bit_length() - 1]
+
+    def alone(self) -> Counter[int]:
+        """For each case how many obligations only it visits."""
+        return Counter(cases[0] for cases in self.by_bit if len(cases) == 1)
+
+
+def _bits(of: int) -> Iterator[int]:
+    """The places of the bits that are set, the lowest first."""
+    while of:
+        lowest = of & -of
+        yield lowest.bit_length() - 1
+        of ^= lowest

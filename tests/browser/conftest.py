@@ -1,0 +1,158 @@
+"""A real browser for the HTML report, and reports to open in it.
+
+The tests are skipped where Chromium or Playwright is missing; with SCBM_ALL_TOOLS=1 they fail there instead.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from scbm.reports.html import html_report
+from scbm.storing import History, Replays, StoredCase
+from scbm.testing import Execution
+from support.histories import EXAMPLE, history_of
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, BrowserContext, Page
+
+if os.environ.get("SCBM_ALL_TOOLS") == "1":
+    import playwright.sync_api  # noqa: F401 - the modules with tests skip themselves where it is missing
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+ARGUMENTS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+)
+
+FAILING = """\
+# </script><script>document.title = "broken"</script> <!-- & "quotes" 'too' — größer
+behavior_model: failing
+variables:
+  valve: {domain: [shut, open], initial: shut, random: any}
+  pump: {domain: [off, on], initial: off}
+  level: {domain: 0..3, initial: 0}
+operations:
+  start_pump: {pre: {g: pump == off && level < 3}, post: {g: true, a: [pump <- on]}}
+  a_very_long_name_of_an_operation_that_nothing_needs_but_that_has_to_fit_into_every_table_of_the_report:
+    pre: {g: pump == on && level < 3 && valve == open}
+    post: {g: true, a: [level += 1]}
+automatic_transitions:
+  open_valve: {g: pump == on && valve == shut, a: [valve <- open]}
+goals:
+  pumping: pump == on
+  drained: level == 3 && pump == off
+requirements:
+  open_while_pumping: always pump == on -> valve == open
+"""
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """Chromium, without a window."""
+    path = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if path is None and os.environ.get("SCBM_ALL_TOOLS") == "1":
+        pytest.fail("there is no Chromium, and SCBM_ALL_TOOLS=1 says that it is there")
+    if path is None:
+        pytest.skip("there is no Chromium")
+    from playwright.sync_api import sync_playwright  # noqa: PLC0415 - it may be missing
+
+    with sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
+        yield started
+        started.close()
+
+
+@dataclass
+class Visit:
+    """Opens reports in the browser, and remembers all that it should not have done."""
+
+    browser: Browser
+    complaints: list[str] = field(default_factory=list)
+    contexts: list[BrowserContext] = field(default_factory=list)
+
+    def open(self, report: Path, address: str = "", **options: Any) -> Page:  # noqa: ANN401 - as Playwright has them
+        """A new window with a report; `options` are those of Playwright's `new_context`."""
+        context = self.browser.new_context(**options)
+        self.contexts.append(context)
+        page = context.new_page()
+        page.set_default_timeout(30_000)
+        file = report.as_uri()
+        page.on("console", lambda message: self._complain(message.type in ("error", "warning"), message.text))
+        page.on("pageerror", lambda error: self._complain(True, str(error)))
+        page.on("request", lambda request: self._complain(request.url.split("#")[0] != file, f"asks for {request.url}"))
+        page.goto(file + address)
+        return page
+
+    def _complain(self, is_wrong: bool, words: str) -> None:  # noqa: FBT001 - said by name nowhere but here
+        if is_wrong:
+            self.complaints.append(words)
+
+
+@pytest.fixture
+def visit(browser: Browser) -> Iterator[Visit]:
+    """Opens reports; in the end nothing may have been complained of, and nothing fetched but the report."""
+    made = Visit(browser)
+    yield made
+    for context in made.contexts:
+        context.close()
+    assert made.complaints == []
+
+
+@pytest.fixture(scope="session")
+def write_report(tmp_path_factory: pytest.TempPathFactory) -> Callable[..., Path]:
+    """Writes the report of a history into a file."""
+
+    def write(history: History, replay: Callable[[StoredCase], Execution | None] | None = None) -> Path:
+        path = tmp_path_factory.mktemp("report") / "report.html"
+        path.write_text(html_report(history, replay or Replays(history).execute), encoding="utf-8")
+        return path
+
+    return write
+
+
+@pytest.fixture(scope="session")
+def before(write_report: Callable[..., Path]) -> Path:
+    """20 random cases of the example, 46.51 %."""
+    return write_report(history_of(EXAMPLE / "before.yaml", 20))
+
+
+@pytest.fixture(scope="session")
+def after(write_report: Callable[..., Path]) -> Path:
+    """The repaired example with its written cases."""
+    return write_report(history_of(EXAMPLE / "after.yaml", 10, written=[EXAMPLE / "cases"]))
+
+
+@pytest.fixture(scope="session")
+def failing(write_report: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Cases that fail, of a model that says things that must not be taken for HTML."""
+    model = tmp_path_factory.mktemp("model") / "failing & <b>.yaml"
+    model.write_text(FAILING, encoding="utf-8")
+    return write_report(history_of(model, 30))
+
+
+@pytest.fixture(scope="session")
+def many(write_report: Callable[..., Path]) -> Path:
+    """10,000 cases: those of 20 under other names, each with the run of its like."""
+    history = history_of(EXAMPLE / "before.yaml", 20)
+    runs = {case.key: Replays(history).execute(case) for case in history.cases}
+    cases = tuple(replace(history.cases[i % 20], name=f"copy-{i + 1}", position=i + 1) for i in range(10_000))
+    return write_report(replace(history, cases=cases), lambda case: runs[case.key])
+
+
+@pytest.fixture(scope="session")
+def earlier(write_report: Callable[..., Path]) -> Path:
+    """Two cases; the second was run on an earlier version of the model."""
+    history = history_of(EXAMPLE / "before.yaml", 2)
+    first, second = history.cases
+    return write_report(replace(history, cases=(first, replace(second, is_earlier=True))))

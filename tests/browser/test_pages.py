@@ -1,0 +1,498 @@
+"""Every page of the report, in a real browser."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from struct import unpack
+from typing import TYPE_CHECKING
+
+import pytest
+
+pytest.importorskip("playwright.sync_api", reason="there is no Playwright")
+from playwright.sync_api import expect
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Locator, Page
+
+    from browser.conftest import Visit
+
+PICTURES = Path(__file__).parents[2] / "docs/pictures"
+ROUTES = (
+    "missing",
+    "operations",
+    "operation/pick_item_a",
+    "source",
+    "cases",
+    "case/seed-1-case-6",
+    "growth",
+    "findings",
+)
+PICTURED = {
+    "missing": ("#/missing", "light"),
+    "operation": ("#/operation/scanner_scan_item_a", "light"),
+    "source": ("#/source/204", "light"),
+    "case": ("#/case/seed-1-case-6", "dark"),
+}
+"""The pictures of the documentation: an address and a theme for each."""
+
+
+def shown(page: Page) -> Locator:
+    return page.locator(".page.shown")
+
+
+def column(page: Page, index: int) -> list[str]:
+    return [cell.strip() for cell in shown(page).locator(f"tbody tr > :nth-child({index})").all_text_contents()]
+
+
+def test_it_opens_with_the_figure_and_what_is_missing(visit: Visit, before: Path) -> None:
+    page = visit.open(before)
+    expect(page).to_have_title(re.compile("robot_in_the_air"))
+    expect(shown(page)).to_have_count(1)
+    expect(shown(page).locator(".large")).to_have_text("46.51 %")
+    rows = shown(page).locator("table").first.locator("tbody tr")
+    expect(rows).to_have_count(46)
+    expect(rows.first).to_contain_text("scbm explain examples/robot_in_the_air/before.yaml robot_move_to_home/disabled")
+    expect(page.locator("header .runs")).to_contain_text("1 run, on 2026-11-21")
+
+
+def test_a_report_without_holes_is_glad(visit: Visit, after: Path) -> None:
+    page = visit.open(after, "#/missing")
+    expect(shown(page).locator(".notice.good")).to_contain_text("Nothing is missing")
+    expect(shown(page).locator(".large")).to_have_text("100.00 %")
+
+
+@pytest.mark.parametrize("route", ROUTES)
+def test_each_page_has_an_address(visit: Visit, before: Path, route: str) -> None:
+    page = visit.open(before, f"#/{route}")
+    expect(shown(page)).to_have_count(1)
+    expect(shown(page).locator("h1")).to_have_count(1)
+    current = {"operation": "Operations", "case": "Cases"}.get(route.partition("/")[0], route.title())
+    expect(page.locator("nav [aria-current=page]")).to_contain_text(current)
+    assert page.evaluate("scrollY") == 0
+
+
+def test_an_address_of_nothing_says_so(visit: Visit, before: Path) -> None:
+    for address in ("#/nothing", "#/operation/none", "#/case/none", "#/results", "#/missing/more", "#/case/%"):
+        page = visit.open(before, address)
+        expect(shown(page)).to_contain_text("Nothing here")
+
+
+def test_the_browser_goes_back_and_forward(visit: Visit, before: Path) -> None:
+    page = visit.open(before)
+    page.get_by_role("link", name="Cases 20").click()
+    page.get_by_role("link", name="seed-1-case-6").click()
+    expect(shown(page).locator("h1")).to_have_text("seed-1-case-6")
+    page.go_back()
+    expect(shown(page).locator("h1")).to_have_text("Cases")
+    page.go_back()
+    expect(shown(page).locator(".large")).to_be_visible()
+    page.go_forward()
+    expect(shown(page).locator("h1")).to_have_text("Cases")
+
+
+def test_back_is_where_one_was(visit: Visit, many: Path) -> None:
+    page = visit.open(many, "#/cases")
+    page.get_by_role("link", name="copy-180", exact=True).click()
+    expect(shown(page).locator("h1")).to_have_text("copy-180")
+    expect(page.get_by_role("link", name="next →")).to_be_in_viewport()
+    page.go_back()
+    expect(page.get_by_role("link", name="copy-180", exact=True)).to_be_in_viewport()
+
+
+def test_the_matrix_counts_cases_and_leads_to_them(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/operations")
+    row = shown(page).get_by_role("row").filter(has_text="gripper_close")
+    expect(row.locator("td").first).to_have_text("● 3")
+    expect(row.get_by_title("gripper_close/timedout: missing")).to_have_text("○ missing")
+    row.get_by_title("gripper_close/executing: 3 cases").click()
+    expect(shown(page).locator("tbody tr")).to_have_count(3)
+    expect(shown(page).locator(".chip")).to_contain_text("visits gripper_close/executing")
+
+
+def test_tables_are_sorted_by_a_column(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/operations")
+    head = shown(page).get_by_role("columnheader", name="executing")
+    head.get_by_role("button").click()
+    expect(head).to_have_attribute("aria-sort", "descending")
+    counts = [int(re.sub(r"\D", "", text) or 0) for text in column(page, 4)[:16]]
+    assert counts == sorted(counts, reverse=True)
+    head.get_by_role("button").click()
+    expect(head).to_have_attribute("aria-sort", "ascending")
+    name = shown(page).get_by_role("columnheader", name="Operation", exact=True)
+    name.get_by_role("button").click()
+    assert column(page, 1)[:2] == ["gantry_move_to_agv", "gantry_move_to_box_a"]
+    expect(head).not_to_have_attribute("aria-sort", re.compile(""))
+
+
+def test_covered_rows_are_hidden(visit: Visit, after: Path, before: Path) -> None:
+    page = visit.open(after, "#/operations")
+    page.keyboard.press("h")
+    expect(shown(page).locator("tbody tr:visible")).to_have_count(0)
+    expect(shown(page).locator(".none")).to_be_visible()
+    page = visit.open(before, "#/operations")
+    page.get_by_label("hide covered").and_(page.locator(":visible")).check()
+    expect(shown(page).locator("tbody tr:visible")).to_have_count(16 + 3)
+
+
+def test_rows_are_filtered(visit: Visit, before: Path) -> None:
+    page = visit.open(before)
+    page.get_by_label("Filter what is missing").fill("robot timedout")
+    rows = shown(page).locator("tbody tr:visible")
+    expect(rows).to_have_count(9)
+    page.get_by_label("Filter what is missing").fill("")
+    expect(rows).to_have_count(48)
+
+
+def test_an_operation_has_its_lifecycle_its_text_and_its_cases(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/operation/pick_item_a")
+    expect(shown(page).locator("svg")).to_be_visible()
+    texts = shown(page).locator(".line code").all_text_contents()
+    assert texts[0] == "  pick_item_a:"
+    assert texts[-1] == "    timedout: [robot_req_trigger <- false]"
+    states = shown(page).locator(".states tbody tr")
+    expect(states).to_have_count(6)
+    expect(states.nth(3)).to_contain_text("executed in 10 cases, and nothing failed it")
+    expect(states.nth(3)).to_contain_text("scbm explain examples/robot_in_the_air/before.yaml pick_item_a/failed")
+    expect(states.nth(2).get_by_role("link")).to_have_count(6)
+    states.nth(2).get_by_role("link", name="all 10").click()
+    expect(shown(page).locator("tbody tr")).to_have_count(10)
+
+
+def test_the_source_is_marked_and_unfolds_its_branches(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/source/104")
+    line = shown(page).locator(".line.target")
+    expect(line).to_be_in_viewport()
+    expect(line.locator("code")).to_contain_text("g: robot_req_state == initial")
+    expect(line.locator(".sign")).to_have_text("◐")
+    expect(line.locator(".hits")).to_have_text("17")
+    button = line.get_by_role("button")
+    button.click()
+    expect(button).to_have_attribute("aria-expanded", "true")
+    expect(line.locator(".branches li")).to_have_text(
+        ["○ robot_move_to_box_a/disabled missing", "● robot_move_to_box_a/executing 17 cases"], use_inner_text=True
+    )
+    assert len(shown(page).locator(".line").all()) == 346
+
+
+def test_a_line_gives_its_address(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/source")
+    shown(page).locator(".gutter").filter(has_text=re.compile("^7$")).click()
+    expect(page).to_have_url(re.compile("#/source/7$"))
+    expect(shown(page).locator(".line.target code")).to_have_text("  robot_at:", use_inner_text=True)
+
+
+def test_branches_show_below_the_pointer_and_the_focus(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/source/104")
+    line = shown(page).locator(".line.target")
+    expect(line.locator(".branches")).to_be_hidden()
+    line.locator("code").hover()
+    expect(line.locator(".branches")).to_be_visible()
+    page.mouse.move(0, 0)
+    expect(line.locator(".branches")).to_be_hidden()
+    line.get_by_role("button").focus()
+    expect(line.locator(".branches")).to_be_visible()
+
+
+def test_covered_lines_are_folded(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/source")
+    page.keyboard.press("h")
+    lines = shown(page).locator(".line:visible")
+    expect(lines.locator("code").filter(has_text="deadline")).to_have_count(16)
+    heads = lines.filter(has=page.locator(".sign", has_text="✓")).locator("code").all_text_contents()
+    assert heads
+    assert all(re.fullmatch(r"  \w+:", head) for head in heads)
+    page.get_by_role("button", name="⋯ lines 1 to 48").click()
+    expect(lines.first.locator(".no")).to_have_text("1")
+    page.evaluate("location.hash = '#/source/106'")
+    expect(shown(page).locator(".line.target")).to_be_in_viewport()
+    page.keyboard.press("h")
+    expect(lines).to_have_count(346)
+    expect(shown(page).locator(".folded")).to_have_count(0)
+
+
+def test_cases_are_listed_sorted_and_searched(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/cases")
+    expect(shown(page).locator("tbody tr")).to_have_count(20)
+    first = shown(page).locator("tbody tr").first
+    expect(first).to_have_text(
+        re.compile(r"1\s*seed-1-case-1\s*✓ passed\s*item_a_scanned\s*reached\s*5\.583 s\s*6\s*11")
+    )
+    shown(page).get_by_role("button", name="Requests").click()
+    requests = [int(text) for text in column(page, 7)]
+    assert requests == sorted(requests, reverse=True)
+    assert page.url.endswith("#/cases?sort=-requests")
+    page.get_by_label("Filter cases by name, goal or end").fill("Delivered")
+    expect(shown(page).locator(".found")).to_have_text("3 of 20 cases")
+    assert [int(text) for text in column(page, 7)] == sorted((int(text) for text in column(page, 7)), reverse=True)
+    page.reload()
+    expect(shown(page).locator(".found")).to_have_text("3 of 20 cases")
+
+
+def test_filters_of_an_address_can_be_let_go(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/cases?visits=gripper_open%2Fexecuting&visits=automatic%2Fscanner_failed&q=seed")
+    expect(shown(page).locator(".chip")).to_have_count(2)
+    few = int(re.findall(r"\d+", shown(page).locator(".found").inner_text())[0])
+    page.get_by_role("button", name="Without: visits automatic/scanner_failed").click()
+    expect(shown(page).locator(".chip")).to_have_count(1)
+    expect(shown(page).locator(".found")).to_have_text("2 of 20 cases")
+    assert few <= 2
+    page = visit.open(before, "#/cases?visits=no/such")
+    expect(shown(page)).to_contain_text("which is no obligation")
+    expect(shown(page)).to_contain_text("No case is like that")
+
+
+def test_a_case_says_what_only_it_visits_and_how_to_run_it_again(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/case/seed-1-case-6")
+    expect(shown(page)).to_contain_text("✓ passed")
+    expect(shown(page).locator(".again")).to_contain_text(
+        "scbm run examples/robot_in_the_air/before.yaml --seed 1 --case 6"
+    )
+    expect(shown(page).locator(".own li")).to_have_text(
+        ["robot_move_to_toolbox_gripper: failed", "robot_move_to_agv: failed"]
+    )
+    expect(shown(page).locator(".all")).to_be_hidden()
+    shown(page).get_by_text("All that it visits: 28, and 12 queued").click()
+    expect(shown(page).locator(".all")).to_contain_text("automatic/robot_failed: taken")
+    expect(shown(page).locator(".of-timeline")).not_to_contain_text("cannot be shown")
+
+
+def test_a_written_case_shows_its_text(visit: Visit, after: Path) -> None:
+    page = visit.open(after, "#/cases")
+    shown(page).get_by_role("link", name="second_scan_succeeds").click()
+    expect(shown(page).locator(".again")).to_contain_text("scbm replay ")
+    expect(shown(page).locator("pre.text")).to_contain_text("case: second_scan_succeeds")
+
+
+def test_keys_lead_from_case_to_case_as_they_were_listed(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/cases?sort=-requests")
+    names = column(page, 2)
+    shown(page).get_by_role("link", name=names[0], exact=True).click()
+    expect(shown(page).locator("h1")).to_have_text(names[0])
+    page.keyboard.press("n")
+    expect(shown(page).locator("h1")).to_have_text(names[1])
+    page.keyboard.press("p")
+    expect(shown(page).locator("h1")).to_have_text(names[0])
+    page.keyboard.press("p")
+    expect(shown(page).locator("h1")).to_have_text(names[0])
+
+
+def test_growth_names_the_cases_that_added_something(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/growth")
+    expect(shown(page).locator("svg").first).to_be_visible()
+    assert column(page, 3)[0] == "12.79 %"
+    assert column(page, 3)[-1] == "46.51 %"
+    shown(page).get_by_role("link", name="seed-1-case-5", exact=True).last.click()
+    expect(shown(page).locator("h1")).to_have_text("seed-1-case-5")
+
+
+def test_findings_are_grouped_and_their_cases_found(visit: Visit, failing: Path) -> None:
+    page = visit.open(failing)
+    expect(shown(page).locator(".notice.bad")).to_contain_text("failed")
+    page.get_by_role("link", name="See what went wrong").click()
+    expect(shown(page).locator("article")).to_have_count(2)
+    finding = shown(page).locator("article").filter(has_text="open_while_pumping")
+    expect(finding.locator("tbody tr")).to_have_count(5)
+    link = finding.get_by_role("link", name=re.compile("^All .* cases"))
+    count = re.findall(r"\d+", link.inner_text())[0]
+    link.click()
+    expect(shown(page).locator(".found")).to_have_text(f"{count} of 30 cases")
+    expect(shown(page).locator(".chip")).to_contain_text("fails requirement/open_while_pumping")
+    expect(shown(page).locator(".verdict.visited")).to_have_count(0)
+    shown(page).locator("tbody a").first.click()
+    expect(shown(page).locator(".failures li").first).to_contain_text("open_while_pumping")
+
+
+def test_only_failed_cases_are_listed_if_that_is_asked_for(visit: Visit, failing: Path) -> None:
+    page = visit.open(failing, "#/cases")
+    page.get_by_label("failed only").check()
+    expect(page).to_have_url(re.compile("#/cases[?]failed$"))
+    expect(shown(page).locator(".verdict.visited")).to_have_count(0)
+    page.get_by_label("failed only").uncheck()
+    expect(shown(page).locator(".found")).to_have_text("30 cases")
+
+
+def test_what_looks_like_html_is_text(visit: Visit, failing: Path) -> None:
+    page = visit.open(failing, "#/source")
+    expect(shown(page).locator(".line code").first).to_have_text(
+        """# </script><script>document.title = "broken"</script> <!-- & "quotes" 'too' — größer"""
+    )
+    expect(page).to_have_title("Source · failing")
+    expect(page.locator("header .runs")).to_contain_text("failing & <b>.yaml")
+
+
+def test_search_finds_operations_obligations_cases_and_lines(visit: Visit, before: Path) -> None:
+    page = visit.open(before)
+    page.keyboard.press("/")
+    expect(page.locator("#search")).to_be_focused()
+    page.keyboard.type("gripper_cl")
+    results = page.locator("#results")
+    for group in ("Operations, 1", "Obligations, 6", "Cases, 3", "Lines, "):
+        expect(results).to_contain_text(group)
+    page.keyboard.press("ArrowDown")
+    expect(results.locator("[aria-selected=true]")).to_have_text("○ gripper_close/disabled")
+    page.keyboard.press("ArrowUp")
+    page.keyboard.press("Enter")
+    expect(shown(page).locator("h1")).to_have_text("gripper_close")
+    expect(results).to_be_hidden()
+    page.keyboard.press("/")
+    page.keyboard.type("nothing like this")
+    expect(results).to_contain_text("Nothing found")
+    page.keyboard.press("Escape")
+    expect(results).to_be_hidden()
+
+
+def test_keys_lead_to_the_pages(visit: Visit, before: Path) -> None:
+    page = visit.open(before)
+    for key, name in {
+        "o": "operations",
+        "s": "source",
+        "c": "cases",
+        "g": "growth",
+        "f": "findings",
+        "m": "missing",
+    }.items():
+        page.keyboard.press(key)
+        expect(page).to_have_url(re.compile(f"#/{name}$"))
+    page.keyboard.press("?")
+    expect(page.get_by_role("dialog")).to_be_visible()
+    page.keyboard.press("o")
+    page.keyboard.press("Escape")
+    expect(page.get_by_role("dialog")).to_be_hidden()
+    expect(page).to_have_url(re.compile("#/missing$"))
+
+
+def test_letters_in_a_field_are_no_keys(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/cases")
+    page.get_by_label("Filter cases by name, goal or end").press_sequentially("gots?/")
+    expect(page).to_have_url(re.compile("#/cases[?]q=gots%3F%2F$"))
+    expect(page.get_by_role("dialog")).to_be_hidden()
+
+
+def test_the_theme_is_chosen_and_remembered(visit: Visit, before: Path) -> None:
+    page = visit.open(before, color_scheme="dark")
+    background = "getComputedStyle(document.body).backgroundColor"
+    dark = page.evaluate(background)
+    page.get_by_role("button", name="Theme: auto").click()
+    light = page.evaluate(background)
+    assert light == "rgb(255, 255, 255)" != dark
+    page.keyboard.press("t")
+    expect(page.get_by_role("button", name="Theme: dark")).to_be_visible()
+    assert page.evaluate(background) == dark
+    page.reload()
+    expect(page.get_by_role("button", name="Theme: dark")).to_be_visible()
+
+
+def test_commands_are_copied(visit: Visit, before: Path) -> None:
+    page = visit.open(before, permissions=["clipboard-read", "clipboard-write"])
+    button = shown(page).locator("tbody tr").first.get_by_role("button", name="Copy the command")
+    button.click()
+    expect(button).to_have_text("Copied")
+    command = "scbm explain examples/robot_in_the_air/before.yaml robot_move_to_home/disabled"
+    assert page.evaluate("navigator.clipboard.readText()") == command
+
+
+def test_everything_is_reached_by_the_keyboard(visit: Visit, before: Path) -> None:
+    page = visit.open(before)
+    page.keyboard.press("Tab")
+    skip = page.get_by_role("link", name="Skip to the page")
+    expect(skip).to_be_focused()
+    expect(skip).to_be_in_viewport()
+    page.keyboard.press("Enter")
+    expect(shown(page).locator("h1")).to_be_focused()
+    page.keyboard.press("Shift+Tab")
+    expect(page.get_by_role("button", name="Keys")).to_be_focused()
+    for _ in range(4):
+        page.keyboard.press("Tab")
+    outline = page.evaluate("getComputedStyle(document.activeElement).outlineStyle")
+    assert outline == "solid"
+    assert page.evaluate("document.activeElement.closest('.page.shown') !== null")
+
+
+def test_without_a_script_all_pages_stand_below_each_other(visit: Visit, before: Path) -> None:
+    page = visit.open(before, java_script_enabled=False)
+    for text in (
+        "46.51 %",
+        "46 obligations missing",
+        "automatic/gripper_failed",
+        "its guard never held: scan_timeouts == 5",
+    ):
+        expect(page.get_by_text(text).first).to_be_visible()
+    expect(page.locator('[id="/operation/pick_item_a"] svg')).to_be_visible()
+    expect(page.locator('[id="/source/104"] .branches')).to_be_visible()
+    expect(page.locator('[id="/growth"] svg').first).to_be_visible()
+    expect(page.locator('[id="/findings"]')).to_contain_text("Nothing failed")
+    expect(page.locator("button:visible:not(.gutter), input:visible")).to_have_count(0)
+    page.get_by_role("link", name="Growth").click()
+    expect(page.locator('[id="/growth"] h1')).to_be_in_viewport()
+
+
+def test_paper_has_light_colours_and_no_controls(visit: Visit, before: Path) -> None:
+    page = visit.open(before, color_scheme="dark")
+    page.keyboard.press("t")
+    page.keyboard.press("t")
+    page.emulate_media(media="print", color_scheme="dark")
+    for query in ("getComputedStyle(document.body).color", "getComputedStyle(document.querySelector('.large')).color"):
+        assert page.evaluate(query) == "rgb(27, 31, 36)"
+    expect(shown(page).locator(".large")).to_be_visible()
+    expect(page.locator("nav:visible, button.copy:visible, input:visible, #theme:visible")).to_have_count(0)
+
+
+@pytest.mark.parametrize("width", [400, 800])
+def test_narrow_windows_need_no_scrolling_to_the_side(visit: Visit, before: Path, failing: Path, width: int) -> None:
+    for report in (before, failing):
+        page = visit.open(report, "#/missing", viewport={"width": width, "height": 800})
+        for link in page.locator("nav a").all():
+            link.click()
+            expect(shown(page)).to_have_attribute("data-title", re.findall("[A-Z][a-z]+", link.inner_text())[0])
+            assert page.evaluate("document.documentElement.scrollWidth") <= width
+        page.get_by_role("link", name="Cases").first.click()
+        shown(page).locator("tbody a").first.click()
+        expect(shown(page).locator(".of-timeline svg").first).to_be_visible()
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_long_names_need_no_scrolling_to_the_side(visit: Visit, failing: Path) -> None:
+    name = "a_very_long_name_of_an_operation_that_nothing_needs_but_that_has_to_fit_into_every_table_of_the_report"
+    page = visit.open(failing, f"#/operation/{name}", viewport={"width": 400, "height": 800})
+    expect(shown(page).locator("h1")).to_have_text(name)
+    assert page.evaluate("document.documentElement.scrollWidth") <= 400
+
+
+def test_ten_thousand_cases_are_listed_page_by_page(visit: Visit, many: Path) -> None:
+    page = visit.open(many, "#/cases")
+    expect(shown(page).locator(".found")).to_have_text("10000 cases, 1 to 200 shown")
+    expect(shown(page).locator("tbody tr")).to_have_count(200)
+    page.keyboard.press("n")
+    expect(shown(page).locator("tbody tr").first).to_contain_text("copy-201")
+    page.get_by_label("Filter cases by name, goal or end").fill("copy-999")
+    expect(shown(page).locator(".found")).to_have_text("11 of 10000 cases")
+    shown(page).get_by_role("button", name="Case").click()
+    assert column(page, 2)[:3] == ["copy-999", "copy-9990", "copy-9991"]
+    page.get_by_role("link", name="copy-9990", exact=True).click()
+    expect(shown(page).locator("h1")).to_have_text("copy-9990")
+    expect(shown(page).locator(".steps-between")).to_contain_text("2 of 11")
+
+
+def test_an_earlier_version_of_the_model_leaves_no_timeline(visit: Visit, earlier: Path) -> None:
+    page = visit.open(earlier, "#/case/seed-1-case-2")
+    expect(shown(page)).to_contain_text("earlier version of the model")
+    expect(shown(page).locator(".of-timeline")).to_contain_text("There is none")
+    expect(shown(page).locator(".again")).to_have_count(0)
+
+
+def test_the_pictures_of_the_documentation_are_of_this_size(
+    visit: Visit, before: Path, request: pytest.FixtureRequest
+) -> None:
+    for name, (address, scheme) in PICTURED.items():
+        page = visit.open(before, address, color_scheme=scheme, viewport={"width": 1280, "height": 800})
+        expect(shown(page)).to_be_visible()
+        if name == "case":
+            expect(shown(page).locator(".of-timeline svg").first).to_be_visible()
+            shown(page).get_by_role("heading", name="Timeline").scroll_into_view_if_needed()
+        picture = page.screenshot(animations="disabled", caret="hide")
+        path = PICTURES / f"report-{name}.png"
+        if request.config.getoption("--update-golden"):
+            path.parent.mkdir(exist_ok=True)
+            path.write_bytes(picture)
+        assert unpack(">II", path.read_bytes()[16:24]) == unpack(">II", picture[16:24]) == (1280, 800)

@@ -1,0 +1,127 @@
+"""The lifecycle of an operation as a picture: its figures are those of coverage, and it says only what is so."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from lxml import etree
+
+from scbm.coverage import STATE_ASPECTS, Obligation
+from scbm.model import Action, BehaviorModel
+from scbm.notation import load_model
+from scbm.reports.html.diagrams import lifecycle_svg
+from scbm.storing import History
+from support.histories import EXAMPLE, history_of
+
+LIFECYCLE = load_model(Path(__file__).parents[3] / "models/valid/lifecycle.yaml")
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture(scope="module")
+def history() -> History:
+    return history_of(EXAMPLE / "before.yaml", 20)
+
+
+def _parsed(history: History, operation: str) -> etree._Element:
+    return etree.fromstring(lifecycle_svg(history, operation))
+
+
+def _states(root: etree._Element) -> dict[str, tuple[str, etree._Element]]:
+    """For each state that leads somewhere, by what it says first: all that it says, and its element."""
+    links = root.findall(f"{SVG}a")
+    said = {link: [text for text in map(str.strip, map(str, link.itertext())) if text] for link in links}
+    return {words[1]: (" ".join(words), link) for link, words in said.items()}
+
+
+def _texts(root: etree._Element) -> list[str]:
+    return [str(text) for text in root.itertext()]
+
+
+def _of(model: BehaviorModel, history: History) -> History:
+    return History(model, history.runs, ())
+
+
+def _assignment(model: BehaviorModel) -> tuple[Action, ...]:
+    """`gripper_open.state <- failed`."""
+    return (replace(model.automatic_transitions[0].a[0], target="gripper_open.state"),)
+
+
+def test_each_state_says_how_many_cases_visited_it(history: History) -> None:
+    for operation in history.model.operations:
+        states = _states(_parsed(history, operation.name))
+        assert list(states) == [aspect.value for aspect in STATE_ASPECTS]
+        for aspect in STATE_ASPECTS:
+            count = len([*history.coverage.visitors(Obligation(operation.name, aspect))])
+            words = "✗ {} no case" if not count else "✓ {} 1 case" if count == 1 else f"✓ {{}} {count} cases"
+            assert states[aspect][0] == words.format(aspect)
+
+
+def test_what_was_missed_is_told_without_colour_too(history: History) -> None:
+    states = _states(_parsed(history, "gantry_move_to_agv"))
+    dashed = {state for state, (_, link) in states.items() if link.findall(f".//{SVG}rect[@stroke-dasharray]")}
+    assert dashed == {"disabled", "failed", "timedout"}
+
+
+def test_each_state_leads_to_the_cases_that_visit_it(history: History) -> None:
+    states = _states(_parsed(history, "gripper_open"))
+    assert states["failed"][1].get("href") == "#/cases?visits=gripper_open%2Ffailed"
+
+
+def test_title_and_description_name_the_operation_and_its_states(history: History) -> None:
+    root = _parsed(history, "gripper_open")
+    named = {element.get("id"): element.text for element in root.iter(f"{SVG}title", f"{SVG}desc")}
+    told = [named[name] or "" for name in (root.get("aria-labelledby") or "").split()]
+    assert told[0] == "Lifecycle of gripper_open"
+    assert "disabled no case" in told[1]
+
+
+def test_a_picture_with_links_is_no_image_to_a_screen_reader(history: History) -> None:
+    assert _parsed(history, "gripper_open").get("role") == "group"
+
+
+def test_deadlines_stand_at_their_arrows() -> None:
+    empty = _of(LIFECYCLE, history_of(EXAMPLE / "before.yaml", 0))
+    texts = _texts(_parsed(empty, "full"))
+    assert "deadline 2 min" in texts
+    assert "500 ms" in texts
+
+
+def test_an_operation_without_deadlines_has_none() -> None:
+    empty = _of(LIFECYCLE, history_of(EXAMPLE / "before.yaml", 0))
+    texts = _texts(_parsed(empty, "plain"))
+    assert "no deadline" in texts
+    assert "after" not in texts
+
+
+def test_what_can_fail_an_operation_is_told(history: History) -> None:
+    empty = _of(LIFECYCLE, history)
+    assert "injections" in _texts(_parsed(empty, "plain"))
+    own = _texts(_parsed(empty, "full"))
+    assert "failed" in own
+    assert "give_up" in own
+    automatic = _texts(_parsed(history, "gripper_open"))
+    assert "automatic" in automatic
+    assert "robot_failed, gantry_failed, scanner_failed, gripper_failed" in automatic
+
+
+def test_an_automatic_transition_that_fails_another_operation_is_no_way_to_fail_this_one() -> None:
+    model = load_model(EXAMPLE / "before.yaml")
+    only = replace(model.automatic_transitions[0], a=_assignment(model))
+    changed = replace(model, automatic_transitions=(only,))
+    empty = _of(changed, history_of(EXAMPLE / "before.yaml", 0))
+    assert "automatic" in _texts(_parsed(empty, "gripper_open"))
+    assert "automatic" not in _texts(_parsed(empty, "gripper_close"))
+
+
+def test_names_are_escaped(history: History) -> None:
+    nasty = "<b>&\"'é"
+    operation = replace(history.model.operations[0], name=nasty)
+    root = _parsed(_of(replace(history.model, operations=(operation,)), history), nasty)
+    assert root.find(f"{SVG}title") is not None
+    assert root.findtext(f"{SVG}title") == f"Lifecycle of {nasty}"
+    assert _states(root)["failed"][1].get("href") == "#/cases?visits=%3Cb%3E%26%22%27%C3%A9%2Ffailed"
+
+
+def test_an_operation_that_does_not_exist_is_an_error(history: History) -> None:
+    with pytest.raises(KeyError):
+        lifecycle_svg(history, "nothing")

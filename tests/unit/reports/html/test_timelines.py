@@ -1,0 +1,246 @@
+"""What was packed for the browser is the trace: every record, and every state."""
+
+import json
+import os
+import subprocess
+import sys
+import weakref
+from base64 import b64decode
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+from zlib import decompress
+
+import pytest
+
+from scbm.model import BehaviorModel, format_value
+from scbm.notation import load_model, read_case
+from scbm.reports.html.timelines import pack_timelines
+from scbm.testing import Execution, RandomCases, Tester, load_suite
+from scbm.trace import Record, RunStarted, state_after
+from support.histories import EXAMPLE
+
+MODELS = Path(__file__).parents[3] / "models"
+BEFORE = load_model(EXAMPLE / "before.yaml")
+DISTURBED = """\
+case: disturbed
+goal: item_a_delivered
+requirements:
+  home: always gantry_req_state == executing -> robot_at == home
+  soon: robot_at == box_a leads to scanned_a == true within 300 ms
+injections:
+  - {name: first, set: {gripper_act: closed}}
+  - {name: busy, at: 2 s, resource: robot, becomes: occupied, hold: 3 s}
+  - {name: pushed, when: current.name == scanner_scan_item_a, set: {scanner_req_state: executing}, hold: 2 s}
+  - {name: never, at: 1 h, set: {gripper_act: open}}
+"""
+
+
+@dataclass(frozen=True)
+class Unpacked:
+    """One record as the browser has it; `state` is that behind it."""
+
+    at_ns: int
+    kind: str
+    lane: tuple[str, str, str]
+    sentence: str
+    changes: dict[str, str]
+    state: dict[str, str]
+
+
+def _opened(compressed: str) -> Any:  # noqa: ANN401 - whatever JSON can say
+    return json.loads(decompress(b64decode(compressed)))
+
+
+def _cases(packed: dict[str, Any]) -> list[Any]:
+    """All cases, each with the steps of its block."""
+    blocks = [_opened(block) for block in packed["blocks"]]
+    return [None if case is None else {**case, "table": block["steps"]} for block in blocks for case in block["cases"]]
+
+
+def _records(packed: dict[str, Any], case: dict[str, Any]) -> Iterator[Unpacked]:
+    """The records of a case, as the script of the page reads them."""
+    shared = _opened(packed["shared"])
+    texts, variables = shared["texts"], shared["variables"]
+    at_ns = number = 0
+    state: dict[str, str] = {}
+    for step, after_ns, more in zip(case["steps"], case["after_ns"], case["numbers"], strict=True):
+        at_ns, number = at_ns + after_ns, number + more
+        kind, *lane, sentence = case["table"][step][:5]
+        flat = case["table"][step][5:]
+        changes = {texts[variables[v][0]]: texts[t] for v, t in zip(flat[::2], flat[1::2], strict=True)}
+        if shared["kinds"][kind] == "run_started":
+            state = {texts[name]: texts[value] for name, value, _ in variables}
+        state = {**state, **changes} if state else {}
+        told = texts[sentence].replace("{}", str(number), 1)
+        first, second, third = (texts[text] for text in lane)
+        yield Unpacked(at_ns, shared["kinds"][kind], (first, second, third), told, changes, state)
+
+
+def _written(values: Iterable[tuple[str, Any]]) -> dict[str, str]:
+    return {name: format_value(value) for name, value in values}
+
+
+def _must_be_alike(model: BehaviorModel, executions: Sequence[Execution]) -> None:
+    packed = pack_timelines(model, executions)
+    assert packed["cases"] == len(executions)
+    for execution, case in zip(executions, _cases(packed), strict=True):
+        told = list(_records(packed, case))
+        records = execution.trace.records
+        assert [record.at_ns for record in told] == [record.at_ns for record in records]
+        assert [record.kind for record in told] == [record.kind for record in records]
+        for index, (unpacked, record) in enumerate(zip(told, records, strict=True)):
+            assert unpacked.state == _written(state_after(records[: index + 1]).items())
+            if not isinstance(record, RunStarted):
+                assert unpacked.changes == _written(record.changes)
+            assert _names(record) <= {*unpacked.sentence.replace(":", " ").replace(",", " ").split()}
+        assert case["ended_ns"] == execution.ended_ns
+
+
+def _names(record: Record) -> set[str]:
+    """What a sentence must not leave out: the name of what took part, and the number of a request."""
+    given = {field.name: getattr(record, field.name) for field in fields(record)}
+    keys = ("operation", "injection", "transition", "resource", "request", "failed", "variable", "condition")
+    return {
+        str(given[key]) for key in keys if given.get(key) is not None and not str(given[key]).startswith("complete")
+    }
+
+
+@pytest.mark.parametrize("network", ["perfect", "drawn"])
+def test_random_cases_of_the_example_are_packed_record_by_record(network: str) -> None:
+    cases = RandomCases(BEFORE) if network == "perfect" else RandomCases(BEFORE, network=None)
+    _must_be_alike(BEFORE, [Tester(BEFORE).execute(case) for case in cases.first(25, 3)])
+
+
+def test_written_cases_of_the_example_are_packed_record_by_record() -> None:
+    model = load_model(EXAMPLE / "after.yaml")
+    executions = [Tester(model).execute(written.case) for written in load_suite([EXAMPLE / "cases"], model)]
+    assert len(executions) == 7
+    _must_be_alike(model, executions)
+
+
+def test_injections_before_the_run_leave_no_state_and_those_in_it_are_packed() -> None:
+    execution = Tester(BEFORE).execute(read_case(DISTURBED, BEFORE))
+    kinds = [record.kind for record in execution.trace.records]
+    assert kinds[0] == "injection"
+    assert {"put_back", "resource"} <= {*kinds}
+    _must_be_alike(BEFORE, [execution])
+    packed = pack_timelines(BEFORE, [execution])
+    first, *_ = _records(packed, _cases(packed)[0])
+    assert first.changes == {"gripper_act": "closed"}
+    assert first.state == {}
+
+
+@pytest.mark.parametrize("file", sorted((MODELS / "fails_at_run").glob("*.yaml")), ids=lambda file: file.stem)
+def test_runs_that_fail_are_packed_record_by_record(file: Path) -> None:
+    model = load_model(file)
+    _must_be_alike(model, [Tester(model).execute(case) for case in RandomCases(model).first(2, 1)])
+
+
+def test_violations_say_what_where_and_since_when() -> None:
+    execution = Tester(BEFORE).execute(read_case(DISTURBED, BEFORE))
+    packed = pack_timelines(BEFORE, [execution])
+    texts = _opened(packed["shared"])["texts"]
+    told = [(texts[name], *numbers, texts[why]) for name, *numbers, why in _cases(packed)[0]["violations"]]
+    assert [name for name, *_ in told] == ["home", "soon"]
+    assert told == [(v.requirement, v.begins, v.record, v.at_ns, v.reason) for v in execution.violations]
+
+
+def test_what_a_case_says_in_vain_is_told() -> None:
+    execution = Tester(BEFORE).execute(read_case(DISTURBED, BEFORE))
+    packed = pack_timelines(BEFORE, [execution])
+    texts = _opened(packed["shared"])["texts"]
+    assert [texts[sentence] for sentence in _cases(packed)[0]["unused"]] == [*execution.unused]
+    assert any("never" in sentence for sentence in execution.unused)
+
+
+def test_lanes_tell_the_subject_what_became_of_it_and_who_else_took_part() -> None:
+    execution = Tester(BEFORE).execute(read_case(DISTURBED, BEFORE))
+    packed = pack_timelines(BEFORE, [execution])
+    lanes = {(record.kind, *record.lane) for record in _records(packed, _cases(packed)[0])}
+    assert ("resource", "busy", "occupied", "robot") in lanes
+    assert ("put_back", "pushed", "", "") in lanes
+    assert ("operation", "scanner_scan_item_a", "disabled", "") in lanes
+    assert ("reply_received", "gantry", "succeeded", "") in lanes
+    assert ("request_sent", "scanner", "scan_item_a", "") in lanes
+    assert ("run_ended", "item_a_delivered", "reached", "") in lanes
+
+
+def test_a_case_that_cannot_be_run_again_keeps_its_place() -> None:
+    case = RandomCases(BEFORE).case(1, 1)
+    run = Tester(BEFORE).execute(case)
+    packed = pack_timelines(BEFORE, [None, run, None])
+    assert packed["cases"] == 3
+    assert [case is None for case in _cases(packed)] == [True, False, True]
+
+
+def test_no_cases_are_no_blocks() -> None:
+    packed = pack_timelines(BEFORE, [])
+    assert packed["cases"] == 0
+    assert packed["blocks"] == []
+
+
+def test_each_block_can_be_opened_without_the_others() -> None:
+    executions = [Tester(BEFORE).execute(case) for case in RandomCases(BEFORE).first(130, 1)]
+    packed = pack_timelines(BEFORE, executions)
+    per_block = packed["per_block"]
+    assert len(packed["blocks"]) == -(-130 // per_block)
+    block = _opened(packed["blocks"][129 // per_block])
+    last = {**block["cases"][129 % per_block], "table": block["steps"]}
+    assert [record.at_ns for record in _records(packed, last)] == [r.at_ns for r in executions[129].trace.records]
+
+
+class _Watched(Execution):
+    """An execution whose life can be watched."""
+
+
+def test_executions_are_not_kept() -> None:
+    alive: list[weakref.ref[_Watched]] = []
+    most = 0
+
+    def runs() -> Iterator[Execution]:
+        nonlocal most
+        for case in RandomCases(BEFORE).first(70, 1):
+            run = Tester(BEFORE).execute(case)
+            watched = _Watched(*(getattr(run, field.name) for field in fields(run)))
+            alive.append(weakref.ref(watched))
+            most = max(most, sum(ref() is not None for ref in alive))
+            yield watched
+            del watched
+
+    pack_timelines(BEFORE, runs())
+    assert most <= 2
+
+
+def test_ten_thousand_cases_of_the_example_would_take_less_than_two_megabytes() -> None:
+    tester = Tester(BEFORE)
+    packed = pack_timelines(BEFORE, (tester.execute(case) for case in RandomCases(BEFORE).first(640, 1)))
+    blocks = sum(map(len, packed["blocks"]))
+    assert len(packed["shared"]) + blocks * 10_000 / 640 < 2_000_000
+
+
+_PRINT = """
+import sys
+from hashlib import sha256
+from pathlib import Path
+from scbm.notation import load_model
+from scbm.reports.html.timelines import pack_timelines
+from scbm.testing import RandomCases, Tester
+model = load_model(Path(sys.argv[1]))
+runs = [Tester(model).execute(case) for case in RandomCases(model, network=None).first(10, 1)]
+print(sha256(repr(pack_timelines(model, runs)).encode()).hexdigest())
+"""
+
+
+def test_the_same_runs_are_packed_into_the_same_bytes_under_every_hash_seed() -> None:
+    printed = [
+        subprocess.run(
+            [sys.executable, "-c", _PRINT, str(EXAMPLE / "before.yaml")],
+            env={**os.environ, "PYTHONHASHSEED": seed},
+            capture_output=True,
+            check=True,
+        ).stdout
+        for seed in ("1", "2")
+    ]
+    assert printed[0] == printed[1]
