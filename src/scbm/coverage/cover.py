@@ -16,7 +16,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from heapq import heapify, heappop, heapreplace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from scbm.coverage.contexts import bits_of
 
@@ -94,6 +94,10 @@ class _Table(NamedTuple):
         return _Table(tuple(row & ~elements for row in self.rows), self.places)
 
 
+_Way: TypeAlias = tuple[_Table, tuple[int, ...]]
+"""What is left to cover, and what is chosen so far."""
+
+
 def _transposed(rows: Sequence[int], width: int) -> list[int]:
     """Columns of rows: bit r of column c is bit c of row r. By way of text, whose slices and numbers are fast."""
     columns = [0] * width
@@ -134,7 +138,7 @@ def _reduced(table: _Table) -> tuple[tuple[int, ...], _Table]:
         columns = [column for column in _transposed(table.rows, table.union.bit_length()) if column]
         # a column within another: who covers its element covers the other's too, so the larger column goes
         kept = _maximal([everything ^ column for column in columns], len(table.rows))
-        columns = [columns[column] for column in kept]
+        columns = sorted((columns[column] for column in kept), key=int.bit_count)  # the rarest tells most, so it leads
         only = 0
         for column in columns:
             only |= column if column.bit_count() == 1 else 0
@@ -151,15 +155,16 @@ def _reduced(table: _Table) -> tuple[tuple[int, ...], _Table]:
 
 def _parts(table: _Table) -> list[_Table]:
     """The sets in groups that share no element, in the order of their first sets."""
-    groups: list[tuple[int, list[int]]] = []
-    for row, bits in enumerate(table.rows):
-        touched = [group for group in groups if group[0] & bits]
-        groups = [group for group in groups if not group[0] & bits]
-        union = bits
-        for elements, _ in touched:
-            union |= elements
-        groups.append((union, sorted((row, *(other for _, rows in touched for other in rows)))))
-    return [table.keeping(rows) for _, rows in sorted(groups, key=lambda group: group[1])]
+    unions: list[int] = []
+    for row in table.rows:
+        merged = row
+        for union in unions:
+            merged |= union if union & row else 0
+        unions = [*(union for union in unions if not union & row), merged]
+    groups: dict[int, list[int]] = {}
+    for position, row in enumerate(table.rows):
+        groups.setdefault(next(number for number, union in enumerate(unions) if union & row), []).append(position)
+    return [table.keeping(rows) for rows in groups.values()]
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,24 +200,27 @@ class _Search:
     def run(self) -> Cover:
         """The smallest cover, or the best one when the work is done, and what is proved."""
         self.best = _greedy(self.table, [0] * len(self.table.rows))
-        proved = self._bound(self.table, len(self.best)).at_least
-        ways = [self._ways(self.table, ())]
+        bound = self._bound(self.table, len(self.best))
+        ways = [self._better(self.table, (), bound)]
         while ways and self.work > 0:
             way = next(ways[-1], None)
             if way is None:
                 ways.pop()
             else:
                 ways.append(self._ways(*way))
-        return Cover(self.best, min(proved, len(self.best)) if ways else len(self.best))
+        return Cover(self.best, min(bound.at_least, len(self.best)) if ways else len(self.best))
 
-    def _ways(self, table: _Table, chosen: tuple[int, ...]) -> Iterator[tuple[_Table, tuple[int, ...]]]:
+    def _ways(self, table: _Table, chosen: tuple[int, ...]) -> Iterator[_Way]:
         """The ways on to a better cover: what is then left, and what is then chosen."""
         forced, table = _reduced(table)
         chosen += forced
         if not table.rows:
             self._note(chosen)
             return
-        bound = self._bound(table, len(self.best) - len(chosen))
+        yield from self._better(table, chosen, self._bound(table, len(self.best) - len(chosen)))
+
+    def _better(self, table: _Table, chosen: tuple[int, ...], bound: _Bound) -> Iterator[_Way]:
+        """The same, from a table that nothing reduces; none if the bound says so."""
         self._note((*chosen, *_greedy(table, bound.costs)))
         below = len(self.best) - len(chosen)
         if bound.at_least >= below:
@@ -222,7 +230,7 @@ class _Search:
         if table.union == needed:
             yield from self._branches(table, chosen)
 
-    def _branches(self, table: _Table, chosen: tuple[int, ...]) -> Iterator[tuple[_Table, tuple[int, ...]]]:
+    def _branches(self, table: _Table, chosen: tuple[int, ...]) -> Iterator[_Way]:
         """Each set with an element that few have: it is chosen, and those before it are not."""
         needed = table.union
         columns = _transposed(table.rows, needed.bit_length())

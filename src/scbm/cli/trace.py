@@ -1,0 +1,159 @@
+"""`scbm trace`: one run as a file that Perfetto or Foxglove opens."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from io import BytesIO
+from pathlib import Path
+from typing import Annotated, Any, BinaryIO
+
+import typer
+
+from scbm.cli.arguments import complete, read_faults, read_requirements, read_time_limit
+from scbm.cli.output import results, write_json
+from scbm.errors import Diagnostic, InputError, Place, Slug
+from scbm.model import BehaviorModel, format_moment
+from scbm.notation import load_model, open_case
+from scbm.testing import Execution, RandomCases, Tester
+
+FORMAT_VERSION = 1
+
+
+@dataclass(frozen=True)
+class _Output:
+    """A file that is asked for.
+
+    Attributes:
+        option: what asks for it.
+        path: where it goes.
+        write: fills it, and says with how much.
+        noun: what it is filled with.
+        readers: who opens it.
+    """
+
+    option: str
+    path: Path
+    write: Callable[[BehaviorModel, Execution, BinaryIO], int]
+    noun: str
+    readers: str
+
+
+def command(
+    file: Annotated[Path, typer.Argument(help="The case file; the model file beside `--case`.", show_default=False)],
+    *,
+    perfetto: Annotated[
+        Path | None, typer.Option("--perfetto", metavar="FILE", help="Write JSON for ui.perfetto.dev.")
+    ] = None,
+    mcap: Annotated[Path | None, typer.Option("--mcap", metavar="FILE", help="Write MCAP for Foxglove.")] = None,
+    model: Annotated[
+        Path | None, typer.Option("--model", help="The model file; the one that the case names, if missing.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option("--seed", help="Decides what is drawn beside `--case`. [0]")] = None,
+    case: Annotated[
+        int | None, typer.Option("--case", min=1, help="This case of `scbm test --seed`, in place of a file.")
+    ] = None,
+    network: Annotated[
+        str | None, typer.Option("--network", help="Beside `--case`: `loss: 2 %, jitter: 20 ms`, or `drawn`.")
+    ] = None,
+    require: Annotated[
+        list[str] | None, typer.Option("--require", metavar="SENTENCE", help="A requirement beside the others.")
+    ] = None,
+    time_limit: Annotated[
+        str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time, if the case says none.")
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print what was written as JSON.")] = False,
+) -> int:
+    """Run a case again, and write what happens as a file that Perfetto or Foxglove opens."""
+    outputs = _outputs(perfetto, mcap)
+    if case is None:
+        _refuse({"--seed": seed, "--network": network}, "this is for random cases", "add for example `--case 1`")
+        document = open_case(file)
+        loaded = load_model(model or document.required_model_path())
+        asked = document.read(loaded)
+    else:
+        _refuse({"--model": model}, "`--case` draws from the model that comes first", None)
+        loaded = load_model(file)
+        asked = RandomCases(loaded, str(file), read_faults(network, loaded)).case(seed or 0, case)
+    requirements = read_requirements(require or [], loaded)
+    execution = Tester(loaded).execute(complete(asked, requirements, read_time_limit(time_limit), loaded))
+    counts = [_write(output, loaded, execution) for output in outputs]
+    _tell(execution, outputs, counts, json=json)
+    return 0
+
+
+def _outputs(perfetto: Path | None, mcap: Path | None) -> list[_Output]:
+    """What is asked for. Raises `InputError` if that is nothing, or cannot be."""
+    outputs = []
+    if perfetto is not None:
+        from scbm.reports.perfetto import write_perfetto  # noqa: PLC0415 - only what is asked for is loaded
+
+        readers = "ui.perfetto.dev"
+        outputs.append(_Output("--perfetto", perfetto, write_perfetto, "events", readers))
+    if mcap is not None:
+        outputs.append(_Output("--mcap", mcap, _mcap_writer(), "messages", "Foxglove"))
+    if not outputs:
+        raise _bad("it is not said what to write", "scbm trace", "add `--perfetto FILE`, `--mcap FILE`, or both")
+    if len({output.path.resolve() for output in outputs}) < len(outputs):
+        raise _bad("this is also the file of `--perfetto`", "--mcap", "name another file")
+    return outputs
+
+
+def _mcap_writer() -> Callable[[BehaviorModel, Execution, BinaryIO], int]:
+    """What writes MCAP. Raises `InputError` where the package is missing that knows the format."""
+    try:
+        from scbm.reports.mcap import write_mcap  # noqa: PLC0415 - it needs a package that not everyone has
+    except ModuleNotFoundError as error:
+        if (error.name or "").partition(".")[0] != "mcap":
+            raise
+        raise _bad("mcap is not installed: pip install 'scbm[trace]'", "--mcap", None) from None
+    return write_mcap
+
+
+def _refuse(options: dict[str, object], message: str, remedy: str | None) -> None:
+    """Raises `InputError` for options that say nothing here."""
+    for option, value in options.items():
+        if value is not None:
+            raise _bad(message, option, remedy)
+
+
+def _write(output: _Output, model: BehaviorModel, execution: Execution) -> int:
+    """Writes a file whole, and says how much is in it. Raises `InputError` if it cannot."""
+    stream = BytesIO()
+    count = output.write(model, execution, stream)
+    try:
+        output.path.write_bytes(stream.getvalue())
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise _bad(f"cannot write {output.path}: {reason}", output.option, None) from None
+    return count
+
+
+def _tell(execution: Execution, outputs: list[_Output], counts: list[int], *, json: bool) -> None:
+    if json:
+        write_json(_json(execution, outputs, counts))
+        return
+    verdict = execution.verdict
+    failed = "" if verdict.passed else ", failed"
+    ended = f"{verdict.end.replace('_', ' ')} after {format_moment(execution.ended_ns)}{failed}"
+    out = results()
+    out.line(f"{execution.case.name}: {ended}")
+    for output, count in zip(outputs, counts, strict=True):
+        out.line(f"  {output.path}  {count} {output.noun}, for {output.readers}")
+
+
+def _json(execution: Execution, outputs: list[_Output], counts: list[int]) -> dict[str, Any]:
+    return {
+        "format_version": FORMAT_VERSION,
+        "model": execution.trace.model,
+        "case": execution.case.name,
+        "verdict": execution.verdict.end.value,
+        "passed": execution.verdict.passed,
+        "simulated_seconds": execution.ended_ns / 1e9,
+        "written": [
+            {"format": output.option.removeprefix("--"), "file": str(output.path), output.noun: count}
+            for output, count in zip(outputs, counts, strict=True)
+        ],
+    }
+
+
+def _bad(message: str, option: str, remedy: str | None) -> InputError:
+    return InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy)])
