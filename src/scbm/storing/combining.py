@@ -96,9 +96,9 @@ def _added(union: Tables, tables: Tables, edit: Edit | None) -> tuple[Dropped, .
         for row in tables.models()
     }
     runs = {}
-    for id_, run in tables.runs().items():
-        mapped = run if edit is None else replace(run, visited=edit.mapped(run.visited))
-        runs[id_] = union.put_run(mapped)
+    for row in tables.runs():
+        run = row.run if edit is None else replace(row.run, visited=edit.mapped(row.run.visited))
+        runs[row.id] = union.put_run(run, models[row.model])
     visited = 0
     for case in tables.cases():
         bits = case.visited if edit is None else edit.mapped(case.visited)

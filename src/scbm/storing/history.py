@@ -44,6 +44,7 @@ class Run:
         visited: what its cases visited, as bits, whether or not a later run had the same cases.
         cases: how many it ran.
         failed: how many of these failed.
+        is_earlier: whether it tested an earlier version of the model.
     """
 
     id: str
@@ -53,6 +54,7 @@ class Run:
     visited: int = 0
     cases: int = 0
     failed: int = 0
+    is_earlier: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,8 +140,8 @@ class History:
 
     @property
     def source(self) -> Source:
-        """The model file, as the last run had it."""
-        return self.runs[-1].source
+        """The model file, as the last run of this model had it."""
+        return next(run.source for run in reversed(self.runs) if not run.is_earlier)
 
     @cached_property
     def obligations(self) -> Obligations:

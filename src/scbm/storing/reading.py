@@ -23,7 +23,7 @@ def history_in(tables: Tables) -> History:
     """The same, of tables that are open."""
     current = next(row for row in tables.models() if row.is_current)
     runs = tables.runs()
-    order = {id_: index for index, id_ in enumerate(runs)}
+    order = {row.id: index for index, row in enumerate(runs)}
     cases = [
         StoredCase(
             row.key, row.name, row.recipe, row.goal, order[row.run], row.position,
@@ -32,4 +32,4 @@ def history_in(tables: Tables) -> History:
         for row in tables.cases()
     ]  # fmt: skip
     cases.sort(key=lambda case: (case.run, case.position, case.key))
-    return History(read_model(current.text, current.name), tuple(runs.values()), tuple(cases))
+    return History(read_model(current.text, current.name), tuple(row.run for row in runs), tuple(cases))

@@ -32,6 +32,7 @@ TABLES = (
         token TEXT NOT NULL UNIQUE,
         started TEXT NOT NULL,
         command TEXT NOT NULL,
+        model INTEGER NOT NULL REFERENCES model,
         source INTEGER NOT NULL REFERENCES source,
         visited BLOB NOT NULL,
         cases INTEGER NOT NULL,

@@ -39,6 +39,15 @@ class ModelRow:
 
 
 @dataclass(frozen=True, slots=True)
+class RunRow:
+    """A run as it stands in the table: `model` is the id of a row there."""
+
+    id: int
+    model: int
+    run: Run
+
+
+@dataclass(frozen=True, slots=True)
 class CaseRow:
     """A case as it stands in the table: `model`, `run` are ids of rows there; the rest is as in `StoredCase`."""
 
@@ -70,16 +79,19 @@ class Tables:
         rows = self._connection.execute("SELECT id, digest, name, text, is_current FROM model ORDER BY id")
         return tuple(ModelRow(id_, digest, name, text, bool(current)) for id_, digest, name, text, current in rows)
 
-    def runs(self) -> dict[int, Run]:
-        """All runs by their ids, in the order in which they began."""
+    def runs(self) -> tuple[RunRow, ...]:
+        """All runs, in the order in which they began."""
         rows = self._connection.execute(
-            "SELECT run.id, token, started, command, path, text, visited, cases, failed"
-            " FROM run JOIN source ON source.id = run.source ORDER BY started, token"
+            "SELECT run.id, model, is_current, token, started, command, path, source.text, visited, cases, failed"
+            " FROM run JOIN source ON source.id = run.source JOIN model ON model.id = run.model"
+            " ORDER BY started, token"
         )
-        return {
-            id_: Run(token, started, command, Source(path, text), _set(visited), cases, failed)
-            for id_, token, started, command, path, text, visited, cases, failed in rows
-        }
+        return tuple(
+            RunRow(
+                id_, model, Run(token, began, command, Source(path, text), _set(visited), cases, failed, not current)
+            )
+            for id_, model, current, token, began, command, path, text, visited, cases, failed in rows
+        )
 
     def cases(self) -> Iterator[CaseRow]:
         """All cases, in the order of their keys."""
@@ -127,14 +139,14 @@ class Tables:
             [(bit, str(obligation), obligation.counts) for bit, obligation in enumerate(obligations)],
         )
 
-    def put_run(self, run: Run) -> int:
-        """Adds a run, or what is known of it now; gives its id. Totals only grow, so the larger ones are the later."""
-        values = (run.id, run.started, run.command, self._put_source(run.source), self._bytes(run.visited))
+    def put_run(self, run: Run, model: int) -> int:
+        """Adds a run of a model, or what is known of it now; gives its id. Of two totals the larger is the later."""
+        values = (run.id, run.started, run.command, model, self._put_source(run.source), self._bytes(run.visited))
         row = self._connection.execute("SELECT id, visited FROM run WHERE token = ?", (run.id,)).fetchone()
         if row is None:
             self._connection.execute(
-                "INSERT INTO run (token, started, command, source, visited, cases, failed)"
-                " VALUES (?, ?, ?, ?, ?, ?, ?)",
+                "INSERT INTO run (token, started, command, model, source, visited, cases, failed)"
+                " VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
                 (*values, run.cases, run.failed),
             )
         else:

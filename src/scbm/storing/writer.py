@@ -54,9 +54,9 @@ class StoreWriter:
             make_tables(connection)
             self._refuse_other_model(model)
             self._model = self._tables.put_model(model)
-            earlier = [known for known in self._tables.runs().values() if known.id != run.id]
-            self.before = earlier[-1] if earlier else None
-            self._run = self._tables.put_run(run)
+            others = [row.run for row in self._tables.runs() if row.run.id != run.id]
+            self.before = others[-1] if others else None
+            self._run = self._tables.put_run(run, self._model)
 
     def add(self, position: int, recipe: Recipe, result: CaseResult) -> None:
         """Adds a case that has been run, or unites it with what is known of it.

@@ -125,3 +125,11 @@ def test_runs_are_told_apart_by_their_token_alone(tmp_path: Path) -> None:
     one, two = _stores(tmp_path, 1, 2)
     runs = combine_stores([two, one], tmp_path / "all.db").history.runs
     assert [replace(run, visited=0).command for run in runs] == ["scbm test 1", "scbm test 2"]
+
+
+def test_the_source_is_that_of_the_model_that_counts_also_if_an_earlier_one_ran_later(tmp_path: Path) -> None:
+    old = store(tmp_path / "old.db", 9, results(1, 2))
+    new = store(tmp_path / "new.db", 1, [], cell(*EDITED))
+    history = combine_stores([old, new], tmp_path / "all.db", across_edits=True).history
+    assert [run.is_earlier for run in history.runs] == [False, True]
+    assert history.source == read_history(new).source

@@ -6,9 +6,9 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
+from scbm.coverage import visitors_of_each
 
+if TYPE_CHECKING:
     from scbm.coverage import Obligation, Obligations
     from scbm.storing import History
 
@@ -23,11 +23,7 @@ class Visitors:
     @staticmethod
     def of(history: History) -> Visitors:
         """One pass over all cases."""
-        found: list[list[int]] = [[] for _ in history.obligations]
-        for index, case in enumerate(history.cases):
-            for bit in _bits(case.visited):
-                found[bit].append(index)
-        return Visitors(history.obligations, tuple(map(tuple, found)))
+        return Visitors(history.obligations, visitors_of_each(history.coverage))
 
     def visiting(self, obligation: Obligation) -> tuple[int, ...]:
         """The cases that visit an obligation of the model."""
@@ -36,11 +32,3 @@ class Visitors:
     def alone(self) -> Counter[int]:
         """For each case how many obligations only it visits."""
         return Counter(cases[0] for cases in self.by_bit if len(cases) == 1)
-
-
-def _bits(of: int) -> Iterator[int]:
-    """The places of the bits that are set, the lowest first."""
-    while of:
-        lowest = of & -of
-        yield lowest.bit_length() - 1
-        of ^= lowest
