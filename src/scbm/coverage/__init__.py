@@ -7,6 +7,7 @@ from scbm.coverage.contexts import bits_of, only_by, visitors_of_each
 from scbm.coverage.cover import Cover, smallest_cover
 from scbm.coverage.coverage import Coverage
 from scbm.coverage.figures import Figure
+from scbm.coverage.growth import Step, growth
 from scbm.coverage.hits import visited_by
 from scbm.coverage.obligations import STATE_ASPECTS, Aspect, Obligation, Obligations
 from scbm.coverage.thresholds import KINDS, Threshold
@@ -20,8 +21,10 @@ __all__ = [
     "Figure",
     "Obligation",
     "Obligations",
+    "Step",
     "Threshold",
     "bits_of",
+    "growth",
     "only_by",
     "smallest_cover",
     "visited_by",

@@ -21,17 +21,11 @@ from typing import Any
 
 import pytest
 
-from scbm.model import BehaviorModel, Kind, format_value
-from scbm.notation import load_model, read_case, read_model, read_network
+from scbm.model import Kind, format_value
+from scbm.notation import read_model
 from scbm.reports.perfetto import write_perfetto
-from scbm.testing import Execution, RandomCases, Tester
 from scbm.trace import RequestSent, state_after
-
-ROOT = Path(__file__).parents[3]
-BEFORE = load_model(ROOT / "examples/robot_in_the_air/before.yaml")
-AFTER = load_model(ROOT / "examples/robot_in_the_air/after.yaml")
-FAULTS = "loss: 20 %, duplication: 20 %, latency: 10 ms"
-AGAINST = (ROOT / "examples/robot_in_the_air/cases/delivery_against_all_odds.yaml").read_text(encoding="utf-8")
+from support.runs import AFTER, runs
 
 WAITING = read_model("""\
 behavior_model: waiting
@@ -63,21 +57,7 @@ limits: {time: 5 s}
 Event = dict[str, Any]
 
 
-def runs() -> Iterator[tuple[str, BehaviorModel, Execution]]:
-    """Runs of every sort: drawn ones on a bad network, all faults of resources, injections, and the wrong models."""
-    faulty = RandomCases(BEFORE, None, read_network(FAULTS, BEFORE))
-    for number in (1, 6):
-        yield f"faults-{number}", BEFORE, Tester(BEFORE).execute(faulty.case(1, number))
-    yield "odds", AFTER, Tester(AFTER).execute(read_case(AGAINST, AFTER))
-    yield "injected", WAITING, Tester(WAITING).execute(read_case(INJECTED, WAITING))
-    nothing = "case: nothing_to_do\ngoal: lamp == off\n"
-    yield "nothing-to-do", WAITING, Tester(WAITING).execute(read_case(nothing, WAITING))
-    for path in sorted((ROOT / "tests/models/fails_at_run").glob("*.yaml")):
-        model = load_model(path)
-        yield path.stem, model, Tester(model).execute(RandomCases(model).case(1, 1))
-
-
-RUNS = {name: (model, execution) for name, model, execution in runs()}
+RUNS = {name: (model, execution) for name, model, execution in runs(WAITING, INJECTED)}
 
 
 def written(name: str) -> bytes:

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
-from scbm.coverage import Figure
+from scbm.coverage import growth
 from scbm.reports.html.svg import add, colour, picture, written
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from xml.etree.ElementTree import Element
 
+    from scbm.coverage import Figure, Step
     from scbm.storing import History
 
 _HEIGHT = 300
@@ -27,23 +26,6 @@ _MOST_RUNS = 12
 """With more runs than this, their marks have no names."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Step:
-    """A case that visited what none before it had.
-
-    Attributes:
-        position: the number of the case, from 1.
-        label: its label.
-        added: what it added to the figure.
-        figure: the figure with it.
-    """
-
-    position: int
-    label: str
-    added: tuple[str, ...]
-    figure: Figure
-
-
 def growth_svg(history: History) -> str:
     """The figure after each case, as `<svg>`: only cases that changed it are points.
 
@@ -52,7 +34,7 @@ def growth_svg(history: History) -> str:
     """
     total = len(history.cases)
     figure = history.coverage.figure
-    steps = tuple(_steps(history))
+    steps = tuple(growth(history.coverage))
     told = f"After {total} cases the figure is {figure}; {len(steps)} of them added to it."
     root = picture("How the figure grew with the cases", told, "growth", role="img", class_="growth", width="100%")
     root.set("height", str(_HEIGHT))
@@ -69,17 +51,6 @@ def growth_svg(history: History) -> str:
     _points(root, steps, total)
     _final(root, figure)
     return written(root)
-
-
-def _steps(history: History) -> Iterator[_Step]:
-    counted = history.obligations.counted
-    reached = 0
-    for position, (label, visited) in enumerate(history.coverage.cases, start=1):
-        added = visited & counted & ~reached
-        if added:
-            reached |= added
-            figure = Figure(reached.bit_count(), counted.bit_count())
-            yield _Step(position, label, history.obligations.names(added), figure)
 
 
 def _x(position: float, total: int) -> str:
@@ -125,31 +96,31 @@ def _runs(root: Element, history: History) -> None:
             add(group, "text", f"run {run + 1}", x=x, y=_TOP - 10, text_anchor="middle", fill=colour("muted"))
 
 
-def _curve(root: Element, steps: tuple[_Step, ...], total: int) -> None:
+def _curve(root: Element, steps: tuple[Step, ...], total: int) -> None:
     """The steps as a line, in a picture of its own that is stretched to the width of the plot."""
     box = {"viewBox": f"0 0 {total} 1", "preserveAspectRatio": "none", "overflow": "visible"}
     plot = add(root, "svg", x=f"{_LEFT}%", y=_TOP, width=f"{_RIGHT - _LEFT}%", height=_PLOT_HEIGHT, **box)
     parts = ["M0 1"]
-    parts += [f"H{step.position} V{1 - step.figure.visited / step.figure.of:.5f}" for step in steps]
+    parts += [f"H{step.number} V{1 - step.figure.visited / step.figure.of:.5f}" for step in steps]
     way = " ".join((*parts, f"H{total}"))
     add(plot, "path", d=f"{way} V1 H0 z", fill=colour("visited"), fill_opacity="0.12")
     line = add(plot, "path", d=way, fill="none", stroke=colour("visited"), stroke_width="2")
     line.set("vector-effect", "non-scaling-stroke")
 
 
-def _points(root: Element, steps: tuple[_Step, ...], total: int) -> None:
+def _points(root: Element, steps: tuple[Step, ...], total: int) -> None:
     for step in steps:
         # the list of cases leads to them too, and can be reached by keyboard
-        link = add(root, "a", href=f"#/case/{quote(step.label, safe='')}", tabindex="-1")
-        point = add(link, "circle", cx=_x(step.position, total), cy=_y(step.figure), r="3.5", fill=colour("visited"))
+        link = add(root, "a", href=f"#/case/{quote(step.case, safe='')}", tabindex="-1")
+        point = add(link, "circle", cx=_x(step.number, total), cy=_y(step.figure), r="3.5", fill=colour("visited"))
         add(point, "title", _told(step))
 
 
-def _told(step: _Step) -> str:
-    names = list(step.added[:_MOST_NAMES])
+def _told(step: Step) -> str:
+    names = [str(obligation) for obligation in step.added[:_MOST_NAMES]]
     more = len(step.added) - len(names)
     names += [f"and {more} more"] if more else []
-    return "\n".join((f"{step.label}, case {step.position}: {step.figure}, {len(step.added)} more", *names))
+    return "\n".join((f"{step.case}, case {step.number}: {step.figure}, {len(step.added)} more", *names))
 
 
 def _final(root: Element, figure: Figure) -> None:

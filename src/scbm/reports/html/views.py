@@ -10,7 +10,7 @@ from urllib.parse import quote
 
 from markupsafe import Markup, escape
 
-from scbm.coverage import STATE_ASPECTS, Aspect, Figure, Obligation
+from scbm.coverage import STATE_ASPECTS, Aspect, Obligation, growth
 from scbm.reports.again import again
 from scbm.reports.html.diagrams import lifecycle_svg
 from scbm.reports.marked_lines import mark_lines
@@ -19,6 +19,7 @@ from scbm.reports.reasons import close_command, missed_reasons
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from scbm.coverage import Figure, Step
     from scbm.model import Operation, Transition
     from scbm.reports.html.visitors import Visitors
     from scbm.reports.marked_lines import MarkedLine
@@ -87,24 +88,26 @@ class TransitionView:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
-    """A case that added to the figure: its number, its label, what it added, and the figure after it."""
+class StepView:
+    """A case that added to the figure: its number, its label, what it added in words, and the figure after it."""
 
     number: int
     label: str
-    added: tuple[Obligation, ...]
+    count: int
+    in_words: tuple[str, ...]
     figure: Figure
 
-    @property
-    def in_words(self) -> tuple[str, ...]:
-        """What it added, subject by subject."""
+    @staticmethod
+    def of(step: Step) -> StepView:
+        """A step with what it added, subject by subject."""
         aspects: dict[str, list[str]] = {}
-        for obligation in self.added:
+        for obligation in step.added:
             if obligation.aspect is Aspect.TAKEN:
                 aspects[str(obligation)] = []
             else:
                 aspects.setdefault(obligation.subject, []).append(obligation.aspect)
-        return tuple(f"{subject} {', '.join(words)}".rstrip() for subject, words in aspects.items())
+        words = tuple(f"{subject} {', '.join(told)}".rstrip() for subject, told in aspects.items())
+        return StepView(step.number, step.case, len(step.added), words, step.figure)
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,19 +199,9 @@ class ReportView:
         )
 
     @cached_property
-    def steps(self) -> tuple[Step, ...]:
+    def steps(self) -> tuple[StepView, ...]:
         """The cases that added to the figure, in their order."""
-        history = self.history
-        steps = []
-        counted = history.obligations.counted
-        union = 0
-        for number, (label, visited) in enumerate(history.coverage.cases, start=1):
-            new = visited & counted & ~union
-            if new:
-                union |= new
-                added = tuple(o for o in history.obligations if history.obligations.bit(o) & new)
-                steps.append(Step(number, label, added, Figure(union.bit_count(), counted.bit_count())))
-        return tuple(steps)
+        return tuple(StepView.of(step) for step in growth(self.history.coverage))
 
     @cached_property
     def findings(self) -> tuple[FindingView, ...]:
