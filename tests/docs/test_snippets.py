@@ -34,7 +34,7 @@ PROGRAMS = {
     "cat": ["cat"],
     "diff": ["diff"],
 }
-MOST_SECONDS = 60
+MOST_SECONDS = 600
 CHANGE_OUTPUT = ("FORCE_COLOR", "PY_COLORS", "CI", "BUILD_NUMBER", "PYTEST_ADDOPTS")
 
 FENCE = re.compile(r"```(\w*)")
