@@ -29,7 +29,7 @@ def pairs() -> SearchStrategy[Pairs]:
     result = st.builds(
         lambda pair, o: (pair[0], replace(pair[1], visited=o[0], verdict=Verdict(o[1]), ended_ns=o[2])), case, outcome
     )
-    return st.lists(result, max_size=5, unique_by=lambda pair: str(pair[0]))
+    return st.lists(result, min_size=1, max_size=5, unique_by=lambda pair: str(pair[0]))
 
 
 def _combined(directory: Path, *paths: Path) -> Path:

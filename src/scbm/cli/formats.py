@@ -5,13 +5,14 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from importlib import import_module
+from os.path import realpath
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scbm.errors import Diagnostic, InputError, Place, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
-    from pathlib import Path
 
     from scbm.storing import History, StoredCase
     from scbm.testing import Execution
@@ -44,9 +45,9 @@ class Wanted:
     def refuse_clashes(self, store: Path) -> None:
         """Raises `InputError` if two formats would be one file, or one of them would replace the store."""
         wrong = []
-        taken = {store.resolve(): "the store"}
+        taken = {Path(realpath(store)): "the store"}  # `resolve` of Python 3.11 fails for links in a circle
         for option, path in self.given.items():
-            other = taken.setdefault(path.resolve(), option)
+            other = taken.setdefault(Path(realpath(path)), option)
             if other != option and not path.is_char_device():
                 message = f"{path} is also {'that of ' if other != 'the store' else ''}{other}"
                 wrong.append(Diagnostic(Slug.BAD_OPTION, message, Place(option), "write it to another file"))

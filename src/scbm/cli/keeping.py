@@ -16,7 +16,7 @@ from scbm.cli.output import errors
 from scbm.errors import InputError
 from scbm.notation import read_file
 from scbm.reports.since import in_all, since_last_run
-from scbm.storing import Run, Source, drawn_recipe, network_words, write_store, written_recipe
+from scbm.storing import Run, Source, drawn_recipe, network_words, sayable, write_store, written_recipe
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -26,15 +26,15 @@ if TYPE_CHECKING:
     from scbm.coverage import Coverage
     from scbm.model import BehaviorModel
     from scbm.storing import Recipe, StoreWriter
-    from scbm.testing import CaseResult
+    from scbm.testing import CaseResult, WrittenCase
 
 
 @contextmanager
 def keeping(path: Path, model: BehaviorModel, model_file: Path) -> Iterator[Keeper]:
     """A store to add the results of this command to. Raises `InputError` if it is none that can be added to."""
     started = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S.%fZ")
-    source = Source(str(model_file), read_file(model_file))
-    run = Run(uuid4().hex, started, shlex.join(["scbm", *sys.argv[1:]]), source)
+    source = Source(sayable(str(model_file)), read_file(model_file))
+    run = Run(uuid4().hex, started, sayable(shlex.join(["scbm", *sys.argv[1:]])), source)
     with write_store(path, model, run) as writer:
         yield Keeper(writer, path, model)
 
@@ -53,25 +53,26 @@ class Keeper:
         self._model = model
 
     def kept(
-        self, results: Iterable[CaseResult], paths: Mapping[str, Path], network: Network | None
+        self, results: Iterable[CaseResult], written: Mapping[str, WrittenCase], network: Network | None
     ) -> Iterator[CaseResult]:
         """The results, each after it was added.
 
         Args:
             results: what comes of cases.
-            paths: for the names of those that are written, their files; all others are drawn.
+            written: by their names, those that are from files, as the files say them; all others are drawn.
             network: what these are drawn with; `None` if another was drawn for each.
         """
         words = network_words(network)
         for position, result in enumerate(results, start=1):
             if self.is_whole:
-                self._add(position, self._recipe(result.case, paths, words), result)
+                self._add(position, self._recipe(result.case, written, words), result)
             yield result
 
-    def _recipe(self, case: Case, paths: Mapping[str, Path], words: str) -> Recipe:
-        if case.name in paths:
-            return written_recipe(case, self._model, str(paths[case.name]))
-        return drawn_recipe(case, words)
+    def _recipe(self, case: Case, written: Mapping[str, WrittenCase], words: str) -> Recipe:
+        if case.name not in written:
+            return drawn_recipe(case, words)
+        from_file = written[case.name]
+        return written_recipe(from_file.case, self._model, sayable(str(from_file.path)), case)
 
     def _add(self, position: int, recipe: Recipe, result: CaseResult) -> None:
         try:
@@ -84,12 +85,15 @@ class Keeper:
         """What this run visits more and less than the last one, and what the whole store visits."""
         before = self._writer.before
         line = since_last_run(coverage.obligations, before, coverage.visited)
+        if not self.is_whole:
+            return Since((Text(), line), {"file": str(self._path), "is_whole": False}, is_whole=False)
         cases, figure = self._writer.totals()
         lines = (Text(), line, in_all(cases, figure, str(self._path)))
         visited = 0 if before is None else before.visited
         names = coverage.obligations.names
         data = {
             "file": str(self._path),
+            "is_whole": True,
             "cases": cases,
             "visited": figure.visited,
             "percent": figure.percent,
@@ -97,7 +101,7 @@ class Keeper:
             "gained": list(names(coverage.visited & ~visited)),
             "lost": list(names(visited & ~coverage.visited)),
         }
-        return Since(lines, data, self.is_whole)
+        return Since(lines, data, is_whole=True)
 
 
 @dataclass(frozen=True, slots=True)

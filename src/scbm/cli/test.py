@@ -101,7 +101,7 @@ def command(
     tester = Tester(loaded)
     with _store(store, loaded, model) as keeper:
         done = tester.results(suite.cases())
-        kept = done if keeper is None else keeper.kept(done, suite.paths, suite.network)
+        kept = done if keeper is None else keeper.kept(done, suite.by_name, suite.network)
         campaign = Campaign.of(loaded, _with_progress(kept, suite.count))
         since = None if keeper is None else keeper.since(campaign.coverage)
     is_saved = save is None or suite.save_random(tester, save)
@@ -166,9 +166,9 @@ class _Suite:
             yield self._completed(case)
 
     @cached_property
-    def paths(self) -> dict[str, Path]:
-        """The file of each written case, by the name of the case."""
-        return {written.case.name: written.path for written in self.written}
+    def by_name(self) -> dict[str, WrittenCase]:
+        """The written cases by their names."""
+        return {written.case.name: written for written in self.written}
 
     def refuse_equal_names(self) -> None:
         """Raises `InputError` if a written case has the name of a random one."""

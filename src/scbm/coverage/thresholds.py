@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from scbm.coverage.obligations import STATE_ASPECTS, Aspect
@@ -36,4 +37,5 @@ class Threshold:
     def is_met(self, coverage: Coverage) -> bool:
         """Whether so much was visited; nothing to visit meets no threshold, as nothing is measured then."""
         figure = self.figure(coverage)
-        return bool(figure.of) and 100 * figure.visited >= self.percent * figure.of
+        wanted = Fraction(str(self.percent)) * figure.of  # what was written, and not the binary fraction beside it
+        return bool(figure.of) and 100 * figure.visited >= wanted

@@ -12,7 +12,7 @@ from scbm.errors import InputError
 from scbm.notation import read_file
 from scbm.pytest_plugin.ledger import Group
 from scbm.reports.since import in_all, since_last_run
-from scbm.storing import Recipe, Run, Source, drawn_recipe, write_store, written_recipe
+from scbm.storing import Recipe, Run, Source, drawn_recipe, sayable, write_store, written_recipe
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -38,8 +38,8 @@ def keep(config: pytest.Config, parts: Sequence[Part], file: str) -> tuple[list[
 
 def _kept(config: pytest.Config, part: Part, file: str) -> list[str]:
     started = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S.%fZ")
-    command = shlex.join(["pytest", *config.invocation_params.args])
-    run = Run(uuid4().hex, started, command, Source(part.file, read_file(part.path)))
+    command = sayable(shlex.join(["pytest", *config.invocation_params.args]))
+    run = Run(uuid4().hex, started, command, Source(sayable(part.file), read_file(part.path)))
     coverage = part.campaign.coverage
     with write_store(config.invocation_params.dir / file, part.campaign.model, run) as writer:
         for position, entry in enumerate(part.entries, start=1):
@@ -52,4 +52,4 @@ def _recipe(part: Part, entry: Entry) -> Recipe:
     case = entry.result.case
     if entry.group is Group.RANDOM:
         return drawn_recipe(case, "")
-    return written_recipe(case, part.campaign.model, str(Path(entry.test.partition("::")[0])))
+    return written_recipe(case, part.campaign.model, sayable(str(Path(entry.test.partition("::")[0]))))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.text import Text
 
+from scbm.coverage import Threshold
 from scbm.pytest_plugin.ledger import Group
 from scbm.reports import Setting, counted, coverage_report
 
@@ -83,7 +84,7 @@ def _shortfall(part: Part, wanted: float) -> Iterator[str]:
     failed = f"FAIL Required coverability of {wanted:g} % not reached: {part.file}"
     if figure.percent is None:
         yield f"{failed} has no obligations, so it is not measurable."
-    elif 100 * figure.visited < wanted * figure.of:
+    elif not Threshold(wanted).is_met(part.campaign.coverage):
         yield f"{failed} is at {figure}."
 
 

@@ -9,7 +9,7 @@ from scbm.model import format_duration
 from scbm.storing import Written
 
 if TYPE_CHECKING:
-    from scbm.storing import Drawn, StoredCase
+    from scbm.storing import Recipe, StoredCase
 
 
 def again(stored: StoredCase, model_file: str) -> str:
@@ -21,20 +21,22 @@ def again(stored: StoredCase, model_file: str) -> str:
     """
     if stored.is_earlier:
         return ""
-    if isinstance(stored.recipe, Written):
-        return f"scbm replay {_path(stored.recipe.path)} --model {_path(model_file)}"
-    return f"scbm run {_path(model_file)} --seed {stored.recipe.seed} --case {stored.recipe.number}" + "".join(
-        f" {option} {quote(value)}" for option, value in _options(stored.recipe)
-    )
+    recipe = stored.recipe
+    if isinstance(recipe, Written) and recipe.is_of_test:
+        return f"pytest {shown_path(recipe.path)}"
+    if isinstance(recipe, Written):
+        return f"scbm replay {shown_path(recipe.path)} --model {shown_path(model_file)}{_added(recipe)}"
+    network = f" --network {quote(recipe.network)}" if recipe.network else ""
+    return f"scbm run {shown_path(model_file)} --seed {recipe.seed} --case {recipe.number}{network}{_added(recipe)}"
 
 
-def _options(drawn: Drawn) -> list[tuple[str, str]]:
-    """What `scbm run` must be told beside seed and number."""
-    network = [("--network", drawn.network)] if drawn.network else []
-    limit = [] if drawn.time_limit_ns is None else [("--time-limit", format_duration(drawn.time_limit_ns))]
-    return [*network, *limit, *(("--require", sentence) for _, sentence in drawn.requirements)]
+def _added(recipe: Recipe) -> str:
+    """What the command line said beside the case, with a blank before each option."""
+    limit = [] if recipe.time_limit_ns is None else [("--time-limit", format_duration(recipe.time_limit_ns))]
+    options = [*limit, *(("--require", sentence) for _, sentence in recipe.requirements)]
+    return "".join(f" {option} {quote(value)}" for option, value in options)
 
 
-def _path(path: str) -> str:
+def shown_path(path: str) -> str:
     """A path that no shell splits and no command takes for an option."""
     return quote(f"./{path}" if path.startswith("-") else path)

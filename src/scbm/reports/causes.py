@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from scbm.testing import FailureKind
 
 if TYPE_CHECKING:
-    from scbm.storing import History, StoredCase
+    from scbm.storing import History, Recipe, StoredCase
     from scbm.testing import Failure
 
 
@@ -30,8 +30,9 @@ class Cause:
 def causes_of(history: History) -> tuple[Cause, ...]:
     """All causes, those first that came first.
 
-    Failures are alike if kind and subject are; that a goal was not reached, also if the goal is. What a case expects is
-    its own, and so is each expectation that was not met.
+    Failures are alike if kind and subject are; that a goal was not reached, also if the goal is; that a requirement of
+    a command line was broken, also if its sentence is. What a case expects is its own, and so is each expectation that
+    was not met.
     """
     found: dict[tuple[str, ...], tuple[Failure, StoredCase, list[str]]] = {}
     for label, case in zip(history.labels, history.cases, strict=True):
@@ -41,8 +42,15 @@ def causes_of(history: History) -> tuple[Cause, ...]:
     return tuple(Cause(failure, case, tuple(dict.fromkeys(labels))) for failure, case, labels in found.values())
 
 
+def asked_for(failure: Failure, recipe: Recipe) -> str:
+    """The sentence of a broken requirement of the command line: `required_1` is another one in each command."""
+    return dict(recipe.requirements).get(failure.subject, "")
+
+
 def _scope(failure: Failure, case: StoredCase, label: str) -> str:
     """What besides kind and subject must be the same."""
     if failure.kind is FailureKind.EXPECTATION:
         return label
+    if failure.kind is FailureKind.REQUIREMENT:
+        return asked_for(failure, case.recipe)
     return case.goal if failure.kind is FailureKind.NOT_REACHED else ""

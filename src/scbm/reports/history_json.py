@@ -97,12 +97,11 @@ def _case(label: str, case: StoredCase, history: History) -> dict[str, Any]:
 
 def _recipe(recipe: Recipe) -> dict[str, Any]:
     if isinstance(recipe, Written):
-        return {"kind": "written", "path": recipe.path, "text": recipe.text}
-    return {
-        "kind": "drawn",
-        "seed": recipe.seed,
-        "number": recipe.number,
-        "network": recipe.network,
+        how: dict[str, Any] = {"kind": "written", "path": recipe.path, "text": recipe.text}
+    else:
+        how = {"kind": "drawn", "seed": recipe.seed, "number": recipe.number, "network": recipe.network}
+    limit_ns = recipe.time_limit_ns
+    return how | {
         "requirements": dict(recipe.requirements),
-        "time_limit_seconds": None if recipe.time_limit_ns is None else recipe.time_limit_ns / 1e9,
+        "time_limit_seconds": None if limit_ns is None else limit_ns / 1e9,
     }

@@ -11,7 +11,7 @@ from scbm import __version__
 from scbm.errors import Place
 from scbm.notation import read_located
 from scbm.reports.again import again
-from scbm.reports.causes import causes_of
+from scbm.reports.causes import asked_for, causes_of
 from scbm.reports.paths import is_absolute, portable
 from scbm.reports.words import counted
 from scbm.storing import Written
@@ -156,6 +156,8 @@ def _fingerprint(cause: Cause, place: Place) -> str:
     """What tells a cause from others, also when lines move: kind, subject, goal or file, but no moments and values."""
     kind = cause.failure.kind
     parts = [kind.value, cause.failure.subject, place.file]
+    if kind is FailureKind.REQUIREMENT:
+        parts += filter(None, [asked_for(cause.failure, cause.case.recipe)])
     if kind is FailureKind.NOT_REACHED:
         parts.append(cause.case.goal)
     if kind is FailureKind.EXPECTATION:

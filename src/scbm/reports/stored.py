@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from itertools import islice
-from shlex import quote
 from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.reports.again import again
+from scbm.reports.again import again, shown_path
 from scbm.reports.figures import figures, headline, missed_table
 from scbm.reports.reasons import close_command
 from scbm.reports.since import since_last_run
@@ -47,7 +46,7 @@ def stored_report(history: History, store: str) -> Iterator[Text]:
         yield Text("What closes it", style="bold")
         yield (
             Text("  ")
-            .append(f"scbm report {quote(store)} --missing", style="cyan")
+            .append(f"scbm report {shown_path(store)} --missing", style="cyan")
             .append("   why each is missing", "dim")
         )
         yield Text("  ").append(close_command(history.source.path), style="cyan").append("   the cases for them", "dim")
@@ -62,8 +61,9 @@ def _cases(history: History) -> str:
     earlier = sum(case.is_earlier for case in history.cases)
     before = f", {earlier} of them on an earlier version of the model" if earlier else ""
     failed = f"; {len(history.failed)} failed" if history.failed else ""
+    outdated = f"; {counted(history.outdated, 'older version')} of case files left out" if history.outdated else ""
     runs = f"{counted(len(history.cases), 'case')} of {counted(len(history.runs), 'run')}"
-    return f"{runs}{before}{': ' + told if told else ''}{failed}"
+    return f"{runs}{before}{': ' + told if told else ''}{failed}{outdated}"
 
 
 def _failed(history: History) -> Iterator[Text]:

@@ -5,7 +5,7 @@ Above `testing`, whose results it keeps; the one room that knows SQLite. `docs/c
 
 from scbm.storing.combining import Combined, combine_stores
 from scbm.storing.edits import Dropped
-from scbm.storing.history import Drawn, History, Recipe, Run, Source, StoredCase, Written, digest_of, key_of
+from scbm.storing.history import Drawn, History, Recipe, Run, Source, StoredCase, Written, digest_of, key_of, sayable
 from scbm.storing.reading import read_history
 from scbm.storing.recipes import drawn_recipe, network_words, written_recipe
 from scbm.storing.replays import Replays
@@ -29,6 +29,7 @@ __all__ = [
     "key_of",
     "network_words",
     "read_history",
+    "sayable",
     "write_store",
     "written_recipe",
 ]

@@ -5,11 +5,21 @@ from __future__ import annotations
 import sqlite3
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
+from os.path import realpath
 from typing import TYPE_CHECKING
 
 from scbm.errors import Slug
 from scbm.notation import read_model
-from scbm.storing.database import make_tables, open_for_reading, problem, replace_store, transaction, understood
+from scbm.storing.database import (
+    make_tables,
+    open_for_reading,
+    overwrite,
+    problem,
+    replace_store,
+    told,
+    transaction,
+    understood,
+)
 from scbm.storing.edits import Dropped, Edit, difference
 from scbm.storing.reading import history_in
 from scbm.storing.tables import ModelRow, Tables
@@ -47,7 +57,12 @@ def combine_stores(paths: Sequence[Path], target: Path, *, across_edits: bool = 
         InputError: one is no store that can be read, or is of another model, or the target cannot be written.
     """
     with ExitStack() as stack:
-        stores = [(path, Tables(stack.enter_context(open_for_reading(path)))) for path in paths]
+        opened: dict[str, sqlite3.Connection] = {}
+        for path in paths:
+            if (place := realpath(path)) not in opened:
+                alone = place == realpath(target)
+                opened[place] = stack.enter_context(open_for_reading(path, alone=alone))
+        stores = [(path, Tables(opened[realpath(path)])) for path in paths]
         models = [_current(path, tables) for path, tables in stores]
         model = read_model(models[-1].text, models[-1].name)
         if not across_edits:
@@ -60,14 +75,17 @@ def combine_stores(paths: Sequence[Path], target: Path, *, across_edits: bool = 
                 edits = [None if row.digest == models[-1].digest else _edit(row, model) for row in models]
                 dropped = [_add(union, *store, edit) for store, edit in zip(stores, edits, strict=True)]
             history = history_in(union)
-            stack.close()  # the target may be one of those that were read
-            replace_store(united, target)
+            own = opened.get(realpath(target))
+            if own is None:
+                replace_store(united, target)
+            else:
+                overwrite(united, own, target)
     lost = zip(paths, edits, dropped, strict=True)
     return Combined(history, tuple((path, told) for path, edit, told in lost if edit is not None))
 
 
 def _current(path: Path, tables: Tables) -> ModelRow:
-    with understood(path):
+    with told(path), understood(path):
         return next(row for row in tables.models() if row.is_current)
 
 
@@ -86,7 +104,7 @@ def _refuse_other_models(paths: Sequence[Path], models: Sequence[ModelRow], mode
 
 def _add(union: Tables, path: Path, tables: Tables, edit: Edit | None) -> tuple[Dropped, ...]:
     """Adds all rows of a store; gives what is lost of it."""
-    with understood(path):
+    with told(path), understood(path):
         return _added(union, tables, edit)
 
 

@@ -20,18 +20,26 @@ _START = b"SQLite format 3\0"
 
 
 @contextmanager
-def open_for_reading(path: Path) -> Iterator[sqlite3.Connection]:
-    """A store that has something in it. Raises `InputError` with what is wrong with the file."""
+def open_for_reading(path: Path, *, alone: bool = False) -> Iterator[sqlite3.Connection]:
+    """A store that has something in it. Raises `InputError` with what is wrong with the file.
+
+    Args:
+        path: the file.
+        alone: whether nobody else may use it until it is closed, as it is going to be replaced.
+    """
     with told(path):
         _refuse_other_files(path, must_exist=True)
         connection = _connect(path)
         try:
-            if not _has_tables(connection, path):
-                remedy = "`scbm test MODEL --store FILE` adds to it"
-                raise problem(Slug.STORE_EMPTY, path, "no run has added anything to this store", remedy)
-            _refuse_cut_off(connection, path)
-            _refuse_damage(connection, path)
-            yield connection
+            if alone:
+                _keep_others_away(connection, path)
+            with _one_moment(connection):
+                if not has_tables(connection, path):
+                    remedy = "`scbm test MODEL --store FILE` adds to it"
+                    raise problem(Slug.STORE_EMPTY, path, "no run has added anything to this store", remedy)
+                _refuse_cut_off(connection, path)
+                _refuse_damage(connection, path)
+                yield connection
         finally:
             _close(connection)
 
@@ -55,8 +63,11 @@ def open_for_writing(path: Path) -> Iterator[sqlite3.Connection]:
 
 
 def _prepare(connection: sqlite3.Connection, path: Path) -> None:
-    _has_tables(connection, path)  # refuses a file of someone else before anything is written
-    _refuse_cut_off(connection, path)
+    with _one_moment(connection):
+        has_tables(connection, path)  # refuses a file of someone else before anything is written
+        _refuse_cut_off(connection, path)
+    with transaction(connection):
+        pass  # whoever may not write learns it here
     _set_journal(connection, "WAL")
     connection.execute("PRAGMA synchronous = NORMAL")
     _refuse_damage(connection, path)
@@ -78,21 +89,52 @@ def transaction(connection: sqlite3.Connection) -> Iterator[None]:
     connection.execute("BEGIN IMMEDIATE")
     try:
         yield
+        connection.execute("COMMIT")
     except BaseException:
-        connection.execute("ROLLBACK")
+        if connection.in_transaction:  # a full disk has ended it already
+            connection.execute("ROLLBACK")
         raise
-    connection.execute("COMMIT")
+
+
+@contextmanager
+def _one_moment(connection: sqlite3.Connection) -> Iterator[None]:
+    """All that is read in it is the store as it was at one moment, whoever writes meanwhile."""
+    connection.execute("BEGIN")
+    try:
+        yield
+    finally:
+        if connection.in_transaction:
+            connection.execute("ROLLBACK")  # nothing was written
+
+
+def _keep_others_away(connection: sqlite3.Connection, path: Path) -> None:
+    """Keeps a store for one connection until that is closed. Raises what SQLite says if others do not leave it.
+
+    Who writes to it would not find its run again when the store was replaced, and lose its cases.
+    """
+    has_tables(connection, path)  # refuses a file of someone else before anything is written
+    connection.execute("PRAGMA locking_mode = EXCLUSIVE")
+    connection.execute("PRAGMA journal_mode = DELETE")
+    connection.execute("BEGIN EXCLUSIVE")
+    connection.execute("COMMIT")  # the lock stays
+
+
+def overwrite(content: sqlite3.Connection, target: sqlite3.Connection, path: Path) -> None:
+    """Makes a store that is open alone say what another database says, in one transaction. Raises `InputError`."""
+    with told(path):
+        if target.in_transaction:
+            target.execute("COMMIT")
+        content.backup(target)
 
 
 def replace_store(content: sqlite3.Connection, path: Path) -> None:
-    """Makes a store say what another database says, in one transaction. Raises `InputError`."""
+    """The same with a store that is not open, or not there yet. Raises `InputError`."""
     with told(path):
         _refuse_other_files(path, must_exist=False)
         target = _connect(path)
         try:
-            _has_tables(target, path)
-            _set_journal(target, "DELETE")
-            content.backup(target)
+            _keep_others_away(target, path)
+            overwrite(content, target, path)
         finally:
             _close(target)
 
@@ -130,6 +172,9 @@ def _refuse_other_files(path: Path, *, must_exist: bool) -> None:
         if must_exist:
             remedy = "`scbm test MODEL --store FILE` makes one"
             raise problem(Slug.FILE_MISSING, path, "there is no such file", remedy) from None
+        if not path.parent.is_dir():
+            message = f"this store cannot be made: there is no directory `{path.parent}`"
+            raise problem(Slug.STORE_UNUSABLE, path, message) from None
         return
     except IsADirectoryError:
         raise problem(Slug.FILE_IS_DIRECTORY, path, "this is a directory, and a store is a file") from None
@@ -142,7 +187,7 @@ def _not_a_store(path: Path) -> InputError:
     return problem(Slug.NOT_A_STORE, path, "this is not a coverage store", remedy)
 
 
-def _has_tables(connection: sqlite3.Connection, path: Path) -> bool:
+def has_tables(connection: sqlite3.Connection, path: Path) -> bool:
     """Whether this is a store with tables; an empty database is one without. Raises `InputError` for all others."""
     application = connection.execute("PRAGMA application_id").fetchone()[0]
     version = connection.execute("PRAGMA user_version").fetchone()[0]
@@ -151,6 +196,8 @@ def _has_tables(connection: sqlite3.Connection, path: Path) -> bool:
         return False
     if application != APPLICATION_ID:
         raise _not_a_store(path)
+    if version < 1:
+        raise _damaged(path, "its version is missing")
     if version > VERSION:
         message = f"this store was written by a newer scbm: its version is {version}, and this scbm knows {VERSION}"
         raise problem(Slug.STORE_NEWER, path, message, "update scbm")
@@ -160,14 +207,13 @@ def _has_tables(connection: sqlite3.Connection, path: Path) -> bool:
 def _refuse_cut_off(connection: sqlite3.Connection, path: Path) -> None:
     """Raises `InputError` if the end of the file is missing; SQLite forgives a part of the last page.
 
-    The transaction keeps writers away meanwhile. In write-ahead mode the rest may be in the file beside this one.
+    To be called in a transaction, which keeps writers away meanwhile. In write-ahead mode the rest may be in the file
+    beside this one.
     """
     if connection.execute("PRAGMA journal_mode").fetchone()[0] == "wal":
         return
-    connection.execute("BEGIN")
     (pages,), (size,) = (connection.execute(f"PRAGMA {what}").fetchone() for what in ("page_count", "page_size"))
     has = path.stat().st_size
-    connection.execute("COMMIT")
     if has < pages * size:
         raise _damaged(path, f"it should have {pages * size} bytes and has {has}")
 
@@ -190,8 +236,16 @@ def understood(path: Path) -> Iterator[None]:
     """Rows that say what no store says: someone else has written them, or they were hit by damage."""
     try:
         yield
-    except (ValueError, TypeError, LookupError, AttributeError, StopIteration, InputError):
+    except InputError as error:
+        if error.diagnostics[0].place.file == str(path):
+            raise  # said of the store itself
         raise _damaged(path, "it says what no store says") from None
+    except (ValueError, TypeError, LookupError, AttributeError, StopIteration):
+        raise _damaged(path, "it says what no store says") from None
+
+
+_DAMAGE = (sqlite3.SQLITE_ERROR, sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+"""What SQLite calls tables that are missing, parts that do not fit, and pages that are none."""
 
 
 @contextmanager
@@ -199,10 +253,10 @@ def told(path: Path) -> Iterator[None]:
     """What SQLite and the file system complain of, as our errors."""
     try:
         yield
-    except sqlite3.DatabaseError as error:
-        if isinstance(error, (sqlite3.OperationalError, sqlite3.IntegrityError, sqlite3.InternalError)):
-            raise problem(Slug.STORE_UNUSABLE, path, f"this store cannot be used: {error}") from None
-        raise _damaged(path, str(error)) from None
+    except sqlite3.Error as error:
+        if getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) in _DAMAGE:
+            raise _damaged(path, str(error)) from None
+        raise problem(Slug.STORE_UNUSABLE, path, f"this store cannot be used: {error}") from None
     except UnicodeDecodeError:
         raise _damaged(path, "a text in it is none") from None
     except OSError as error:

@@ -45,6 +45,7 @@ class Run:
         cases: how many it ran.
         failed: how many of these failed.
         is_earlier: whether it tested an earlier version of the model.
+        is_finished: whether it came to its end.
     """
 
     id: str
@@ -55,19 +56,29 @@ class Run:
     cases: int = 0
     failed: int = 0
     is_earlier: bool = False
+    is_finished: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Written:
-    """A case from a file.
+    """A case from a file, or from a test.
 
     Attributes:
-        text: the case as YAML, with all that the command line added to it.
+        text: the case as YAML.
         path: the file, as the command line named it.
+        requirements: name and sentence of the requirements that the command line added.
+        time_limit_ns: when its run is given up, if the command line said that and the case does not.
     """
 
     text: str
     path: str
+    requirements: tuple[tuple[str, str], ...] = ()
+    time_limit_ns: int | None = None
+
+    @property
+    def is_of_test(self) -> bool:
+        """Whether a test in Python made it, so that no file of cases has it."""
+        return self.path.endswith(".py")
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,11 +143,13 @@ class History:
         model: the model.
         runs: in the order in which they began.
         cases: in the order of their runs, and of their places there.
+        outdated: how many cases are left out, as a later run had another version of their file.
     """
 
     model: BehaviorModel
     runs: tuple[Run, ...]
     cases: tuple[StoredCase, ...]
+    outdated: int = 0
 
     @property
     def source(self) -> Source:
@@ -170,6 +183,11 @@ class History:
         return sum(case.ended_ns for case in self.cases)
 
 
+def sayable(text: str) -> str:
+    """A text as a store can keep it: bytes of a path that are no UTF-8 are written out, as Python does."""
+    return text.encode(errors="backslashreplace").decode()
+
+
 def digest_of(model: BehaviorModel) -> str:
     """What tells models apart: the SHA-256 of all that the model says, but for comments and layout."""
     return sha256(write_model(model).encode()).hexdigest()
@@ -180,5 +198,6 @@ def key_of(recipe: Recipe, model_digest: str) -> bytes:
     if isinstance(recipe, Written):
         parts: list[object] = ["written", recipe.text]
     else:
-        parts = ["drawn", recipe.seed, recipe.number, recipe.network, recipe.requirements, recipe.time_limit_ns]
+        parts = ["drawn", recipe.seed, recipe.number, recipe.network]
+    parts += [recipe.requirements, recipe.time_limit_ns]
     return sha256(dumps([model_digest, *parts]).encode()).digest()[:_KEY_BYTES]

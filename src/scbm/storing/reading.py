@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from scbm.coverage import Obligations
 from scbm.notation import read_model
 from scbm.storing.database import open_for_reading, understood
 from scbm.storing.history import History, StoredCase
@@ -20,16 +21,21 @@ def read_history(path: Path) -> History:
 
 
 def history_in(tables: Tables) -> History:
-    """The same, of tables that are open."""
+    """The same, of tables that are open. Raises `ValueError` and others for what no store says."""
     current = next(row for row in tables.models() if row.is_current)
     runs = tables.runs()
     order = {row.id: index for index, row in enumerate(runs)}
+    model = read_model(current.text, current.name)
+    if not tables.says_obligations_of(Obligations.of(model)):
+        raise ValueError("other obligations than those of the model")
+    left_out = tables.outdated()
     cases = [
         StoredCase(
             row.key, row.name, row.recipe, row.goal, order[row.run], row.position,
             row.verdict, row.ended_ns, row.requests, row.visited, row.model != current.id,
         )
         for row in tables.cases()
+        if row.key not in left_out
     ]  # fmt: skip
     cases.sort(key=lambda case: (case.run, case.position, case.key))
-    return History(read_model(current.text, current.name), tuple(row.run for row in runs), tuple(cases))
+    return History(model, tuple(row.run for row in runs), tuple(cases), len(left_out))

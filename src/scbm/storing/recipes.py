@@ -8,16 +8,32 @@ from scbm.notation import write_case, write_network
 from scbm.storing.history import Drawn, Written
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from scbm.cases import Case, Network
-    from scbm.model import BehaviorModel
+    from scbm.model import BehaviorModel, Requirement
 
 DRAWN = "drawn"
 """What a recipe says for another network in each case."""
 
 
-def written_recipe(case: Case, model: BehaviorModel, path: str) -> Written:
-    """The recipe of a case from a file, with what the command line added to it."""
-    return Written(write_case(case, model, None), path)
+def written_recipe(case: Case, model: BehaviorModel, path: str, completed: Case | None = None) -> Written:
+    """The recipe of a case from a file.
+
+    Args:
+        case: the case as the file says it.
+        model: its model.
+        path: the file.
+        completed: the case with what the command line added to it, if it did.
+    """
+    completed = completed or case
+    added = [requirement for requirement in completed.requirements if requirement not in case.requirements]
+    limit_ns = completed.limits.time_ns if case.limits.time_ns is None else None
+    return Written(write_case(case, model, None), path, _said(added), limit_ns)
+
+
+def _said(requirements: Iterable[Requirement]) -> tuple[tuple[str, str], ...]:
+    return tuple((requirement.name, str(requirement.sentence)) for requirement in requirements)
 
 
 def network_words(network: Network | None) -> str:
@@ -34,5 +50,4 @@ def drawn_recipe(case: Case, network: str) -> Drawn:
     """
     if case.origin is None:
         raise ValueError(f"`{case.name}` is not drawn")
-    requirements = tuple((requirement.name, str(requirement.sentence)) for requirement in case.requirements)
-    return Drawn(case.origin.seed, case.origin.number, network, requirements, case.limits.time_ns)
+    return Drawn(case.origin.seed, case.origin.number, network, _said(case.requirements), case.limits.time_ns)

@@ -14,7 +14,7 @@ from scbm.testing import RandomCases, Tester
 
 if TYPE_CHECKING:
     from scbm.cases import Case
-    from scbm.storing.history import Drawn, History, StoredCase
+    from scbm.storing.history import History, StoredCase
     from scbm.testing import Execution
 
 
@@ -38,17 +38,20 @@ class Replays:
 
     def case(self, stored: StoredCase) -> Case:
         """The case itself, which is of the model of the store. Raises `InputError` if this scbm cannot read it."""
-        if isinstance(stored.recipe, Written):
-            return read_case(stored.recipe.text, self._model, stored.recipe.path)
-        return self._drawn(stored.recipe)
+        recipe = stored.recipe
+        if isinstance(recipe, Written):
+            case = read_case(recipe.text, self._model, recipe.path)
+        else:
+            case = self._random_cases(recipe.network).case(recipe.seed, recipe.number)
+        added = tuple(self._requirement(name, sentence) for name, sentence in recipe.requirements)
+        limit_ns = recipe.time_limit_ns if case.limits.time_ns is None else case.limits.time_ns
+        limits = replace(case.limits, time_ns=limit_ns)
+        return replace(case, requirements=(*case.requirements, *added), limits=limits)
 
-    def _drawn(self, recipe: Drawn) -> Case:
-        if recipe.network not in self._random:
-            self._random[recipe.network] = RandomCases(self._model, network=self._network(recipe.network))
-        case = self._random[recipe.network].case(recipe.seed, recipe.number)
-        requirements = tuple(self._requirement(name, sentence) for name, sentence in recipe.requirements)
-        limits = replace(case.limits, time_ns=recipe.time_limit_ns)
-        return replace(case, requirements=requirements, limits=limits)
+    def _random_cases(self, network: str) -> RandomCases:
+        if network not in self._random:
+            self._random[network] = RandomCases(self._model, network=self._network(network))
+        return self._random[network]
 
     def _network(self, text: str) -> Network | None:
         if text == DRAWN:

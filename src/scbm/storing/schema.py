@@ -36,9 +36,10 @@ TABLES = (
         source INTEGER NOT NULL REFERENCES source,
         visited BLOB NOT NULL,
         cases INTEGER NOT NULL,
-        failed INTEGER NOT NULL
+        failed INTEGER NOT NULL,
+        is_finished INTEGER NOT NULL
     )""",
-    """CREATE TABLE drawing (
+    """CREATE TABLE setting (
         id INTEGER PRIMARY KEY,
         options TEXT NOT NULL UNIQUE
     )""",
@@ -49,9 +50,9 @@ TABLES = (
         model INTEGER NOT NULL REFERENCES model,
         run INTEGER NOT NULL REFERENCES run,
         position INTEGER NOT NULL,
+        setting INTEGER NOT NULL REFERENCES setting,
         seed TEXT,
         number INTEGER,
-        drawing INTEGER REFERENCES drawing,
         text TEXT,
         path TEXT,
         ended TEXT NOT NULL,

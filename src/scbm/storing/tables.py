@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass
+from datetime import datetime
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -20,9 +21,11 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
 
 _CASE_COLUMNS = (
-    "key, name, goal, model, run, position, seed, number, drawing, text, path,"
+    "key, name, goal, model, run, position, setting, seed, number, text, path,"
     " ended, failures, ended_ns, requests, visited"
 )
+
+_OPTIONS = ("network", "requirements", "time_limit_ns")
 
 Row: TypeAlias = tuple[Any, ...]
 
@@ -70,7 +73,7 @@ class Tables:
     def __init__(self, connection: sqlite3.Connection) -> None:
         self._connection = connection
         self._width = 0
-        self._drawings: dict[Drawn, int] = {}
+        self._settings: dict[object, int] = {}
 
     # what is read
 
@@ -80,38 +83,77 @@ class Tables:
         return tuple(ModelRow(id_, digest, name, text, bool(current)) for id_, digest, name, text, current in rows)
 
     def runs(self) -> tuple[RunRow, ...]:
-        """All runs, in the order in which they began."""
+        """All runs, in the order in which they began. Raises `ValueError` and others for what no store says."""
+        count = self._obligations()
         rows = self._connection.execute(
-            "SELECT run.id, model, is_current, token, started, command, path, source.text, visited, cases, failed"
+            "SELECT run.id, model, is_current, token, started, command, path, source.text,"
+            " visited, cases, failed, is_finished"
             " FROM run JOIN source ON source.id = run.source JOIN model ON model.id = run.model"
             " ORDER BY started, token"
         )
         return tuple(
             RunRow(
-                id_, model, Run(token, began, command, Source(path, text), _set(visited), cases, failed, not current)
+                id_,
+                model,
+                Run(
+                    token,
+                    _moment(began),
+                    command,
+                    Source(path, text),
+                    _known(visited, count),
+                    cases,
+                    failed,
+                    is_earlier=not current,
+                    is_finished=bool(finished),
+                ),
             )
-            for id_, model, current, token, began, command, path, text, visited, cases, failed in rows
+            for id_, model, current, token, began, command, path, text, visited, cases, failed, finished in rows
         )
 
     def cases(self) -> Iterator[CaseRow]:
-        """All cases, in the order of their keys."""
-        drawings = {
-            id_: _options(text) for id_, text in self._connection.execute("SELECT id, options FROM drawing ORDER BY id")
+        """All cases, in the order of their keys. Raises `ValueError` and others for what no store says."""
+        count = self._obligations()
+        settings = {
+            id_: _options(text) for id_, text in self._connection.execute("SELECT id, options FROM setting ORDER BY id")
         }
         rows = self._connection.execute(f"SELECT {_CASE_COLUMNS} FROM test_case ORDER BY key")  # noqa: S608 - our own
         for row in rows:
-            key, name, goal, model, run, position, seed, number, drawing, text, path, *result = row
-            recipe = Drawn(int(seed), number, **drawings[drawing]) if text is None else Written(text, path)
+            key, name, goal, model, run, position, setting, seed, number, text, path, *result = row
+            recipe = _recipe(settings[setting], seed, number, text, path)
             ended, failures, ended_ns, requests, visited = result
-            verdict = Verdict(End(ended), _failures(failures))
-            yield CaseRow(key, name, goal, model, run, position, recipe, verdict, ended_ns, requests, _set(visited))
+            verdict, bits = Verdict(End(ended), _failures(failures)), _known(visited, count)
+            yield CaseRow(key, name, goal, model, run, position, recipe, verdict, ended_ns, requests, bits)
+
+    def outdated(self) -> frozenset[bytes]:
+        """The keys of written cases of which a later run has another version: of the same file, model and options."""
+        rows = self._connection.execute(
+            "SELECT key FROM (SELECT key, row_number() OVER ("
+            " PARTITION BY test_case.model, setting, path, name ORDER BY started DESC, token DESC, position DESC, key)"
+            " AS age FROM test_case JOIN run ON run.id = test_case.run"
+            " WHERE text IS NOT NULL AND path NOT GLOB '*.py') WHERE age > 1"
+        )
+        return frozenset(key for (key,) in rows)
+
+    def says_obligations_of(self, obligations: Obligations) -> bool:
+        """Whether the bits of sets mean these obligations."""
+        rows = self._connection.execute("SELECT bit, name, counts FROM obligation ORDER BY bit")
+        return list(rows) == [(bit, str(o), int(o.counts)) for bit, o in enumerate(obligations)]
+
+    def _obligations(self) -> int:
+        count: int = self._connection.execute("SELECT count(*) FROM obligation").fetchone()[0]
+        return count
 
     def totals(self) -> tuple[int, int]:
-        """How many cases there are, and what they visited together, as bits."""
-        cases: int = self._connection.execute("SELECT count(*) FROM test_case").fetchone()[0]
-        union = 0
-        for (visited,) in self._connection.execute("SELECT DISTINCT visited FROM test_case"):
-            union |= _set(visited)
+        """How many cases count, and what they visited together, as bits."""
+        left_out = self.outdated()
+        cases = union = 0
+        rows = self._connection.execute("SELECT visited, count(*) FROM test_case GROUP BY visited")
+        if left_out:
+            rows = self._connection.execute("SELECT visited, 1, key FROM test_case")
+        for visited, count, *key in rows:
+            if not key or key[0] not in left_out:
+                cases += count
+                union |= _set(visited)
         return cases, union
 
     # what is written
@@ -145,14 +187,15 @@ class Tables:
         row = self._connection.execute("SELECT id, visited FROM run WHERE token = ?", (run.id,)).fetchone()
         if row is None:
             self._connection.execute(
-                "INSERT INTO run (token, started, command, model, source, visited, cases, failed)"
-                " VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-                (*values, run.cases, run.failed),
+                "INSERT INTO run (token, started, command, model, source, visited, cases, failed, is_finished)"
+                " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                (*values, run.cases, run.failed, run.is_finished),
             )
         else:
             self._connection.execute(
-                "UPDATE run SET visited = ?, cases = max(cases, ?), failed = max(failed, ?) WHERE id = ?",
-                (self._bytes(run.visited | _set(row[1])), run.cases, run.failed, row[0]),
+                "UPDATE run SET visited = ?, cases = max(cases, ?), failed = max(failed, ?),"
+                " is_finished = max(is_finished, ?) WHERE id = ?",
+                (self._bytes(run.visited | _set(row[1])), run.cases, run.failed, run.is_finished, row[0]),
             )
         return self._id("run", "token", run.id)
 
@@ -170,6 +213,10 @@ class Tables:
             "UPDATE run SET visited = ?, cases = cases + 1, failed = failed + ? WHERE id = ?",
             (self._bytes(visited | _set(before)), failed, run),
         )
+
+    def finish_run(self, run: int) -> None:
+        """Notes that a run came to its end."""
+        self._connection.execute("UPDATE run SET is_finished = 1 WHERE id = ?", (run,))
 
     def put_case(self, case: CaseRow) -> None:
         """Adds a case. If it is there, what both visited counts, and else what the later run says."""
@@ -191,9 +238,9 @@ class Tables:
     def _insert(self, case: CaseRow) -> None:
         recipe = case.recipe
         if isinstance(recipe, Written):
-            how: Row = (None, None, None, recipe.text, recipe.path)
+            how: Row = (self._setting("", recipe), None, None, recipe.text, recipe.path)
         else:
-            how = (str(recipe.seed), recipe.number, self._drawing(recipe), None, None)
+            how = (self._setting(recipe.network, recipe), str(recipe.seed), recipe.number, None, None)
         place = (case.key, case.name, case.goal, case.model, case.run, case.position)
         result = (*_ended(case), self._bytes(case.visited))
         marks = ", ".join("?" * len((*place, *how, *result)))
@@ -210,16 +257,15 @@ class Tables:
             (case.run, case.position, path, *_ended(case), case.key),
         )
 
-    def _drawing(self, recipe: Drawn) -> int:
-        """The id of the options that a case was drawn with."""
-        options = replace(recipe, seed=0, number=0)
-        if options not in self._drawings:
-            said = asdict(options)
-            del said["seed"], said["number"]
+    def _setting(self, network: str, recipe: Recipe) -> int:
+        """The id of what the command line said beside a case."""
+        options = (network, recipe.requirements, recipe.time_limit_ns)
+        if options not in self._settings:
+            said = dict(zip(_OPTIONS, options, strict=True))
             text = json.dumps(said, ensure_ascii=False)
-            self._connection.execute("INSERT OR IGNORE INTO drawing (options) VALUES (?)", (text,))
-            self._drawings[options] = self._id("drawing", "options", text)
-        return self._drawings[options]
+            self._connection.execute("INSERT OR IGNORE INTO setting (options) VALUES (?)", (text,))
+            self._settings[options] = self._id("setting", "options", text)
+        return self._settings[options]
 
     def _id(self, table: str, column: str, value: str) -> int:
         row = self._connection.execute(f"SELECT id FROM {table} WHERE {column} = ?", (value,))  # noqa: S608 - our own
@@ -232,6 +278,20 @@ class Tables:
 
 def _set(stored: bytes) -> int:
     return int.from_bytes(stored, "little")
+
+
+def _moment(text: str) -> str:
+    """When a run began. Raises `ValueError` if that is no moment."""
+    datetime.fromisoformat(text)
+    return text
+
+
+def _known(stored: bytes, count: int) -> int:
+    """A set of the obligations that there are. Raises `ValueError` if it has others."""
+    bits = _set(stored)
+    if bits >> count:
+        raise ValueError(f"there are {count} obligations")
+    return bits
 
 
 def _ended(case: CaseRow) -> Row:
@@ -250,7 +310,13 @@ def _failures(text: str | None) -> tuple[Failure, ...]:
     return tuple(Failure(FailureKind(kind), subject, message) for kind, subject, message in json.loads(text))
 
 
-def _options(text: str) -> dict[str, Any]:
+def _options(text: str) -> Row:
+    """Network, requirements and time limit of a setting."""
     options: dict[str, Any] = json.loads(text)
-    requirements = tuple((name, sentence) for name, sentence in options["requirements"])
-    return options | {"requirements": requirements}
+    network, requirements, time_limit_ns = (options[name] for name in _OPTIONS)
+    return network, tuple((name, sentence) for name, sentence in requirements), time_limit_ns
+
+
+def _recipe(options: Row, seed: str | None, number: int, text: str | None, path: str) -> Recipe:
+    network, *added = options
+    return Drawn(int(seed or ""), number, network, *added) if text is None else Written(text, path, *added)

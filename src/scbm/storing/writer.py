@@ -7,16 +7,25 @@ from typing import TYPE_CHECKING
 
 from scbm.coverage import Figure, Obligations
 from scbm.errors import Slug
-from scbm.storing.database import make_tables, open_for_writing, problem, told, transaction
+from scbm.storing.database import (
+    has_tables,
+    make_tables,
+    open_for_writing,
+    problem,
+    told,
+    transaction,
+    understood,
+)
 from scbm.storing.edits import difference
 from scbm.storing.history import digest_of, key_of
-from scbm.storing.tables import CaseRow, Tables
+from scbm.storing.tables import CaseRow, ModelRow, Tables
 
 if TYPE_CHECKING:
     import sqlite3
     from collections.abc import Iterator
     from pathlib import Path
 
+    from scbm.errors import InputError
     from scbm.model import BehaviorModel
     from scbm.storing.history import Recipe, Run
     from scbm.testing import CaseResult
@@ -28,35 +37,44 @@ _MOST_NS = 2**63 - 1
 def write_store(path: Path, model: BehaviorModel, run: Run) -> Iterator[StoreWriter]:
     """A store to which a run of a model is added; it is made if there is none.
 
-    Several processes may add to one store at the same time, also cases of one run.
+    Several processes may add to one store at the same time. A run is there with its first case, and is finished when
+    this ends without an error.
 
     Raises:
         InputError: the file is not a store, is damaged, newer, of another model, or cannot be written.
     """
     with open_for_writing(path) as connection:
-        yield StoreWriter(connection, path, model, run)
+        writer = StoreWriter(connection, path, model, run)
+        yield writer
+        writer.finish()
 
 
 class StoreWriter:
     """Adds the cases of one run.
 
     Attributes:
-        before: the last run that began before this one, as it was then; `None` if there was none.
+        before: the last run that was finished before this one began, as it was then; `None` if there was none.
     """
 
     def __init__(self, connection: sqlite3.Connection, path: Path, model: BehaviorModel, run: Run) -> None:
         self._connection = connection
         self._path = path
+        self._model = model
+        self._run = run
         self._digest = digest_of(model)
         self._obligations = Obligations.of(model)
         self._tables = Tables(connection)
-        with told(path), transaction(connection):
-            make_tables(connection)
-            self._refuse_other_model(model)
-            self._model = self._tables.put_model(model)
-            others = [row.run for row in self._tables.runs() if row.run.id != run.id]
-            self.before = others[-1] if others else None
-            self._run = self._tables.put_run(run, self._model)
+        self._ids: tuple[int, int] | None = None
+        with told(path), understood(path):
+            self.before = self._last_finished() if has_tables(connection, path) else None
+
+    def _last_finished(self) -> Run | None:
+        """The last finished run. Raises `InputError` if the store is of another model."""
+        known = next(row for row in self._tables.models() if row.is_current)
+        if known.digest != self._digest:
+            raise self._of_another_model(known)
+        runs = [row.run for row in self._tables.runs() if row.run.is_finished and row.run.id != self._run.id]
+        return runs[-1] if runs else None
 
     def add(self, position: int, recipe: Recipe, result: CaseResult) -> None:
         """Adds a case that has been run, or unites it with what is known of it.
@@ -72,28 +90,42 @@ class StoreWriter:
         if result.ended_ns > _MOST_NS:
             message = f"the run of `{result.case.name}` takes more than 292 years, which a store cannot hold"
             raise problem(Slug.STORE_UNUSABLE, self._path, message)
-        key = key_of(recipe, self._digest)
+        with told(self._path), understood(self._path), transaction(self._connection):
+            model, run = self._ids or self._begun()
+            self._tables.put_case(self._row(model, run, position, recipe, result))
+            self._tables.add_to_run(run, result.visited, failed=not result.verdict.passed)
+        self._ids = model, run
+
+    def _begun(self) -> tuple[int, int]:
+        """The ids of the model and of the run, which are there then. To be called in a transaction."""
+        make_tables(self._connection)
+        known = next((row for row in self._tables.models() if row.is_current), None)
+        if known is not None and known.digest != self._digest:
+            raise self._of_another_model(known)  # another process was faster
+        model = self._tables.put_model(self._model)
+        return model, self._tables.put_run(self._run, model)
+
+    def _row(self, model: int, run: int, position: int, recipe: Recipe, result: CaseResult) -> CaseRow:
         case = result.case
-        row = CaseRow(
-            key, case.name, case.goal, self._model, self._run, position, recipe,
+        return CaseRow(
+            key_of(recipe, self._digest), case.name, case.goal, model, run, position, recipe,
             result.verdict, result.ended_ns, result.requests, result.visited,
         )  # fmt: skip
-        with told(self._path), transaction(self._connection):
-            self._tables.put_case(row)
-            self._tables.add_to_run(self._run, result.visited, failed=not result.verdict.passed)
+
+    def finish(self) -> None:
+        """Notes that the run came to its end, if it has cases."""
+        if self._ids is not None:
+            with told(self._path), transaction(self._connection):
+                self._tables.finish_run(self._ids[1])
 
     def totals(self) -> tuple[int, Figure]:
         """How many cases the store has, and the figure of all of them together, those of others that write included."""
-        with told(self._path):
-            cases, visited = self._tables.totals()
+        with told(self._path), understood(self._path):
+            cases, visited = self._tables.totals() if has_tables(self._connection, self._path) else (0, 0)
         counted = self._obligations.counted
         return cases, Figure((visited & counted).bit_count(), counted.bit_count())
 
-    def _refuse_other_model(self, model: BehaviorModel) -> None:
-        known = next((row for row in self._tables.models() if row.is_current), None)
-        if known is not None and known.digest != self._digest:
-            message = f"this store is of another model than this one: {difference(known.name, known.text, model)}"
-            remedy = (
-                "use a store of its own; `scbm combine OLD NEW -o FILE --across-edits` takes over what is unchanged"
-            )
-            raise problem(Slug.STORE_OTHER_MODEL, self._path, message, remedy)
+    def _of_another_model(self, known: ModelRow) -> InputError:
+        message = f"this store is of another model than this one: {difference(known.name, known.text, self._model)}"
+        remedy = "use a store of its own; `scbm combine OLD NEW -o FILE --across-edits` takes over what is unchanged"
+        return problem(Slug.STORE_OTHER_MODEL, self._path, message, remedy)

@@ -63,6 +63,7 @@ def test_machines_are_told_the_same(scbm: Scbm, filled: Path) -> None:
     first, second = (run.visited for run in history.runs)
     assert told == {
         "file": str(filled),
+        "is_whole": True,
         "cases": 25,
         "visited": history.coverage.figure.visited,
         "percent": history.coverage.figure.percent,
@@ -283,3 +284,19 @@ def test_a_report_of_failures_names_them(scbm: Scbm, store: Path) -> None:
     with sqlite3.connect(store) as connection:
         assert connection.execute("SELECT count(*) FROM test_case WHERE failures IS NOT NULL").fetchone() == (failed,)
     connection.close()
+
+
+def test_names_of_files_that_are_no_text_are_kept_as_what_can_be_said(scbm: Scbm, tmp_path: Path) -> None:
+    model = tmp_path / "caf\udce9.yaml"
+    store = tmp_path / "s\udce9.db"
+    model.write_bytes(Path(BEFORE).read_bytes())
+    assert scbm("test", model, "--cases", 2, "--store", store).code == 0
+    assert scbm("report", store, "--lcov", tmp_path / "l.info").code == 0
+    assert "udce9.yaml" in read_history(store).source.path
+
+
+def test_links_that_go_round_are_told(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
+    (tmp_path / "round").symlink_to(tmp_path / "round")
+    ran = scbm("report", filled, "--junit", tmp_path / "round")
+    assert ran.code == 2
+    assert "cannot write" in ran.err

@@ -2,7 +2,7 @@
 
 import pytest
 
-from scbm.coverage import KINDS, Coverage, Obligations, Threshold
+from scbm.coverage import KINDS, Aspect, Coverage, Obligation, Obligations, Threshold
 from support.models import scan_cell
 
 OBLIGATIONS = Obligations.of(scan_cell())
@@ -33,3 +33,11 @@ def test_nothing_to_visit_meets_nothing() -> None:
 
 def test_nothing_visited_meets_nought() -> None:
     assert Threshold(0, "failed").is_met(_coverage())
+
+
+@pytest.mark.parametrize(("percent", "visited", "of"), [(8.8, 33, 375), (64.4, 161, 250), (35.2, 132, 375)])
+def test_a_threshold_that_is_exactly_reached_is_met(percent: float, visited: int, of: int) -> None:
+    """Binary fractions are a little more than what was written: 8.8 * 375 is 3300.0000000000005."""
+    obligations = Obligations([Obligation(f"o{number}", Aspect.TAKEN) for number in range(of)])
+    assert Threshold(percent).is_met(Coverage(obligations, (("case", (1 << visited) - 1),)))
+    assert not Threshold(percent).is_met(Coverage(obligations, (("case", (1 << (visited - 1)) - 1),)))

@@ -69,3 +69,8 @@ def test_a_path_is_never_taken_for_an_option() -> None:
 
 def test_nothing_runs_a_case_of_an_earlier_model_again() -> None:
     assert not again(replace(drawn(Drawn(1, 1)), is_earlier=True), MODEL)
+
+
+def test_a_case_that_a_test_says_is_run_again_by_that_test() -> None:
+    stored = replace(history_of(EXAMPLE / "before.yaml", 1).cases[0], recipe=Written(CASE, "tests/test_cell.py"))
+    assert again(stored, MODEL) == "pytest tests/test_cell.py"

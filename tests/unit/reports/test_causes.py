@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
 from scbm.reports.causes import causes_of
-from scbm.storing import History
+from scbm.reports.sarif import sarif_log
+from scbm.storing import Drawn, History
 from scbm.testing import Failure, FailureKind, Verdict
 from scbm.trace import End
 from support.histories import EXAMPLE, history_of
@@ -56,3 +58,17 @@ def test_what_a_case_expects_is_its_own() -> None:
         ("expected", ["seed-1-case-1"]),
         ("expected", ["seed-1-case-2"]),
     ]
+
+
+def test_a_requirement_of_another_command_is_another_cause() -> None:
+    """Each command line names its first requirement `required_1`."""
+    history = failing(*[(Failure(FailureKind.REQUIREMENT, "required_1", f"broken {n}"),) for n in range(3)])
+    sentences = ("never scanned_a == true", "never scanned_a == false", "never scanned_a == true")
+    cases = tuple(
+        replace(case, recipe=Drawn(1, number, requirements=(("required_1", sentence),)))
+        for number, (case, sentence) in enumerate(zip(history.cases, sentences, strict=True), start=1)
+    )
+    history = replace(history, cases=cases)
+    assert told(history) == [("broken 0", ["seed-1-case-1", "seed-1-case-3"]), ("broken 1", ["seed-1-case-2"])]
+    one, two = json.loads(sarif_log(history))["runs"][0]["results"]
+    assert one["partialFingerprints"] != two["partialFingerprints"]

@@ -8,10 +8,19 @@ from pathlib import Path
 import pytest
 
 from scbm.errors import InputError, Slug
-from scbm.storing import combine_stores, read_history
-from support.stores import cell, results, store
+from scbm.storing import History, Recipe, combine_stores, database, read_history, write_store
+from scbm.storing.reading import history_in
+from scbm.storing.tables import Tables
+from scbm.testing import CaseResult
+from support.stores import a_run, cell, results, store
 
 EDITED = (("gr: light != red", "gr: light == green"),)
+
+
+def idle() -> list[tuple[Recipe, CaseResult]]:
+    """A case that visited nothing."""
+    (recipe, result), *_ = results(9, 1)
+    return [(recipe, replace(result, visited=0))]
 
 
 def _stores(directory: Path, *seeds: int) -> list[Path]:
@@ -64,7 +73,7 @@ def test_stores_of_other_models_are_refused(tmp_path: Path) -> None:
 
 def test_across_edits_what_is_unchanged_goes_over_and_the_rest_is_listed(tmp_path: Path) -> None:
     (one,) = _stores(tmp_path, 1)
-    two = store(tmp_path / "2.db", 2, [], cell(*EDITED))
+    two = store(tmp_path / "2.db", 2, idle(), cell(*EDITED))
     combined = combine_stores([one, two], tmp_path / "all.db", across_edits=True)
     before = read_history(one)
     names = before.obligations.names(before.coverage.visited)
@@ -75,14 +84,14 @@ def test_across_edits_what_is_unchanged_goes_over_and_the_rest_is_listed(tmp_pat
     history = read_history(tmp_path / "all.db")
     assert history.model == cell(*EDITED)
     assert history.obligations.names(history.coverage.visited) == tuple(n for n in names if "automatic" in n)
-    assert all(case.is_earlier for case in history.cases)
+    assert [case.is_earlier for case in history.cases] == [True] * 6 + [False]
     assert "automatic/scan_failed" in names
 
 
 def test_what_the_edited_model_lacks_is_gone(tmp_path: Path) -> None:
     (one,) = _stores(tmp_path, 1)
     renamed = cell(("  scan_failed:", "  scan_broke:"))
-    two = store(tmp_path / "2.db", 2, [], renamed)
+    two = store(tmp_path / "2.db", 2, idle(), renamed)
     combined = combine_stores([one, two], tmp_path / "all.db", across_edits=True)
     (_, dropped), *_ = combined.dropped
     assert [(str(d.obligation), d.is_gone) for d in dropped] == [("automatic/scan_failed", True)]
@@ -103,8 +112,8 @@ def test_the_same_case_before_and_after_an_edit_is_two(tmp_path: Path) -> None:
 
 def test_an_edit_of_an_edit_keeps_what_both_left_alone(tmp_path: Path) -> None:
     (one,) = _stores(tmp_path, 1)
-    two = store(tmp_path / "2.db", 2, [], cell(*EDITED))
-    back = store(tmp_path / "3.db", 3, [])
+    two = store(tmp_path / "2.db", 2, idle(), cell(*EDITED))
+    back = store(tmp_path / "3.db", 3, idle())
     first = combine_stores([one, two], tmp_path / "all.db", across_edits=True).history
     second = combine_stores([tmp_path / "all.db", back], tmp_path / "back.db", across_edits=True).history
     kept = first.obligations.names(first.coverage.visited)
@@ -129,7 +138,43 @@ def test_runs_are_told_apart_by_their_token_alone(tmp_path: Path) -> None:
 
 def test_the_source_is_that_of_the_model_that_counts_also_if_an_earlier_one_ran_later(tmp_path: Path) -> None:
     old = store(tmp_path / "old.db", 9, results(1, 2))
-    new = store(tmp_path / "new.db", 1, [], cell(*EDITED))
+    new = store(tmp_path / "new.db", 1, idle(), cell(*EDITED))
     history = combine_stores([old, new], tmp_path / "all.db", across_edits=True).history
     assert [run.is_earlier for run in history.runs] == [False, True]
     assert history.source == read_history(new).source
+
+
+@pytest.mark.parametrize("is_one_of_them", [True, False])
+def test_a_store_that_someone_adds_to_is_not_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, *, is_one_of_them: bool
+) -> None:
+    """A writer knows its rows by their numbers, which would be others then."""
+    monkeypatch.setattr(database, "_PATIENCE_S", 0)
+    one, two = _stores(tmp_path, 1, 2)
+    model = cell()
+    pairs = results(3, 2)
+    with write_store(two, model, a_run(3, model)) as writer:
+        writer.add(1, *pairs[0])
+        with pytest.raises(InputError) as caught:
+            combine_stores([one, two] if is_one_of_them else [one], two)
+        assert caught.value.diagnostics[0].slug is Slug.STORE_UNUSABLE
+        writer.add(2, *pairs[1])
+    history = read_history(two)
+    assert [(run.id, run.cases) for run in history.runs][-1] == (a_run(3, model).id, 2)
+    assert len(history.cases) == 8
+
+
+def test_nobody_adds_to_a_store_while_it_is_read_to_be_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(database, "_PATIENCE_S", 0)
+    one, two = _stores(tmp_path, 1, 2)
+
+    def added_to_meanwhile(tables: Tables) -> History:
+        with pytest.raises(InputError):
+            store(two, 3, results(3, 1))
+        return history_in(tables)
+
+    monkeypatch.setattr("scbm.storing.combining.history_in", added_to_meanwhile)
+    combine_stores([one, two, two], two)
+    assert len(read_history(two).cases) == 12

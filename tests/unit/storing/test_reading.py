@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import random
 import sqlite3
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from scbm.errors import InputError, Slug
 from scbm.storing import combine_stores, read_history, write_store
+from scbm.storing.tables import CaseRow, Tables
 from support.stores import a_run, cell, results, store
 
 
@@ -134,3 +136,36 @@ def test_a_view_tells_in_sql_what_was_visited(path: Path) -> None:
     connection.close()
     expected = [(case.name, name) for case in history.cases for name in history.obligations.names(case.visited)]
     assert rows == sorted(expected)
+
+
+def test_what_is_read_is_of_one_moment(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that begins between two queries is in none of them."""
+    cases = Tables.cases
+
+    def cases_after_another_run(tables: Tables) -> Iterator[CaseRow]:
+        store(path, 2, results(2, 2))
+        return cases(tables)
+
+    with write_store(path, cell(), a_run(3, cell())):  # in write-ahead mode nobody waits for who reads
+        before = read_history(path)
+        monkeypatch.setattr(Tables, "cases", cases_after_another_run)
+        assert read_history(path) == before
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        "UPDATE test_case SET visited = zeroblob(20) || x'01'",
+        "UPDATE test_case SET visited = x'ffffffff'",
+        "UPDATE run SET visited = x'ffffffff'",
+        "UPDATE run SET started = 'yesterday'",
+    ],
+)
+def test_rows_that_no_store_has_are_damage(path: Path, tmp_path: Path, change: str) -> None:
+    """Else each report fails in its own way, some of them with a traceback."""
+    with sqlite3.connect(path) as connection:
+        connection.execute(change)
+    connection.close()
+    assert _complaint(path)[0] is Slug.STORE_DAMAGED
+    with pytest.raises(InputError):
+        combine_stores([path], tmp_path / "all.db")

@@ -13,7 +13,17 @@ import pytest
 
 from scbm.coverage import Coverage, Obligations
 from scbm.errors import InputError, Slug
-from scbm.storing import Recipe, Written, digest_of, drawn_recipe, key_of, read_history, write_store, written_recipe
+from scbm.storing import (
+    Recipe,
+    StoreWriter,
+    Written,
+    digest_of,
+    drawn_recipe,
+    key_of,
+    read_history,
+    write_store,
+    written_recipe,
+)
 from scbm.testing import CaseResult, Verdict
 from scbm.trace import End
 from support.stores import a_run, cell, results, store
@@ -36,7 +46,7 @@ def test_what_is_added_is_read_again(path: Path) -> None:
     assert [case.position for case in history.cases] == [1, 2, 3, 4, 5]
     run = history.runs[0]
     assert (run.cases, run.failed, run.visited) == (5, 0, history.coverage.visited)
-    assert replace(run, cases=0, failed=0, visited=0) == a_run(1, cell())
+    assert replace(run, cases=0, failed=0, visited=0, is_finished=False) == a_run(1, cell())
     assert not any(case.is_earlier for case in history.cases)
 
 
@@ -126,7 +136,8 @@ def test_a_run_of_centuries_is_refused_in_words(path: Path) -> None:
     with pytest.raises(InputError) as caught:
         store(path, 1, [(recipe, replace(result, ended_ns=2**63))])
     assert caught.value.diagnostics[0].slug is Slug.STORE_UNUSABLE
-    assert read_history(path).cases == ()
+    with pytest.raises(InputError):
+        read_history(path)
 
 
 def test_a_store_of_another_model_is_refused_and_told_how_it_differs(path: Path) -> None:
@@ -144,8 +155,8 @@ def test_a_store_of_another_model_is_refused_and_told_how_it_differs(path: Path)
 def test_comments_and_layout_do_not_make_another_model(path: Path) -> None:
     store(path, 1, results(1, 2))
     model = cell()
-    with write_store(path, model, a_run(2, model, "# a comment")):
-        pass
+    with write_store(path, model, a_run(2, model, "# a comment")) as writer:
+        writer.add(1, *results(2, 1)[0])
     assert read_history(path).source.text == "# a comment"
 
 
@@ -210,3 +221,78 @@ def test_a_hundred_writers_that_are_killed_leave_whole_stores(tmp_path: Path) ->
     kills, cases, waited = map(int, done.stdout.split())
     assert kills == 100
     assert cases >= waited > 1000
+
+
+def _add_all(writer: StoreWriter, pairs: Iterator[tuple[int, tuple[Recipe, CaseResult]]]) -> None:
+    for position, pair in pairs:
+        writer.add(position, *pair)
+
+
+def test_a_full_disk_is_told_as_what_it_is(path: Path) -> None:
+    model = cell()
+    pairs = iter(enumerate(results(1, 100), start=1))
+    with write_store(path, model, a_run(1, model)) as writer:
+        connection = writer._connection
+        writer.add(*next(((n, *pair) for n, pair in pairs)))
+        (pages,) = connection.execute("PRAGMA page_count").fetchone()
+        connection.execute(f"PRAGMA max_page_count = {pages}")
+        with pytest.raises(InputError, match="database or disk is full"):
+            _add_all(writer, pairs)
+    assert read_history(path).cases
+
+
+def test_a_run_without_cases_leaves_no_run(path: Path) -> None:
+    store(path, 1, results(1, 2))
+    before = read_history(path)
+    with write_store(path, cell(), a_run(2, cell())) as writer:
+        assert writer.totals()[0] == 2
+    assert read_history(path) == before
+
+
+def test_a_run_is_compared_with_the_last_that_was_finished(path: Path) -> None:
+    def ends_early() -> Iterator[tuple[Recipe, CaseResult]]:
+        yield from results(2, 1)
+        raise ZeroDivisionError
+
+    store(path, 1, results(1, 2))
+    with pytest.raises(ZeroDivisionError):
+        store(path, 2, ends_early())
+    assert [run.is_finished for run in read_history(path).runs] == [True, False]
+    with write_store(path, cell(), a_run(3, cell())) as writer:
+        assert writer.before is not None
+        assert writer.before.command == "scbm test 1"
+
+
+def _written(text: str, path: str, visited: int, **more: int) -> tuple[Recipe, CaseResult]:
+    (_, result), *_ = results(1, 1)
+    return Written(text, path, **more), replace(result, case=replace(result.case, name="a"), visited=visited)
+
+
+def test_of_a_case_file_that_was_edited_the_last_version_counts(path: Path) -> None:
+    store(path, 2, [_written("case: a # mended", "a.yaml", 1)])
+    store(path, 1, [_written("case: a # broken", "a.yaml", 2)])
+    history = read_history(path)
+    assert [(case.recipe, case.visited) for case in history.cases] == [(Written("case: a # mended", "a.yaml"), 1)]
+    assert history.outdated == 1
+    with write_store(path, cell(), a_run(3, cell())) as writer:
+        assert writer.totals() == (1, history.coverage.figure)
+    store(path, 4, [_written("case: a # broken", "a.yaml", 2)])
+    assert [case.visited for case in read_history(path).cases] == [2]
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (_written("1", "a.yaml", 1), _written("2", "b.yaml", 2)),
+        (_written("1", "test_a.py", 1), _written("2", "test_a.py", 2)),
+        (_written("1", "a.yaml", 1), _written("2", "a.yaml", 2, time_limit_ns=5)),
+    ],
+    ids=["another file", "cases of a test", "other options"],
+)
+def test_other_cases_of_that_name_count_too(
+    path: Path, one: tuple[Recipe, CaseResult], other: tuple[Recipe, CaseResult]
+) -> None:
+    store(path, 1, [one])
+    store(path, 2, [other])
+    assert read_history(path).outdated == 0
+    assert len(read_history(path).cases) == 2

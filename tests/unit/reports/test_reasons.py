@@ -1,0 +1,64 @@
+"""Why something is missing: one reason for each way in which it can be."""
+
+from __future__ import annotations
+
+import pytest
+
+from scbm.coverage import Aspect, Coverage, Obligation, Obligations
+from scbm.model import BehaviorModel
+from scbm.reports.reasons import close_command, missed_reasons
+from support.models import scan_cell
+
+TIMELESS = (("    deadline: 10 seconds\n", ""), ("    timedout: [scan_req_trigger <- false]\n", ""))
+
+
+def _told(visited: str, model: BehaviorModel | None = None, file: str = "cell.yaml") -> dict[str, str]:
+    of = model or scan_cell()
+    obligations = Obligations.of(of)
+    bits = sum(bit for o in obligations if str(o) in visited.split() and (bit := obligations.bit(o)))
+    return {str(m.obligation): m.reason for m in missed_reasons(of, Coverage(obligations, (("c", bits),)), file)}
+
+
+@pytest.mark.parametrize(
+    ("visited", "missed", "reason"),
+    [
+        ("", "scan_box/failed", "in no plan: another goal, or another initial state, has to need it"),
+        ("", "scan_box/queued", "in no plan: another goal, or another initial state, has to need it"),
+        ("scan_box/queued", "scan_box/failed", "planned in 1 case, but it never started"),
+        ("scan_box/queued", "scan_box/executing", "planned in 1 case, but it never started"),
+        ("scan_box/queued scan_box/executing", "scan_box/failed", "executed in 1 case, and nothing failed it"),
+        ("scan_box/queued scan_box/executing", "scan_box/completed", "executed in 1 case, and it never completed"),
+        (
+            "scan_box/queued scan_box/executing",
+            "scan_box/timedout",
+            "executed in 1 case, never beyond its deadline of 10 s",
+        ),
+        (
+            "scan_box/queued",
+            "scan_box/disabled",
+            "it could start whenever its turn came: an injection in between can keep it from that",
+        ),
+    ],
+)
+def test_each_way_of_missing_has_its_words(visited: str, missed: str, reason: str) -> None:
+    assert _told(visited)[missed] == reason
+
+
+def test_what_has_no_deadline_never_times_out() -> None:
+    told = _told("scan_box/queued scan_box/executing", scan_cell(*TIMELESS))
+    assert told["scan_box/timedout"] == "executed in 1 case, and it has no `deadline`, so it never times out"
+
+
+def test_the_guard_is_that_of_the_transition() -> None:
+    more = "automatic_transitions:\n  other:\n    g: count == 2\n    a: [count <- 0]\n"
+    told = _told("", scan_cell(("automatic_transitions:\n", more)))
+    assert told["automatic/other"] == "its guard never held: count == 2"
+    assert told["automatic/scan_failed"] != told["automatic/other"]
+
+
+def test_commands_are_for_a_shell() -> None:
+    model = scan_cell()
+    missed = missed_reasons(model, Coverage(Obligations.of(model)), "my cell.yaml")
+    assert missed[0].command == f"scbm explain 'my cell.yaml' {missed[0].obligation}"
+    assert missed[-1].obligation == Obligation("scan_box", Aspect.QUEUED)
+    assert close_command("my cell.yaml") == "scbm close 'my cell.yaml' --out closed"
