@@ -5,11 +5,12 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from importlib import import_module
-from os.path import realpath
+from os.path import lexists, realpath
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scbm.errors import Diagnostic, InputError, Place, Slug
+from scbm.storing import Replays, Written
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -42,17 +43,29 @@ class Wanted:
         """Those that are."""
         return {option: path for option, path in self.files.items() if path is not None}
 
-    def refuse_clashes(self, store: Path) -> None:
-        """Raises `InputError` if two formats would be one file, or one of them would replace the store."""
+    def refuse_clashes(self, store: Path, history: History) -> None:
+        """Raises `InputError` if two formats would be one file, or one would replace the store, the model or a case."""
+        taken = {_identity(store): "the store", _identity(Path(history.source.path)): "the model"}
+        for case in history.cases:
+            if isinstance(case.recipe, Written):
+                taken.setdefault(_identity(Path(case.recipe.path)), "a case file")
         wrong = []
-        taken = {Path(realpath(store)): "the store"}  # `resolve` of Python 3.11 fails for links in a circle
         for option, path in self.given.items():
-            other = taken.setdefault(Path(realpath(path)), option)
+            other = taken.setdefault(_identity(path), option)
             if other != option and not path.is_char_device():
-                message = f"{path} is also {'that of ' if other != 'the store' else ''}{other}"
-                wrong.append(Diagnostic(Slug.BAD_OPTION, message, Place(option), "write it to another file"))
+                told = f"{path} is also {'that of ' if other.startswith('--') else ''}{other}"
+                wrong.append(Diagnostic(Slug.BAD_OPTION, told, Place(option), "write it to another file"))
         if wrong:
             raise InputError(wrong)
+
+
+def _identity(path: Path) -> object:
+    """What tells files apart, by whichever name: links lead to the same."""
+    try:
+        status = path.stat()
+    except OSError:
+        return realpath(path)
+    return status.st_dev, status.st_ino
 
 
 def write_formats(wanted: Wanted, history: History) -> list[str]:
@@ -61,13 +74,27 @@ def write_formats(wanted: Wanted, history: History) -> list[str]:
     for option, path in wanted.given.items():
         text = _html(history) if option == "--html" else _made(option, history)
         try:
-            path.write_text(text, encoding="utf-8", newline="\n")
+            _write(Path(realpath(path)), text)
         except OSError as error:
             message = f"cannot write {path}: {(error.strerror or str(error)).lower()}"
             wrong.append(Diagnostic(Slug.BAD_OPTION, message, Place(option)))
     if wrong:
         raise InputError(wrong)
     return [str(path) for path in wanted.given.values()]
+
+
+def _write(path: Path, text: str) -> None:
+    """All of it or nothing, where that is a file; a pipe or a terminal takes what it gets."""
+    if lexists(path) and not path.is_file():
+        path.write_text(text, encoding="utf-8", newline="\n")
+        return
+    part = path.with_name(f"{path.name}.part")
+    try:
+        part.write_text(text, encoding="utf-8", newline="\n")
+        part.replace(path)
+    except OSError:
+        part.unlink(missing_ok=True)
+        raise
 
 
 def _made(option: str, history: History) -> str:
@@ -78,7 +105,6 @@ def _made(option: str, history: History) -> str:
 
 def _html(history: History) -> str:
     from scbm.reports.html import html_report  # noqa: PLC0415 - templates, which few reports need
-    from scbm.storing import Replays  # noqa: PLC0415
 
     replays = Replays(history)
     if len(history.cases) < _SLOW or not sys.stderr.isatty():

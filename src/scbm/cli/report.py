@@ -13,12 +13,13 @@ from scbm.cli.formats import Wanted, write_formats
 from scbm.cli.output import errors, results, write_json
 from scbm.coverage import smallest_cover
 from scbm.errors import Diagnostic, InputError, Place, Slug
+from scbm.reports import counted
 from scbm.reports.contexts import contexts_report, smallest_report
 from scbm.reports.history_json import history_json, smallest_json
 from scbm.reports.missing import told_missing
 from scbm.reports.stored import stored_report
 from scbm.storing import History, Replays, read_history
-from scbm.testing import save_cases
+from scbm.testing import find_case_files, save_cases
 
 
 def command(
@@ -54,12 +55,12 @@ def command(
             "--markdown": markdown, "--badge": badge,
         }
     )  # fmt: skip
-    wanted.refuse_clashes(store)
     if save is not None and not minimize:
         raise InputError(
             [Diagnostic(Slug.BAD_OPTION, "this saves the smallest suite", Place("--save"), "add --minimize")]
         )
     history = read_history(store)
+    wanted.refuse_clashes(store, history)
     cover = smallest_cover([case.visited for case in history.cases]) if minimize else None
     if json:
         write_json(history_json(history) | ({} if cover is None else {"smallest": smallest_json(history, cover)}))
@@ -73,9 +74,7 @@ def command(
     written = write_formats(wanted, history)
     if written:
         errors().line(f"Written: {', '.join(written)}")
-    if not is_saved:
-        return 2
-    return 0 if thresholds.meets(history.coverage, wanted_figures) else 1
+    return 0 if thresholds.meets(history.coverage, wanted_figures) and is_saved else 1
 
 
 def _apart(parts: Iterable[Iterable[Text]]) -> Iterator[Text]:
@@ -87,17 +86,24 @@ def _apart(parts: Iterable[Iterable[Text]]) -> Iterator[Text]:
 
 
 def _save(history: History, chosen: Iterable[int], directory: Path) -> bool:
-    """Writes cases as files that are run without chance; says so of those that cannot be."""
+    """Writes cases as files that are run without chance; gives whether they visit the same, and says if they do not."""
+    model = Path(history.source.path)
+    if not model.is_file():
+        message = f"there is no model file `{model}` here, which the saved cases would name"
+        remedy = "save them from the directory in which the store was filled"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--save"), remedy)])
     replays = Replays(history)
     comment = [f"one of the smallest suite that visits what all {len(history.cases)} cases of a store do"]
-    cases = []
-    is_whole = True
-    for index in chosen:
-        stored = history.cases[index]
-        if stored.is_earlier:
-            errors().line(f"{history.labels[index]} was run on an earlier version of the model, and is not saved.")
-            is_whole = False
-        else:
-            cases.append((replace(replays.recorded(stored), name=history.labels[index]), comment))
-    save_cases(cases, directory, history.model, Path(history.source.path), overwrite=False)
-    return is_whole
+    earlier = [history.labels[index] for index in chosen if history.cases[index].is_earlier]
+    cases = [
+        (replace(replays.recorded(history.cases[index]), name=history.labels[index]), comment)
+        for index in chosen
+        if not history.cases[index].is_earlier
+    ]
+    saved = save_cases(cases, directory, history.model, model, overwrite=False)
+    others = len(find_case_files([directory])) - len(saved) if saved else 0
+    if others:
+        errors().line(f"{directory} has {counted(others, 'other case file')} too, so it is not the smallest suite.")
+    for label in earlier:
+        errors().line(f"{label} was run on an earlier version of the model, and is not saved.")
+    return not others and not earlier

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isfinite
+import re
 from typing import TYPE_CHECKING
 
 from scbm.cli.output import errors
@@ -19,6 +19,7 @@ OPTION = "--fail-under"
 HELP = "Exit with 1 if fewer per cent are visited: `90`, or of one kind: `executing=100`."
 
 _ALL_PERCENT = 100
+_NUMBER = re.compile(r"(\d+(?:\.\d+)?)\s*%?", re.ASCII)
 
 
 def read_thresholds(texts: Sequence[str]) -> tuple[Threshold, ...]:
@@ -46,11 +47,9 @@ def read_thresholds(texts: Sequence[str]) -> tuple[Threshold, ...]:
 
 
 def _percent(text: str) -> float | None:
-    try:
-        percent = float(text)
-    except ValueError:
-        return None
-    return percent if isfinite(percent) and 0 <= percent <= _ALL_PERCENT else None
+    match = _NUMBER.fullmatch(text.strip())
+    percent = float(match[1]) if match else None
+    return percent if percent is not None and percent <= _ALL_PERCENT else None
 
 
 def meets(coverage: Coverage, thresholds: Sequence[Threshold]) -> bool:

@@ -4,18 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from scbm.coverage.sets import bits_of
+
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from scbm.coverage.coverage import Coverage
-
-
-def bits_of(visited: int) -> Iterator[int]:
-    """The positions of the ones of a set, ascending."""
-    while visited:
-        lowest = visited & -visited
-        yield lowest.bit_length() - 1
-        visited ^= lowest
 
 
 def visitors_of_each(coverage: Coverage) -> tuple[tuple[int, ...], ...]:

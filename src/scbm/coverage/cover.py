@@ -18,7 +18,7 @@ from dataclasses import dataclass, field
 from heapq import heapify, heappop, heapreplace
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
-from scbm.coverage.contexts import bits_of
+from scbm.coverage.sets import bits_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

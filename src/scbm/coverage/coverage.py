@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scbm.coverage.figures import Figure
+from scbm.coverage.sets import bits_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -68,11 +69,8 @@ class Coverage:
 
     def visits(self) -> dict[Obligation, int]:
         """For each obligation the number of cases that visited it."""
-        sets = Counter(visited for _, visited in self.cases)
-        return {
-            obligation: sum(count for visited, count in sets.items() if visited >> index & 1)
-            for index, obligation in enumerate(self.obligations)
-        }
+        counts = Counter(position for _, visited in self.cases for position in bits_of(visited))
+        return {obligation: counts[position] for position, obligation in enumerate(self.obligations)}
 
     def first_visitor(self, obligation: Obligation) -> str | None:
         """The case that visited an obligation first."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scbm.coverage.contexts import bits_of, only_by, visitors_of_each
+from scbm.coverage import bits_of, only_by, visitors_of_each
 from scbm.reports.again import again
 from scbm.storing import Written
 from scbm.testing.json_report import coverage_json
@@ -28,6 +28,7 @@ def history_json(history: History) -> dict[str, Any]:
         "passed": not history.failed,
         "coverage": coverage_json(history.coverage),
         "simulated_seconds": history.simulated_ns / 1e9,
+        "outdated": history.outdated,
         "runs": [_run(run, names) for run in history.runs],
         "cases": [
             _case(label, case, history)

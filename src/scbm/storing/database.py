@@ -40,6 +40,7 @@ def open_for_reading(path: Path, *, alone: bool = False) -> Iterator[sqlite3.Con
                 _refuse_cut_off(connection, path)
                 _refuse_damage(connection, path)
                 yield connection
+            _set_journal(connection, "DELETE")  # a writer that was killed has left it in write-ahead mode
         finally:
             _close(connection)
 

@@ -13,6 +13,7 @@ from scbm.coverage import Coverage, Obligations
 from scbm.notation import write_model
 
 if TYPE_CHECKING:
+    from scbm.coverage import Obligation
     from scbm.model import BehaviorModel
     from scbm.testing import Verdict
 
@@ -171,6 +172,11 @@ class History:
     def coverage(self) -> Coverage:
         """What the cases, by their labels, have visited."""
         return Coverage(self.obligations, tuple(zip(self.labels, (c.visited for c in self.cases), strict=True)))
+
+    @cached_property
+    def visits(self) -> dict[Obligation, int]:
+        """For each obligation the number of cases that visited it."""
+        return self.coverage.visits()
 
     @property
     def failed(self) -> tuple[StoredCase, ...]:

@@ -189,7 +189,7 @@ def test_cases_of_an_earlier_model_are_not_saved_and_that_is_told(scbm: Scbm, fi
     scbm("test", AFTER, "--cases", 1, "--store", other)
     scbm("combine", filled, other, "-o", target, "--across-edits")
     ran = scbm("report", target, "--minimize", "--save", tmp_path / "small")
-    assert ran.code == 2
+    assert ran.code == 1
     assert "was run on an earlier version of the model, and is not saved." in ran.err
 
 
@@ -231,7 +231,7 @@ def test_files_that_cannot_be_written_are_told_all_at_once(scbm: Scbm, filled: P
     ("thresholds", "code"),
     [
         (["46.5"], 0), (["46.52"], 1), (["executing=87.5"], 0), (["executing=87.6"], 1), (["automatic=50"], 0),
-        (["40", "queued=90"], 1), (["all=46"], 0), (["disabled=0"], 0),
+        (["40", "queued=90"], 1), (["all=46"], 0), (["disabled=0"], 0), (["46.5 %", "executing=87%"], 0),
     ],
 )  # fmt: skip
 def test_thresholds_are_for_everything_or_for_a_kind(
@@ -243,11 +243,11 @@ def test_thresholds_are_for_everything_or_for_a_kind(
 
 
 def test_all_that_is_wrong_with_thresholds_is_told_at_once(scbm: Scbm, filled: Path) -> None:
-    wrong = ["failde=3", "101", "executing=nan", "=3", "executing="]
+    wrong = ["failde=3", "101", "executing=nan", "=3", "executing=", "4_6", "1e1", "-1"]
     options = [word for threshold in wrong for word in ("--fail-under", threshold)]
     ran = scbm("report", filled, *options)
     assert ran.code == 2
-    assert ran.err.count("error[bad-option]") == 5
+    assert ran.err.count("error[bad-option]") == 8
     assert "did you mean `failed`?" in ran.err
 
 
@@ -300,3 +300,101 @@ def test_links_that_go_round_are_told(scbm: Scbm, filled: Path, tmp_path: Path) 
     ran = scbm("report", filled, "--junit", tmp_path / "round")
     assert ran.code == 2
     assert "cannot write" in ran.err
+
+
+def test_a_directory_with_other_cases_is_no_smallest_suite_and_that_is_told(
+    scbm: Scbm, filled: Path, tmp_path: Path
+) -> None:
+    scbm("test", BEFORE, "--cases", 2, "--seed", 9, "--save", tmp_path / "small")
+    ran = scbm("report", filled, "--minimize", "--save", tmp_path / "small")
+    assert ran.code == 1
+    assert f"{tmp_path / 'small'} has 2 other case files too, so it is not the smallest suite." in ran.err
+
+
+def test_saved_cases_need_the_model(scbm: Scbm, filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(monkeypatch, "chdir", lambda _: None)
+    ran = scbm("report", filled, "--minimize", "--save", "small")
+    assert ran.code == 2
+    assert f"--save: error[bad-option]: there is no model file `{BEFORE}` here" in ran.err
+
+
+@pytest.mark.parametrize("is_link", [False, True])
+def test_reports_replace_neither_the_model_nor_the_store_nor_a_case(
+    scbm: Scbm, tmp_path: Path, *, is_link: bool
+) -> None:
+    model = tmp_path / "model.yaml"
+    model.write_bytes(Path(AFTER).read_bytes())
+    case = tmp_path / "case.yaml"
+    case.write_text("case: scans\ngoal: item_a_scanned\n", encoding="utf-8")
+    kept = tmp_path / "kept.db"
+    scbm("test", model, case, "--store", kept)
+    targets = [model, case, kept]
+    if is_link:
+        targets = [target.with_name(f"{target.name}.link") for target in targets]
+        for target, link in zip((model, case, kept), targets, strict=True):
+            link.hardlink_to(target)
+    before = [path.read_bytes() for path in (model, case, kept)]
+    ran = scbm("report", kept, "--html", targets[0], "--junit", targets[1], "--lcov", targets[2])
+    assert ran.code == 2
+    assert [line.partition(" is also ")[2] for line in ran.err.splitlines() if "error[" in line] == [
+        "the model", "a case file", "the store",
+    ]  # fmt: skip
+    assert [path.read_bytes() for path in (model, case, kept)] == before
+
+
+def test_a_file_that_cannot_be_written_whole_stays_as_it_was(
+    scbm: Scbm, filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = tmp_path / "j.xml"
+    target.write_text("old", encoding="utf-8")
+
+    def full(path: Path, _: object) -> None:
+        raise OSError(28, "No space left on device", str(path))
+
+    monkeypatch.setattr(Path, "replace", full)
+    ran = scbm("report", filled, "--junit", target)
+    assert ran.code == 2
+    assert "no space left on device" in ran.err
+    assert target.read_text(encoding="utf-8") == "old"
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_what_the_command_line_added_is_in_the_command_that_shows_a_case_again(scbm: Scbm, store: Path) -> None:
+    scbm("test", AFTER, CASES, "--require", "always scan_timeouts < 1", "--time-limit", "40 min", "--no-shrink",
+         "--store", store)  # fmt: skip
+    again = [line for line in scbm("report", store).out.splitlines() if "again: " in line]
+    assert again
+    words = "--model examples/robot_in_the_air/after.yaml --time-limit '40 min' --require 'always scan_timeouts < 1'"
+    assert all(line.endswith(words) for line in again)
+
+
+def test_of_a_case_file_that_was_mended_only_the_last_version_is_told(scbm: Scbm, store: Path, tmp_path: Path) -> None:
+    case = tmp_path / "case.yaml"
+    case.write_text("case: a\ngoal: item_a_scanned\nexpect: {verdict: unsolvable}\n", encoding="utf-8")
+    assert scbm("test", AFTER, case, "--store", store).code == 1
+    case.write_text("case: a\ngoal: item_a_scanned\n", encoding="utf-8")
+    assert scbm("test", AFTER, case, "--store", store).code == 0
+    out = scbm("report", store).out
+    assert "1 case of 2 runs: 1 reached; 1 older version of case files left out" in out
+    assert "Failed" not in out
+
+
+def test_a_wrong_command_leaves_no_run(scbm: Scbm, store: Path) -> None:
+    assert scbm("test", "tests/models/valid/smallest.yaml", "--cases", 2, "--store", store).code == 2
+    assert scbm("report", store).err.startswith(f"{store}: error[store-empty]")
+
+
+def test_of_several_stores_the_wrong_one_is_named(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
+    bad = tmp_path / "bad.db"
+    bad.write_bytes(filled.read_bytes())
+    connection = sqlite3.connect(bad)
+    connection.execute("DROP VIEW visit")
+    connection.execute("DROP TABLE test_case")
+    connection.commit()
+    connection.close()
+    for order in ([bad, filled], [filled, bad]):
+        ran = scbm("combine", *order, "-o", tmp_path / "all.db")
+        assert ran.err.startswith(f"{bad}: error[store-damaged]: ")
+    told = scbm("test", BEFORE, "--cases", 2, "--store", bad).err
+    assert told.count("error[") == 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import random
 import sqlite3
 from collections.abc import Iterator
@@ -169,3 +170,18 @@ def test_rows_that_no_store_has_are_damage(path: Path, tmp_path: Path, change: s
     assert _complaint(path)[0] is Slug.STORE_DAMAGED
     with pytest.raises(InputError):
         combine_stores([path], tmp_path / "all.db")
+
+
+def test_a_store_whose_writer_was_killed_is_one_plain_file_when_it_has_been_read(tmp_path: Path) -> None:
+    """In write-ahead mode SQLite cannot open it from where nothing can be written."""
+    path = tmp_path / "cov.db"
+    child = os.fork()
+    if not child:
+        with write_store(path, cell(), a_run(1, cell())) as writer:
+            writer.add(1, *results(1, 1)[0])
+            os._exit(0)
+    os.waitpid(child, 0)
+    assert path.with_name("cov.db-wal").exists()
+    read_history(path)
+    assert [found.name for found in tmp_path.iterdir()] == ["cov.db"]
+    assert path.read_bytes()[18:20] == bytes([1, 1]), "the versions of the format that the header asks for"

@@ -52,7 +52,7 @@ def test_an_error_within_an_addition_leaves_nothing_of_it(path: Path, monkeypatc
 def test_an_error_while_a_store_is_made_leaves_it_empty(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Tables, "put_run", _breaking)
     with pytest.raises(ZeroDivisionError):
-        store(path, 1, [])
+        store(path, 1, results(1, 1))
     with pytest.raises(InputError) as caught:
         read_history(path)
     assert caught.value.diagnostics[0].slug is Slug.STORE_EMPTY
@@ -94,8 +94,8 @@ def _run_of(token: int, moment: int) -> Run:
 
 def test_runs_are_in_the_order_in_which_they_began_and_at_one_moment_in_that_of_their_tokens(path: Path) -> None:
     for token, moment in ((3, 1), (9, 2), (2, 2), (1, 3)):
-        with write_store(path, cell(), _run_of(token, moment)):
-            pass
+        with write_store(path, cell(), _run_of(token, moment)) as writer:
+            writer.add(1, *results(1, 1)[0])
     assert [int(run.id, 16) for run in read_history(path).runs] == [3, 2, 9, 1]
     with write_store(path, cell(), _run_of(1, 3)) as writer:
         assert writer.before is not None
@@ -157,7 +157,7 @@ def test_across_edits_obligations_go_by_their_names_in_cases_and_in_runs(tmp_pat
     """A new operation in front gives each obligation another bit; an edited automatic transition does not go over."""
     edited = cell(("operations:\n", NEW), ("scan_req_state == failed && current.state", "current.state"))
     one = store(tmp_path / "1.db", 1, results(1, 12))
-    two = store(tmp_path / "2.db", 2, [], edited)
+    two = store(tmp_path / "2.db", 2, [(r, replace(d, visited=0)) for r, d in results(2, 1)], edited)
     combined = combine_stores([one, two], tmp_path / "all.db", across_edits=True)
     before, after = read_history(one), combined.history
     lost = [name for name in before.obligations.names(before.coverage.visited) if name.startswith("automatic/")]

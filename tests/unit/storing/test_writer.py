@@ -263,9 +263,11 @@ def test_a_run_is_compared_with_the_last_that_was_finished(path: Path) -> None:
         assert writer.before.command == "scbm test 1"
 
 
-def _written(text: str, path: str, visited: int, **more: int) -> tuple[Recipe, CaseResult]:
+def _written(text: str, path: str, visited: int, limit_ns: int | None = None) -> tuple[Recipe, CaseResult]:
     (_, result), *_ = results(1, 1)
-    return Written(text, path, **more), replace(result, case=replace(result.case, name="a"), visited=visited)
+    return Written(text, path, time_limit_ns=limit_ns), replace(
+        result, case=replace(result.case, name="a"), visited=visited
+    )
 
 
 def test_of_a_case_file_that_was_edited_the_last_version_counts(path: Path) -> None:
@@ -285,7 +287,7 @@ def test_of_a_case_file_that_was_edited_the_last_version_counts(path: Path) -> N
     [
         (_written("1", "a.yaml", 1), _written("2", "b.yaml", 2)),
         (_written("1", "test_a.py", 1), _written("2", "test_a.py", 2)),
-        (_written("1", "a.yaml", 1), _written("2", "a.yaml", 2, time_limit_ns=5)),
+        (_written("1", "a.yaml", 1), _written("2", "a.yaml", 2, limit_ns=5)),
     ],
     ids=["another file", "cases of a test", "other options"],
 )

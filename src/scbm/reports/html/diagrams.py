@@ -6,7 +6,6 @@ arrows: so only states are marked as visited or missed.
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 from urllib.parse import quote
@@ -64,9 +63,7 @@ def lifecycle_svg(history: History, operation_name: str) -> str:
 
 def _counts(history: History, operation: str) -> dict[Aspect, int]:
     """How many cases visited each state."""
-    sets = Counter(case.visited for case in history.cases)
-    bits = {aspect: history.obligations.bit(Obligation(operation, aspect)) for aspect in STATE_ASPECTS}
-    return {aspect: sum(count for visited, count in sets.items() if visited & bit) for aspect, bit in bits.items()}
+    return {aspect: history.visits[Obligation(operation, aspect)] for aspect in STATE_ASPECTS}
 
 
 def _cases(count: int) -> str:
