@@ -297,7 +297,7 @@ def test_findings_are_grouped_and_their_cases_found(visit: Visit, failing: Path)
     count = re.findall(r"\d+", link.inner_text())[0]
     link.click()
     expect(shown(page).locator(".found")).to_have_text(f"{count} of 30 cases")
-    expect(shown(page).locator(".chip")).to_contain_text("fails requirement/open_while_pumping")
+    expect(shown(page).locator(".chip")).to_contain_text("fails for requirement open_while_pumping")
     expect(shown(page).locator(".verdict.visited")).to_have_count(0)
     shown(page).locator("tbody a").first.click()
     expect(shown(page).locator(".failures li").first).to_contain_text("open_while_pumping")

@@ -11,9 +11,10 @@ from io import TextIOWrapper
 from typing import TYPE_CHECKING
 
 import typer
+import typer.core
 
 import scbm
-from scbm.errors import ScbmError
+from scbm.errors import Diagnostic, InputError, Place, ScbmError, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -78,7 +79,24 @@ def _application(arguments: list[str]) -> typer.Typer:
     for verb in asked or VERBS:
         command = import_module(f"scbm.cli.{verb}").command
         application.command(verb)(_exiting(command))
+    if asked:
+        _refuse_repeated(typer.main.get_command(application), asked[0], arguments[1:])
     return application
+
+
+def _refuse_repeated(application: object, verb: str, arguments: list[str]) -> None:
+    """Raises `InputError` for options with one value that are given twice: else the last is taken without a word."""
+    assert isinstance(application, typer.core.TyperGroup)  # noqa: S101 - it has options of its own, so it is no command
+    options = [p for p in application.commands[verb].params if isinstance(p, typer.core.TyperOption)]
+    before = arguments[: arguments.index("--")] if "--" in arguments else arguments
+    words = [word.partition("=")[0] for word in before]
+    wrong = [
+        Diagnostic(Slug.BAD_OPTION, "this is given more than once", Place(option.opts[0]))
+        for option in options
+        if not option.multiple and not option.is_flag and sum(word in option.opts for word in words) > 1
+    ]
+    if wrong:
+        raise InputError(wrong)
 
 
 def _show_version(asked: bool) -> None:  # noqa: FBT001 - typer gives the value of an option so

@@ -19,12 +19,17 @@ class Cause:
     Attributes:
         failure: the reason, as the first case has it.
         case: that case.
-        labels: the labels of all cases that fail for it, in the order of the store.
+        told: the labels of all cases that fail for it, in the order of the store, each with what it says.
     """
 
     failure: Failure
     case: StoredCase
-    labels: tuple[str, ...]
+    told: tuple[tuple[str, str], ...]
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The labels alone."""
+        return tuple(label for label, _ in self.told)
 
 
 def causes_of(history: History) -> tuple[Cause, ...]:
@@ -34,12 +39,12 @@ def causes_of(history: History) -> tuple[Cause, ...]:
     a command line was broken, also if its sentence is. What a case expects is its own, and so is each expectation that
     was not met.
     """
-    found: dict[tuple[str, ...], tuple[Failure, StoredCase, list[str]]] = {}
+    found: dict[tuple[str, ...], tuple[Failure, StoredCase, dict[str, str]]] = {}
     for label, case in zip(history.labels, history.cases, strict=True):
         for failure in case.verdict.failures:
             key = (failure.kind.value, failure.subject, _scope(failure, case, label))
-            found.setdefault(key, (failure, case, []))[2].append(label)
-    return tuple(Cause(failure, case, tuple(dict.fromkeys(labels))) for failure, case, labels in found.values())
+            found.setdefault(key, (failure, case, {}))[2].setdefault(label, failure.message)
+    return tuple(Cause(failure, case, tuple(told.items())) for failure, case, told in found.values())
 
 
 def asked_for(failure: Failure, recipe: Recipe) -> str:

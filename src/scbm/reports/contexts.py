@@ -50,8 +50,8 @@ def _alone(history: History) -> Iterator[Text]:
     yield from _heading("Case", "visits  alone", [history.labels[place] for place in rows])
     width = max((len(history.labels[place]) for place in rows), default=0)
     for place in rows:
-        visits, bits = history.cases[place].visited.bit_count(), alone[place]
-        yield Text(f"  {history.labels[place]:<{width}}  {visits:>6}  {bits.bit_count():>5}")
+        visits, bits = _count(history, history.cases[place].visited), alone[place]
+        yield Text(f"  {history.labels[place]:<{width}}  {visits:>6}  {_count(history, bits):>5}")
         yield _names(history, bits)
     rest = len(history.cases) - len(rows)
     if rest:
@@ -94,14 +94,19 @@ def _rows(history: History, cover: Cover) -> Iterator[Text]:
     labels = [history.labels[place] for place in cover.chosen]
     visits = [history.cases[place].visited for place in cover.chosen]
     alone = only_by(Coverage(history.obligations, tuple(zip(labels, visits, strict=True))))
-    yield from _heading("Case", "visits   adds  only it", labels)
+    yield from _heading("Case", "visits   adds  needed for", labels)
     width = max(map(len, labels), default=0)
     before = 0
     for label, visited, only in zip(labels, visits, alone, strict=True):
-        adds = (visited & ~before).bit_count()
-        yield Text(f"  {label:<{width}}  {visited.bit_count():>6}  {adds:>5}  {only.bit_count():>7}")
+        adds = _count(history, visited & ~before)
+        yield Text(f"  {label:<{width}}  {_count(history, visited):>6}  {adds:>5}  {_count(history, only):>10}")
         yield _names(history, only)
         before |= visited
+
+
+def _count(history: History, bits: int) -> int:
+    """How many obligations in the figure there are in a set; those beside it are named and not counted."""
+    return (bits & history.obligations.counted).bit_count()
 
 
 def _commands(history: History, cases: Sequence[StoredCase]) -> Iterator[Text]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 from scbm.reports.marked_lines import as_code, mark_file
@@ -15,6 +16,10 @@ if TYPE_CHECKING:
     from scbm.storing import History
 
 
+_NO_WORD = re.compile(r"\W", re.ASCII)
+"""What the name of a test may not have."""
+
+
 def lcov_info(history: History) -> str:
     """A tracefile, for `lcov` 1 and 2, `genhtml`, and the tools that read the same.
 
@@ -26,7 +31,7 @@ def lcov_info(history: History) -> str:
 
 
 def _records(history: History, marked: MarkedFile) -> Iterator[str]:
-    yield f"TN:{history.model.name}"
+    yield f"TN:{_NO_WORD.sub('_', history.model.name)}"
     yield f"SF:{visible(portable(history.source.path))}"
     yield from (f"FN:{part.number},{part.name}" for part in marked.parts)
     yield from (f"FNDA:{part.hits},{part.name}" for part in marked.parts)

@@ -251,3 +251,22 @@ def test_a_fault_of_scbm_itself_exits_with_3(scbm: Scbm, monkeypatch: pytest.Mon
 
 
 scbm_check = scbm.cli.check
+
+
+def test_an_option_with_one_value_is_given_once(scbm: Scbm) -> None:
+    ran = scbm("test", BEFORE, "--cases", 2, "--cases=3", "--seed", 1, "--seed", 1, "--json", "--json")
+    assert (ran.code, ran.out) == (2, "")
+    assert ran.err.splitlines() == [
+        "--cases: error[bad-option]: this is given more than once",
+        "--seed: error[bad-option]: this is given more than once",
+        "2 errors",
+    ]
+
+
+def test_an_option_with_several_values_is_given_as_often_as_one_likes(scbm: Scbm) -> None:
+    asked = ("--require", "always scan_timeouts < 4", "--require", "always scan_timeouts < 5")
+    assert scbm("test", BEFORE, "--cases", 2, *asked).code == 0
+
+
+def test_a_value_behind_two_dashes_is_no_option(scbm: Scbm) -> None:
+    assert "more than once" not in scbm("report", "--html", "x.html", "--", "--html").err

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from scbm.coverage import only_by
 from scbm.reports.again import again
+from scbm.reports.causes import causes_of
 from scbm.storing import Written
 
 if TYPE_CHECKING:
@@ -20,13 +22,17 @@ def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
     - `obligations`: `[subject, aspect]` for each, in the order of their bits;
     - `goal`, `end`, `set`: indices into `goals`, `ends` and `sets`;
     - `sets`: what is visited, as hexadecimal digits, the lowest first; digit i says it of obligations 4 i to 4 i + 3;
-    - `visits`, `only`: how many obligations of the figure a case visits, and how many of all no other case visits;
+    - `visits`, `only`: how many obligations of the figure a case visits, and how many of these no other case visits;
     - `visitors`: how many cases visit each obligation;
-    - `failures`: `[kind, subject, message]` of each failure, for the cases that failed, by index as text.
+    - `failures`: `[kind, subject, message, number of its cause]` of each failure, by the index of the case as text.
     """
     cases = history.cases
     counted = history.obligations.counted
-    alone = visitors.alone()
+    numbers = {
+        (label, cause.failure.kind, cause.failure.subject): number
+        for number, cause in enumerate(causes_of(history))
+        for label in cause.labels
+    }
     goals, goal = _numbered(case.goal for case in cases)
     ends, end = _numbered(case.verdict.end.replace("_", " ") for case in cases)
     sets, visited = _numbered(f"{case.visited:x}"[::-1] for case in cases)
@@ -45,10 +51,13 @@ def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
         "requests": [case.requests for case in cases],
         "visits": [(case.visited & counted).bit_count() for case in cases],
         "visitors": [len(cases) for cases in visitors.by_bit],
-        "only": [alone[index] for index in range(len(cases))],
+        "only": [(alone & counted).bit_count() for alone in only_by(history.coverage)],
         "failures": {
-            str(index): [[failure.kind, failure.subject, failure.message] for failure in case.verdict.failures]
-            for index, case in enumerate(cases)
+            str(index): [
+                [failure.kind, failure.subject, failure.message, numbers[label, failure.kind, failure.subject]]
+                for failure in case.verdict.failures
+            ]
+            for index, (label, case) in enumerate(zip(history.labels, cases, strict=True))
             if not case.verdict.passed
         },
     }

@@ -189,10 +189,17 @@
     const found = [];
     for (let i = 0; i < c.label.length; i++) {
       if (!hasSet[c.set[i]]) continue;
-      if (failed !== null && !failuresOf(i).some(([kind, subject]) => !failed || failed === `${kind}/${subject}`)) continue;
+      if (failed !== null && !failuresOf(i).some(([, , , cause]) => !failed || failed === String(cause))) continue;
       if (words.every((word) => texts[i].includes(word))) found.push(i);
     }
     return sorted(found, query.get("sort") ?? "number");
+  }
+
+  /** The subject of a cause, by its number as the address has it. */
+  function causeOf(number) {
+    const failures = Object.values(columns().failures).flat();
+    const found = failures.find(([, , , cause]) => number === String(cause));
+    return found ? `${found[0].replaceAll("_", " ")} ${found[1]}` : "nothing";
   }
 
   function sorted(found, sort) {
@@ -259,7 +266,7 @@
         return addressOf(next, { page: null });
       }));
     const failed = query.get("failed");
-    return failed ? [...named, chip(`fails ${failed}`, () => addressOf(query, { failed: null, page: null }))] : named;
+    return failed ? [...named, chip(`fails for ${causeOf(failed)}`, () => addressOf(query, { failed: null, page: null }))] : named;
   }
 
   function listCases(content, query) {

@@ -804,12 +804,15 @@ const { Timelines, showTimeline } = (() => {
 
     #drawAxis() {
       const parts = [];
+      let end = -Infinity; // of the words so far: those at the rims are moved inwards, and none may touch
       for (const [value, words] of this.#ticks()) {
         const x = this.#x(value);
         parts.push(svg("line", { class: "tl-tick", x1: x, x2: x, y1: AXIS - 5, y2: AXIS }));
         if (!words) continue;
         const width = textWidth(words, this.#font);
         const middle = Math.min(Math.max(x, this.#gutter + width / 2), this.#right - width / 2 + 8);
+        if (middle - width / 2 < end + 8) continue;
+        end = middle + width / 2;
         parts.push(svg("text", { class: "tl-words", x: middle, y: AXIS - 9, "text-anchor": "middle" }, words));
       }
       this.axis.replaceChildren(...parts);

@@ -12,6 +12,7 @@ from markupsafe import Markup, escape
 
 from scbm.coverage import STATE_ASPECTS, Aspect, Obligation, growth
 from scbm.reports.again import again
+from scbm.reports.causes import causes_of
 from scbm.reports.html.diagrams import lifecycle_svg
 from scbm.reports.marked_lines import mark_lines
 from scbm.reports.reasons import close_command, missed_reasons
@@ -112,9 +113,10 @@ class StepView:
 
 @dataclass(frozen=True, slots=True)
 class FindingView:
-    """Failures of one kind about one subject.
+    """What fails for one cause.
 
     Attributes:
+        number: that of the cause, from 0.
         kind: the sort of reason.
         subject: what of that sort.
         count: how many cases fail so.
@@ -122,6 +124,7 @@ class FindingView:
         again: the command that shows the first one again.
     """
 
+    number: int
     kind: str
     subject: str
     count: int
@@ -205,17 +208,17 @@ class ReportView:
 
     @cached_property
     def findings(self) -> tuple[FindingView, ...]:
-        """What failed; failures of one kind about one subject together, those first that came first."""
-        groups: dict[tuple[str, str], list[tuple[str, str]]] = {}
-        again_by_group: dict[tuple[str, str], str] = {}
-        for label, case in zip(self.history.labels, self.history.cases, strict=True):
-            for failure in case.verdict.failures:
-                key = (failure.kind, failure.subject)
-                groups.setdefault(key, []).append((label, failure.message))
-                again_by_group.setdefault(key, again(case, self.history.source.path))
+        """What failed, and why; the numbers are those that the script knows causes by."""
         return tuple(
-            FindingView(*key, len(dict(told)), tuple(told[:_FIRST]), again_by_group[key])
-            for key, told in groups.items()
+            FindingView(
+                number,
+                cause.failure.kind,
+                cause.failure.subject,
+                len(cause.told),
+                cause.told[:_FIRST],
+                again(cause.case, self.history.source.path),
+            )
+            for number, cause in enumerate(causes_of(self.history))
         )
 
     def line_of(self, obligation: Obligation) -> int | None:

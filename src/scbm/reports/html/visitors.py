@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -28,7 +27,3 @@ class Visitors:
     def visiting(self, obligation: Obligation) -> tuple[int, ...]:
         """The cases that visit an obligation of the model."""
         return self.by_bit[self.obligations.bit(obligation).bit_length() - 1]
-
-    def alone(self) -> Counter[int]:
-        """For each case how many obligations only it visits."""
-        return Counter(cases[0] for cases in self.by_bit if len(cases) == 1)
