@@ -139,3 +139,9 @@ def test_a_branch_that_was_visited_executes_its_line() -> None:
         "BRDA:5,0,3,0",
     ]
     assert "DA:5,1\n" in text
+
+
+def test_the_name_of_the_test_has_nothing_that_lcov_does_not_allow() -> None:
+    history = history_of(EXAMPLE / "before.yaml", 1)
+    dotted = replace(history, model=replace(history.model, name="cell.left-1"))
+    assert lcov_info(dotted).startswith("TN:cell_left_1\n")
