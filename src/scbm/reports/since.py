@@ -28,7 +28,7 @@ def since_last_run(
         words: how the line begins.
     """
     if before is None:
-        return Text(f"{words}: this is the first in its store")
+        return Text(f"{words}: none was finished in this store before")
     counted_ones = obligations.counted
     gained = visited & ~before.visited & counted_ones
     lost = before.visited & ~visited & counted_ones

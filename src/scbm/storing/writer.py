@@ -65,6 +65,7 @@ class StoreWriter:
         self._obligations = Obligations.of(model)
         self._tables = Tables(connection)
         self._ids: tuple[int, int] | None = None
+        self._is_whole = True
         with told(path), understood(path):
             self.before = self._last_finished() if has_tables(connection, path) else None
 
@@ -87,6 +88,7 @@ class StoreWriter:
         Raises:
             InputError: the store cannot be written any more.
         """
+        self._is_whole = False
         if result.ended_ns > _MOST_NS:
             message = f"the run of `{result.case.name}` takes more than 292 years, which a store cannot hold"
             raise problem(Slug.STORE_UNUSABLE, self._path, message)
@@ -95,6 +97,7 @@ class StoreWriter:
             self._tables.put_case(self._row(model, run, position, recipe, result))
             self._tables.add_to_run(run, result.visited, failed=not result.verdict.passed)
         self._ids = model, run
+        self._is_whole = True
 
     def _begun(self) -> tuple[int, int]:
         """The ids of the model and of the run, which are there then. To be called in a transaction."""
@@ -113,8 +116,8 @@ class StoreWriter:
         )  # fmt: skip
 
     def finish(self) -> None:
-        """Notes that the run came to its end, if it has cases."""
-        if self._ids is not None:
+        """Notes that the run came to its end, if it has cases and all of them were added."""
+        if self._ids is not None and self._is_whole:
             with told(self._path), transaction(self._connection):
                 self._tables.finish_run(self._ids[1])
 

@@ -43,7 +43,7 @@ def test_a_run_is_added_and_compared_with_the_last(scbm: Scbm, store: Path) -> N
     second = scbm("test", BEFORE, "--cases", 5, "--seed", 2, "--store", store)
     third = scbm("test", BEFORE, "--cases", 5, "--seed", 2, "--store", store)
     assert first.out.splitlines()[-2:] == [
-        "Since the last run: this is the first in its store",
+        "Since the last run: none was finished in this store before",
         f"{store}: 5 cases together, 30.23 %",
     ]
     *_, since, total = second.out.splitlines()

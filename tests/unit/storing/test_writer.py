@@ -238,7 +238,9 @@ def test_a_full_disk_is_told_as_what_it_is(path: Path) -> None:
         connection.execute(f"PRAGMA max_page_count = {pages}")
         with pytest.raises(InputError, match="database or disk is full"):
             _add_all(writer, pairs)
-    assert read_history(path).cases
+    history = read_history(path)
+    assert history.cases
+    assert [run.is_finished for run in history.runs] == [False]
 
 
 def test_a_run_without_cases_leaves_no_run(path: Path) -> None:
