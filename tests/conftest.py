@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+import shutil
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
@@ -15,7 +18,20 @@ from scbm.cli import main
 collect_ignore = ["models"]
 """The models and cases there are right and wrong on purpose; they belong to tests of their own."""
 
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
+
 pytest_plugins = ["pytester"]
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+BROWSER_ARGUMENTS = (
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+)
 
 ROOT = Path(__file__).parent.parent
 GOLDEN = Path(__file__).parent / "golden"
@@ -68,3 +84,23 @@ def scbm(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) ->
         return Ran(code if isinstance(code, int) else 0, captured.out, captured.err)
 
     return run
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """Chromium, without a window: one for all tests, as a process can have Playwright running only once.
+
+    Without Chromium or Playwright the tests that need it are skipped; with SCBM_ALL_TOOLS=1 they fail.
+    """
+    path = next(filter(None, map(shutil.which, BROWSERS)), None)
+    missing = ["playwright"] * (find_spec("playwright") is None) + ["chromium"] * (path is None)
+    if missing and os.environ.get("SCBM_ALL_TOOLS") == "1":
+        pytest.fail(f"not installed: {', '.join(missing)}; SCBM_ALL_TOOLS=1 says that it is there")
+    if missing:
+        pytest.skip(f"not installed: {', '.join(missing)}")
+    from playwright.sync_api import sync_playwright  # noqa: PLC0415 - it may be missing
+
+    with sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=path, args=BROWSER_ARGUMENTS)
+        yield started
+        started.close()

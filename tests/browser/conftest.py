@@ -1,4 +1,4 @@
-"""A real browser for the HTML report, and reports to open in it.
+"""Reports to open in a real browser.
 
 The tests are skipped where Chromium or Playwright is missing; with SCBM_ALL_TOOLS=1 they fail there instead.
 """
@@ -6,7 +6,6 @@ The tests are skipped where Chromium or Playwright is missing; with SCBM_ALL_TOO
 from __future__ import annotations
 
 import os
-import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -24,16 +23,6 @@ if TYPE_CHECKING:
 
 if os.environ.get("SCBM_ALL_TOOLS") == "1":
     import playwright.sync_api  # noqa: F401 - the modules with tests skip themselves where it is missing
-
-BROWSERS = ("chromium", "chromium-browser", "google-chrome")
-ARGUMENTS = (
-    "--no-sandbox",
-    "--disable-gpu",
-    "--disable-background-networking",
-    "--disable-component-update",
-    "--disable-sync",
-    "--no-first-run",
-)
 
 FAILING = """\
 # </script><script>document.title = "broken"</script> <!-- & "quotes" 'too' — größer
@@ -55,22 +44,6 @@ goals:
 requirements:
   open_while_pumping: always pump == on -> valve == open
 """
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    """Chromium, without a window."""
-    path = next(filter(None, map(shutil.which, BROWSERS)), None)
-    if path is None and os.environ.get("SCBM_ALL_TOOLS") == "1":
-        pytest.fail("there is no Chromium, and SCBM_ALL_TOOLS=1 says that it is there")
-    if path is None:
-        pytest.skip("there is no Chromium")
-    from playwright.sync_api import sync_playwright  # noqa: PLC0415 - it may be missing
-
-    with sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=path, args=ARGUMENTS)
-        yield started
-        started.close()
 
 
 @dataclass

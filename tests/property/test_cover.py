@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from scbm.coverage import smallest_cover
@@ -51,7 +51,28 @@ def test_with_any_limit_the_answer_covers_all_and_says_what_is_proved(sets: list
         assert union_of([sets[other] for other in cover.chosen if other != place]) != union_of(sets)
 
 
+EDGES = st.lists(
+    st.frozensets(st.integers(0, 9), min_size=2, max_size=2).map(lambda bits: sum(1 << bit for bit in bits)),
+    max_size=12,
+)
+
+
+@given(EDGES, st.integers(0, 1_000))
+@example(
+    [9, 48, 130, 20, 258, 516, 72, 66, 264, 384, 544, 65], 400
+)  # two parts; an element of one has no set in the other
+@example([9, 264, 384, 264, 6, 5, 513, 640, 130, 640, 192, 320], 200)  # stopped with a needless set
+@settings(max_examples=400)
+def test_with_any_limit_the_bound_is_no_more_than_are_needed(sets: list[int], limit: int) -> None:
+    cover = smallest_cover(sets, limit)
+    assert cover.at_least <= fewest(sets) <= len(cover.chosen)
+    assert len(smallest_cover(sets).chosen) == fewest(sets)
+    for place in cover.chosen:
+        assert union_of([sets[other] for other in cover.chosen if other != place]) != union_of(sets)
+
+
 @given(SMALL)
 def test_sets_that_bring_nothing_change_nothing(sets: list[int]) -> None:
     padded = [*sets, 0, *sets, *(bits & bits >> 1 for bits in sets)]
-    assert smallest_cover(padded) == smallest_cover(sets)
+    more, fewer = smallest_cover(padded), smallest_cover(sets)
+    assert (len(more.chosen), more.at_least) == (len(fewer.chosen), fewer.at_least)

@@ -164,7 +164,13 @@ def _parts(table: _Table) -> list[_Table]:
     groups: dict[int, list[int]] = {}
     for position, row in enumerate(table.rows):
         groups.setdefault(next(number for number, union in enumerate(unions) if union & row), []).append(position)
-    return [table.keeping(rows) for rows in groups.values()]
+    return [_numbered_anew(table.keeping(rows)) for rows in groups.values()]
+
+
+def _numbered_anew(table: _Table) -> _Table:
+    """The sets with their elements numbered without gaps: a price of an element that no set has would be no bound."""
+    columns = [column for column in _transposed(table.rows, table.union.bit_length()) if column]
+    return _Table(tuple(_transposed(columns, len(table.rows))), table.places)
 
 
 @dataclass(frozen=True, slots=True)
@@ -324,11 +330,16 @@ def _irredundant(table: _Table, picked: Sequence[int]) -> list[int]:
 
 def _earliest(chosen: Sequence[int], sets: Sequence[int]) -> tuple[int, ...]:
     """The selection with each set exchanged for the earliest that holds what only it holds."""
-    selection = list(chosen)
+    selection = _without_needless(chosen, sets)
     for index in range(len(selection)):
         others = 0
         for other, place in enumerate(selection):
             others |= sets[place] if other != index else 0
         own = sets[selection[index]] & ~others
         selection[index] = next(place for place, bits in enumerate(sets) if not own & ~bits)
-    return tuple(sorted(selection))
+    return tuple(sorted(_without_needless(list(dict.fromkeys(selection)), sets)))
+
+
+def _without_needless(chosen: Sequence[int], sets: Sequence[int]) -> list[int]:
+    """A search that had to stop can have chosen sets that those of other parts of its way make needless."""
+    return _irredundant(_Table(tuple(sets), tuple(range(len(sets)))), chosen)

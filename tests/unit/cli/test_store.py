@@ -232,6 +232,7 @@ def test_files_that_cannot_be_written_are_told_all_at_once(scbm: Scbm, filled: P
     [
         (["46.5"], 0), (["46.52"], 1), (["executing=87.5"], 0), (["executing=87.6"], 1), (["automatic=50"], 0),
         (["40", "queued=90"], 1), (["all=46"], 0), (["disabled=0"], 0), (["46.5 %", "executing=87%"], 0),
+        (["100"], 1), (["executing=100.0"], 1), ([" executing = 87 "], 0), ([" executing =88"], 1), ([" 46 "], 0),
     ],
 )  # fmt: skip
 def test_thresholds_are_for_everything_or_for_a_kind(
@@ -398,3 +399,102 @@ def test_of_several_stores_the_wrong_one_is_named(scbm: Scbm, filled: Path, tmp_
         assert ran.err.startswith(f"{bad}: error[store-damaged]: ")
     told = scbm("test", BEFORE, "--cases", 2, "--store", bad).err
     assert told.count("error[") == 1
+
+
+def test_saving_overwrites_no_file_that_says_something_else(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
+    small = tmp_path / "small"
+    assert scbm("report", filled, "--minimize", "--save", small).code == 0
+    first, *others = sorted(small.iterdir())
+    before = [path.read_bytes() for path in others]
+    assert scbm("report", filled, "--minimize", "--save", small).code == 0  # the same is no loss
+    first.write_text("case: mine\n", encoding="utf-8")
+    others[0].unlink()
+    ran = scbm("report", filled, "--minimize", "--save", small)
+    assert ran.code == 2
+    assert ran.err.startswith(f"{first}: error[bad-option]: this file is there already, and says something else")
+    assert first.read_text(encoding="utf-8") == "case: mine\n"
+    assert [path.read_bytes() for path in others[1:]] == before[1:]
+    assert not others[0].exists()
+
+
+def test_saved_cases_of_one_name_are_files_of_their_labels(scbm: Scbm, store: Path, tmp_path: Path) -> None:
+    """By the name of the case, one of them would replace the other."""
+    for goal in ("item_a_scanned", "robot_at == agv"):
+        case = tmp_path / f"{len(goal)}.yaml"
+        case.write_text(f"case: alike\ngoal: {goal}\n", encoding="utf-8")
+        assert scbm("test", AFTER, case, "--store", store).code == 0
+    assert scbm("report", store, "--minimize", "--save", tmp_path / "small").code == 0
+    told = json.loads(scbm("report", store, "--minimize", "--json").out)
+    assert {case["name"] for case in told["cases"]} == {"alike"}
+    labels = sorted(told["smallest"]["cases"])
+    assert len(labels) == 2
+    assert sorted(path.name for path in (tmp_path / "small").iterdir()) == [f"{label}.yaml" for label in labels]
+    again = json.loads(scbm("test", AFTER, tmp_path / "small", "--json").out)
+    assert sorted(case["name"] for case in again["cases"]) == labels
+
+
+def test_several_reports_have_an_empty_line_between_them(scbm: Scbm, filled: Path) -> None:
+    options = ("--missing", "--contexts", "--minimize")
+    alone = [scbm("report", filled, option).out for option in options]
+    assert scbm("report", filled, *options).out == "\n".join(alone)
+
+
+@pytest.mark.parametrize("name", ["x", "./x", "below/../x", "{here}/x"])
+def test_one_file_by_several_names_is_one_file(
+    scbm: Scbm, filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    (tmp_path / "below").mkdir()
+    monkeypatch.chdir(tmp_path)
+    ran = scbm("report", filled, "--junit", "x", "--lcov", name.format(here=tmp_path))
+    assert ran.code == 2
+    assert ran.err.startswith("--lcov: error[bad-option]: ")
+    assert ran.err.splitlines()[0].endswith("x is also that of --junit")
+    assert not (tmp_path / "x").exists()
+
+
+def test_nowhere_takes_every_format(scbm: Scbm, filled: Path) -> None:
+    ran = scbm("report", filled, "--junit", "/dev/null", "--lcov", "/dev/null")
+    assert (ran.code, ran.err) == (0, "Written: /dev/null, /dev/null\n")
+    assert Path("/dev/null").is_char_device()
+
+
+def test_lines_of_files_end_alike_on_every_system(
+    scbm: Scbm, filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def as_on_windows(path: Path, data: str, encoding: str, newline: str | None = None) -> int:
+        return path.write_bytes(data.replace("\n", newline or "\r\n").encode(encoding))
+
+    monkeypatch.setattr(Path, "write_text", as_on_windows)
+    files = [tmp_path / kind for kind in FORMATS]
+    options = [word for kind, path in zip(FORMATS, files, strict=True) for word in (f"--{kind}", path)]
+    assert scbm("report", filled, *options).code == 0
+    assert all(b"\n" in path.read_bytes() and b"\r" not in path.read_bytes() for path in files)
+
+
+@pytest.mark.parametrize(
+    ("threshold", "place", "caret"),
+    [
+        ("101", "1:1", "    ^~~"),
+        ("executing=9x", "1:11", "              ^~"),
+        ("executing=", "1:11", "              ^"),
+        ("failde=3", "1:1", "    ^~~~~~"),
+        ("=3", "1:1", "    ^"),
+    ],
+)
+def test_what_is_wrong_with_a_threshold_is_pointed_at(
+    scbm: Scbm, filled: Path, threshold: str, place: str, caret: str
+) -> None:
+    lines = scbm("report", filled, "--fail-under", threshold).err.splitlines()
+    assert lines[0].startswith(f"--fail-under:{place}: error[bad-option]: ")
+    assert lines[1:3] == [f"    {threshold}", caret]
+
+
+def test_a_saved_random_case_is_kept_as_the_file_that_it_is(scbm: Scbm, store: Path, tmp_path: Path) -> None:
+    assert scbm("test", BEFORE, "--cases", 1, "--seed", 3, "--save", tmp_path / "saved").code == 0
+    (saved,) = (tmp_path / "saved").iterdir()
+    assert "\ndrawn:" in saved.read_text(encoding="utf-8")
+    assert scbm("test", BEFORE, saved, "--cases", 1, "--seed", 4, "--store", store).code == 0
+    kept = json.loads(scbm("report", store, "--json").out)["cases"]
+    assert [case["recipe"]["kind"] for case in kept] == ["written", "drawn"]
+    assert kept[0]["recipe"]["path"] == str(saved)
+    assert kept[0]["again"] == f"scbm replay {saved} --model {BEFORE}"

@@ -96,3 +96,10 @@ def test_the_figure_of_the_paper() -> None:
     assert str(Figure(1, 100_000)) == "0.01 %"
     assert str(Figure(0, 0)) == "not measurable"
     assert Figure(0, 0).percent is None
+
+
+@given(st.lists(BITS, max_size=3), st.lists(st.integers(0, 2), max_size=9))
+def test_visits_count_the_visitors_also_where_cases_visit_alike(kinds: list[int], choices: list[int]) -> None:
+    visited = [kinds[choice] for choice in choices if choice < len(kinds)]
+    coverage = Coverage(OBLIGATIONS, tuple((f"case-{number}", bits) for number, bits in enumerate(visited)))
+    assert coverage.visits() == {each: len(list(coverage.visitors(each))) for each in OBLIGATIONS}

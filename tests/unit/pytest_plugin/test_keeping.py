@@ -69,3 +69,12 @@ def test_a_session_without_cases_adds_nothing(cell: pytest.Pytester) -> None:
     result = cell.runpytest("--scbm-store=cov.db")
     assert result.ret is pytest.ExitCode.OK
     assert not (cell.path / "cov.db").exists()
+
+
+def test_the_store_is_seen_from_where_pytest_was_called(cell: pytest.Pytester) -> None:
+    write(cell.path, one=PASSES)
+    cell.makepyfile("import os\ndef test_it():\n    os.mkdir('below')\n    os.chdir('below')\n")
+    result = cell.runpytest("--scbm-store=cov.db")
+    assert result.ret is pytest.ExitCode.OK
+    assert [file.parent for file in cell.path.rglob("cov.db")] == [cell.path]
+    assert len(read_history(cell.path / "cov.db").cases) == 1

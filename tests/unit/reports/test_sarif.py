@@ -160,6 +160,8 @@ def test_github_gets_what_it_needs() -> None:
         ("models\\cell.yaml", "models/cell.yaml"),
         ("./größe & 1.yaml", "gr%C3%B6%C3%9Fe%20%26%201.yaml"),
         ("a:b.yaml", "./a:b.yaml"),
+        ("a:b/c.yaml", "./a:b/c.yaml"),
+        ("a/b:c.yaml", "a/b:c.yaml"),
     ],
 )
 def test_addresses_are_relative_with_forward_slashes(path: str, uri: str) -> None:
@@ -172,3 +174,44 @@ def test_a_drive_is_no_part_of_a_repository() -> None:
     history = history_of(EXAMPLE / "before.yaml", 1)
     run = run_of(replace(history, runs=(replace(history.runs[0], source=Source("C:\\m.yaml", history.source.text)),)))
     assert run["artifacts"] == [{"location": {"uri": "file:///C:/m.yaml"}}]
+
+
+def fingerprints(history: History) -> list[str]:
+    return [result["partialFingerprints"]["scbmCause/v1"] for result in run_of(history)["results"]]
+
+
+def test_fingerprints_tell_the_files_of_causes_apart() -> None:
+    history = here(history_of(FAILS / "requirement.yaml", 1))
+    (last,) = history.runs
+    moved = replace(last, source=Source(f"other/{last.source.path}", last.source.text))
+    assert fingerprints(history) != fingerprints(replace(history, runs=(moved,)))
+
+
+def test_fingerprints_tell_the_cases_of_expectations_apart() -> None:
+    """A test in Python has several cases in one file, and files can have cases of one name."""
+    history = failing(Failure(FailureKind.EXPECTATION, "final", "expected"), cases=3)
+    said = (("one", "test_cell.py"), ("two", "test_cell.py"), ("two", "test_other.py"))
+    cases = tuple(
+        replace(case, name=name, key=bytes([number]) * 16, recipe=Written(f"case: {name}", path))
+        for number, (case, (name, path)) in enumerate(zip(history.cases, said, strict=True))
+    )
+    assert len(dict.fromkeys(fingerprints(replace(history, cases=cases)))) == 3
+
+
+def test_only_files_of_cases_that_failed_are_artifacts() -> None:
+    history = history_of(EXAMPLE / "before.yaml", 2)
+    failed = Verdict(End.REACHED, (Failure(FailureKind.EXPECTATION, "final", "expected"),))
+    good, bad = history.cases
+    cases = (
+        replace(good, recipe=Written("case: good", "good.yaml")),
+        replace(bad, recipe=Written("case: bad", "bad.yaml"), verdict=failed),
+    )
+    artifacts = run_of(replace(history, cases=cases))["artifacts"]
+    assert [each["location"]["uri"] for each in artifacts] == [history.source.path, "bad.yaml"]
+
+
+@pytest.mark.parametrize(("cases", "more"), [(2, ""), (3, ""), (4, " and 1 more case"), (5, " and 2 more cases")])
+def test_as_many_cases_are_counted_as_are_not_named(cases: int, more: str) -> None:
+    history = failing(Failure(FailureKind.LIVELOCK, "round", "goes round"), cases=cases)
+    (result,) = run_of(history)["results"]
+    assert result["message"]["text"].splitlines()[1] == f"in {', '.join(history.labels[:3])}{more}"

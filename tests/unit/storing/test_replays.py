@@ -91,3 +91,26 @@ def test_only_drawn_cases_have_a_recipe_of_numbers() -> None:
     (case, _), *_ = CASES["written"]
     with pytest.raises(ValueError, match="is not drawn"):
         drawn_recipe(case, "")
+
+
+def test_a_written_case_is_recorded_as_it_is(tmp_path: Path) -> None:
+    history = read_history(_stored(tmp_path / "cov.db", CASES["written"]))
+    replays = Replays(history)
+    assert [replays.recorded(stored) for stored in history.cases] == [case for case, _ in CASES["written"]]
+
+
+def test_what_several_commands_said_is_kept_apart(tmp_path: Path) -> None:
+    """Each command line names its first requirement `required_1`, and has a network of its own."""
+    other = replace(_requirement(), sentence=parse_requirement("never scanned_a == true", Scope.of(MODEL), file="-"))
+    cases = [
+        *CASES["plain"],
+        *CASES["drawn"],
+        *_drawn(read_network("loss: 10 %", MODEL), requirements=(_requirement(),)),
+        *_drawn(read_network("jitter: 20 ms", MODEL), requirements=(other,)),
+        *_drawn(Network(), requirements=(_requirement(), replace(other, name="required_2"))),
+    ]
+    history = read_history(_stored(tmp_path / "cov.db", cases))
+    replays = Replays(history)
+    again = [replays.case(stored) for stored in history.cases]
+    assert again == [case for case, _ in cases]
+    assert [replays.case(stored) for stored in reversed(history.cases)] == again[::-1]

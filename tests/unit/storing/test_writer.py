@@ -300,3 +300,16 @@ def test_other_cases_of_that_name_count_too(
     store(path, 2, [other])
     assert read_history(path).outdated == 0
     assert len(read_history(path).cases) == 2
+
+
+def test_one_text_of_a_model_under_two_paths_is_two_sources(path: Path) -> None:
+    model = cell()
+    runs = [a_run(1, model), a_run(2, model), a_run(3, model)]
+    runs[1] = replace(runs[1], source=replace(runs[1].source, path="other/cell.yaml"))
+    for run, (recipe, result) in zip(runs, results(1, 3), strict=True):
+        with write_store(path, model, run) as writer:
+            writer.add(1, recipe, result)
+    assert [run.source for run in read_history(path).runs] == [run.source for run in runs]
+    with sqlite3.connect(path) as connection:
+        assert connection.execute("SELECT count(*) FROM source").fetchone() == (2,)
+    connection.close()
