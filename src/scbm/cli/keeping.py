@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import shlex
 import sys
 from contextlib import contextmanager
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
-from uuid import uuid4
 
 from rich.text import Text
 
@@ -16,7 +13,7 @@ from scbm.cli.output import errors
 from scbm.errors import InputError
 from scbm.notation import read_file
 from scbm.reports.since import in_all, since_last_run
-from scbm.storing import Run, Source, drawn_recipe, network_words, sayable, write_store, written_recipe
+from scbm.storing import begin_run, drawn_recipe, network_words, sayable, write_store, written_recipe
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -32,9 +29,7 @@ if TYPE_CHECKING:
 @contextmanager
 def keeping(path: Path, model: BehaviorModel, model_file: Path) -> Iterator[Keeper]:
     """A store to add the results of this command to. Raises `InputError` if it is none that can be added to."""
-    started = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S.%fZ")
-    source = Source(sayable(str(model_file)), read_file(model_file))
-    run = Run(uuid4().hex, started, sayable(shlex.join(["scbm", *sys.argv[1:]])), source)
+    run = begin_run(["scbm", *sys.argv[1:]], str(model_file), read_file(model_file))
     with write_store(path, model, run) as writer:
         yield Keeper(writer, path, model)
 

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import shlex
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
-from uuid import uuid4
 
 from scbm.errors import InputError
 from scbm.notation import read_file
 from scbm.pytest_plugin.ledger import Group
 from scbm.reports.since import in_all, since_last_run
-from scbm.storing import Recipe, Run, Source, drawn_recipe, sayable, write_store, written_recipe
+from scbm.storing import Recipe, begin_run, drawn_recipe, sayable, write_store, written_recipe
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,9 +34,7 @@ def keep(config: pytest.Config, parts: Sequence[Part], file: str) -> tuple[list[
 
 
 def _kept(config: pytest.Config, part: Part, file: str) -> list[str]:
-    started = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S.%fZ")
-    command = sayable(shlex.join(["pytest", *config.invocation_params.args]))
-    run = Run(uuid4().hex, started, command, Source(sayable(part.file), read_file(part.path)))
+    run = begin_run(["pytest", *config.invocation_params.args], part.file, read_file(part.path))
     coverage = part.campaign.coverage
     with write_store(config.invocation_params.dir / file, part.campaign.model, run) as writer:
         for position, entry in enumerate(part.entries, start=1):

@@ -3,6 +3,7 @@
 Above `testing`, whose results it keeps; the one room that knows SQLite. `docs/coverage-store.md` describes the file.
 """
 
+from scbm.storing.beginning import begin_run
 from scbm.storing.combining import Combined, combine_stores
 from scbm.storing.edits import Dropped
 from scbm.storing.history import Drawn, History, Recipe, Run, Source, StoredCase, Written, digest_of, key_of, sayable
@@ -23,6 +24,7 @@ __all__ = [
     "StoreWriter",
     "StoredCase",
     "Written",
+    "begin_run",
     "combine_stores",
     "digest_of",
     "drawn_recipe",
