@@ -5,16 +5,18 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from importlib import import_module
-from os.path import lexists, realpath
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scbm.errors import Diagnostic, InputError, Place, Slug
+from scbm.cli.files import refuse_clashes, write_whole
+from scbm.errors import InputError
 from scbm.storing import Replays, Written
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
+    from scbm.errors import Diagnostic
     from scbm.storing import History, StoredCase
     from scbm.testing import Execution
 
@@ -45,56 +47,23 @@ class Wanted:
 
     def refuse_clashes(self, store: Path, history: History) -> None:
         """Raises `InputError` if two formats would be one file, or one would replace the store, the model or a case."""
-        taken = {_identity(store): "the store", _identity(Path(history.source.path)): "the model"}
-        for case in history.cases:
-            if isinstance(case.recipe, Written):
-                taken.setdefault(_identity(Path(case.recipe.path)), "a case file")
-        wrong = []
-        for option, path in self.given.items():
-            other = taken.setdefault(_identity(path), option)
-            if other != option and not path.is_char_device():
-                told = f"{path} is also {'that of ' if other.startswith('--') else ''}{other}"
-                wrong.append(Diagnostic(Slug.BAD_OPTION, told, Place(option), "write it to another file"))
-        if wrong:
-            raise InputError(wrong)
-
-
-def _identity(path: Path) -> object:
-    """What tells files apart, by whichever name: links lead to the same."""
-    try:
-        status = path.stat()
-    except OSError:
-        return realpath(path)
-    return status.st_dev, status.st_ino
+        cases = (case.recipe.path for case in history.cases if isinstance(case.recipe, Written))
+        others = [(store, "the store"), (Path(history.source.path), "the model")]
+        refuse_clashes(self.given, chain(others, ((Path(path), "a case file") for path in dict.fromkeys(cases))))
 
 
 def write_formats(wanted: Wanted, history: History) -> list[str]:
     """Writes all files that are asked for; gives their names. Raises `InputError` with all that cannot be written."""
-    wrong = []
+    wrong: list[Diagnostic] = []
     for option, path in wanted.given.items():
         text = _html(history) if option == "--html" else _made(option, history)
         try:
-            _write(Path(realpath(path)), text)
-        except OSError as error:
-            message = f"cannot write {path}: {(error.strerror or str(error)).lower()}"
-            wrong.append(Diagnostic(Slug.BAD_OPTION, message, Place(option)))
+            write_whole(option, path, text.encode())
+        except InputError as error:
+            wrong += error.diagnostics
     if wrong:
         raise InputError(wrong)
     return [str(path) for path in wanted.given.values()]
-
-
-def _write(path: Path, text: str) -> None:
-    """All of it or nothing, where that is a file; a pipe or a terminal takes what it gets."""
-    if lexists(path) and not path.is_file():
-        path.write_text(text, encoding="utf-8", newline="\n")
-        return
-    part = path.with_name(f"{path.name}.part")
-    try:
-        part.write_text(text, encoding="utf-8", newline="\n")
-        part.replace(path)
-    except OSError:
-        part.unlink(missing_ok=True)
-        raise
 
 
 def _made(option: str, history: History) -> str:

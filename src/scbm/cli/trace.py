@@ -9,6 +9,7 @@ from typing import Annotated, Any, BinaryIO
 import typer
 
 from scbm.cli.arguments import complete, read_faults, read_requirements, read_time_limit
+from scbm.cli.files import refuse_clashes, write_whole
 from scbm.cli.output import results, write_json
 from scbm.errors import Diagnostic, InputError, Place, Slug
 from scbm.model import BehaviorModel, format_moment
@@ -64,13 +65,17 @@ def command(
 ) -> int:
     """Run a case again, and write what happens as a file that Perfetto or Foxglove opens."""
     outputs = _outputs(perfetto, mcap)
+    files = {output.option: output.path for output in outputs}
     if case is None:
         _refuse({"--seed": seed, "--network": network}, "this is for random cases", "add for example `--case 1`")
         document = open_case(file)
-        loaded = load_model(model or document.required_model_path())
+        model_file = model or document.required_model_path()
+        refuse_clashes(files, [(file, "the case"), (model_file, "the model")])
+        loaded = load_model(model_file)
         asked = document.read(loaded)
     else:
         _refuse({"--model": model}, "`--case` draws from the model that comes first", None)
+        refuse_clashes(files, [(file, "the model")])
         loaded = load_model(file)
         asked = RandomCases(loaded, str(file), read_faults(network, loaded)).case(seed or 0, case)
     requirements = read_requirements(require or [], loaded)
@@ -92,8 +97,6 @@ def _outputs(perfetto: Path | None, mcap: Path | None) -> list[_Output]:
         outputs.append(_Output("--mcap", mcap, _mcap_writer(), "messages", "Foxglove"))
     if not outputs:
         raise _bad("it is not said what to write", "scbm trace", "add `--perfetto FILE`, `--mcap FILE`, or both")
-    if len({output.path.resolve() for output in outputs}) < len(outputs):
-        raise _bad("this is also the file of `--perfetto`", "--mcap", "name another file")
     return outputs
 
 
@@ -119,11 +122,7 @@ def _write(output: _Output, model: BehaviorModel, execution: Execution) -> int:
     """Writes a file whole, and says how much is in it. Raises `InputError` if it cannot."""
     stream = BytesIO()
     count = output.write(model, execution, stream)
-    try:
-        output.path.write_bytes(stream.getvalue())
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise _bad(f"cannot write {output.path}: {reason}", output.option, None) from None
+    write_whole(output.option, output.path, stream.getvalue())
     return count
 
 

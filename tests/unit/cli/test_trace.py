@@ -108,7 +108,7 @@ def test_the_model_and_requirements_of_the_command_line_count(scbm: Scbm, tmp_pa
         ((CASE, "--mcap", "docs"), "--mcap: error[bad-option]: cannot write docs: is a directory"),
         (
             (CASE, "--mcap", "x/../y", "--perfetto", "y"),
-            "--mcap: error[bad-option]: this is also the file of `--perfetto`",
+            "--mcap: error[bad-option]: x/../y is also that of --perfetto",
         ),
         ((CASE, "--mcap", "y", "--seed", 1), "--seed: error[bad-option]: this is for random cases"),
         ((CASE, "--mcap", "y", "--network", "drawn"), "--network: error[bad-option]: this is for random cases"),
@@ -140,3 +140,19 @@ def test_without_the_package_mcap_it_is_said_how_to_install_it(
         "--mcap: error[bad-option]: mcap is not installed: pip install 'scbm[trace]'\n",
     )
     assert scbm("trace", CASE, "--perfetto", tmp_path / "run.json").code == 0
+
+
+def test_neither_the_case_nor_the_model_is_replaced(scbm: Scbm, tmp_path: Path) -> None:
+    model, case, link = tmp_path / "model.yaml", tmp_path / "case.yaml", tmp_path / "link.yaml"
+    model.write_bytes(Path(MODEL).read_bytes())
+    case.write_text(f"model: model.yaml\n{SCANS}", encoding="utf-8")
+    link.hardlink_to(model)
+    before = [path.read_bytes() for path in (model, case)]
+    for arguments, messages in (
+        ((case, "--perfetto", case, "--mcap", link), [f"{case} is also the case", f"{link} is also the model"]),
+        ((model, "--case", 1, "--perfetto", link), [f"{link} is also the model"]),
+    ):
+        ran = scbm("trace", *arguments)
+        assert (ran.code, ran.out) == (2, "")
+        assert [line.rpartition("]: ")[2] for line in ran.err.splitlines() if "error[" in line] == messages
+    assert [path.read_bytes() for path in (model, case)] == before
