@@ -47,13 +47,11 @@ class Coverage:
     @property
     def figure(self) -> Figure:
         """The paper's figure: visited of all obligations."""
-        return self._figure(self.obligations.counted)
+        return self.obligations.figure(self.visited)
 
     def figure_of(self, *aspects: Aspect) -> Figure:
         """The figure of the obligations of some aspects."""
-        return self._figure(self.obligations.mask(*aspects))
-
-    def _figure(self, mask: int) -> Figure:
+        mask = self.obligations.mask(*aspects)
         return Figure((self.visited & mask).bit_count(), mask.bit_count())
 
     def missed(self, *aspects: Aspect) -> tuple[Obligation, ...]:

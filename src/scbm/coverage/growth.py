@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.coverage.figures import Figure
-
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.coverage.coverage import Coverage
+    from scbm.coverage.figures import Figure
     from scbm.coverage.obligations import Obligation
 
 
@@ -41,4 +40,4 @@ def growth(coverage: Coverage) -> Iterator[Step]:
         if new:
             union |= new
             added = tuple(obligation for obligation in obligations if obligations.bit(obligation) & new)
-            yield Step(number, case, added, Figure(union.bit_count(), counted.bit_count()))
+            yield Step(number, case, added, obligations.figure(union))

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
+from scbm.coverage.figures import Figure
+
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
@@ -89,6 +91,11 @@ class Obligations:
     def counted(self) -> int:
         """The bits of all obligations in the paper's figure."""
         return sum(bit for obligation, bit in self._bits.items() if obligation.counts)
+
+    def figure(self, bits: int) -> Figure:
+        """The paper's figure of a set: visited of all obligations that count."""
+        counted = self.counted
+        return Figure((bits & counted).bit_count(), counted.bit_count())
 
     def names(self, bits: int) -> tuple[str, ...]:
         """The names of the obligations in a set."""

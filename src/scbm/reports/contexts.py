@@ -106,7 +106,7 @@ def _rows(history: History, cover: Cover) -> Iterator[Text]:
 
 def _count(history: History, bits: int) -> int:
     """How many obligations in the figure there are in a set; those beside it are named and not counted."""
-    return (bits & history.obligations.counted).bit_count()
+    return history.obligations.figure(bits).visited
 
 
 def _commands(history: History, cases: Sequence[StoredCase]) -> Iterator[Text]:

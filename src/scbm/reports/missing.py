@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from itertools import groupby
-from shlex import quote
 from typing import TYPE_CHECKING
 
 from rich.text import Text
 
 from scbm.coverage import Aspect
+from scbm.reports.again import shown_path
 from scbm.reports.figures import headline
 from scbm.reports.reasons import close_command, missed_reasons
 from scbm.reports.words import counted
@@ -45,7 +45,7 @@ def told_missing(model: BehaviorModel, coverage: Coverage, file: str) -> Iterato
     yield Text("What closes it", style="bold")
     yield _command(close_command(file), "the cases for all of it, or proofs that there are none")
     yield _command(missed[0].command, "one of them, and how")
-    yield _command(f"scbm test {quote(file)} closed", "what they visit")
+    yield _command(f"scbm test {shown_path(file)} closed", "what they visit")
 
 
 def _command(command: str, what: str) -> Text:

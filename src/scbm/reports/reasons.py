@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from scbm.coverage import Aspect, Obligation
 from scbm.model import format_duration
+from scbm.reports.again import shown_path
 from scbm.reports.words import counted
 
 if TYPE_CHECKING:
@@ -43,12 +44,12 @@ def missed_reasons(model: BehaviorModel, coverage: Coverage, file: str) -> tuple
     visits = coverage.visits()
     reasons = _Reasons(model, visits)
     missed = (*coverage.missed(), *coverage.missed(Aspect.QUEUED))
-    return tuple(Missed(o, reasons.why(o), f"scbm explain {quote(file)} {quote(str(o))}") for o in missed)
+    return tuple(Missed(o, reasons.why(o), f"scbm explain {shown_path(file)} {quote(str(o))}") for o in missed)
 
 
 def close_command(file: str) -> str:
     """The command that decides all that is missing, and writes the cases for it."""
-    return f"scbm close {quote(file)} --out closed"
+    return f"scbm close {shown_path(file)} --out closed"
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.coverage import Figure
 from scbm.reports.words import counted
 
 if TYPE_CHECKING:
-    from scbm.coverage import Obligations
+    from scbm.coverage import Figure, Obligations
     from scbm.storing import Run
 
 _MOST_NAMED = 3
@@ -34,8 +33,8 @@ def since_last_run(
     lost = before.visited & ~visited & counted_ones
     line = Text(f"{words}: ")
     if not gained and not lost:
-        return line.append(f"the same, {_figure(obligations, visited)}")
-    line.append(f"{_figure(obligations, before.visited)} → {_figure(obligations, visited)}")
+        return line.append(f"the same, {obligations.figure(visited)}")
+    line.append(f"{obligations.figure(before.visited)} → {obligations.figure(visited)}")
     if gained:
         line.append(f", +{_named(obligations, gained)}", style="green")
     if lost:
@@ -46,11 +45,6 @@ def since_last_run(
 def in_all(cases: int, figure: Figure, store: str) -> Text:
     """What all cases of a store visit."""
     return Text(f"{store}: {counted(cases, 'case')} together, {figure}")
-
-
-def _figure(obligations: Obligations, visited: int) -> Figure:
-    counting = obligations.counted
-    return Figure((visited & counting).bit_count(), counting.bit_count())
 
 
 def _named(obligations: Obligations, bits: int) -> str:

@@ -33,8 +33,9 @@ def stored_report(history: History, store: str) -> Iterator[Text]:
     yield Text()
     yield headline(coverage.figure)
     yield Text(f"  Testing duration: {history.simulated_ns / 1e9:.2f} s simulated, {_cases(history)}")
-    if len(history.runs) > 1:
-        *_, before, last = history.runs
+    finished = [run for run in history.runs if run.is_finished]
+    if len(finished) > 1:
+        *_, before, last = finished
         words = "  Last run against the one before"
         yield since_last_run(history.obligations, before, last.visited, words)
     yield Text()

@@ -158,15 +158,13 @@ class Tables:
 
     # what is written
 
-    def put_model(self, model: BehaviorModel, *, is_current: bool = True) -> int:
-        """Adds a model, and if it is the current one its obligations; gives its id."""
-        self.put_model_text(digest_of(model), model.name, write_model(model), is_current=is_current)
-        if is_current:
-            self._put_obligations(Obligations.of(model))
-        return self._id("model", "digest", digest_of(model))
+    def put_model(self, model: BehaviorModel) -> int:
+        """Adds the current model, and its obligations; gives its id."""
+        self._put_obligations(Obligations.of(model))
+        return self.put_model_text(digest_of(model), model.name, write_model(model), is_current=True)
 
     def put_model_text(self, digest: str, name: str, text: str, *, is_current: bool) -> int:
-        """Adds a model by what it says."""
+        """Adds a model by what it says; gives its id."""
         self._connection.execute(
             "INSERT INTO model (digest, name, text, is_current) VALUES (?, ?, ?, ?)"
             " ON CONFLICT (digest) DO UPDATE SET is_current = max(is_current, excluded.is_current)",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
-from scbm.coverage import Figure, Obligations
+from scbm.coverage import Obligations
 from scbm.errors import Slug
 from scbm.storing.database import (
     has_tables,
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
+    from scbm.coverage import Figure
     from scbm.errors import InputError
     from scbm.model import BehaviorModel
     from scbm.storing.history import Recipe, Run
@@ -125,8 +126,7 @@ class StoreWriter:
         """How many cases the store has, and the figure of all of them together, those of others that write included."""
         with told(self._path), understood(self._path):
             cases, visited = self._tables.totals() if has_tables(self._connection, self._path) else (0, 0)
-        counted = self._obligations.counted
-        return cases, Figure((visited & counted).bit_count(), counted.bit_count())
+        return cases, self._obligations.figure(visited)
 
     def _of_another_model(self, known: ModelRow) -> InputError:
         message = f"this store is of another model than this one: {difference(known.name, known.text, self._model)}"

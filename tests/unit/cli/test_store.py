@@ -498,3 +498,15 @@ def test_a_saved_random_case_is_kept_as_the_file_that_it_is(scbm: Scbm, store: P
     assert [case["recipe"]["kind"] for case in kept] == ["written", "drawn"]
     assert kept[0]["recipe"]["path"] == str(saved)
     assert kept[0]["again"] == f"scbm replay {saved} --model {BEFORE}"
+
+
+def test_a_killed_run_is_not_compared_with(scbm: Scbm, filled: Path) -> None:
+    scbm("test", BEFORE, "--cases", 20, "--seed", 2, "--store", filled)
+    compared = "Last run against the one before: 46.51 % → 45.35 %"
+    assert compared in scbm("report", filled).out
+    scbm("test", BEFORE, "--cases", 1, "--seed", 3, "--store", filled)
+    connection = sqlite3.connect(filled)
+    connection.execute("UPDATE run SET is_finished = 0 WHERE command LIKE '%--seed 3%'")
+    connection.commit()
+    connection.close()
+    assert compared in scbm("report", filled).out

@@ -118,8 +118,7 @@ def test_each_message_is_as_its_schema_says(name: str) -> None:
 def test_every_record_can_be_read_from_the_start_and_is_whole(name: str) -> None:
     records = list(StreamReader(BytesIO(written(name)), validate_crcs=True).records)
     header = records[0]
-    assert isinstance(header, Header)
-    assert (header.profile, header.library) == ("", f"scbm {scbm.__version__}")
+    assert header == Header(profile="", library=f"scbm {scbm.__version__}")
 
 
 @pytest.mark.parametrize("name", RUNS)
