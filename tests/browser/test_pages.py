@@ -219,6 +219,7 @@ def test_cases_are_listed_sorted_and_searched(visit: Visit, before: Path) -> Non
         re.compile(r"1\s*seed-1-case-1\s*✓ passed\s*item_a_scanned\s*reached\s*5\.583 s\s*6\s*11")
     )
     shown(page).get_by_role("button", name="Requests").click()
+    expect(shown(page).get_by_role("columnheader", name="Requests")).to_have_attribute("aria-sort", "descending")
     requests = [int(text) for text in column(page, 7)]
     assert requests == sorted(requests, reverse=True)
     assert page.url.endswith("#/cases?sort=-requests")
@@ -447,6 +448,7 @@ def test_narrow_windows_need_no_scrolling_to_the_side(visit: Visit, before: Path
             expect(shown(page)).to_have_attribute("data-title", re.findall("[A-Z][a-z]+", link.inner_text())[0])
             assert page.evaluate("document.documentElement.scrollWidth") <= width
         page.get_by_role("link", name="Cases").first.click()
+        expect(shown(page)).to_have_attribute("data-title", "Cases")  # findings have links to cases too
         shown(page).locator("tbody a").first.click()
         expect(shown(page).locator(".of-timeline svg").first).to_be_visible()
         assert page.evaluate("document.documentElement.scrollWidth") <= width
@@ -468,6 +470,7 @@ def test_ten_thousand_cases_are_listed_page_by_page(visit: Visit, many: Path) ->
     page.get_by_label("Filter cases by name, goal or end").fill("copy-999")
     expect(shown(page).locator(".found")).to_have_text("11 of 10000 cases")
     shown(page).get_by_role("button", name="Case").click()
+    expect(shown(page).get_by_role("columnheader", name="Case")).to_have_attribute("aria-sort", "ascending")
     assert column(page, 2)[:3] == ["copy-999", "copy-9990", "copy-9991"]
     page.get_by_role("link", name="copy-9990", exact=True).click()
     expect(shown(page).locator("h1")).to_have_text("copy-9990")
