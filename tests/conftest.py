@@ -14,6 +14,7 @@ import pytest
 from hypothesis import settings
 
 from scbm.cli import main
+from support.domains import LOOPBACK, own_domain
 
 collect_ignore = ["models"]
 """The models and cases there are right and wrong on purpose; they belong to tests of their own."""
@@ -84,6 +85,16 @@ def scbm(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) ->
         return Ran(code if isinstance(code, int) else 0, captured.out, captured.err)
 
     return run
+
+
+@pytest.fixture
+def domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+    """A DDS domain of the test's own, on the loopback interface. Without cyclonedds the test is skipped."""
+    if find_spec("cyclonedds") is None:
+        pytest.skip("not installed: cyclonedds")
+    monkeypatch.setenv("CYCLONEDDS_URI", LOOPBACK)
+    with own_domain() as number:
+        yield number
 
 
 @pytest.fixture(scope="session")

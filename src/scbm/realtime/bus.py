@@ -1,0 +1,206 @@
+"""What nodes need of a middleware: topics, services, and who is there.
+
+The names are those of ROS 2. A bus is one of `loopback`, `dds` or `ros2`; nodes and links know this protocol alone.
+All that is called back is called on the event loop that the bus was opened on, in the order in which it came.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+Scalar: TypeAlias = bool | int | float | str
+
+
+class MessageType(StrEnum):
+    """The types of topics: one field, `data`."""
+
+    STRING = "std_msgs/msg/String"
+    BOOL = "std_msgs/msg/Bool"
+    INT64 = "std_msgs/msg/Int64"
+    FLOAT64 = "std_msgs/msg/Float64"
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """A topic.
+
+    Attributes:
+        name: as ROS 2 writes it, from the root: `/scanner/request`.
+        type: what its messages carry.
+        is_latched: whether each publisher's last message reaches those that come later (transient local).
+    """
+
+    name: str
+    type: MessageType = MessageType.STRING
+    is_latched: bool = False
+
+
+class FieldType(StrEnum):
+    """The types of the fields of services."""
+
+    BOOL = "bool"
+    INT8 = "int8"
+    INT16 = "int16"
+    INT32 = "int32"
+    INT64 = "int64"
+    UINT8 = "uint8"
+    UINT16 = "uint16"
+    UINT32 = "uint32"
+    UINT64 = "uint64"
+    FLOAT32 = "float32"
+    FLOAT64 = "float64"
+    STRING = "string"
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceType:
+    """A type of services, with scalar fields.
+
+    Attributes:
+        name: as ROS 2 writes it: `std_srvs/srv/Trigger`.
+        request, response: the fields in their order.
+    """
+
+    name: str
+    request: tuple[tuple[str, FieldType], ...] = ()
+    response: tuple[tuple[str, FieldType], ...] = ()
+
+
+_RESULT = (("success", FieldType.BOOL), ("message", FieldType.STRING))
+TRIGGER = ServiceType("std_srvs/srv/Trigger", (), _RESULT)
+SET_BOOL = ServiceType("std_srvs/srv/SetBool", (("data", FieldType.BOOL),), _RESULT)
+
+
+@dataclass(frozen=True, slots=True)
+class Service:
+    """A service: its name from the root, and its type."""
+
+    name: str
+    type: ServiceType
+
+
+@dataclass(frozen=True, slots=True)
+class Received:
+    """A message that came.
+
+    Attributes:
+        data: what it carries.
+        source: tells its publisher from others of the same topic, as long as that is there.
+        stamp_ns: when it came, by `time.monotonic_ns`.
+    """
+
+    data: Scalar
+    source: int
+    stamp_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """The response to a call came.
+
+    Attributes:
+        call: what `Client.call` returned.
+        fields: the fields of the response.
+        stamp_ns: when it came, by `time.monotonic_ns`.
+    """
+
+    call: int
+    fields: Mapping[str, Scalar]
+    stamp_ns: int
+
+
+class Publisher(Protocol):
+    """Publishes on one topic; nothing is lost between it and those that are matched."""
+
+    @property
+    def peers(self) -> int:
+        """How many subscriptions are matched."""
+        ...
+
+    def publish(self, data: Scalar) -> None:
+        """Sends a message to all of them. Raises `BusError` if the middleware cannot take it."""
+        ...
+
+
+class Subscription(Protocol):
+    """Hears one topic."""
+
+    @property
+    def peers(self) -> int:
+        """How many publishers are matched."""
+        ...
+
+
+class Client(Protocol):
+    """Calls one service. Any number of calls may be under way; a call to a server that is lost gets no answer."""
+
+    @property
+    def peers(self) -> int:
+        """How many servers are there, to take a request and to answer."""
+        ...
+
+    def call(self, fields: Mapping[str, Scalar]) -> int:
+        """Sends a request with all its fields; returns a number that no other call of this client has."""
+        ...
+
+
+class Bus(Protocol):
+    """A participant of one middleware, with a name that its tools show."""
+
+    @property
+    def words(self) -> str:
+        """Where this is, in words: `this process`, `DDS domain 3`."""
+        ...
+
+    def publisher(self, topic: Topic, matched: Callable[[int], None] | None = None) -> Publisher:
+        """A publisher. `matched` gets the number of its peers whenever that changes."""
+        ...
+
+    def subscribe(
+        self,
+        topic: Topic,
+        receive: Callable[[Received], None],
+        matched: Callable[[int], None] | None = None,
+        left: Callable[[int], None] | None = None,
+    ) -> Subscription:
+        """Hears a topic, its own publishers left out.
+
+        Args:
+            topic: which.
+            receive: gets each message.
+            matched: gets the number of publishers whenever that changes.
+            left: gets the `source` of a publisher that is gone, closed or lost, behind the last of its messages.
+        """
+        ...
+
+    def client(
+        self, service: Service, receive: Callable[[Answered], None], matched: Callable[[int], None] | None = None
+    ) -> Client:
+        """A client. `receive` gets each answer once; `matched` the number of servers whenever that changes."""
+        ...
+
+    def serve(self, service: Service, answer: Callable[[Mapping[str, Scalar]], Mapping[str, Scalar]]) -> None:
+        """Serves a service: `answer` gets the fields of a request and returns those of the response."""
+        ...
+
+    def why_alone(self, what: Topic | Service) -> str | None:
+        """Why nobody is matched there, if it shows: endpoints of another type, qualities that do not go together."""
+        ...
+
+    async def close(self) -> None:
+        """Leaves: all of its endpoints are gone for the others, at once. What was sent before is on its way."""
+        ...
+
+
+class BusError(Exception):
+    """A middleware cannot be used: a sentence that says why, and a remedy if one is known."""
+
+    def __init__(self, message: str, remedy: str | None = None) -> None:
+        super().__init__(message)
+        self.message = message
+        self.remedy = remedy
