@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import re
 import sqlite3
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from scbm.errors import ScbmError, Slug
 from scbm.notation import load_model
+from scbm.realtime.event_log import open_event_log, write_event_log
 from scbm.storing import read_history
+from scbm.testing import RandomCases
 from scbm.trace import read_trace
-from support.stores import results, store
+from support.capturing import captured
+from support.stores import cell, results, store
 
 PAGE = (Path(__file__).parents[2] / "docs" / "messages.md").read_text(encoding="utf-8")
 WITHOUT_BLOCKS = re.sub(r"^```.*?^```$", "", PAGE, flags=re.MULTILINE | re.DOTALL)
@@ -62,6 +66,24 @@ def a_trace_of_another_version(_: Path) -> None:
     read_trace('{"format": "scbm-trace", "version": 2}\n', "run.jsonl")
 
 
+def _log() -> str:
+    model = cell()
+    log, _ = captured(model, RandomCases(model).case(1, 1))
+    return write_event_log(replace(log, steps=12 * log.steps[:1], reactions=()), model)
+
+
+def a_log_that_is_cut_off(directory: Path) -> None:
+    path = directory / "run.log"
+    path.write_text("".join(_log().splitlines(keepends=True)[:6]), encoding="utf-8")
+    open_event_log(path)
+
+
+def a_log_of_another_model(directory: Path) -> None:
+    path = directory / "run.log"
+    path.write_text(_log(), encoding="utf-8")
+    open_event_log(path).read(cell(), "1" * 64)
+
+
 def a_damaged_store(directory: Path) -> None:
     path = store(directory / "cov.db", 1, results(1, 1))
     with path.open("r+b") as stream:
@@ -83,9 +105,19 @@ def a_newer_store(directory: Path) -> None:
     read_history(path)
 
 
-@pytest.mark.parametrize(
-    "provoke", [too_large, not_utf8, a_trace_of_another_version, a_damaged_store, an_empty_store, a_newer_store]
-)
+PROVOKING = [
+    too_large,
+    not_utf8,
+    a_trace_of_another_version,
+    a_log_that_is_cut_off,
+    a_log_of_another_model,
+    a_damaged_store,
+    an_empty_store,
+    a_newer_store,
+]
+
+
+@pytest.mark.parametrize("provoke", PROVOKING)
 def test_messages_that_no_command_of_the_page_prints_are_those_of_the_page(provoke: object, tmp_path: Path) -> None:
     assert callable(provoke)
     with pytest.raises(ScbmError) as caught:

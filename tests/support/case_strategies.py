@@ -38,6 +38,9 @@ TIMES_NS = st.one_of(
 )
 SHARES = st.integers(0, 1000).map(lambda thousandths: Fraction(thousandths, 1000))
 DIGESTS = st.from_regex("[0-9a-f]{64}", fullmatch=True)
+ENDS = [end for end in End if end is not End.LOST]
+"""A run that was lost did not end."""
+
 DELIVERIES = st.lists(TIMES_NS, max_size=3).map(tuple)
 
 
@@ -65,7 +68,7 @@ def cases(draw: DrawFn, model: BehaviorModel) -> Case:
         draw(_expectations(model)),
         origin,
         draw(
-            optional(st.builds(Recorded, st.sampled_from(End).map(str), st.from_regex("[0-9a-f]{64}", fullmatch=True)))
+            optional(st.builds(Recorded, st.sampled_from(ENDS).map(str), st.from_regex("[0-9a-f]{64}", fullmatch=True)))
         ),
     )
 
@@ -194,4 +197,4 @@ def _expectations(draw: DrawFn, model: BehaviorModel) -> Expectations:
     names = st.lists(st.sampled_from([operation.name for operation in model.operations]), max_size=4).map(tuple)
     final = st.lists(predicates(tuple(model.running_space), 2), max_size=2).map(tuple)
     visits = st.lists(st.sampled_from(list(Obligations.of(model))), unique=True, max_size=3).map(tuple)
-    return draw(st.builds(Expectations, optional(st.sampled_from(End)), optional(names), names, final, visits))
+    return draw(st.builds(Expectations, optional(st.sampled_from(ENDS)), optional(names), names, final, visits))

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 
 from scbm.cases import Case
 from scbm.certifying import Certificate, Claim, Fact, StructureArgument
-from scbm.closing import Closing, ClosingCase, Decided, Decision, Suggestion, model_digest
+from scbm.closing import Closing, ClosingCase, Decided, Decision, Suggestion
 from scbm.coverage import Coverage, Obligation, Obligations
 from scbm.model import BehaviorModel
+from scbm.notation import digest_of
 from scbm.testing import Campaign, Tester
 
 
@@ -31,7 +32,7 @@ def closing_of(
     decided = tuple(_decided(obligation, after, undecided) for obligation in before.obligations)
     claims = tuple(Claim(str(d.obligation), d.reason) for d in decided if d.certificate is not None)
     argument = StructureArgument(tuple(Fact.NO_DEADLINE for _ in claims))
-    certificates = (("structure", Certificate(model.name, model_digest(model), claims, argument)),) if claims else ()
+    certificates = (("structure", Certificate(model.name, digest_of(model), claims, argument)),) if claims else ()
     return Closing(model, before, after, decided, tuple(made), certificates, tuple(suggestions))
 
 

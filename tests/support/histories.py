@@ -1,6 +1,7 @@
 """Histories of models, as a store would give them, made without one."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from scbm.cases import Case
@@ -46,3 +47,13 @@ def history_of(model_file: Path, cases: int, seed: int = 1, written: Sequence[Pa
     command = f"scbm test {shown} --cases {cases} --seed {seed} --store cov.db"
     run = Run("0" * 31 + "1", "2026-11-21T12:00:00.000000Z", command, source, union, len(kept), failed)
     return History(model, (run,), tuple(kept))
+
+
+def with_lost_cases(history: History, count: int) -> History:
+    """The history with its first cases lost, as no store has it."""
+    lost = Tester(history.model).lost(RandomCases(history.model).case(1, 1), "the controller was lost").result
+    cases = [
+        replace(case, verdict=lost.verdict, ended_ns=lost.ended_ns, requests=lost.requests, visited=lost.visited)
+        for case in history.cases[:count]
+    ]
+    return replace(history, cases=(*cases, *history.cases[count:]))

@@ -12,6 +12,7 @@ from rich.text import Text
 from scbm.cli.output import errors
 from scbm.errors import InputError
 from scbm.notation import read_file
+from scbm.reports import counted
 from scbm.reports.since import in_all, since_last_run
 from scbm.storing import begin_run, drawn_recipe, network_words, sayable, write_store, written_recipe
 
@@ -83,7 +84,9 @@ class Keeper:
         if not self.is_whole:
             return Since((Text(), line), {"file": str(self._path), "is_whole": False}, is_whole=False)
         cases, figure = self._writer.totals()
-        lines = (Text(), line, in_all(cases, figure, str(self._path)))
+        lost = self._writer.lost
+        unfinished = [Text(f"{counted(lost, 'lost case')}: not in {self._path}", style="yellow")] if lost else []
+        lines = (Text(), line, in_all(cases, figure, str(self._path)), *unfinished)
         visited = 0 if before is None else before.visited
         names = coverage.obligations.names
         data = {

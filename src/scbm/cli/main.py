@@ -19,8 +19,13 @@ from scbm.errors import Diagnostic, InputError, Place, ScbmError, Slug
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-VERBS = ("check", "plan", "run", "test", "close", "explain", "replay", "trace", "combine", "report", "schema")
+VERBS = (
+    *("check", "plan", "run", "test", "close", "explain", "replay", "trace", "combine", "report", "schema"),
+    *("node controller", "node resources", "node tester"),
+)
 """In the order of the help. Module `scbm.cli.<verb>` has the function `command`, which returns an exit code."""
+
+_GROUPS = {"node": "A controller, resources or a tester as a process of its own."}
 
 GOOD, FAILED, WRONG_INPUT, OWN_FAULT, INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -75,20 +80,29 @@ def _application(arguments: list[str]) -> typer.Typer:
         help=_HELP, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None
     )
     application.callback(help=_HELP)(_common)
-    asked = [verb for verb in VERBS if verb in arguments[:1]]
+    groups = {name: typer.Typer(help=words, no_args_is_help=True) for name, words in _GROUPS.items()}
+    asked = [verb for verb in VERBS if arguments[: len(verb.split())] == verb.split()]
     for verb in asked or VERBS:
-        command = import_module(f"scbm.cli.{verb}").command
-        application.command(verb)(_exiting(command))
+        group, _, name = verb.rpartition(" ")
+        command = import_module(f"scbm.cli.{verb.replace(' ', '_')}").command
+        (groups[group] if group else application).command(name)(_exiting(command))
+    for name, group_application in groups.items():
+        if not asked or asked[0].startswith(f"{name} "):
+            application.add_typer(group_application, name=name)
     if asked:
-        _refuse_repeated(typer.main.get_command(application), asked[0], arguments[1:])
+        _refuse_repeated(typer.main.get_command(application), asked[0].split(), arguments)
     return application
 
 
-def _refuse_repeated(application: object, verb: str, arguments: list[str]) -> None:
+def _refuse_repeated(command: object, verb: list[str], arguments: list[str]) -> None:
     """Raises `InputError` for options with one value that are given twice: else the last is taken without a word."""
-    assert isinstance(application, typer.core.TyperGroup)  # noqa: S101 - it has options of its own, so it is no command
-    options = [p for p in application.commands[verb].params if isinstance(p, typer.core.TyperOption)]
-    before = arguments[: arguments.index("--")] if "--" in arguments else arguments
+    for word in verb:
+        assert isinstance(command, typer.core.TyperGroup)  # noqa: S101 - it has options of its own, so it is no command
+        command = command.commands[word]
+    assert isinstance(command, typer.core.TyperCommand)  # noqa: S101 - verbs are commands
+    options = [p for p in command.params if isinstance(p, typer.core.TyperOption)]
+    given = arguments[len(verb) :]
+    before = given[: given.index("--")] if "--" in given else given
     words = [word.partition("=")[0] for word in before]
     wrong = [
         Diagnostic(Slug.BAD_OPTION, "this is given more than once", Place(option.opts[0]))

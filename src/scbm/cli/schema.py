@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from scbm.cli.output import write_json
-from scbm.notation import case_schema, model_schema
+from scbm.notation import bindings_schema, case_schema, model_schema
 
 
 class Kind(StrEnum):
@@ -14,11 +14,13 @@ class Kind(StrEnum):
 
     MODEL = "model"
     CASE = "case"
+    BINDINGS = "bindings"
 
 
 def command(
-    of: Annotated[Kind, typer.Argument(help="Which files: models or cases.")] = Kind.MODEL,
+    of: Annotated[Kind, typer.Argument(help="Which files: models, cases or bindings.")] = Kind.MODEL,
 ) -> int:
-    """Print the JSON Schema of model files or of case files."""
-    write_json(case_schema() if of is Kind.CASE else model_schema())
+    """Print the JSON Schema of model files, case files or files of bindings."""
+    schemas = {Kind.MODEL: model_schema, Kind.CASE: case_schema, Kind.BINDINGS: bindings_schema}
+    write_json(schemas[of]())
     return 0

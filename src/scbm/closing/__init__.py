@@ -2,7 +2,6 @@
 
 from scbm.closing.closer import Closer
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Suggestion, SuggestionKind
-from scbm.closing.proofs import model_digest
 from scbm.closing.runs import CloseLimits
 
 __all__ = [
@@ -14,5 +13,4 @@ __all__ = [
     "Decision",
     "Suggestion",
     "SuggestionKind",
-    "model_digest",
 ]

@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scbm.certifying import RunsArgument, certificate_text, check_certificate, read_certificate
-from scbm.closing.proofs import model_digest
 from scbm.errors import Diagnostic, InputError, Place, Slug
-from scbm.notation import read_file
+from scbm.notation import digest_of, read_file
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -145,6 +144,6 @@ def _read(path: Path) -> str:
 
 def check_file(file: CertificateFile, model: BehaviorModel) -> CheckedCertificate:
     """Checks a certificate against a model."""
-    if file.certificate.digest != model_digest(model):
+    if file.certificate.digest != digest_of(model):
         return CheckedCertificate(file, is_of_this_model=False)
     return CheckedCertificate(file, is_of_this_model=True, flaws=check_certificate(file.certificate, model))

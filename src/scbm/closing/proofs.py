@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from hashlib import sha256
 from typing import TYPE_CHECKING
 
 from scbm.certifying import Certificate, Claim, RunsArgument, Situation, StructureArgument, ValuesArgument
@@ -11,7 +10,7 @@ from scbm.closing.structure import structural_facts
 from scbm.closing.values import possible_values, ruled_out
 from scbm.coverage import Aspect, Obligation
 from scbm.model import Role
-from scbm.notation import write_model
+from scbm.notation import digest_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -62,7 +61,7 @@ class Proofs:
 
     def certificates(self, proved: Sequence[tuple[Obligation, Proof]], runs: Runs | None) -> Iterator[Certificate]:
         """One certificate for each kind of argument that is needed."""
-        digest = model_digest(self._model)
+        digest = digest_of(self._model)
         for kind in (StructureArgument.kind, ValuesArgument.kind, RunsArgument.kind):
             claims = tuple((obligation, proof) for obligation, proof in proved if proof.kind == kind)
             if claims:
@@ -77,11 +76,6 @@ class Proofs:
             return ValuesArgument(tuple(self._values.items()))
         assert runs is not None  # noqa: S101 - such proofs come from them
         return _runs_argument(runs)
-
-
-def model_digest(model: BehaviorModel) -> str:
-    """What tells a version of a model apart: the SHA-256 of its text, comments and layout left out."""
-    return sha256(write_model(model).encode()).hexdigest()
 
 
 def _reason(obligation: Obligation, runs: Runs) -> str:

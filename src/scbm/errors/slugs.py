@@ -59,6 +59,17 @@ class Slug(StrEnum):
     RUNNER_VARIABLE = "runner-variable"
     AUTOMATIC_DOES_NOTHING = "automatic-does-nothing"
 
+    # bindings of resources to drivers
+    BAD_BINDING = "bad-binding"
+    BAD_ROS_NAME = "bad-ros-name"
+    BAD_ROS_TYPE = "bad-ros-type"
+    UNKNOWN_FIELD = "unknown-field"
+    MISSING_FIELD = "missing-field"
+    WRONG_TYPE = "wrong-type"
+    BAD_RANGE = "bad-range"
+    UNBOUND_REQUEST = "unbound-request"
+    TYPES_DIFFER = "types-differ"
+
     # what a command asks for
     BAD_OPTION = "bad-option"
     UNKNOWN_GOAL = "unknown-goal"
@@ -85,6 +96,12 @@ class Slug(StrEnum):
     # traces and replay
     BAD_TRACE = "bad-trace"
     REPLAY_DIFFERS = "replay-differs"
+    BAD_LOG = "bad-log"
+    LOG_OTHER_MODEL = "log-other-model"
+
+    # nodes
+    BUS_UNUSABLE = "bus-unusable"
+    CELL_INCOMPLETE = "cell-incomplete"
 
     # coverage stores
     NOT_A_STORE = "not-a-store"

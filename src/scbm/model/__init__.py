@@ -5,6 +5,21 @@ Everything here prints back to the notation that it is written in; `scbm.notatio
 
 from scbm.model.actions import Action, Add, Assign
 from scbm.model.behavior import BehaviorModel
+from scbm.model.bindings import (
+    SET_BOOL,
+    TRIGGER,
+    Binding,
+    FieldType,
+    Interval,
+    MeasuredTopic,
+    MessageType,
+    Reading,
+    Scalar,
+    ServiceCall,
+    ServiceChoice,
+    ServiceType,
+    TopicPair,
+)
 from scbm.model.durations import format_duration, format_moment
 from scbm.model.initial_states import InitialStates
 from scbm.model.operations import Operation
@@ -34,6 +49,8 @@ from scbm.model.values import Domain, Kind, Value, format_value
 from scbm.model.variables import OperationState, PlanState, RequestState, Role, StateSpace, Variable
 
 __all__ = [
+    "SET_BOOL",
+    "TRIGGER",
     "Action",
     "Add",
     "AfterAlways",
@@ -42,16 +59,21 @@ __all__ = [
     "Assign",
     "Before",
     "BehaviorModel",
+    "Binding",
     "Constant",
     "Domain",
     "Equal",
+    "FieldType",
     "Implies",
     "InitialStates",
+    "Interval",
     "Kind",
     "Latency",
     "LatencyShape",
     "LeadsTo",
+    "MeasuredTopic",
     "Member",
+    "MessageType",
     "Never",
     "Not",
     "NotEqual",
@@ -63,16 +85,22 @@ __all__ = [
     "Packing",
     "PlanState",
     "Predicate",
+    "Reading",
     "Reference",
     "Relation",
     "RequestState",
     "Requirement",
     "Resource",
     "Role",
+    "Scalar",
+    "ServiceCall",
+    "ServiceChoice",
+    "ServiceType",
     "Simulation",
     "State",
     "StateSpace",
     "Term",
+    "TopicPair",
     "Transition",
     "Truth",
     "Value",

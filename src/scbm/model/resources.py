@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from scbm.model.variables import request_state_name, trigger_name
 
 if TYPE_CHECKING:
+    from scbm.model.bindings import Binding
     from scbm.model.values import Value
 
 
@@ -66,12 +67,14 @@ class Resource:
         request: the variables whose values a request carries.
         measures: the variables whose values a reply, or a message of its own, may carry.
         simulation: how it answers when simulated.
+        binding: how it is reached when it is real, if that is said.
     """
 
     name: str
     request: tuple[str, ...] = ()
     measures: tuple[str, ...] = ()
     simulation: Simulation = field(default_factory=Simulation)
+    binding: Binding | None = None
 
     @property
     def trigger(self) -> str:

@@ -3,6 +3,7 @@
 The one room that knows `ruamel.yaml`, `lark` and `pydantic`. It never prints and never runs anything.
 """
 
+from scbm.notation.binding_loader import load_bindings, read_bindings
 from scbm.notation.case_loader import CaseDocument, is_case_text, is_model_text, open_case, read_case, read_network
 from scbm.notation.case_writer import write_case, write_network
 from scbm.notation.durations import parse_duration
@@ -11,10 +12,10 @@ from scbm.notation.expressions import parse_action, parse_predicate, parse_requi
 from scbm.notation.files import read_file
 from scbm.notation.loader import Places, load_located, load_model, read_located, read_model
 from scbm.notation.nearest import nearest, suggestion
-from scbm.notation.schema import case_schema, model_schema
+from scbm.notation.schema import bindings_schema, case_schema, model_schema
 from scbm.notation.scope import Scope, Where
 from scbm.notation.shares import parse_share
-from scbm.notation.writer import write_model, write_operation
+from scbm.notation.writer import digest_of, write_model, write_operation
 
 __all__ = [
     "CaseDocument",
@@ -22,9 +23,12 @@ __all__ = [
     "Scope",
     "Where",
     "add_goals",
+    "bindings_schema",
     "case_schema",
+    "digest_of",
     "is_case_text",
     "is_model_text",
+    "load_bindings",
     "load_located",
     "load_model",
     "model_schema",
@@ -37,6 +41,7 @@ __all__ = [
     "parse_share",
     "parse_state",
     "parse_value",
+    "read_bindings",
     "read_case",
     "read_file",
     "read_located",

@@ -7,6 +7,7 @@ Works on any tree, also on one whose shape is wrong: what is missing or of the w
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -17,6 +18,7 @@ from scbm.model.resources import Latency, LatencyShape, Outcome, Resource, Simul
 from scbm.model.transitions import Transition
 from scbm.model.values import Domain, Value, format_value
 from scbm.model.variables import NO_OPERATION, Role, Variable, resource_variables, runner_variables
+from scbm.notation.binding_builder import BindingBuilder
 from scbm.notation.file_types import ModelFile, OperationFile, ResourceFile, VariableFile
 from scbm.notation.grammar import KEYWORDS
 from scbm.notation.nearest import nearest, suggestion
@@ -73,7 +75,7 @@ class Builder:
         initial = self._parts.predicate(self._document.get("initial_states"), Where.WORLD)
         goals = [(name, self._parts.predicate(node, Where.WORLD)) for name, node in self._named("goals")]
         requirements = [self._parts.requirement(name, node) for name, node in self._named("requirements")]
-        return BehaviorModel(
+        model = BehaviorModel(
             name=self._model_name(),
             variables=tuple(variable for variable in variables.values() if variable is not None),
             operations=tuple(operation for operation in operations if operation is not None),
@@ -83,6 +85,21 @@ class Builder:
             goals=tuple(goals),
             requirements=tuple(requirement for requirement in requirements if requirement is not None),
         )
+        return self._bound(model)
+
+    def _bound(self, model: BehaviorModel) -> BehaviorModel:
+        """The model with the bindings of its resources. What they must know of its actions is known by now."""
+        section = self._document.get("resources")
+        if section is None or not any("ros" in node.items for node in section.items.values()):
+            return model
+        builder = BindingBuilder(self._parts, model)
+        bindings = {
+            name: builder.binding(_as_written(name, node), node.items["ros"], node.key_places["ros"])
+            for name, node in section.items.items()
+            if "ros" in node.items
+        }
+        resources = (replace(resource, binding=bindings.get(resource.name)) for resource in model.resources)
+        return replace(model, resources=tuple(resources))
 
     # names
 
@@ -300,7 +317,7 @@ class Builder:
         measures_node = node.get("measures")
         measures = self._parts.declared_names(measures_node)
         self._refuse_to_measure_requests(measures_node)
-        written = [element.text for element in measures_node.elements] if measures_node is not None else []
+        written = _as_written(name, node).measures
         return Resource(name, request, measures, self._simulation(node.get("simulation"), written))
 
     def _refuse_to_measure_requests(self, node: Node | None) -> None:
@@ -311,7 +328,7 @@ class Builder:
                 message = f"`{variable.name}` follows the requests of a resource, and cannot be measured"
                 self._parts.add(Slug.NOT_ASSIGNABLE, message, element.place, "measure a variable of the model")
 
-    def _simulation(self, node: Node | None, measures: list[str | None]) -> Simulation:
+    def _simulation(self, node: Node | None, measures: tuple[str, ...]) -> Simulation:
         if node is None:
             return Simulation()
         default = Simulation()
@@ -323,15 +340,14 @@ class Builder:
             self._measured(node.get("measured"), measures),
         )
 
-    def _measured(self, node: Node | None, measures: list[str | None]) -> tuple[tuple[str, tuple[Value, ...]], ...]:
+    def _measured(self, node: Node | None, measures: tuple[str, ...]) -> tuple[tuple[str, tuple[Value, ...]], ...]:
         drawn: list[tuple[str, tuple[Value, ...]]] = []
         for name, values in node.items.items() if node is not None else ():
             variable = self._parts.scope.variables.get(name)
             if name not in measures:
                 assert node is not None  # noqa: S101 - its items are gone through
                 message = f"this resource does not measure `{name}`"
-                known = [measured for measured in measures if measured is not None]
-                remedy = suggestion(name, known, "it measures") or f"add `measures: [{name}]` to the resource"
+                remedy = suggestion(name, measures, "it measures") or f"add `measures: [{name}]` to the resource"
                 self._parts.add(Slug.UNKNOWN_VARIABLE, message, node.key_places[name], remedy)
             elif variable is not None:
                 drawn.append((name, self._values(values, variable.domain, name)))
@@ -449,6 +465,15 @@ class Builder:
                 actions.append(action)
             lists.append(tuple(actions))
         return tuple(lists)
+
+
+def _as_written(name: str, node: Node) -> Resource:
+    """A resource with all that its lists name, also what is no variable: that is told of once, and where it stands."""
+    written = []
+    for key in ("request", "measures"):
+        elements = listed.elements if (listed := node.get(key)) is not None else []
+        written.append(tuple(element.text for element in elements if element.text is not None))
+    return Resource(name, written[0], written[1])
 
 
 def _domain_remedy(written: str) -> str:

@@ -5,12 +5,10 @@ What the texts inside say is not checked here but in the builders. The JSON Sche
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 from pydantic import (
     Field,
-    GetJsonSchemaHandler,
     TypeAdapter,
     ValidatorFunctionWrapHandler,
     WithJsonSchema,
@@ -21,6 +19,7 @@ from scbm.notation.case_words import ANY, CONDITION_WORDS, OUTCOME_WORDS, VERDIC
 from scbm.notation.durations import DURATION_PATTERN
 from scbm.notation.pieces import (
     Duration,
+    Editors,
     FileType,
     Name,
     Names,
@@ -36,20 +35,7 @@ from scbm.notation.pieces import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from pydantic.json_schema import JsonSchemaValue
-    from pydantic_core import CoreSchema
-
-
-@dataclass(frozen=True)
-class _Editors:
-    """What editors are told, made of the schema of the mapping that stands there otherwise."""
-
-    make: Callable[[JsonSchemaValue], JsonSchemaValue]
-
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return self.make(handler(schema))
 
 
 def _words(words: tuple[str, ...]) -> JsonSchemaValue:
@@ -150,7 +136,7 @@ def _rule_schema(mapping: JsonSchemaValue) -> JsonSchemaValue:
     return {"anyOf": [*element, {"type": "array", "items": {"anyOf": element}}]}
 
 
-Rule: TypeAlias = Annotated[OutcomeFile, WrapValidator(_rule), _Editors(_rule_schema)]
+Rule: TypeAlias = Annotated[OutcomeFile, WrapValidator(_rule), Editors(_rule_schema)]
 
 
 class ConditionFile(FileType):
@@ -163,7 +149,7 @@ class ConditionFile(FileType):
 Condition_: TypeAlias = Annotated[
     ConditionFile,
     scalar_or_mapping("a condition such as `dead`, or `{slower: 3}`"),
-    _Editors(lambda mapping: {"anyOf": [_words(CONDITION_WORDS), mapping]}),
+    Editors(lambda mapping: {"anyOf": [_words(CONDITION_WORDS), mapping]}),
 ]
 
 

@@ -14,5 +14,7 @@ ANY = "any"
 
 OUTCOME_WORDS = (*(outcome.value for outcome in Outcome), ANY)
 CONDITION_WORDS = tuple(kind.value for kind in ConditionKind if kind is not ConditionKind.SLOWER)
-VERDICT_WORDS = tuple(end.value for end in End)
+VERDICT_WORDS = tuple(end.value for end in End if end is not End.LOST)
+"""How a run can be expected to end, and be recorded; one that was lost has not ended."""
+
 INJECTION_KEYS = ("name", "when", "at", "set", "resource", "becomes", "hold")

@@ -9,6 +9,7 @@ from typing import Annotated, Any, TypeAlias
 
 from pydantic import Field, WithJsonSchema
 
+from scbm.notation.binding_types import RosFile
 from scbm.notation.durations import DURATION_PATTERN
 from scbm.notation.pieces import (
     SCALAR_SCHEMA,
@@ -144,6 +145,8 @@ class ResourceFile(FileType):
     measures: Names = Field(default_factory=list)
     """The variables whose values a reply may carry."""
     simulation: SimulationFile = Field(default_factory=SimulationFile)
+    ros: RosFile = Field(default_factory=RosFile)
+    """How it is reached when it is real."""
 
 
 class AutomaticFile(FileType):
@@ -208,6 +211,7 @@ MODEL_SHAPE = Shape(
         (VariableFile, "a variable"),
         (ResourceFile, "a resource"),
         (SimulationFile, "the `simulation` of a resource"),
+        (RosFile, "`ros` of a resource"),
         (OperationFile, "an operation"),
         (TransitionFile, "a transition"),
         (ModelFile, "the model"),

@@ -48,7 +48,7 @@ def read_tree(text: str, file: str, shape: Shape, start: str) -> tuple[Node, Sou
     return document, source, report
 
 
-_MARKS = {"model": "behavior_model", "case": "case"}
+_MARKS = {"model": "behavior_model", "case": "case", "bindings": "bindings_of"}
 """The key that tells each kind of file."""
 
 

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
 from pydantic import (
     BaseModel,
     BeforeValidator,
     ConfigDict,
+    GetJsonSchemaHandler,
     TypeAdapter,
     ValidatorFunctionWrapHandler,
     WithJsonSchema,
@@ -22,6 +23,12 @@ from pydantic_core import PydanticCustomError
 
 from scbm.errors import Slug
 from scbm.notation.durations import DURATION_PATTERN
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from pydantic.json_schema import JsonSchemaValue
+    from pydantic_core import CoreSchema
 
 _PREDICATE_HELP = (
     "A predicate: `==`, `!=`, `&&`, `||`, `!`, `->`, `in {a, b}`, `<` and its like on integers, `true`, `false`. "
@@ -98,6 +105,16 @@ def scalar_or_mapping(expected: str) -> WrapValidator:
         return check_mapping(value) if isinstance(value, dict) else value
 
     return WrapValidator(check)
+
+
+@dataclass(frozen=True)
+class Editors:
+    """What editors are told, made of the schema of the mapping that stands there otherwise."""
+
+    make: Callable[[JsonSchemaValue], JsonSchemaValue]
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        return self.make(handler(schema))
 
 
 def text_schema(description: str, **more: object) -> WithJsonSchema:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from scbm.notation.binding_types import BindingsFile
 from scbm.notation.file_types import ModelFile
 
 if TYPE_CHECKING:
@@ -20,6 +21,11 @@ def case_schema() -> dict[str, Any]:
     from scbm.notation.case_types import CaseFile  # noqa: PLC0415 - it takes long to make, and few commands need it
 
     return _schema(CaseFile, "A test case for scbm")
+
+
+def bindings_schema() -> dict[str, Any]:
+    """The schema of bindings files (draft 2020-12), made of the loader's own types."""
+    return _schema(BindingsFile, "Bindings of resources for scbm")
 
 
 def _schema(kind: type[FileType], title: str) -> dict[str, Any]:

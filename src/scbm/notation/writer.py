@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
 from scbm.model import LatencyShape, Truth, format_duration
+from scbm.notation.binding_writer import written_binding
 from scbm.notation.yaml_writer import dump
 
 if TYPE_CHECKING:
@@ -38,6 +41,15 @@ def write_model(model: BehaviorModel) -> str:
         {key: value for key, value in sections.items() if value or key in ("variables", "operations")},
         short_in_flow=True,
     )
+
+
+def digest_of(model: BehaviorModel) -> str:
+    """What tells models apart: the SHA-256 of all that the model says, but for comments, layout and bindings.
+
+    How resources are reached when they are real says nothing about what the model means.
+    """
+    resources = tuple(replace(resource, binding=None) for resource in model.resources)
+    return sha256(write_model(replace(model, resources=resources)).encode()).hexdigest()
 
 
 def write_operation(operation: Operation) -> str:
@@ -93,7 +105,8 @@ def _resource(resource: Resource) -> dict[str, Any]:
     }
     if simulation.measured:
         simulated["measured"] = {name: list(values) for name, values in simulation.measured}
-    return {"request": list(resource.request), "measures": list(resource.measures), "simulation": simulated}
+    written = {"request": list(resource.request), "measures": list(resource.measures), "simulation": simulated}
+    return written if resource.binding is None else {**written, "ros": written_binding(resource.binding)}
 
 
 def _latency(latency: Latency) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.representer import SafeRepresenter
 
 if TYPE_CHECKING:
-    from ruamel.yaml.nodes import MappingNode, SequenceNode
+    from ruamel.yaml.nodes import MappingNode, ScalarNode, SequenceNode
 
 _WIDTH = 1_000_000
 """Texts are never folded."""
@@ -21,6 +21,12 @@ class FlowMapping(dict[str, Any]):
 
 class FlowList(list[Any]):
     """A list that is written on one line, in brackets."""
+
+
+class Quoted(str):
+    """A text that is written in quotes, whatever it is."""
+
+    __slots__ = ()
 
 
 class _Representer(SafeRepresenter):
@@ -39,9 +45,15 @@ class _Representer(SafeRepresenter):
         node: SequenceNode = self.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=True)
         return node
 
+    def quoted(self, data: Quoted) -> ScalarNode:
+        """A text in quotes."""
+        node: ScalarNode = self.represent_scalar("tag:yaml.org,2002:str", str(data), style='"')
+        return node
+
 
 _Representer.add_representer(FlowMapping, _Representer.flow_mapping)
 _Representer.add_representer(FlowList, _Representer.flow_list)
+_Representer.add_representer(Quoted, _Representer.quoted)
 
 
 def dump(data: dict[str, Any], *, short_in_flow: bool = False) -> str:

@@ -1,1 +1,29 @@
 """Runs in wall time: nodes that exchange messages, and what carries these (paper, Figure 5)."""
+
+from scbm.realtime.bus import Bus, BusError
+from scbm.realtime.cell import Seat, new_status
+from scbm.realtime.children import Children
+from scbm.realtime.controller import ControllerNode
+from scbm.realtime.resources import ResourcesNode
+from scbm.realtime.serving import Node, serve
+from scbm.realtime.session import LoopbackCell, RemoteCell, Session
+from scbm.realtime.tester import LostError, NodeRun, NotReadyError, TesterNode
+
+__all__ = [
+    "Bus",
+    "BusError",
+    "Children",
+    "ControllerNode",
+    "LoopbackCell",
+    "LostError",
+    "Node",
+    "NodeRun",
+    "NotReadyError",
+    "RemoteCell",
+    "ResourcesNode",
+    "Seat",
+    "Session",
+    "TesterNode",
+    "new_status",
+    "serve",
+]

@@ -7,22 +7,37 @@ All that is called back is called on the event loop that the bus was opened on, 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Protocol
+
+from scbm.model import SET_BOOL, TRIGGER, FieldType, MessageType, Scalar, ServiceType
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-Scalar: TypeAlias = bool | int | float | str
+__all__ = [
+    "ONLY_BEST_EFFORT",
+    "SET_BOOL",
+    "TRIGGER",
+    "Answered",
+    "Bus",
+    "BusError",
+    "Client",
+    "FieldType",
+    "MessageType",
+    "Publisher",
+    "Received",
+    "Scalar",
+    "Service",
+    "ServiceType",
+    "Subscription",
+    "Topic",
+]
 
 
-class MessageType(StrEnum):
-    """The types of topics: one field, `data`."""
-
-    STRING = "std_msgs/msg/String"
-    BOOL = "std_msgs/msg/Bool"
-    INT64 = "std_msgs/msg/Int64"
-    FLOAT64 = "std_msgs/msg/Float64"
+ONLY_BEST_EFFORT = (
+    "its reliability is best effort, and we ask for reliable; a measured topic can say `best_effort: true`"
+)
+"""Why a publication is not matched, and what can be written."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,47 +48,14 @@ class Topic:
         name: as ROS 2 writes it, from the root: `/scanner/request`.
         type: what its messages carry.
         is_latched: whether each publisher's last message reaches those that come later (transient local).
+        is_best_effort: whether a message that is lost on its way is lost. A subscription that asks for this hears
+            publishers of both kinds, and may lose messages of either; one that does not hears none that offer this.
     """
 
     name: str
     type: MessageType = MessageType.STRING
     is_latched: bool = False
-
-
-class FieldType(StrEnum):
-    """The types of the fields of services."""
-
-    BOOL = "bool"
-    INT8 = "int8"
-    INT16 = "int16"
-    INT32 = "int32"
-    INT64 = "int64"
-    UINT8 = "uint8"
-    UINT16 = "uint16"
-    UINT32 = "uint32"
-    UINT64 = "uint64"
-    FLOAT32 = "float32"
-    FLOAT64 = "float64"
-    STRING = "string"
-
-
-@dataclass(frozen=True, slots=True)
-class ServiceType:
-    """A type of services, with scalar fields.
-
-    Attributes:
-        name: as ROS 2 writes it: `std_srvs/srv/Trigger`.
-        request, response: the fields in their order.
-    """
-
-    name: str
-    request: tuple[tuple[str, FieldType], ...] = ()
-    response: tuple[tuple[str, FieldType], ...] = ()
-
-
-_RESULT = (("success", FieldType.BOOL), ("message", FieldType.STRING))
-TRIGGER = ServiceType("std_srvs/srv/Trigger", (), _RESULT)
-SET_BOOL = ServiceType("std_srvs/srv/SetBool", (("data", FieldType.BOOL),), _RESULT)
+    is_best_effort: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +97,7 @@ class Answered:
 
 
 class Publisher(Protocol):
-    """Publishes on one topic; nothing is lost between it and those that are matched."""
+    """Publishes on one topic; nothing is lost between it and those that are matched, unless that is best effort."""
 
     @property
     def peers(self) -> int:
@@ -198,9 +180,10 @@ class Bus(Protocol):
 
 
 class BusError(Exception):
-    """A middleware cannot be used: a sentence that says why, and a remedy if one is known."""
+    """A middleware cannot be used: a sentence that says why, a remedy if one is known, and which middleware it is."""
 
-    def __init__(self, message: str, remedy: str | None = None) -> None:
+    def __init__(self, message: str, remedy: str | None = None, where: str = "DDS") -> None:
         super().__init__(message)
         self.message = message
         self.remedy = remedy
+        self.where = where

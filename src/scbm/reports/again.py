@@ -13,13 +13,15 @@ if TYPE_CHECKING:
 
 
 def again(stored: StoredCase, model_file: str) -> str:
-    """The command line, for a shell; empty for a case of an earlier version of the model, which nothing runs again.
+    """The command line, for a shell; empty for a case that nothing runs again.
+
+    That is one of an earlier version of the model, or one that was lost with a node: its run was none of a simulation.
 
     Args:
         stored: the case.
         model_file: where the model file is.
     """
-    if stored.is_earlier:
+    if not stored.is_repeatable:
         return ""
     recipe = stored.recipe
     if isinstance(recipe, Written) and recipe.is_of_test:

@@ -38,6 +38,7 @@ class Setting:
         commands: for each finding the command that shows it again.
         groups: how many cases of each sort there are, in words; if empty, written ones and random ones.
         loses_messages: whether the network of the random cases may have done so.
+        where: where the cases were run, in words; in simulation, if it is empty.
     """
 
     file: str
@@ -48,6 +49,7 @@ class Setting:
     commands: tuple[str, ...] = ()
     groups: tuple[str, ...] = ()
     loses_messages: bool = False
+    where: str = ""
 
 
 def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
@@ -56,7 +58,7 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     yield Text("Coverability report: ", style="bold").append(campaign.model.name)
     yield Text()
     yield headline(coverage.figure)
-    duration = f"{campaign.simulated_ns / 1e9:.2f} s simulated"
+    duration = f"{campaign.simulated_ns / 1e9:.2f} s {setting.where or 'simulated'}"
     yield Text(f"  Testing duration: {duration}, {_cases(campaign, setting)}")
     yield Text()
     yield from figures(coverage)

@@ -26,7 +26,8 @@ def junit_xml(history: History) -> str:
     Valid against the schema of Jenkins' xUnit plugin. That allows several failures of one test, but Jenkins and GitLab
     show only one, so it tells of all.
     """
-    counts = {"tests": str(len(history.cases)), "failures": str(len(history.failed)), "errors": "0"}
+    lost = sum(case.is_lost for case in history.cases)
+    counts = {"tests": str(len(history.cases)), "failures": str(len(history.failed) - lost), "errors": str(lost)}
     time = _seconds(history.simulated_ns)
     root = Element("testsuites", {"name": "scbm", "time": time, **counts})
     suite = SubElement(root, "testsuite", {"name": history.model.name, "time": time, **counts, "skipped": "0"})
@@ -60,7 +61,8 @@ def _add_case(suite: Element, label: str, case: StoredCase, history: History) ->
         return
     first, *others = case.verdict.failures
     more = f" (and {counted(len(others), 'more failure')})" if others else ""
-    failure = SubElement(test, "failure", {"type": first.kind.value, "message": f"{first}{more}"})
+    tag = "error" if case.is_lost else "failure"  # that a test was not carried out is another thing to JUnit
+    failure = SubElement(test, tag, {"type": first.kind.value, "message": f"{first}{more}"})
     failure.text = "\n".join(_told(case, portable(history.source.path)))
 
 

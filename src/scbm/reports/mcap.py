@@ -301,8 +301,8 @@ def _told(record: Record) -> tuple[str, Json] | None:  # noqa: PLR0911 - one for
 
 
 def _judged(model: BehaviorModel, execution: Execution) -> Iterator[Message]:
-    """Each requirement: kept at first, and violated when it is."""
-    for requirement in (*model.requirements, *execution.case.requirements):
+    """Each requirement: kept at first, and violated when it is; of a run that was lost nobody knows."""
+    for requirement in (*model.requirements, *execution.case.requirements) if execution.trace.records else ():
         kept: Json = {"state": "kept", "reason": "", "values": {}}
         yield Message(f"/requirements/{requirement.name}", 0, 0, kept)
     for each in execution.violations:
@@ -320,7 +320,8 @@ def _logged(model: BehaviorModel, execution: Execution) -> Iterator[Message]:
         begin = end
     for failure in execution.verdict.failures:
         told = {"message": f"FAILED  {failure}", "level": _ERROR}
-        yield Message("/events", at_ns, end - 1, _log_of(execution, at_ns, end - 1) | told)
+        last = max(0, end - 1)  # a run that was lost has no records
+        yield Message("/events", at_ns, last, _log_of(execution, at_ns, last) | told)
 
 
 def _log(execution: Execution, line: Text, at_ns: int, record: int) -> Json:

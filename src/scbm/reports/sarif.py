@@ -38,6 +38,7 @@ _RULES = {
         "A goal was not reached",
         "A goal was not reached in a run in which nothing was made to go wrong.",
     ),
+    FailureKind.LOST: ("A run was not finished", "A node was lost meanwhile, which says nothing of the model."),
 }
 """For each kind of failure a title and a sentence."""
 

@@ -77,6 +77,7 @@ def _failed(history: History) -> Iterator[Text]:
         yield Text(f"  {label}")
         for failure in case.verdict.failures:
             yield Text(f"    {failure}", style="red")
-        yield Text("    again: ").append(again(case, history.source.path), style="cyan")
+        if case.is_repeatable:
+            yield Text("    again: ").append(again(case, history.source.path), style="cyan")
     if len(labels) > _MOST_FAILED:
         yield Text(f"  and {counted(len(labels) - _MOST_FAILED, 'more')}", style="dim")

@@ -56,7 +56,7 @@ def timeline(model: BehaviorModel, execution: Execution, *, every: bool) -> Iter
     yield from stretch(model, execution, 0, len(execution.trace.records), every=every)
     bars = list(_bars(execution))
     yield from [Text(), *bars] if bars else []
-    if execution.verdict.failures or execution.unused:
+    if execution.trace.records and (execution.verdict.failures or execution.unused):
         yield Text()
     for unused in execution.unused:
         yield Text("NO EFFECT  ", style="bold yellow").append(unused)

@@ -71,6 +71,11 @@ class Choices:
         self._all_at_once = self._links.are_plain and not forced and not network.partitions
 
     @property
+    def is_plain(self) -> bool:
+        """Whether every message arrives at once, and only once."""
+        return self._all_at_once
+
+    @property
     def taken(self) -> tuple[Reaction, ...]:
         """What was decided so far, request by request."""
         return tuple(self._taken)

@@ -87,7 +87,7 @@ class Simulator:
         Raises:
             TooLongError: that many have.
         """
-        runner = Runner(self.program, case.initial, self._options(case.limits))
+        runner = Runner(self.program, case.initial, self.options_for(case.limits))
         run = _Run(self, runner, choices)
         for injection in case.injections:
             run.schedule(0, InjectionGiven(injection))
@@ -95,7 +95,7 @@ class Simulator:
         run.plan_restarts(case.network.restarts)
         return run.finish(most_records)
 
-    def _options(self, limits: Limits) -> RunnerOptions:
+    def options_for(self, limits: Limits) -> RunnerOptions:
         """The limits of a case; where it has none, those of the simulator."""
         options = self.options
         if limits.time_ns is not None:

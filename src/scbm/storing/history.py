@@ -10,7 +10,7 @@ from json import dumps
 from typing import TYPE_CHECKING, TypeAlias
 
 from scbm.coverage import Coverage, Obligations
-from scbm.notation import write_model
+from scbm.trace import End
 
 if TYPE_CHECKING:
     from scbm.coverage import Obligation
@@ -135,6 +135,16 @@ class StoredCase:
     visited: int
     is_earlier: bool = False
 
+    @property
+    def is_lost(self) -> bool:
+        """Whether its run was not finished, as a node was lost. What is not finished is in no store on disk."""
+        return self.verdict.end is End.LOST
+
+    @property
+    def is_repeatable(self) -> bool:
+        """Whether it can be run again, and that shows its run."""
+        return not (self.is_earlier or self.is_lost)
+
 
 @dataclass(frozen=True)
 class History:
@@ -192,11 +202,6 @@ class History:
 def sayable(text: str) -> str:
     """A text as a store can keep it: bytes of a path that are no UTF-8 are written out, as Python does."""
     return text.encode(errors="backslashreplace").decode()
-
-
-def digest_of(model: BehaviorModel) -> str:
-    """What tells models apart: the SHA-256 of all that the model says, but for comments and layout."""
-    return sha256(write_model(model).encode()).hexdigest()
 
 
 def key_of(recipe: Recipe, model_digest: str) -> bytes:

@@ -28,8 +28,8 @@ class Replays:
         self._requirements: dict[str, Requirement] = {}
 
     def execute(self, stored: StoredCase) -> Execution | None:
-        """The run of a case; `None` for a case of an earlier version of the model."""
-        return None if stored.is_earlier else self._tester.execute(self.case(stored))
+        """The run of a case; `None` for a case of an earlier version of the model, or one that was lost with a node."""
+        return self._tester.execute(self.case(stored)) if stored.is_repeatable else None
 
     def recorded(self, stored: StoredCase) -> Case:
         """A case that can be run again, with nothing left to chance: a written one as it is, a drawn one closed."""

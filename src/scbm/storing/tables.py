@@ -9,8 +9,8 @@ from hashlib import sha256
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from scbm.coverage import Obligations
-from scbm.notation import write_model
-from scbm.storing.history import Drawn, Recipe, Run, Source, Written, digest_of
+from scbm.notation import digest_of, write_model
+from scbm.storing.history import Drawn, Recipe, Run, Source, Written
 from scbm.testing import Failure, FailureKind, Verdict
 from scbm.trace import End
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from scbm.coverage import Obligations
 from scbm.errors import Slug
+from scbm.notation import digest_of
 from scbm.storing.database import (
     has_tables,
     make_tables,
@@ -17,8 +18,9 @@ from scbm.storing.database import (
     understood,
 )
 from scbm.storing.edits import difference
-from scbm.storing.history import digest_of, key_of
+from scbm.storing.history import key_of
 from scbm.storing.tables import CaseRow, ModelRow, Tables
+from scbm.trace import End
 
 if TYPE_CHECKING:
     import sqlite3
@@ -55,6 +57,7 @@ class StoreWriter:
 
     Attributes:
         before: the last run that was finished before this one began, as it was then; `None` if there was none.
+        lost: how many cases were not added, as their runs were not finished.
     """
 
     def __init__(self, connection: sqlite3.Connection, path: Path, model: BehaviorModel, run: Run) -> None:
@@ -67,6 +70,7 @@ class StoreWriter:
         self._tables = Tables(connection)
         self._ids: tuple[int, int] | None = None
         self._is_whole = True
+        self.lost = 0
         with told(path), understood(path):
             self.before = self._last_finished() if has_tables(connection, path) else None
 
@@ -81,6 +85,8 @@ class StoreWriter:
     def add(self, position: int, recipe: Recipe, result: CaseResult) -> None:
         """Adds a case that has been run, or unites it with what is known of it.
 
+        One whose run was not finished is not added, and then the run of all of them is not finished either.
+
         Args:
             position: its place in the run, from 1.
             recipe: what decides it.
@@ -89,6 +95,9 @@ class StoreWriter:
         Raises:
             InputError: the store cannot be written any more.
         """
+        if result.verdict.end is End.LOST:
+            self.lost += 1
+            return
         self._is_whole = False
         if result.ended_ns > _MOST_NS:
             message = f"the run of `{result.case.name}` takes more than 292 years, which a store cannot hold"
@@ -118,7 +127,7 @@ class StoreWriter:
 
     def finish(self) -> None:
         """Notes that the run came to its end, if it has cases and all of them were added."""
-        if self._ids is not None and self._is_whole:
+        if self._ids is not None and self._is_whole and not self.lost:
             with told(self._path), transaction(self._connection):
                 self._tables.finish_run(self._ids[1])
 

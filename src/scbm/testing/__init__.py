@@ -4,6 +4,7 @@ Paper, Section VI; semantics 7.
 """
 
 from scbm.testing.campaign import Campaign, CaseResult
+from scbm.testing.chance import reaction_stream
 from scbm.testing.choices import Choice
 from scbm.testing.faults import draw_network
 from scbm.testing.findings import MOST_SHRUNK, Finding, find_causes
@@ -43,5 +44,6 @@ __all__ = [
     "find_violations",
     "judge",
     "load_suite",
+    "reaction_stream",
     "save_cases",
 ]

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scbm.testing.shrinking import Shrinker
+from scbm.testing.verdicts import FailureKind
 
 if TYPE_CHECKING:
     from scbm.testing.campaign import Campaign, CaseResult
@@ -61,7 +62,7 @@ def _grouped(campaign: Campaign) -> list[Finding]:
     for result in campaign.failed:
         expected = []
         for failure in result.verdict.failures:
-            if Shrinker.can_shrink(failure):
+            if failure.kind is not FailureKind.EXPECTATION:
                 _add(findings, failure, result)
             else:
                 expected.append(failure)

@@ -70,8 +70,11 @@ class Shrinker:
 
     @staticmethod
     def can_shrink(failure: Failure) -> bool:
-        """Whether a smaller case can fail for the same reason; what a case expects belongs to that case alone."""
-        return failure.kind is not FailureKind.EXPECTATION
+        """Whether a smaller case can fail for the same reason.
+
+        What a case expects belongs to that case alone, and that a node was lost has nothing to do with the case.
+        """
+        return failure.kind not in (FailureKind.EXPECTATION, FailureKind.LOST)
 
     def shrink(self, execution: Execution, failure: Failure, name: str | None = None) -> Shrunk:
         """The smallest case found that fails as `execution` did.

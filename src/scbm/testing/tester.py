@@ -1,4 +1,4 @@
-"""Runs cases of one model in simulation, judges them, and measures what they visit."""
+"""Runs cases of one model in simulation, judges runs of any origin, and measures what they visit."""
 
 from __future__ import annotations
 
@@ -13,32 +13,35 @@ from scbm.testing.campaign import CaseResult
 from scbm.testing.chance import message_stream, reaction_stream
 from scbm.testing.requirements import find_violations
 from scbm.testing.unused import find_unused
-from scbm.testing.verdicts import Outcomes, Verdict, judge
+from scbm.testing.verdicts import Outcomes, Verdict, judge, lost
 from scbm.trace import Trace, write_trace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.cases import Case, Reaction
     from scbm.model import BehaviorModel
     from scbm.planning import PlanLimits
+    from scbm.realtime.event_log import EventLog
     from scbm.running import RunnerOptions
+    from scbm.simulating import Simulated
     from scbm.testing.requirements import Violation
 
 
 @dataclass(frozen=True, slots=True)
 class Execution:
-    """A case that was run.
+    """A case that was run, or that was lost: then its trace is empty.
 
     Attributes:
         case: the case as it was given.
         reactions: what happened to its requests, in order.
         trace: what happened.
         verdict: what that means.
-        ended_ns: how long the run took, in simulated time.
+        ended_ns: how long the run took, in time of the run.
         violations: the first violation of each requirement that was broken.
         visited: the obligations that it visited, as bits.
         unused: what the case says and nothing came of, one sentence each.
+        log: of a real run what happened to the runner; the case alone does not give that run again.
     """
 
     case: Case
@@ -49,6 +52,7 @@ class Execution:
     violations: tuple[Violation, ...]
     visited: int
     unused: tuple[str, ...] = ()
+    log: EventLog | None = None
 
     @property
     def result(self) -> CaseResult:
@@ -82,7 +86,7 @@ class Execution:
 
 
 class Tester:
-    """Runs cases of one model in simulation."""
+    """Runs cases of one model in simulation, and judges them; also those that were run elsewhere, or lost."""
 
     __test__ = False  # its name looks to pytest like that of a class of tests
 
@@ -104,17 +108,44 @@ class Tester:
             TooLongError: more happens than `most_records`.
             ValueError: the network of the case is a matter of chance, and the case has no origin.
         """
-        choices = self._choices(case)
+        choices = self.choices_of(case)
         run = self._simulator.run(case, choices, most_records)
+        return self.judged(case, run, choices.taken)
+
+    def judged(
+        self, case: Case, run: Simulated, reactions: Sequence[Reaction], log: EventLog | None = None
+    ) -> Execution:
+        """The verdict on a run, wherever it took place, and what it visited.
+
+        Args:
+            case: what was run.
+            run: what came of it.
+            reactions: what happened to its requests, in order.
+            log: of a real run what happened to the runner.
+        """
         violations = find_violations((*self.model.requirements, *case.requirements), run.records)
         visited = visited_by(run.records, self.obligations)
         names = self.obligations.names(visited) if case.expect.visits else ()
-        verdict = judge(case, Outcomes(run.end, run.records, choices.taken, violations, names))
+        verdict = judge(case, Outcomes(run.end, run.records, reactions, violations, names))
         trace = Trace(self.model.name, case.name, run.records)
         unused = find_unused(case, run.records)
-        return Execution(case, choices.taken, trace, verdict, run.ended_ns, violations, visited, unused)
+        return Execution(case, tuple(reactions), trace, verdict, run.ended_ns, violations, visited, unused, log)
 
-    def _choices(self, case: Case) -> Choices:
+    def lost(self, case: Case, why: str) -> Execution:
+        """A case whose run was not finished, as a node was lost: it failed, and nothing is known of what it visited.
+
+        Args:
+            case: what was run.
+            why: a clause, such as `the controller was lost`.
+        """
+        return Execution(case, (), Trace(self.model.name, case.name, ()), lost(why), 0, (), 0)
+
+    def options_of(self, case: Case) -> RunnerOptions:
+        """The options of the runner for a case."""
+        return self._simulator.options_for(case.limits)
+
+    def choices_of(self, case: Case) -> Choices:
+        """What decides about the requests of a case; made anew for every run."""
         if case.origin is None:
             return Choices(self._plain, case.outcomes, case.network)
         messages = message_stream(case.origin) if case.network.draws else None

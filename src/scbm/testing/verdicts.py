@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from scbm.model import Outcome
 from scbm.running import describe_cycle
 from scbm.testing.expectations import find_unmet
-from scbm.trace import End, RunEnded
+from scbm.trace import End, ResourceChanged, RunEnded
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -27,6 +27,7 @@ class FailureKind(StrEnum):
     LIVELOCK = "livelock"
     MODEL_ERROR = "model_error"
     NOT_REACHED = "not_reached"
+    LOST = "lost"
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +89,11 @@ class Outcomes:
     visited: Sequence[str]
 
 
+def lost(why: str) -> Verdict:
+    """The verdict on a case whose run was not finished; `why` is a clause."""
+    return Verdict(End.LOST, (Failure(FailureKind.LOST, End.LOST.value, f"the run was not finished: {why}"),))
+
+
 def judge(case: Case, run: Outcomes) -> Verdict:
     """The verdict on a run: what it ended in, what went wrong, and whether anything was made to go wrong."""
     return Verdict(run.end, tuple(_failures(case, run)))
@@ -102,23 +108,26 @@ def _failures(case: Case, run: Outcomes) -> Iterator[Failure]:
         return  # how it ends is expected, or complained of already
     if run.end in (End.LIVELOCK, End.MODEL_ERROR):
         yield Failure(FailureKind(run.end.value), run.end.value, _described(run.end, run.records))
-    elif run.end is not End.REACHED and not _disturbed(case, run.reactions):
+    elif run.end is not End.REACHED and not _disturbed(case, run):
         ended = run.end.replace("_", " ")
         message = f"the goal was not reached ({ended}), and nothing was made to go wrong"
         yield Failure(FailureKind.NOT_REACHED, run.end.value, message)
 
 
-def _disturbed(case: Case, reactions: Sequence[Reaction]) -> bool:
+def _disturbed(case: Case, run: Outcomes) -> bool:
     """Whether anything was made to go wrong: an injection, a fault of the network, a failure, a missing reply.
 
-    That a message or a reaction takes its time is no fault.
+    In a real run a resource may be lost and come back, though the case does not say so. That a message or a reaction
+    takes its time is no fault.
     """
     if case.injections or case.network.partitions or case.network.restarts:
+        return True
+    if any(isinstance(record, ResourceChanged) and record.injection == "network" for record in run.records):
         return True
     return any(
         reaction.outcome is not Outcome.SUCCEED
         or any(d is not None and len(d) != 1 for d in (reaction.request, reaction.reply, reaction.cancel))
-        for reaction in reactions
+        for reaction in run.reactions
     )
 
 

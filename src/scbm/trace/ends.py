@@ -8,7 +8,10 @@ from scbm.model import PlanState
 
 
 class End(StrEnum):
-    """The end of a run. A planner that gave up is not an unsolvable problem, so it has an end of its own."""
+    """The end of a run. A planner that gave up is not an unsolvable problem, so it has an end of its own.
+
+    A run that was `lost` with a node came to none of the others, and has no trace: who tests says so, no runner.
+    """
 
     REACHED = "reached"
     UNSOLVABLE = "unsolvable"
@@ -18,6 +21,7 @@ class End(StrEnum):
     PLANNER_LIMIT = "planner_limit"
     LIVELOCK = "livelock"
     MODEL_ERROR = "model_error"
+    LOST = "lost"
 
     @property
     def plan_state(self) -> PlanState:

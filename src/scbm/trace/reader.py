@@ -16,7 +16,7 @@ _CLASSES: dict[str, Any] = {record.kind: record for record in get_args(Record)}
 
 def read_trace(text: str, file: str = "trace") -> Trace:
     """The trace that was written as `text`. Raises `InputError`, located by line."""
-    lines = text.splitlines()
+    lines = text.removesuffix("\n").split("\n")  # only these: a text within may have other ends of lines in it
     header = _object(lines[0] if lines else "", Place(file, 1))
     if header.get("format") != "scbm-trace":
         raise _bad("this is not a trace of scbm", Place(file, 1))

@@ -13,6 +13,7 @@ import pytest
 from scbm.errors import InputError, Slug
 from scbm.model import format_duration, format_value
 from scbm.notation import load_model, read_model
+from scbm.notation.binding_writer import written_binding
 from scbm.notation.files import MOST_BYTES
 from scbm.notation.report import MOST_ERRORS
 
@@ -162,6 +163,8 @@ def facts_of_resource(resource: Resource) -> Iterator[str]:
     yield f"{latency.shape} {' '.join(format_duration(point_ns) for point_ns in latency.points_ns)}"
     yield from (f"{outcome} {probability}" for outcome, probability in resource.simulation.outcomes)
     yield from (f"{name} from {values(drawn)}" for name, drawn in resource.simulation.measured)
+    if resource.binding is not None:
+        yield f"real {written_binding(resource.binding)}"
 
 
 def facts_of_operation(operation: Operation) -> Iterator[str]:

@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Protocol
 
 from scbm.reports.again import again
+from scbm.reports.stored import stored_report
 from scbm.storing import Drawn, StoredCase, Written
-from support.histories import EXAMPLE, history_of
+from support.histories import EXAMPLE, history_of, with_lost_cases
 
 MODEL = "examples/robot_in_the_air/before.yaml"
 CASE = "case: scans\ngoal: item_a_scanned\ninitial: {robot_at: toolbox_scanner}\n"
@@ -74,3 +75,11 @@ def test_nothing_runs_a_case_of_an_earlier_model_again() -> None:
 def test_a_case_that_a_test_says_is_run_again_by_that_test() -> None:
     stored = replace(history_of(EXAMPLE / "before.yaml", 1).cases[0], recipe=Written(CASE, "tests/test_cell.py"))
     assert again(stored, MODEL) == "pytest tests/test_cell.py"
+
+
+def test_nothing_shows_a_lost_case_again() -> None:
+    history = with_lost_cases(history_of(EXAMPLE / "before.yaml", 2), 1)
+    assert [bool(again(case, MODEL)) for case in history.cases] == [False, True]
+    shown = [str(line) for line in stored_report(history, "cov.db")]
+    assert "    the run was not finished: the controller was lost" in shown
+    assert not any("again:" in line for line in shown)

@@ -10,7 +10,7 @@ from scbm.coverage.cover import Cover
 from scbm.reports.history_json import history_json, smallest_json
 from scbm.storing import Drawn
 from scbm.testing.json_report import coverage_json
-from support.histories import EXAMPLE, history_of
+from support.histories import EXAMPLE, history_of, with_lost_cases
 
 CASES = sorted((EXAMPLE / "cases").glob("*.yaml"))
 FAILS = Path(__file__).parents[2] / "models/fails_at_run"
@@ -96,3 +96,11 @@ def test_each_case_names_the_run_that_had_it_last() -> None:
     told = history_json(replace(history, runs=(first, replace(first, id="2")), cases=cases))
     assert [run["id"] for run in told["runs"]] == [first.id, "2"]
     assert [case["run"] for case in told["cases"]] == [first.id, "2", "2"]
+
+
+def test_a_lost_case_failed_and_no_command_shows_it_again() -> None:
+    told = history_json(with_lost_cases(history_of(EXAMPLE / "after.yaml", 2), 1))
+    lost, other = told["cases"]
+    assert (lost["verdict"], lost["passed"], lost["again"], lost["visited"]) == ("lost", False, None, [])
+    assert [failure["kind"] for failure in lost["failures"]] == ["lost"]
+    assert other["again"]

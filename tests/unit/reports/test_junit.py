@@ -6,14 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from junitparser import JUnitXml, TestCase, TestSuite
+from junitparser import Error, JUnitXml, TestCase, TestSuite
 from lxml import etree
 
 from scbm.reports.junit import junit_xml
 from scbm.storing import History
 from scbm.testing import Failure, FailureKind, Verdict
 from scbm.trace import End
-from support.histories import EXAMPLE, history_of
+from support.histories import EXAMPLE, history_of, with_lost_cases
 
 TESTS = Path(__file__).parents[2]
 FAILS = TESTS / "models/fails_at_run"
@@ -109,3 +109,16 @@ def test_of_several_runs_the_last_is_told() -> None:
     assert suite.timestamp == "2026-11-22T13:14:15"
     read_properties = suite.properties()  # type: ignore[no-untyped-call] # the library says no type of it
     assert [each.value for each in read_properties if each.name == "command"] == ["scbm test later.yaml"]
+
+
+def test_a_case_that_was_lost_is_an_error_as_it_was_not_carried_out() -> None:
+    history = with_lost_cases(history_of(EXAMPLE / "before.yaml", 4), 2)
+    suite, cases = read(history)
+    assert (suite.tests, suite.failures, suite.errors) == (4, 0, 2)
+    for case in cases[:2]:
+        (error,) = case.result
+        assert isinstance(error, Error)
+        assert (error.type, error.message) == ("lost", "the run was not finished: the controller was lost")
+        assert "ended: lost after 0.000 s simulated" in error.text
+        assert "again:" not in error.text
+    assert all(case.is_passed for case in cases[2:])

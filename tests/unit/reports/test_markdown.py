@@ -16,7 +16,7 @@ from scbm.reports.reasons import Missed
 from scbm.storing import History, Source
 from scbm.testing import Failure, FailureKind, Verdict
 from scbm.trace import End
-from support.histories import EXAMPLE, history_of
+from support.histories import EXAMPLE, history_of, with_lost_cases
 
 FAILS = Path(__file__).parents[2] / "models/fails_at_run"
 RENDERER = MarkdownIt("commonmark", {"html": True}).enable("table")
@@ -154,3 +154,11 @@ def test_nothing_to_measure_and_no_cases() -> None:
     page = rendered(markdown(history))
     assert texts(page, "//h2") == ["⚪ SCBM-IAS of m: not measurable"]
     assert texts(page, "//p") == ["0 of 0 obligations visited", "no cases; 0.00 s simulated"]
+
+
+def test_lost_cases_are_told_without_a_command() -> None:
+    text = markdown(with_lost_cases(history_of(EXAMPLE / "before.yaml", 3), 2))
+    assert "**2 failed**; 3 cases: 2 lost, 1 " in text
+    (row,) = [line for line in text.splitlines() if line.startswith("| **lost**")]
+    assert row.startswith("| **lost**: the run was not finished: the controller was lost | ")
+    assert row.endswith(" |  |")

@@ -14,7 +14,7 @@ from scbm.reports.sarif import sarif_log
 from scbm.storing import Drawn, History, Source, Written
 from scbm.testing import Failure, FailureKind, Verdict
 from scbm.trace import End
-from support.histories import EXAMPLE, history_of
+from support.histories import EXAMPLE, history_of, with_lost_cases
 
 TESTS = Path(__file__).parents[2]
 FAILS = TESTS / "models/fails_at_run"
@@ -215,3 +215,11 @@ def test_as_many_cases_are_counted_as_are_not_named(cases: int, more: str) -> No
     history = failing(Failure(FailureKind.LIVELOCK, "round", "goes round"), cases=cases)
     (result,) = run_of(history)["results"]
     assert result["message"]["text"].splitlines()[1] == f"in {', '.join(history.labels[:3])}{more}"
+
+
+def test_lost_cases_are_one_result_that_no_command_shows_again() -> None:
+    run = run_of(with_lost_cases(history_of(EXAMPLE / "before.yaml", 3), 2))
+    (result,) = run["results"]
+    assert (result["ruleId"], result["properties"]["cases"]) == ("lost", ["seed-1-case-1", "seed-1-case-2"])
+    assert run["tool"]["driver"]["rules"][result["ruleIndex"]]["id"] == "lost"
+    assert "again" not in result["message"]["text"]

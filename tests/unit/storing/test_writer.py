@@ -24,7 +24,7 @@ from scbm.storing import (
     write_store,
     written_recipe,
 )
-from scbm.testing import CaseResult, Verdict
+from scbm.testing import CaseResult, Tester, Verdict
 from scbm.trace import End
 from support.stores import a_run, cell, results, store
 
@@ -313,3 +313,25 @@ def test_one_text_of_a_model_under_two_paths_is_two_sources(path: Path) -> None:
     with sqlite3.connect(path) as connection:
         assert connection.execute("SELECT count(*) FROM source").fetchone() == (2,)
     connection.close()
+
+
+def test_a_case_that_was_lost_is_not_added_and_its_run_is_not_finished(path: Path) -> None:
+    (first, second, third) = results(1, 3)
+    lost = Tester(cell()).lost(second[1].case, "the controller was lost").result
+    with write_store(path, cell(), a_run(1, cell())) as writer:
+        for position, (recipe, result) in enumerate([first, (second[0], lost), third], start=1):
+            writer.add(position, recipe, result)
+        assert writer.lost == 1
+        assert writer.totals()[0] == 2
+    history = read_history(path)
+    assert [case.recipe for case in history.cases] == [first[0], third[0]]
+    (run,) = history.runs
+    assert (run.cases, run.failed, run.is_finished) == (2, 0, False)
+
+
+def test_a_run_of_nothing_but_lost_cases_makes_no_store_of_cases(path: Path) -> None:
+    ((recipe, result),) = results(1, 1)
+    lost = Tester(cell()).lost(result.case, "the controller was lost").result
+    with write_store(path, cell(), a_run(1, cell())) as writer:
+        writer.add(1, recipe, lost)
+        assert writer.totals()[0] == 0

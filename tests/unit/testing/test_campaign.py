@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 
 import pytest
 
 from scbm.cases import Recorded
 from scbm.notation import load_model
-from scbm.testing import Campaign, RandomCases, Tester, campaign_json
+from scbm.reports import Setting, coverage_report, timeline, told_failures
+from scbm.reports.mcap import write_mcap
+from scbm.reports.perfetto import write_perfetto
+from scbm.testing import Campaign, FailureKind, RandomCases, Shrinker, Tester, campaign_json, find_causes
 from scbm.trace import write_trace
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
@@ -41,3 +45,61 @@ def test_two_halves_add_up_to_the_whole() -> None:
     halves = Campaign.of(model, results[:10]).coverage + Campaign.of(model, results[10:]).coverage
     assert halves == whole.coverage
     assert campaign_json(whole, 1, (), ())["coverage"]["visited"] == halves.figure.visited
+
+
+def test_cases_that_were_lost_count_as_failed_and_are_one_finding() -> None:
+    model = load_model(EXAMPLE / "before.yaml")
+    tester = Tester(model)
+    one, two, three, four = RandomCases(model).first(4, seed=1)
+    done = [
+        tester.execute(one),
+        tester.lost(two, "the controller was lost"),
+        tester.lost(three, "no node of resources is there"),
+        tester.execute(four),
+    ]
+    campaign = Campaign.of(model, [execution.result for execution in done])
+    without = Campaign.of(model, [done[0].result, done[3].result])
+    assert [result.case for result in campaign.failed] == [two, three]
+    assert campaign.coverage.visited == without.coverage.visited
+    (finding,) = find_causes(tester, campaign)
+    assert [result.case for result in finding.results] == [two, three]
+    assert (finding.failure.kind, finding.shrunk) == (FailureKind.LOST, None)
+
+
+def test_a_lost_case_is_shown_by_every_report_of_a_campaign() -> None:
+    model = load_model(EXAMPLE / "before.yaml")
+    tester = Tester(model)
+    one, two = RandomCases(model).first(2, seed=1)
+    campaign = Campaign.of(model, [tester.execute(one).result, tester.lost(two, "the controller was lost").result])
+    findings = find_causes(tester, campaign)
+    told = campaign_json(campaign, 1, findings, ("scbm test …",))
+    assert told["passed"] is False
+    lost = told["cases"][1]
+    assert (lost["verdict"], lost["passed"], lost["requests"], lost["visited"]) == ("lost", False, 0, [])
+    assert lost["failures"] == ["the run was not finished: the controller was lost"]
+    (finding,) = told["findings"]
+    assert (finding["kind"], finding["again"], finding["smallest"]) == ("lost", "scbm test …", None)
+    setting = Setting("cell.yaml", 1, 2, findings=findings, commands=("scbm test …",))
+    report = "\n".join(str(line) for line in coverage_report(campaign, setting))
+    assert "1 lost" in report
+    assert "    the run was not finished: the controller was lost\n    again: scbm test …" in report
+    assert "smallest" not in report
+
+
+def test_a_lost_case_cannot_be_shrunk() -> None:
+    model = load_model(EXAMPLE / "before.yaml")
+    lost = Tester(model).lost(RandomCases(model).case(1, 1), "the controller was lost")
+    with pytest.raises(ValueError, match="cannot be shrunk"):
+        Shrinker(Tester(model)).shrink(lost, lost.verdict.failures[0])
+
+
+def test_a_lost_case_is_drawn_as_a_run_in_which_nothing_happened() -> None:
+    model = load_model(EXAMPLE / "before.yaml")
+    lost = Tester(model).lost(RandomCases(model).case(1, 1), "the controller was lost")
+    told = "FAILED  the run was not finished: the controller was lost"
+    assert [str(line) for line in timeline(model, lost, every=False)] == [told]
+    assert [str(line) for line in told_failures(model, lost)] == ["the run was not finished: the controller was lost"]
+    for write in (write_perfetto, write_mcap):
+        stream = BytesIO()
+        write(model, lost, stream)
+        assert b"the run was not finished" in stream.getvalue()

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
-from scbm.cases import Case, Expectations, Forced, Injection, Network, Partition, Restart
+from scbm.cases import Case, Expectations, Forced, Injection, Network, Partition, Reaction, Restart
+from scbm.errors import InputError
 from scbm.model import Always, BehaviorModel, Constant, Equal, Outcome, Reference, Requirement
+from scbm.notation import read_case
 from scbm.running import RunnerOptions
-from scbm.testing import Execution, Tester
-from scbm.trace import End
+from scbm.simulating import Simulated
+from scbm.testing import CaseResult, Execution, FailureKind, Tester
+from scbm.trace import End, Record, ResourceChanged
 from support.models import scan_cell
 
 S = 1_000_000_000
@@ -118,3 +123,57 @@ def test_a_requirement_of_the_case_counts_like_one_of_the_model() -> None:
     case = Case("case", *model.goals[0], model.nominal_state, requirements=(requirement,))
     failures = Tester(model).execute(case).verdict.failures
     assert [(f.kind.value, f.subject) for f in failures] == [("requirement", "unscanned")]
+
+
+# runs that took place elsewhere
+
+
+def _not_reached(*records: Record, reactions: tuple[Reaction, ...] = ()) -> Execution:
+    """A run that came from somewhere, in which the goal was not reached, judged."""
+    model = scan_cell(STUCK)
+    case = Case("case", *model.goals[0], model.nominal_state)
+    tester = Tester(model, OPTIONS)
+    real = tester.execute(case).trace.records
+    return tester.judged(case, Simulated(End.TIME_LIMIT, real[-1].at_ns, (*real[:-1], *records, real[-1])), reactions)
+
+
+def test_a_run_from_elsewhere_is_judged_as_a_simulated_one() -> None:
+    model = scan_cell()
+    case = Case("case", *model.goals[0], model.nominal_state, expect=Expectations(End.REACHED))
+    tester = Tester(model)
+    simulated = tester.execute(case)
+    run = Simulated(simulated.verdict.end, simulated.ended_ns, simulated.trace.records)
+    assert tester.judged(case, run, simulated.reactions) == simulated
+    assert not tester.judged(case, replace(run, end=End.ABORTED), simulated.reactions).verdict.passed
+
+
+def test_a_goal_not_reached_when_a_resource_was_lost_is_a_verdict_and_no_failure() -> None:
+    assert [failure.kind for failure in _not_reached().verdict.failures] == [FailureKind.NOT_REACHED]
+    down = ResourceChanged(60 * S, "network", "scan", "down")
+    assert _not_reached(down).verdict.passed
+    by_an_injection = ResourceChanged(60 * S, "dead", "scan", "dead")
+    assert not _not_reached(by_an_injection).verdict.passed
+
+
+@pytest.mark.parametrize("outcome", Outcome)
+def test_a_real_resource_that_fails_or_never_answers_excuses_what_comes_of_it(outcome: Outcome) -> None:
+    done = _not_reached(reactions=(Reaction("scan", outcome, 0),))
+    assert done.verdict.passed is (outcome is not Outcome.SUCCEED)
+
+
+def test_a_case_that_was_lost_failed_and_nothing_is_known_of_it() -> None:
+    model = scan_cell()
+    case = Case("case", *model.goals[0], model.nominal_state, injections=(Injection("red", (("light", "red"),)),))
+    lost = Tester(model).lost(case, "the controller was lost")
+    (failure,) = lost.verdict.failures
+    assert (failure.kind, failure.subject) == (FailureKind.LOST, "lost")
+    assert str(failure) == "the run was not finished: the controller was lost"
+    assert (lost.verdict.end, lost.verdict.passed) == (End.LOST, False)
+    assert (lost.trace.records, lost.reactions, lost.ended_ns, lost.visited, lost.unused) == ((), (), 0, 0, ())
+    assert lost.result == CaseResult(case, 0, lost.verdict, 0, 0)
+
+
+def test_no_case_can_expect_to_be_lost() -> None:
+    text = "case: lost\ngoal: scanned\nexpect: {verdict: lost}\n"
+    with pytest.raises(InputError, match="`lost` is not a verdict"):
+        read_case(text, scan_cell())

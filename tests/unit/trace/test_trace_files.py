@@ -62,6 +62,12 @@ def test_every_kind_of_record_is_read_as_it_was_written() -> None:
     assert read_trace(write_trace(TRACE)) == TRACE
 
 
+@pytest.mark.parametrize("end", ["\u2028", "\x85", "\x0b", "\x1c"])
+def test_a_text_with_an_end_of_line_of_its_own_stays_whole(end: str) -> None:
+    trace = Trace("cell", "case", (MeasurementRefused(0, "zone", f"near{end}far"),))
+    assert read_trace(write_trace(trace)) == trace
+
+
 def test_values_keep_their_kind() -> None:
     line = json.loads(write_trace(TRACE).splitlines()[2])
     assert line["changes"] == {"light": "red", "count": 2, "done": True}

@@ -333,7 +333,8 @@
       failures.length ? h("ul", { class: "failures" }, failures.map(([, , message]) => h("li", null, message))) : "",
       facts(index),
       again ? h("p", { class: "again" }, "Again: ", command(again))
-        : h("p", { class: "notice" }, "It was run on an earlier version of the model, so it cannot be run again."),
+        : h("p", { class: "notice" }, c.ends[c.end[index]] === "lost" ? "Its run was not finished, as a node was lost."
+          : "It was run on an earlier version of the model, so it cannot be run again."),
       ...visitsOf(index),
       h("h2", null, "Timeline"), place,
       ...(text === undefined ? [] : [h("h2", null, "The case"), h("p", { class: "about" }, h("code", null, details().paths[index])), h("pre", { tabindex: "0", class: "text" }, text)]),

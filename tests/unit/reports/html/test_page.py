@@ -22,7 +22,7 @@ from scbm.reports.html import html_report
 from scbm.storing import History, Replays, StoredCase
 from scbm.testing import Execution, Failure, FailureKind, Verdict
 from scbm.trace import End
-from support.histories import EXAMPLE, history_of
+from support.histories import EXAMPLE, history_of, with_lost_cases
 
 ROOT = Path(__file__).parents[4]
 NASTY = """</script><!--<script>alert("1" & '2')</script>]]> größer \u2028 😀"""
@@ -293,3 +293,11 @@ def test_texts_have_enough_contrast_in_all_themes() -> None:
         for name, colour in theme.items():
             for background in backgrounds:
                 assert contrast(colour, background) >= 4.5, (name, colour, background)
+
+
+def test_a_lost_case_has_a_page_without_a_run() -> None:
+    history = with_lost_cases(history_of(EXAMPLE / "before.yaml", 3), 1)
+    executions = [Replays(history).execute(case) for case in history.cases]
+    assert [execution is None for execution in executions] == [True, False, False]
+    page = Page(html_report(history, Replays(history).execute))
+    assert any("the run was not finished: the controller was lost" in text for text in (*page.texts, *page.scripts))

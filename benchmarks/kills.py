@@ -1,0 +1,458 @@
+"""Kills nodes of a cell at random moments, starts them again, and looks whether anything went wrong.
+
+`kills.py [--kills N] [--seed S]`: a controller, two nodes of resources and a tester are processes in a DDS domain of
+their own. One after another of them is killed (SIGKILL), ended (SIGTERM, SIGINT) or stopped for a while (SIGSTOP), at
+moments that are drawn, while testers run random cases. Nothing may hang, no verdict may be wrong, nothing may happen
+twice.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import os
+import random
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from itertools import count
+from pathlib import Path
+from statistics import median
+from threading import Event, Thread
+from typing import IO, TYPE_CHECKING
+
+from scbm.notation import digest_of, load_model
+from scbm.realtime.cell import CellTopics
+from scbm.realtime.dds import open_dds
+from scbm.realtime.event_log import open_event_log, replay
+from scbm.running import Program
+from scbm.trace import ReplyReceived, RequestSent, Trace, write_trace
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.model import BehaviorModel
+    from scbm.realtime.bus import Received
+
+MODEL = Path(__file__).parents[1] / "examples" / "robot_in_the_air" / "after.yaml"
+DOMAIN = 230
+LOOPBACK = (
+    "<CycloneDDS><Domain Id='any'><General><Interfaces><NetworkInterface name='lo' multicast='false'/></Interfaces>"
+    "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
+    "<MaxAutoParticipantIndex>60</MaxAutoParticipantIndex><Peers><Peer Address='127.0.0.1'/></Peers></Discovery>"
+    "</Domain></CycloneDDS>"
+)
+SCALE = 20
+CASES = 10
+"""So many cases a tester has; the next one begins when it has ended."""
+
+NETWORK = "loss: 1 %, jitter: 50 ms"
+"""What every second tester does to messages: nothing that makes two of one."""
+
+CALM_S = (0.2, 3.0)
+"""Between two kills."""
+
+AWAY_S = 2.0
+"""So long a node that was killed stays away at most."""
+
+ENDS_S = 15.0
+"""So long a node may take to end when it is told to."""
+
+HANGS_S = 240.0
+"""A tester that takes so long for its cases hangs."""
+
+KINDS = (
+    *((signal.SIGKILL,) * 7),
+    signal.SIGTERM,
+    signal.SIGINT,
+    signal.SIGSTOP,
+)
+NODES = ("controller", "robot, gantry", "scanner, gripper", "tester")
+
+
+@dataclass(frozen=True)
+class Line:
+    """What a process said, and when."""
+
+    stamp_ns: int
+    text: str
+
+
+class Process:
+    """A node, and what it says."""
+
+    def __init__(self, name: str, arguments: list[str], directory: Path) -> None:
+        """Starts it."""
+        self.name = name
+        self.out: list[Line] = []
+        self.err: list[Line] = []
+        self.hits: list[tuple[int, signal.Signals]] = []
+        self.began_ns = time.monotonic_ns()
+        self.ended_ns: int | None = None
+        command = [sys.executable, "-m", "scbm", "node", *arguments, "--domain", str(DOMAIN)]
+        self.popen = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=directory
+        )
+        pairs = ((self.popen.stdout, self.out), (self.popen.stderr, self.err))
+        self._threads = [Thread(target=_read, args=pair, daemon=True) for pair in pairs]
+        for thread in self._threads:
+            thread.start()
+
+    def hit(self, kind: signal.Signals) -> None:
+        """Sends a signal, and remembers when."""
+        self.hits.append((time.monotonic_ns(), kind))
+        self.popen.send_signal(kind)
+
+    def end(self, wait_s: float) -> int | None:
+        """Waits until it has ended, and for all that it said; `None` if it hangs, and it is killed."""
+        try:
+            code: int | None = self.popen.wait(wait_s)
+        except subprocess.TimeoutExpired:
+            self.popen.kill()
+            self.popen.wait()
+            code = None
+        for thread in self._threads:
+            thread.join()
+        self.ended_ns = time.monotonic_ns()
+        return code
+
+    @property
+    def was_ended(self) -> bool:
+        """Whether it was told to end, one way or another."""
+        return any(kind is not signal.SIGSTOP for _, kind in self.hits)
+
+
+def _read(stream: IO[str], lines: list[Line]) -> None:
+    lines.extend(Line(time.monotonic_ns(), text.rstrip("\n")) for text in stream)
+
+
+@dataclass
+class Run:
+    """A run, as somebody saw it who listened."""
+
+    case: str
+    asked_ns: int
+    went_ns: int | None = None
+    ended_ns: int | None = None
+    abandoned_ns: int | None = None
+
+
+@dataclass
+class Listener:
+    """Hears what the tester and the controller say."""
+
+    model: BehaviorModel
+    runs: dict[str, Run] = field(default_factory=dict)
+    _is_there: Event = field(default_factory=Event)
+    _is_over: asyncio.Event = field(default_factory=asyncio.Event)
+
+    def start(self) -> None:
+        """Begins."""
+        self._thread = Thread(target=asyncio.run, args=(self._listen(),))
+        self._thread.start()
+        self._is_there.wait()
+
+    def stop(self) -> None:
+        """Ends."""
+        self._loop.call_soon_threadsafe(self._is_over.set)
+        self._thread.join()
+
+    async def _listen(self) -> None:
+        self._loop = asyncio.get_running_loop()
+        bus, topics = open_dds("listener", DOMAIN, print), CellTopics.of(self.model)
+        bus.subscribe(topics.case, self._hear)
+        bus.subscribe(topics.run, self._hear)
+        self._is_there.set()
+        await self._is_over.wait()
+        await bus.close()
+
+    def _hear(self, received: Received) -> None:
+        said = json.loads(str(received.data))
+        if said["kind"] == "prepare" and said["run"] not in self.runs:
+            name = said["case"].partition("case: ")[2].partition("\n")[0]
+            self.runs[said["run"]] = Run(name, received.stamp_ns)
+        run = self.runs.get(said.get("run", ""))
+        if run is not None and said["kind"] == "go":
+            run.went_ns = received.stamp_ns
+        elif run is not None and said["kind"] == "ended":
+            run.ended_ns = received.stamp_ns
+        elif run is not None and said["kind"] == "abandon":
+            run.abandoned_ns = received.stamp_ns
+
+
+class Cell:
+    """The processes, those that were killed among them."""
+
+    def __init__(self, directory: Path, chance: random.Random, seed: int) -> None:
+        """Starts all of them."""
+        self.directory = directory
+        self.chance = chance
+        self.wrong: list[str] = []
+        self.kills: Counter[tuple[str, str]] = Counter()
+        self.all: list[Process] = []
+        self._seeds = count(seed * 1000)
+        self.now = {name: self._start(name) for name in NODES}
+
+    def _start(self, name: str) -> Process:
+        model = str(MODEL)
+        if name == "tester":
+            seed = next(self._seeds)
+            network = ["--network", NETWORK] if seed % 2 else []
+            options = ["--cases", str(CASES), "--seed", str(seed), "--json", "--logs", str(self.directory / str(seed))]
+            arguments = ["tester", model, *options, *network, "--time-scale", str(SCALE), "--wait", "20 s"]
+        elif name == "controller":
+            arguments = ["controller", model]
+        else:
+            arguments = ["resources", model, *name.split(", ")]
+        self.all.append(Process(name, arguments, self.directory))
+        return self.all[-1]
+
+    def calm(self, seconds: float) -> None:
+        """Lets time pass; a tester that has ended meanwhile is followed by the next."""
+        until = time.monotonic() + seconds
+        while (left := until - time.monotonic()) > 0:
+            tester = self.now["tester"]
+            try:
+                tester.popen.wait(min(left, 0.2))
+            except subprocess.TimeoutExpired:
+                if time.monotonic_ns() - tester.began_ns > HANGS_S * 1e9:
+                    self.wrong.append(f"a tester hangs: {tester.popen.args}")
+                    tester.hit(signal.SIGKILL)
+            else:
+                tester.end(ENDS_S)
+                self.now["tester"] = self._start("tester")
+
+    def kill_one(self) -> None:
+        """Kills a node, and brings it back."""
+        name, kind = self.chance.choice(NODES), self.chance.choice(KINDS)
+        away_s = self.chance.choice((0.0, self.chance.uniform(0, AWAY_S)))
+        node = self.now[name]
+        self.kills[name, kind.name] += 1
+        node.hit(kind)
+        if kind is signal.SIGSTOP:
+            self.calm_without(name, self.chance.uniform(0.3, 3))
+            node.popen.send_signal(signal.SIGCONT)
+            return
+        if node.end(ENDS_S) is None:
+            self.wrong.append(f"{name} does not end by {kind.name}: {node.out[-3:]} {node.err[-3:]}")
+        self.calm_without(name, away_s)
+        self.now[name] = self._start(name)
+
+    def calm_without(self, name: str, seconds: float) -> None:
+        """The same while a node is away."""
+        if name == "tester":
+            time.sleep(seconds)
+        else:
+            self.calm(seconds)
+
+    def end(self) -> None:
+        """Lets the last tester finish, and ends all others."""
+        if self.now["tester"].end(HANGS_S) is None:
+            self.wrong.append("the last tester hangs")
+        for name in NODES[:-1]:
+            self.now[name].hit(signal.SIGTERM)
+            code = self.now[name].end(ENDS_S)
+            if code != 0:
+                self.wrong.append(f"{name} ends by SIGTERM with {code}: {self.now[name].err}")
+
+
+# what may not be
+
+
+def check(cell: Cell, listener: Listener, model: BehaviorModel) -> Counter[str]:
+    """Adds to `wrong` of the cell what is; returns the verdicts."""
+    verdicts: Counter[str] = Counter()
+    for tester in (process for process in cell.all if process.name == "tester"):
+        if tester.was_ended:
+            verdicts["testers that were ended"] += 1
+            continue
+        try:
+            report = json.loads("\n".join(line.text for line in tester.out))
+        except ValueError:
+            cell.wrong.append(f"a tester reports nothing: {tester.popen.args} {tester.err}")
+            continue
+        if len(report["cases"]) != CASES:
+            cell.wrong.append(f"{len(report['cases'])} cases have a verdict")
+        for case in report["cases"]:
+            verdicts[_word(case)] += 1
+            cell.wrong += _wrong_verdict(case, tester, cell, listener)
+    for process in cell.all:
+        cell.wrong += _wrong_end(process)
+    cell.wrong += _twice(cell)
+    for path in sorted(cell.directory.rglob("*.log")):
+        cell.wrong += _wrong_log(path, model)
+        verdicts["logs that give their trace again"] += 1
+    return verdicts
+
+
+def _word(case: dict[str, object]) -> str:
+    end = str(case["verdict"]).replace("_", " ")
+    return end if case["passed"] or end == "lost" else f"{end}, failed"
+
+
+def _wrong_verdict(case: dict[str, object], tester: Process, cell: Cell, listener: Listener) -> Iterator[str]:
+    assert tester.ended_ns is not None
+    runs = [
+        run
+        for run in listener.runs.values()
+        if run.case == case["name"] and tester.began_ns < run.asked_ns < tester.ended_ns
+    ]
+    told = f"{case['name']}: {case['failures']}"
+    if case["verdict"] == "lost":
+        begin = runs[0].asked_ns if runs else tester.began_ns
+        end = (runs[0].abandoned_ns if runs else None) or tester.ended_ns
+        if not _was_hit(cell, tester, begin - 5_000_000_000, end):
+            yield f"lost, and nobody was hit: {told}"
+    elif not case["passed"]:
+        yield f"failed: {told}"
+    elif not runs or runs[0].went_ns is None or runs[0].ended_ns is None:
+        yield f"passed, and nobody saw it end: {told}"
+    elif any(
+        runs[0].went_ns < stamp_ns < runs[0].ended_ns - 100_000_000
+        for process in cell.all
+        if process.name == "controller"
+        for stamp_ns, kind in process.hits
+        if kind is signal.SIGKILL
+    ):
+        yield f"passed, and the controller was killed in its time: {told}"
+
+
+def _was_hit(cell: Cell, tester: Process, begin_ns: int, end_ns: int) -> bool:
+    """Whether a controller or the tester was hit in a time, or a controller was not there yet."""
+    return any(
+        begin_ns < stamp_ns < end_ns
+        for process in cell.all
+        if process.name == "controller" or process is tester
+        for stamp_ns, _ in process.hits
+    )
+
+
+def _wrong_end(process: Process) -> Iterator[str]:
+    code, kinds = process.popen.returncode, [kind for _, kind in process.hits]
+    if process.name == "tester":
+        expected: tuple[int, ...] = (130, -2, -15) if process.was_ended else (0, 1)
+    else:
+        expected = (0, -2, -15)
+    if process.ended_ns is not None and signal.SIGKILL not in kinds and code not in expected:
+        yield f"{process.name} ended with {code} after {kinds}: {[line.text for line in process.err]}"
+
+
+def _twice(cell: Cell) -> Iterator[str]:
+    """Requests that were taken or answered more than once, by whoever it was."""
+    said = Counter(
+        match[0]
+        for process in cell.all
+        for line in process.out
+        if (match := re.search(r"(gets|answers) run_[0-9a-f]+-\d+", line.text))
+    )
+    return (f"{words}: {times} times" for words, times in said.items() if times > 1)
+
+
+def _wrong_log(path: Path, model: BehaviorModel) -> Iterator[str]:
+    log = open_event_log(path).read(model, digest_of(model))
+    records = replay(log, Program(model))
+    from hashlib import sha256  # noqa: PLC0415
+
+    if sha256(write_trace(Trace(model.name, log.case.name, records)).encode()).hexdigest() != log.trace:
+        yield f"{path} gives another trace"
+    sent = [record.request for record in records if isinstance(record, RequestSent)]
+    answered = Counter(record.request for record in records if isinstance(record, ReplyReceived))
+    for request, times in answered.items():
+        if times > 1 or request not in sent:
+            yield f"{path}: request {request} was answered {times} times"
+
+
+# figures
+
+
+def noticed(cell: Cell, listener: Listener) -> dict[str, list[float]]:
+    """Seconds from a SIGKILL to the line or message that tells of it, if there is one before the next."""
+    told: dict[str, list[float]] = {"controller, by the tester": [], "tester, by the controller": [], "resources": []}
+    controller_lines = [line for process in cell.all if process.name == "controller" for line in process.out]
+    for process in cell.all:
+        for stamp_ns, kind in process.hits:
+            if kind is not signal.SIGKILL:
+                continue
+            if process.name == "controller":
+                stamps = [
+                    run.abandoned_ns
+                    for run in listener.runs.values()
+                    if run.abandoned_ns and run.went_ns and run.went_ns < stamp_ns < run.abandoned_ns
+                ]
+                _add(told["controller, by the tester"], stamp_ns, stamps)
+            elif process.name == "tester":
+                gone = [line.stamp_ns for line in controller_lines if line.text.startswith("the tester is gone")]
+                _add(told["tester, by the controller"], stamp_ns, gone)
+            else:
+                name = process.name.partition(",")[0]
+                gone = [line.stamp_ns for line in controller_lines if line.text == f"{name} is not there"]
+                _add(told["resources"], stamp_ns, gone)
+    return told
+
+
+def _add(seconds: list[float], stamp_ns: int, later_ns: list[int]) -> None:
+    behind = [later - stamp_ns for later in later_ns if 0 < later - stamp_ns < 3_000_000_000]
+    if behind:
+        seconds.append(min(behind) / 1e9)
+
+
+def went_on(cell: Cell, listener: Listener) -> list[float]:
+    """Seconds from a new controller's first line to the next case that goes."""
+    goes = sorted(run.went_ns for run in listener.runs.values() if run.went_ns is not None)
+    begins = [process.out[0].stamp_ns for process in cell.all if process.name == "controller" and process.out]
+    behind = (next((go for go in goes if go > begin), None) for begin in begins[1:])
+    return [(go - begin) / 1e9 for begin, go in zip(begins[1:], behind, strict=True) if go is not None]
+
+
+def _spread(seconds: list[float]) -> str:
+    if not seconds:
+        return "-"
+    return f"median {median(seconds):.2f} s, most {max(seconds):.2f} s, of {len(seconds)}"
+
+
+def main() -> None:
+    """Kills, checks, prints; ends with 1 if anything was wrong."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--kills", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    os.environ.setdefault("CYCLONEDDS_URI", LOOPBACK)
+    model = load_model(MODEL)
+    listener = Listener(model)
+    listener.start()
+    began = time.monotonic()
+    with tempfile.TemporaryDirectory() as directory:
+        cell = Cell(Path(directory), random.Random(options.seed), options.seed)  # noqa: S311 - no secrets
+        cell.calm(3)
+        for number in range(1, options.kills + 1):
+            cell.kill_one()
+            cell.calm(cell.chance.uniform(*CALM_S))
+            if not number % 20:
+                print(f"{number} kills, {time.monotonic() - began:.0f} s", flush=True)
+        cell.end()
+        listener.stop()
+        verdicts = check(cell, listener, model)
+    print(f"seed {options.seed}: {options.kills} kills in {time.monotonic() - began:.0f} s")
+    for (name, kind), times in sorted(cell.kills.items()):
+        print(f"  {times:4} {kind:8} {name}")
+    for word, times in verdicts.most_common():
+        print(f"  {times:4} {word}")
+    for name, seconds in noticed(cell, listener).items():
+        print(f"  a killed {name} is missed after: {_spread(seconds)}")
+    print(f"  a new controller has its first case after: {_spread(went_on(cell, listener))}")
+    told = Counter(re.sub(r"[0-9a-f]{8,}|\d+", "…", line.text) for process in cell.all for line in process.err)
+    for text, times in told.most_common(20):
+        print(f"  {times:4} on stderr: {text[:200]}")
+    for wrong in cell.wrong:
+        print(f"WRONG {wrong}")
+    sys.exit(1 if cell.wrong else 0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,337 @@
+"""A campaign as a command line asks for it: which cases, where they run, what is told and kept of them."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import sys
+from contextlib import contextmanager, nullcontext
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from scbm.cli import thresholds
+from scbm.cli.arguments import complete, read_faults, read_requirements, read_time_limit
+from scbm.cli.output import errors, results, write_json
+from scbm.errors import Diagnostic, InputError, Place, Slug
+from scbm.model import format_duration
+from scbm.notation import load_model
+from scbm.reports import Setting, coverage_report, missing_report
+from scbm.testing import (
+    MOST_SHRUNK,
+    Campaign,
+    RandomCases,
+    Tester,
+    campaign_json,
+    find_causes,
+    load_suite,
+    save_cases,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from contextlib import AbstractContextManager
+    from pathlib import Path
+
+    from scbm.cases import Case, Network
+    from scbm.cli.keeping import Keeper, Since
+    from scbm.cli.node_options import Asked
+    from scbm.coverage import Threshold
+    from scbm.model import BehaviorModel, Requirement
+    from scbm.testing import CaseResult, Finding, WrittenCase
+
+_SLOW = 500
+"""From so many simulated cases on, progress is shown; over nodes it always is."""
+
+_RANDOM = 20
+"""So many random cases are drawn if neither a number nor files are given."""
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """The cases, as options say them: see `scbm test --help`."""
+
+    model: Path
+    files: Sequence[Path]
+    cases: int | None
+    seed: int
+    network: str | None
+    require: Sequence[str]
+    time_limit: str | None
+
+    def suite(self, options: Mapping[str, object]) -> Suite:
+        """The cases. Raises `InputError`.
+
+        Args:
+            options: further ones that say something of random cases, by their names, with their values.
+        """
+        loaded = load_model(self.model)
+        random = (0 if self.files else _RANDOM) if self.cases is None else self.cases
+        refuse_without_random_cases(random, {"--network": self.network, **options})
+        return Suite(
+            loaded,
+            self.model,
+            load_suite(self.files, loaded),
+            random,
+            self.seed,
+            self.network,
+            read_faults(self.network, loaded),
+            read_requirements(self.require, loaded),
+            read_time_limit(self.time_limit),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Telling:
+    """What is told and kept of a campaign.
+
+    Attributes:
+        thresholds: how much has to be visited.
+        missing: whether only what is missing is shown.
+        json: whether it is told to a machine.
+        store: the store that cases are added to.
+        save: where every random case is saved.
+        failures: where small failing cases are saved.
+        shrink: whether these are looked for.
+    """
+
+    thresholds: Sequence[Threshold]
+    missing: bool
+    json: bool
+    store: Path | None
+    save: Path | None
+    failures: Path
+    shrink: bool
+
+
+def simulate(suite: Suite, telling: Telling) -> int:
+    """Runs the cases in virtual time, and tells what came of them; the exit code."""
+    tester = Tester(suite.model)
+    campaign, since = _carry_out(suite, telling, lambda cases, _: tester.results(cases), is_slow=suite.count >= _SLOW)
+    is_saved = telling.save is None or suite.save_random(tester, telling.save)
+    findings = find_causes(tester, campaign, MOST_SHRUNK if telling.shrink else 0)
+    saved = [suite.save_small(finding, telling.failures) for finding in findings]
+    commands = tuple(suite.again(finding, path) for finding, path in zip(findings, saved, strict=True))
+    setting = suite.setting(findings, commands)
+    return _tell(campaign, setting, telling, since) if is_saved else max(2, _tell(campaign, setting, telling, since))
+
+
+def run_over_nodes(suite: Suite, telling: Telling, asked: Asked, command: str) -> int:
+    """Runs the cases over nodes, and tells what came of them; the exit code.
+
+    Args:
+        suite: the cases.
+        telling: what is told.
+        asked: where they run.
+        command: what runs them all again.
+    """
+    from scbm.cli.over_nodes import over_nodes  # noqa: PLC0415 - sockets and processes, which few runs need
+
+    tester = Tester(suite.model)
+    with over_nodes(asked, tester) as nodes:
+        campaign, since = _carry_out(suite, telling, nodes.results, is_slow=True)
+    findings = find_causes(tester, campaign, 0)  # what fails over nodes need not fail in simulation
+    logs = (nodes.log_files.get(finding.results[0].case.name) for finding in findings)
+    commands = tuple(command if log is None else f"scbm replay {shlex.quote(str(log))}" for log in logs)
+    setting = replace(suite.setting(findings, commands), where=asked.words)
+    code = _tell(campaign, setting, telling, since)
+    return code if nodes.is_saved else max(2, code)
+
+
+def _carry_out(
+    suite: Suite,
+    telling: Telling,
+    run: Callable[[Iterable[Case], Callable[[str], None]], Iterator[CaseResult]],
+    *,
+    is_slow: bool,
+) -> tuple[Campaign, Since | None]:
+    """Runs the cases, keeps them in the store, and shows how far that is; and what the store says then."""
+    with _store(telling.store, suite) as keeper, _progress(suite.count, is_shown=is_slow) as (said, done):
+        came = run(suite.cases(), said)
+        kept = came if keeper is None else keeper.kept(came, suite.by_name, suite.network)
+        campaign = Campaign.of(suite.model, done(kept))
+        return campaign, None if keeper is None else keeper.since(campaign.coverage)
+
+
+def _tell(campaign: Campaign, setting: Setting, telling: Telling, since: Since | None) -> int:
+    if telling.json:
+        stored = {} if since is None else {"store": since.as_json}
+        write_json(campaign_json(campaign, setting.seed, setting.findings, setting.commands) | stored)
+    else:
+        results().lines((missing_report if telling.missing else coverage_report)(campaign, setting))
+        results().lines([] if since is None else since.lines)
+    if since is not None and not since.is_whole:
+        return 2
+    return 0 if thresholds.meets(campaign.coverage, telling.thresholds) and not campaign.failed else 1
+
+
+def _store(path: Path | None, suite: Suite) -> AbstractContextManager[Keeper | None]:
+    """The store that results are added to, if one is asked for."""
+    if path is None:
+        return nullcontext()
+    from scbm.cli.keeping import keeping  # noqa: PLC0415 - a database, which few runs need
+
+    return keeping(path, suite.model, suite.file)
+
+
+@contextmanager
+def _progress(
+    count: int, *, is_shown: bool
+) -> Iterator[tuple[Callable[[str], None], Callable[[Iterator[CaseResult]], Iterator[CaseResult]]]]:
+    """On a terminal a bar: what to call with the case that runs, and what lets results through and counts them."""
+    if not is_shown or not sys.stderr.isatty():
+        yield lambda _: None, lambda results: results
+        return
+    from rich.console import Console  # noqa: PLC0415 - only where there is something to show
+    from rich.progress import Progress  # noqa: PLC0415
+
+    with Progress(console=Console(file=sys.stderr), transient=True) as progress:
+        task = progress.add_task("cases", total=count)
+
+        def counted(results: Iterator[CaseResult]) -> Iterator[CaseResult]:
+            for result in results:
+                progress.advance(task)
+                yield result
+
+        yield lambda name: progress.update(task, description=name), counted
+
+
+def refuse_without_random_cases(count: int, options: Mapping[str, object]) -> None:
+    """Raises `InputError` for options that say something of random cases where there are none."""
+    useless = [option for option, value in options.items() if value is not None and not count]
+    message = "this is for random cases, and none are drawn"
+    if useless:
+        remedy = "add for example `--cases 20`"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy) for option in useless])
+
+
+@dataclass(frozen=True)
+class Suite:
+    """The cases that a command line asks for: those in files, then random ones."""
+
+    model: BehaviorModel
+    file: Path
+    written: Sequence[WrittenCase]
+    random: int
+    seed: int
+    network_text: str | None
+    network: Network | None
+    requirements: tuple[Requirement, ...]
+    time_limit_ns: int | None
+
+    @property
+    def count(self) -> int:
+        """How many they are."""
+        return len(self.written) + self.random
+
+    def cases(self) -> Iterator[Case]:
+        """All cases, with what the command line adds to them."""
+        for written in self.written:
+            yield self._completed(written.case)
+        for case in self._drawn():
+            yield self._completed(case)
+
+    @cached_property
+    def by_name(self) -> dict[str, WrittenCase]:
+        """The written cases by their names."""
+        return {written.case.name: written for written in self.written}
+
+    def refuse_equal_names(self) -> None:
+        """Raises `InputError` if a written case has the name of a random one."""
+        drawn = re.compile(rf"seed-{self.seed}-case-([1-9]\d*)", re.ASCII)
+        for written in self.written:
+            match = drawn.fullmatch(written.case.name)
+            if match is not None and int(match[1]) <= self.random:
+                message = f"`{written.case.name}` is drawn, and also in {written.path}"
+                remedy = "choose another seed, or leave out one of them"
+                raise InputError([Diagnostic(Slug.DUPLICATE_NAME, message, Place("--cases"), remedy)])
+
+    def _drawn(self) -> Iterable[Case]:
+        if not self.random:
+            return ()
+        return RandomCases(self.model, str(self.file), self.network).first(self.random, self.seed)
+
+    @property
+    def loses_messages(self) -> bool:
+        """Whether the network of random cases may lose messages."""
+        network = self.network
+        return network is None or bool(network.loss or network.partitions or network.restarts)
+
+    def _completed(self, case: Case) -> Case:
+        return complete(case, self.requirements, self.time_limit_ns, self.model)
+
+    def save_random(self, tester: Tester, directory: Path) -> bool:
+        """Saves every random case with all that was drawn in it; if it cannot, that is told and the report goes on."""
+        recorded = (tester.execute(self._completed(case)).recorded_case for case in self._drawn())
+        labelled = [(case, [f"case {number} of seed {self.seed}"]) for number, case in enumerate(recorded, start=1)]
+        try:
+            save_cases(labelled, directory, self.model, self.file, overwrite=False)
+        except InputError as error:
+            errors().diagnostics(error.diagnostics)
+            return False
+        return True
+
+    def save_small(self, finding: Finding, directory: Path) -> Path | None:
+        """Saves the small case of a finding, if there is one; where it cannot, that is told and the report goes on."""
+        if finding.shrunk is None:
+            return None
+        failed = finding.results[0].case.name
+        comments = [f"the smallest case found that fails as {failed} did:", str(finding.failure)]
+        execution = finding.shrunk.execution
+        small = replace(execution.case, recorded=execution.recorded)
+        try:
+            return save_cases([(small, comments)], directory, self.model, self.file, overwrite=True)[0]
+        except InputError as error:
+            errors().diagnostics(error.diagnostics)
+            return None
+
+    def again(self, finding: Finding, saved: Path | None) -> str:
+        """The command that shows a finding again: its small case if that is saved, else its first case."""
+        case = finding.results[0].case
+        if saved is not None:
+            return f"scbm replay {shlex.quote(str(saved))}"
+        for written in self.written:
+            if written.case.name == case.name:
+                return f"scbm replay {shlex.quote(str(written.path))}{self._model_of(written)}{self._judging}"
+        assert case.origin is not None  # noqa: S101 - it is not written, so it is drawn
+        drawn = f"--seed {case.origin.seed} --case {case.origin.number}"
+        return f"scbm run {shlex.quote(str(self.file))} {drawn}{self.drawing}{self._judging}"
+
+    def _model_of(self, written: WrittenCase) -> str:
+        """The option that says the model, if the case does not name this one itself."""
+        named = written.model_path
+        is_this = named is not None and named.resolve() == self.file.resolve()
+        return "" if is_this else f" --model {shlex.quote(str(self.file))}"
+
+    @property
+    def drawing(self) -> str:
+        """The options that random cases are drawn with, beside the seed."""
+        return f" --network {shlex.quote(self.network_text)}" if self.network_text else ""
+
+    def setting(self, findings: Sequence[Finding], commands: Sequence[str]) -> Setting:
+        """What the report tells beside the results."""
+        return Setting(
+            str(self.file),
+            self.seed,
+            self.random,
+            self.drawing,
+            tuple(findings),
+            tuple(commands),
+            loses_messages=self.loses_messages,
+        )
+
+    @property
+    def options(self) -> str:
+        """The cases, as options and arguments behind the model."""
+        files = "".join(f" {shlex.quote(str(path))}" for path in dict.fromkeys(w.path for w in self.written))
+        random = f" --cases {self.random} --seed {self.seed}" if self.random else ""
+        return f"{files}{random}{self.drawing}{self._judging}"
+
+    @property
+    def _judging(self) -> str:
+        """The options that cases are run and judged with."""
+        options = []
+        if self.time_limit_ns is not None:
+            options.append(f"--time-limit {shlex.quote(format_duration(self.time_limit_ns))}")
+        options += [f"--require {shlex.quote(str(requirement.sentence))}" for requirement in self.requirements]
+        return "".join(f" {option}" for option in options)

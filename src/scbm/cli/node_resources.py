@@ -1,0 +1,56 @@
+"""`scbm node resources`: simulated resources as a process."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from scbm.cases import Origin
+from scbm.cli.node_options import Domain, WhileStdin, read_domain
+from scbm.cli.nodes import serve_node
+from scbm.errors import Diagnostic, InputError, Place, Slug
+from scbm.model import BehaviorModel
+from scbm.notation import load_model, suggestion
+from scbm.realtime import Bus, ResourcesNode, Seat
+from scbm.simulating import DrawnReactions
+from scbm.testing import reaction_stream
+
+
+def command(
+    model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
+    names: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="NAME", help="The resources; all, if none is named.", show_default=False),
+    ] = None,
+    *,
+    seed: Annotated[int, typer.Option("--seed", help="Decides what they do while no tester says it.")] = 0,
+    domain: Domain = None,
+    while_stdin: WhileStdin = False,
+) -> int:
+    """Simulate resources of a cell: they answer requests, until you stop them."""
+    loaded = load_model(model)
+    chosen = _chosen(loaded, names or [])
+
+    def make(seat: Seat, _: Bus | None) -> ResourcesNode:
+        return ResourcesNode(seat, DrawnReactions(reaction_stream(Origin(seed))))
+
+    return serve_node("resources", loaded, chosen, make, domain=read_domain(domain), while_stdin=while_stdin)
+
+
+def _chosen(model: BehaviorModel, names: list[str]) -> tuple[str, ...]:
+    """The resources of these names in the order of the model, or all. Raises `InputError`."""
+    known = [resource.name for resource in model.resources]
+    wrong = [name for name in dict.fromkeys(names) if name not in known]
+    if wrong:
+        remedies = [suggestion(name, known, "its resources are") for name in wrong]
+        told = [f"the model has no resource `{name}`" for name in wrong]
+        place = Place("NAME")
+        raise InputError(
+            [
+                Diagnostic(Slug.UNKNOWN_RESOURCE, message, place, remedy)
+                for message, remedy in zip(told, remedies, strict=True)
+            ]
+        )
+    if not known:
+        raise InputError([Diagnostic(Slug.BAD_OPTION, "the model has no resources to simulate", Place("MODEL"))])
+    return tuple(name for name in known if name in names or not names)

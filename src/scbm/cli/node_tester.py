@@ -1,0 +1,75 @@
+"""`scbm node tester`: cases for a cell whose controller and resources run elsewhere."""
+
+import shlex
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from scbm.cli import thresholds
+from scbm.cli.campaigns import Telling, Wanted, run_over_nodes
+from scbm.cli.node_options import Asked, Domain, Logs, TimeScale, Via, read_domain, read_time_scale, read_wait
+
+
+def command(
+    model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
+    files: Annotated[
+        list[Path] | None,
+        typer.Argument(metavar="CASES", help="Case files, and directories of them.", show_default=False),
+    ] = None,
+    *,
+    cases: Annotated[
+        int | None,
+        typer.Option("--cases", min=0, max=10_000_000, help="How many random cases. [20; 0 beside case files]"),
+    ] = None,
+    seed: Annotated[int, typer.Option("--seed", help="Decides everything that is drawn.")] = 0,
+    network: Annotated[
+        str | None, typer.Option("--network", help="Faults in random cases: `loss: 2 %, jitter: 20 ms`, or `drawn`.")
+    ] = None,
+    require: Annotated[
+        list[str] | None, typer.Option("--require", metavar="SENTENCE", help="A requirement beside the model's.")
+    ] = None,
+    failures: Annotated[
+        Path, typer.Option("--failures", metavar="DIRECTORY", help="Where the logs of failing cases are saved.")
+    ] = Path("scbm-failures"),
+    store: Annotated[
+        Path | None, typer.Option("--store", metavar="FILE", help="Add the cases to this coverage store.")
+    ] = None,
+    missing: Annotated[bool, typer.Option("--missing", help="Show only what is missing, and why.")] = False,
+    fail_under: Annotated[
+        list[str] | None, typer.Option(thresholds.OPTION, metavar="PERCENT", help=thresholds.HELP)
+    ] = None,
+    time_limit: Annotated[
+        str | None, typer.Option("--time-limit", metavar="DURATION", help="Time of the run for each case. [1 h]")
+    ] = None,
+    time_scale: TimeScale = None,
+    domain: Domain = None,
+    wait: Annotated[
+        str, typer.Option("--wait", metavar="DURATION", help="So long controller and resources may take to come.")
+    ] = "10 s",
+    logs: Logs = None,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> int:
+    """Run cases in a cell whose controller and resources run elsewhere, and report as `scbm test` does."""
+    suite = Wanted(model, files or [], cases, seed, network, require or [], time_limit).suite({})
+    telling = Telling(
+        thresholds.read_thresholds(fail_under or []), missing, json, store, save=None, failures=failures, shrink=False
+    )
+    suite.refuse_equal_names()
+    asked = Asked(
+        suite.model,
+        model,
+        "dds",
+        read_domain(domain),
+        read_time_scale(time_scale),
+        read_wait(wait),
+        starts=False,
+        real=(),
+        via=Via.DDS,
+        bindings=None,
+        logs=logs,
+        failures=failures,
+    )
+    scale = "" if asked.time_scale == 1 else f" --time-scale {asked.time_scale}"
+    again = f"scbm node tester {shlex.quote(str(model))}{suite.options}{scale} --domain {asked.domain}"
+    return run_over_nodes(suite, telling, asked, again)

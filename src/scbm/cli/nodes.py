@@ -1,0 +1,85 @@
+"""What the verbs that run nodes have in common: how a bus is opened, and what goes wrong on the way."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from functools import partial
+from typing import TYPE_CHECKING
+
+from scbm.cli.output import errors, results
+from scbm.errors import Diagnostic, InputError, Place, Slug
+from scbm.notation import digest_of
+from scbm.realtime import Bus, BusError, Node, Seat, new_status, serve
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable, Iterable, Sequence
+
+    from scbm.model import BehaviorModel
+
+
+async def open_dds(name: str, domain: int) -> Bus:
+    """A bus for a node of this name."""
+    from scbm.realtime.dds import open_dds as open_bus  # noqa: PLC0415 - for these verbs alone
+
+    return open_bus(f"scbm_{name}", domain, complain)
+
+
+def open_rclpy(domain: int) -> Bus:
+    """A bus for drivers, through the ROS 2 that is installed."""
+    from scbm.realtime.ros2 import open_ros2  # noqa: PLC0415 - for those who ask for it
+
+    return open_ros2("scbm_controller_drivers", domain, complain)
+
+
+def complain(words: str) -> None:
+    """Tells of a message that was dropped, or a node that was lost."""
+    errors().line(f"scbm: {words}")
+
+
+def serve_node(
+    role: str,
+    model: BehaviorModel,
+    resources: Sequence[str],
+    make: Callable[[Seat, Bus | None], Node],
+    *,
+    domain: int,
+    while_stdin: bool,
+    open_drivers: Callable[[], Bus] | None = None,
+) -> int:
+    """Serves a node until somebody stops it; `make` gets the bus of `open_drivers` too. Raises `InputError`."""
+    output = results()
+
+    def tell(words: str) -> None:
+        output.line(words)
+        sys.stdout.flush()
+
+    def seated(drivers: Bus | None, bus: Bus) -> Node:
+        return make(Seat(bus, model, new_status(role, model, digest_of(model), resources), complain, tell), drivers)
+
+    def open_bus() -> Awaitable[Bus]:
+        return open_dds(role, domain)
+
+    async def serve_both() -> None:
+        drivers = None if open_drivers is None else open_drivers()
+        try:
+            await serve(open_bus, partial(seated, drivers), tell=tell, until_eof=while_stdin)
+        finally:
+            if drivers is not None:
+                await drivers.close()
+
+    try:
+        asyncio.run(serve_both())
+    except BusError as error:
+        raise bus_error(error) from None
+    return 0
+
+
+def bus_error(error: BusError) -> InputError:
+    """What a user reads if a middleware cannot be used."""
+    return InputError([Diagnostic(Slug.BUS_UNUSABLE, error.message, Place(error.where), error.remedy)])
+
+
+def cell_error(reasons: Iterable[str], where: str, remedy: str) -> InputError:
+    """What a user reads if a cell is not whole."""
+    return InputError([Diagnostic(Slug.CELL_INCOMPLETE, reason, Place(where), remedy) for reason in reasons])

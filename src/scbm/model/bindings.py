@@ -1,0 +1,243 @@
+"""Bindings: how the requests and the measured values of a resource reach a real driver, in the names of ROS 2."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from math import isnan
+from sys import float_info
+from typing import TYPE_CHECKING, TypeAlias
+
+from scbm.model.values import Kind
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.model.predicates import Reference
+    from scbm.model.values import Value
+
+Scalar: TypeAlias = bool | int | float | str
+"""What a field of a message or of a service holds."""
+
+_FLOAT32_MAX = (2 - 2**-23) * 2.0**127
+
+
+class MessageType(StrEnum):
+    """The types of topics: one field, `data`."""
+
+    STRING = "std_msgs/msg/String"
+    BOOL = "std_msgs/msg/Bool"
+    INT64 = "std_msgs/msg/Int64"
+    FLOAT64 = "std_msgs/msg/Float64"
+
+    @property
+    def data(self) -> FieldType:
+        """The type of the field."""
+        return _DATA[self]
+
+
+class FieldType(StrEnum):
+    """The types of the fields of services."""
+
+    BOOL = "bool"
+    INT8 = "int8"
+    INT16 = "int16"
+    INT32 = "int32"
+    INT64 = "int64"
+    UINT8 = "uint8"
+    UINT16 = "uint16"
+    UINT32 = "uint32"
+    UINT64 = "uint64"
+    FLOAT32 = "float32"
+    FLOAT64 = "float64"
+    STRING = "string"
+
+    @property
+    def is_float(self) -> bool:
+        """Whether it holds numbers with fractions."""
+        return self in (FieldType.FLOAT32, FieldType.FLOAT64)
+
+    @property
+    def is_number(self) -> bool:
+        """Whether it holds numbers."""
+        return self not in (FieldType.BOOL, FieldType.STRING)
+
+    @property
+    def kind(self) -> Kind | None:
+        """The kind of the values of variables that it holds as they are; `None` for numbers with fractions."""
+        match self:
+            case FieldType.BOOL:
+                return Kind.BOOLEAN
+            case FieldType.STRING:
+                return Kind.SYMBOL
+            case _:
+                return None if self.is_float else Kind.INTEGER
+
+    @property
+    def integers(self) -> range:
+        """The whole numbers that it holds, if it holds no others."""
+        if self.kind is not Kind.INTEGER:
+            return range(0)
+        bits = int(self.value.partition("int")[2])
+        return range(2**bits) if self.value.startswith("u") else range(-(2 ** (bits - 1)), 2 ** (bits - 1))
+
+    def holds(self, value: Scalar) -> bool:
+        """Whether a field of this type can have the value. A whole number is also one with a fraction, of 0."""
+        if isinstance(value, (bool, str)):
+            return self is (FieldType.STRING if isinstance(value, str) else FieldType.BOOL)
+        if self.is_float:
+            return abs(value) <= (_FLOAT32_MAX if self is FieldType.FLOAT32 else float_info.max)
+        return isinstance(value, int) and value in self.integers
+
+
+_DATA = {
+    MessageType.STRING: FieldType.STRING,
+    MessageType.BOOL: FieldType.BOOL,
+    MessageType.INT64: FieldType.INT64,
+    MessageType.FLOAT64: FieldType.FLOAT64,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceType:
+    """A type of services, with scalar fields.
+
+    Attributes:
+        name: as ROS 2 writes it: `std_srvs/srv/Trigger`.
+        request, response: the fields in their order.
+    """
+
+    name: str
+    request: tuple[tuple[str, FieldType], ...] = ()
+    response: tuple[tuple[str, FieldType], ...] = ()
+
+
+_RESULT = (("success", FieldType.BOOL), ("message", FieldType.STRING))
+TRIGGER = ServiceType("std_srvs/srv/Trigger", (), _RESULT)
+SET_BOOL = ServiceType("std_srvs/srv/SetBool", (("data", FieldType.BOOL),), _RESULT)
+
+
+@dataclass(frozen=True, slots=True)
+class Interval:
+    """The numbers from `low` on and below `high`, in units of a message; an end that is `None` is not there."""
+
+    low: int | float | None
+    high: int | float | None
+
+    def __contains__(self, number: int | float) -> bool:  # noqa: PYI041 - both are meant: whole numbers stay exact
+        from_low = self.low is None or self.low <= number
+        return from_low and (self.high is None or number < self.high) and not isnan(number)
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether no number lies in it."""
+        return self.low is not None and self.high is not None and self.low >= self.high
+
+    def overlaps(self, other: Interval) -> bool:
+        """Whether some number lies in both; neither is empty."""
+        lows = [end for end in (self.low, other.low) if end is not None]
+        highs = [end for end in (self.high, other.high) if end is not None]
+        return not lows or not highs or max(lows) < min(highs)
+
+    def __str__(self) -> str:
+        return f"{'' if self.low is None else self.low}..{'' if self.high is None else self.high}"
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """How data becomes a value of a variable.
+
+    Attributes:
+        variable: the variable.
+        ranges: for numbers, which of them mean which value; no two overlap.
+        texts: for texts, which of them mean which value. Without these and without ranges data is the value itself.
+    """
+
+    variable: str
+    ranges: tuple[tuple[Value, Interval], ...] = ()
+    texts: tuple[tuple[str, Value], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class MeasuredTopic:
+    """A topic of values of one variable.
+
+    Attributes:
+        topic: its name, from the root: `/scanner/distance`.
+        type: what its messages carry.
+        reading: how they become values.
+        is_best_effort: whether publishers are heard that do not repeat what was lost.
+    """
+
+    topic: str
+    type: MessageType
+    reading: Reading
+    is_best_effort: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceCall:
+    """One service, and how a request becomes a call of it.
+
+    Attributes:
+        name: of the service, from the root: `/scanner/scan`.
+        type: its type.
+        request: each field of its request in the order of the type, with what it gets: a value, or that of a variable
+            which the request carries.
+        succeeded: the fields of a response that says succeeded, with their values; any other says failed.
+        measured: fields of such a response, and how they are read.
+    """
+
+    name: str
+    type: ServiceType
+    request: tuple[tuple[str, Scalar | Reference], ...] = ()
+    succeeded: tuple[tuple[str, Scalar], ...] = ()
+    measured: tuple[tuple[str, Reading], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ServiceChoice:
+    """One service for each value of a variable that the request carries. What has none cannot be sent."""
+
+    variable: str
+    calls: tuple[tuple[Value, ServiceCall], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TopicPair:
+    """A topic of requests and one of replies, with the protocol of drivers."""
+
+    request: str
+    reply: str
+
+
+@dataclass(frozen=True, slots=True)
+class Binding:
+    """How a resource is reached when it is real.
+
+    Attributes:
+        requests: where requests go; `None` for a resource that only measures.
+        measured: the topics that it measures by.
+    """
+
+    requests: ServiceCall | ServiceChoice | TopicPair | None = None
+    measured: tuple[MeasuredTopic, ...] = ()
+
+    @property
+    def calls(self) -> tuple[ServiceCall, ...]:
+        """All services that requests go to, in order."""
+        match self.requests:
+            case ServiceCall():
+                return (self.requests,)
+            case ServiceChoice(_, calls):
+                return tuple(call for _, call in calls)
+            case _:
+                return ()
+
+    def topics(self) -> Iterator[tuple[str, MessageType]]:
+        """All topics, each as often as it is named."""
+        if isinstance(self.requests, TopicPair):
+            yield self.requests.request, MessageType.STRING
+            yield self.requests.reply, MessageType.STRING
+        for measured in self.measured:
+            yield measured.topic, measured.type

@@ -1,0 +1,78 @@
+"""Bindings from a file beside the model: the same model, reached in another way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scbm.errors import Slug
+from scbm.notation.binding_builder import BindingBuilder
+from scbm.notation.binding_types import BINDINGS_SHAPE
+from scbm.notation.files import read_file, read_tree
+from scbm.notation.nearest import suggestion
+from scbm.notation.parts import Parts
+from scbm.notation.scope import Scope
+from scbm.notation.shape import check_shape
+
+if TYPE_CHECKING:
+    from scbm.model.behavior import BehaviorModel
+    from scbm.model.bindings import Binding
+    from scbm.notation.document import Node
+
+_START = "bindings begin with `bindings_of: <name of the model>`"
+
+
+def load_bindings(path: str | Path, model: BehaviorModel) -> BehaviorModel:
+    """The model with the bindings of a file, which replace those that it has.
+
+    Raises:
+        InputError: with everything that is wrong with the file.
+    """
+    return read_bindings(read_file(Path(path)), model, str(path))
+
+
+def read_bindings(text: str, model: BehaviorModel, file: str = "bindings") -> BehaviorModel:
+    """The model with the bindings that a text says. Raises `InputError` with everything that is wrong with it.
+
+    Args:
+        text: YAML.
+        model: whose resources are bound.
+        file: what errors call the text.
+    """
+    document, _, report = read_tree(text, file, BINDINGS_SHAPE, _START)
+    check_shape(document, report, BINDINGS_SHAPE)
+    parts = Parts(report, Scope.of(model))
+    bindings = _bindings(document, parts, model) if _is_of(document, parts, model) else {}
+    report.raise_any()
+    resources = (replace(r, binding=bindings.get(r.name, r.binding)) for r in model.resources)
+    return replace(model, resources=tuple(resources))
+
+
+def _is_of(document: Node, parts: Parts, model: BehaviorModel) -> bool:
+    """Whether the file is one for this model; if it is not, nothing in it means anything."""
+    node = document.get("bindings_of")
+    if node is None or node.text is None or node.plain is None or node.text == model.name:
+        return True
+    message = f"these are bindings of `{node.text}`, and the model is `{model.name}`"
+    parts.add(Slug.BAD_BINDING, message, node.place)
+    return False
+
+
+def _bindings(document: Node, parts: Parts, model: BehaviorModel) -> dict[str, Binding]:
+    section = document.get("resources")
+    if section is None:
+        return {}
+    builder = BindingBuilder(parts, model)
+    known = {resource.name: resource for resource in model.resources}
+    for resource in model.resources:
+        if resource.name not in section.items:
+            builder.know(resource)
+    bindings: dict[str, Binding] = {}
+    for name, node in section.items.items():
+        if name in known:
+            bindings[name] = builder.binding(known[name], node, section.key_places[name])
+        else:
+            remedy = suggestion(name, known, "the resources are")
+            parts.add(Slug.UNKNOWN_RESOURCE, f"there is no resource `{name}`", section.key_places[name], remedy)
+    return bindings

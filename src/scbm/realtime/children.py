@@ -1,0 +1,65 @@
+"""The other nodes of a cell as processes of this one's: started, watched, started again, ended."""
+
+from __future__ import annotations
+
+import asyncio
+from asyncio.subprocess import DEVNULL, PIPE, Process
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+
+@dataclass
+class Children:
+    """Processes by name, each with the command line that starts it; they end when this process does, however it does.
+
+    Attributes:
+        commands: they take the end of their standard input as the end.
+        end_s: so long they may take to end before they are killed.
+    """
+
+    commands: Mapping[str, Sequence[str]]
+    end_s: float = 5.0
+    _running: dict[str, Process] = field(default_factory=dict)
+
+    async def start(self) -> tuple[str, ...]:
+        """Starts those that do not run; returns the names of those that ended by themselves before."""
+        ended = []
+        for name, command in self.commands.items():
+            process = self._running.get(name)
+            if process is not None and process.returncode is None:
+                continue
+            if process is not None:
+                ended.append(f"{name} ended with {process.returncode}")
+            self._running[name] = await asyncio.create_subprocess_exec(*command, stdin=PIPE, stdout=DEVNULL)
+        return tuple(ended)
+
+    @property
+    def broken(self) -> str | None:
+        """Which of them cannot work, and said why before it ended: nobody stopped it."""
+        codes = ((name, process.returncode) for name, process in self._running.items())
+        return next((f"{name} ended with {code}" for name, code in codes if code is not None and code > 0), None)
+
+    async def one_ends(self) -> None:
+        """Waits until one of them ends by itself."""
+        waits = [asyncio.ensure_future(process.wait()) for process in self._running.values()]
+        try:
+            await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
+        finally:
+            for wait in waits:
+                wait.cancel()
+
+    async def end(self) -> None:
+        """Ends all: politely, and what does not listen, by force."""
+        for process in self._running.values():
+            if process.stdin is not None:
+                process.stdin.close()
+        for process in self._running.values():
+            try:
+                async with asyncio.timeout(self.end_s):
+                    await process.wait()
+            except TimeoutError:
+                process.kill()
+                await process.wait()

@@ -1,0 +1,87 @@
+"""Values that a driver publishes on topics of its own, into variables of the model."""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from math import isfinite
+from typing import TYPE_CHECKING
+
+from scbm.realtime.bus import Topic
+from scbm.realtime.links import Measurement
+
+if TYPE_CHECKING:
+    from scbm.model import MeasuredTopic, Reading, Resource, Value
+    from scbm.realtime.bus import Bus, Received, Scalar, Subscription
+    from scbm.realtime.links import Hearer
+
+
+class MeasuredTopics:
+    """Hears the topics that a resource measures by. Each message is one measurement, of all that it is read into.
+
+    Where the resource gets no requests there is no link to it, and this tells whether it is there.
+    """
+
+    def __init__(self, bus: Bus, resource: Resource, hearer: Hearer) -> None:
+        """Made once for each resource.
+
+        Args:
+            bus: what carries the topics.
+            resource: one with a binding.
+            hearer: whom it tells what comes.
+        """
+        assert resource.binding is not None  # noqa: S101 - whoever makes this has looked
+        self._bus = bus
+        self._resource = resource.name
+        self._hearer = hearer
+        self._tells_presence = resource.binding.requests is None
+        self._was_there = False
+        grouped: dict[Topic, list[MeasuredTopic]] = {}
+        for measured in resource.binding.measured:
+            topic = Topic(measured.topic, measured.type, is_best_effort=measured.is_best_effort)
+            grouped.setdefault(topic, []).append(measured)
+        self._topics = tuple(grouped)
+        self._subscriptions: list[Subscription] = []
+        for topic, group in grouped.items():
+            readings = tuple(measured.reading for measured in group)
+            self._subscriptions.append(bus.subscribe(topic, partial(self._receive, readings), self._matched))
+
+    @property
+    def is_there(self) -> bool:
+        """Whether each topic has somebody who publishes on it."""
+        return len(self._subscriptions) == len(self._topics) and all(heard.peers for heard in self._subscriptions)
+
+    def why_alone(self) -> str | None:
+        """Why some topic has nobody who publishes on it, if it shows."""
+        pairs = zip(self._topics, self._subscriptions, strict=True)
+        reasons = filter(None, [self._bus.why_alone(topic) for topic, heard in pairs if not heard.peers])
+        return "; ".join(reasons) or None
+
+    def _receive(self, readings: tuple[Reading, ...], received: Received) -> None:
+        values = tuple((reading.variable, value_of(reading, received.data)) for reading in readings)
+        self._hearer.heard_values(self._resource, Measurement(values, received.stamp_ns))
+
+    def _matched(self, _: int) -> None:
+        is_there = self.is_there
+        if self._tells_presence and is_there != self._was_there:
+            self._was_there = is_there
+            self._hearer.heard_presence(self._resource, is_there=is_there)
+
+
+def value_of(reading: Reading, data: Scalar) -> Value:
+    """The value that data means.
+
+    Data that means none comes out as a text that shows it and is the value of no variable, so that the runner refuses
+    it and says so: numbers as they are written, other text in quotes as in JSON.
+    """
+    if reading.ranges and not isinstance(data, str):
+        return next((value for value, interval in reading.ranges if data in interval), _shown(data))
+    if reading.texts and isinstance(data, str):
+        return dict(reading.texts).get(data, _shown(data))
+    return _shown(data) if isinstance(data, float) else data
+
+
+def _shown(data: Scalar) -> str:
+    if isinstance(data, float) and not isfinite(data):
+        return f"{data:+}"  # `nan` and `inf` could be symbols
+    return json.dumps(data)

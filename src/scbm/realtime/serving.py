@@ -1,0 +1,79 @@
+"""A node as a process: it is there until somebody stops it, and then leaves as it should."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import sys
+from typing import TYPE_CHECKING, Protocol
+
+from scbm.realtime.bus import BusError
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable
+
+    from scbm.realtime.bus import Bus
+    from scbm.realtime.membership import Membership
+
+
+_SWITCH_S = 0.0005
+"""So long a thread that plans may keep those waiting that hear messages; Python's own 5 ms would be their delay."""
+
+
+class Node(Protocol):
+    """What is served."""
+
+    membership: Membership
+
+    async def close(self) -> None:
+        """Gives up what goes on."""
+        ...
+
+
+async def serve(
+    open_bus: Callable[[], Awaitable[Bus]], make: Callable[[Bus], Node], *, tell: Callable[[str], None], until_eof: bool
+) -> None:
+    """Serves a node until SIGINT or SIGTERM, or until nothing can come by the standard input any more.
+
+    Args:
+        open_bus: joins the cell.
+        make: the node.
+        tell: gets a line when the node is there.
+        until_eof: whether the end of the standard input ends it too.
+
+    Raises:
+        BusError: the bus cannot be opened, or an older node has this one's place in the cell.
+    """
+    sys.setswitchinterval(_SWITCH_S)
+    stop = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for name in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(name, stop.set)
+    bus = await open_bus()
+    try:
+        node = make(bus)
+        node.membership.changed = lambda: stop.set() if node.membership.rival() else None
+        if until_eof:
+            loop.add_reader(sys.stdin.fileno(), _drain, stop)
+        tell(f"{node.membership.own.role} of `{node.membership.own.model}`, {bus.words}")
+        await stop.wait()
+        await node.close()
+        rival = node.membership.rival()
+        if rival is not None:
+            raise BusError(
+                f"{_place(rival.role, rival.resources)} of `{rival.model}` is already in {bus.words}: {rival.words}",
+                "stop it, or choose another domain with `--domain`",
+            )
+    finally:
+        await bus.close()
+
+
+def _place(role: str, resources: tuple[str, ...]) -> str:
+    return f"a {role}" if role != "resources" else f"a node of {', '.join(resources)}"
+
+
+def _drain(stop: asyncio.Event) -> None:
+    if not os.read(sys.stdin.fileno(), 4096):
+        asyncio.get_running_loop().remove_reader(sys.stdin.fileno())
+        stop.set()

@@ -1,0 +1,235 @@
+"""A tester and its cell, for those that run cases one by one and have no event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from dataclasses import replace
+from threading import current_thread, main_thread
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
+
+from scbm.realtime.cell import Seat, new_status
+from scbm.realtime.controller import ControllerNode
+from scbm.realtime.loopback import LoopbackHub
+from scbm.realtime.resources import ResourcesNode
+from scbm.realtime.tester import LostError, NotReadyError, TesterNode
+from scbm.simulating import PlainReactions
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable, Coroutine
+    from fractions import Fraction
+    from types import TracebackType
+
+    from scbm.cases import Case
+    from scbm.model import BehaviorModel
+    from scbm.realtime.bus import Bus
+    from scbm.realtime.children import Children
+    from scbm.realtime.tester import NodeRun
+    from scbm.running import RunnerOptions
+    from scbm.simulating import Choices
+
+T = TypeVar("T")
+
+
+class Cell(Protocol):
+    """What a tester finds itself in."""
+
+    async def open(self, model: BehaviorModel, complain: Callable[[str], None]) -> Bus:
+        """Joins it."""
+        ...
+
+    @property
+    def is_own(self) -> bool:
+        """Whether all of its nodes are begun here."""
+        ...
+
+    async def mend(self) -> None:
+        """Brings back what is lost, as far as that can be done from here. Raises `NotReadyError` if it never can."""
+        ...
+
+    async def keep(self) -> None:
+        """The same, whenever something is lost, until this is cancelled."""
+        ...
+
+    async def close(self) -> None:
+        """Leaves it, and ends what was begun."""
+        ...
+
+
+class LoopbackCell:
+    """Controller and resources in this process."""
+
+    def __init__(self, digest: str) -> None:
+        self._digest = digest
+        self._hub = LoopbackHub()
+        self._nodes: list[ControllerNode | ResourcesNode] = []
+        self._buses: list[Bus] = []
+
+    async def open(self, model: BehaviorModel, complain: Callable[[str], None]) -> Bus:
+        """Makes them."""
+        names = [resource.name for resource in model.resources]
+        seats = []
+        for role, resources in (("controller", []), ("resources", names)):
+            bus = self._hub.join(role)
+            self._buses.append(bus)
+            seats.append(Seat(bus, model, new_status(role, model, self._digest, resources), complain))
+        self._nodes = [ControllerNode(seats[0]), ResourcesNode(seats[1], PlainReactions())]
+        own = self._hub.join("tester")
+        self._buses.append(own)
+        return own
+
+    @property
+    def is_own(self) -> bool:
+        """It is."""
+        return True
+
+    async def mend(self) -> None:
+        """Nothing is ever lost."""
+
+    async def keep(self) -> None:
+        """Nothing is ever lost."""
+        await asyncio.Event().wait()
+
+    async def close(self) -> None:
+        """Ends them."""
+        for node in self._nodes:
+            await node.close()
+        for bus in self._buses:
+            await bus.close()
+
+
+class RemoteCell:
+    """Controller and resources in other processes: those of `children`, or whoever is there."""
+
+    def __init__(self, open_bus: Callable[[], Awaitable[Bus]], children: Children | None = None) -> None:
+        self._open_bus = open_bus
+        self._children = children
+        self._bus: Bus | None = None
+        self._complain: Callable[[str], None] = lambda _: None
+
+    async def open(self, model: BehaviorModel, complain: Callable[[str], None]) -> Bus:  # noqa: ARG002 - as all cells
+        """Joins first, so that what keeps everybody out is told once."""
+        self._complain = complain
+        self._bus = bus = await self._open_bus()
+        await self.mend()
+        return bus
+
+    @property
+    def is_own(self) -> bool:
+        """Whether they are children."""
+        return self._children is not None
+
+    async def mend(self) -> None:
+        """Starts children that are not there. Raises `NotReadyError` if one of them cannot work."""
+        if self._children is None:
+            return
+        if self._children.broken is not None:
+            raise NotReadyError((self._children.broken,))
+        for ended in await self._children.start():
+            self._complain(f"{ended}, and was started again")
+
+    async def keep(self) -> None:
+        """Starts children again whenever they end."""
+        while self._children is not None:
+            await self._children.one_ends()
+            await self.mend()
+        await asyncio.Event().wait()
+
+    async def close(self) -> None:
+        """Ends the children."""
+        if self._children is not None:
+            await self._children.end()
+        if self._bus is not None:
+            await self._bus.close()
+
+
+class Session:
+    """Runs cases over nodes. SIGINT ends it by `KeyboardInterrupt`, with the run given up."""
+
+    def __init__(self, cell: Cell, model: BehaviorModel, digest: str, time_scale: Fraction, wait_s: float) -> None:
+        """Begins with `with`.
+
+        Args:
+            cell: where the nodes are.
+            model: what is tested.
+            digest: its identity.
+            time_scale: how many seconds of a run pass in one of the wall.
+            wait_s: so long nodes may take to come.
+        """
+        self._cell = cell
+        self._model = model
+        self._digest = digest
+        self._time_scale = time_scale
+        self._wait_s = wait_s
+        self._runner = asyncio.Runner()
+        self._tester: TesterNode | None = None
+        self._was_lost = False
+        self._before: Any = None
+        self.complain: Callable[[str], None] = lambda _: None
+
+    def __enter__(self) -> Self:
+        """Joins the cell and waits for all of it. Raises `BusError`, `NotReadyError`."""
+        if current_thread() is main_thread():  # others cannot be interrupted
+            self._before = signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
+        try:
+            self._runner.run(self._open())
+        except BaseException:
+            self._close()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self._close()
+
+    def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
+        """Runs a case. Raises `LostError` if it is not finished."""
+        return self._runner.run(self._run(case, choices, options))
+
+    async def _open(self) -> None:
+        status = new_status("tester", self._model, self._digest)  # before others begin here: it is older than they
+        bus = await self._cell.open(self._model, self.complain)
+        seat = Seat(bus, self._model, status, self.complain)
+        self._tester = TesterNode(seat, self._time_scale, is_first=self._cell.is_own)
+        await _beside(self._cell.keep(), self._tester.wait_for_cell(self._wait_s))
+
+    async def _run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
+        assert self._tester is not None  # noqa: S101 - `with` has opened it
+        await self._cell.mend()
+        try:
+            waiting = self._tester.wait_for_cell(0.0 if self._was_lost else self._wait_s)
+            await _beside(self._cell.keep(), waiting)
+        except NotReadyError as error:
+            if self._tester.membership.rival() is not None:
+                raise
+            self._was_lost = True  # the next case does not wait as long again
+            raise LostError(str(error)) from None
+        self._was_lost = False
+        awaits = any(name in self._tester.real for name in self._measuring())
+        run = self._tester.run(case, choices, replace(options, awaits_measurements=awaits))
+        return await _beside(self._cell.keep(), run)
+
+    def _measuring(self) -> list[str]:
+        """The resources that may publish values unasked."""
+        return [resource.name for resource in self._model.resources if resource.measures]
+
+    def _close(self) -> None:
+        self._runner.run(self._cell.close())
+        self._runner.close()
+        if self._before is not None:
+            signal.signal(signal.SIGTERM, self._before)
+
+
+async def _beside(help_: Coroutine[Any, Any, None], work: Coroutine[Any, Any, T]) -> T:
+    """What the work returns; help goes on as long as it takes. Raises what either of them raises."""
+    tasks = helping, working = asyncio.ensure_future(help_), asyncio.ensure_future(work)
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        if helping.done():
+            helping.result()
+        return working.result()
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)

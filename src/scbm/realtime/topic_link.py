@@ -1,0 +1,127 @@
+"""A resource that is reached by a pair of topics: the protocol of drivers (docs/nodes.md)."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import TYPE_CHECKING, Any
+
+from scbm.realtime.links import Correlation, Measurement, Reply
+from scbm.realtime.wire import NotAMessageError, read_object
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scbm.realtime.bus import Bus, Received, Topic
+    from scbm.realtime.links import Hearer
+    from scbm.trace import Changes
+
+_ID = re.compile(r"([0-9A-Za-z_]{1,64})-([0-9]{1,18})")
+
+
+class TopicLink:
+    """Sends requests on one topic, and hears replies on another."""
+
+    def __init__(
+        self, bus: Bus, resource: str, topics: tuple[Topic, Topic], hearer: Hearer, complain: Callable[[str], None]
+    ) -> None:
+        """Made once for each resource.
+
+        Args:
+            bus: what carries it.
+            resource: its name in the model.
+            topics: that of requests, and that of replies.
+            hearer: whom it tells what comes.
+            complain: gets a sentence about each message that is none of the protocol.
+        """
+        self._bus = bus
+        self._resource = resource
+        self._topics = topics
+        self._hearer = hearer
+        self._complain = complain
+        self._waiting: dict[Correlation, str] = {}
+        self._was_there = False
+        self._requests = bus.publisher(topics[0], self._matched)
+        self._replies = bus.subscribe(topics[1], self._receive, self._matched)
+
+    @property
+    def is_there(self) -> bool:
+        """Whether somebody hears requests and somebody may answer."""
+        return bool(self._requests.peers and self._replies.peers)
+
+    def send(self, request: Correlation, values: Changes) -> None:
+        """Sends a request, or keeps it until somebody is there."""
+        text = json.dumps({"id": id_text(request), "request": dict(values)}, ensure_ascii=False)
+        if self.is_there:
+            self._requests.publish(text)
+        else:
+            self._waiting[request] = text
+
+    def cancel(self, request: Correlation) -> None:
+        """Nobody waits for this request any more."""
+        if self._waiting.pop(request, None) is None and self.is_there:
+            self._requests.publish(json.dumps({"id": id_text(request), "cancel": True}))
+
+    def why_alone(self) -> str | None:
+        """Why nobody is there, if it shows."""
+        return next(filter(None, map(self._bus.why_alone, self._topics)), None)
+
+    def _matched(self, _: int) -> None:
+        is_there = self.is_there
+        if is_there == self._was_there:
+            return
+        self._was_there = is_there
+        self._hearer.heard_presence(self._resource, is_there=is_there)
+        if is_there:
+            waiting, self._waiting = self._waiting, {}
+            for text in waiting.values():
+                self._requests.publish(text)
+
+    def _receive(self, received: Received) -> None:
+        try:
+            heard = read_reply(received.data, received.stamp_ns)
+        except NotAMessageError as error:
+            self._complain(f"a message on `{self._topics[1].name}` was dropped: {error}")
+            return
+        if isinstance(heard, Reply):
+            self._hearer.heard_reply(self._resource, heard)
+        else:
+            self._hearer.heard_values(self._resource, heard)
+
+
+def id_text(request: Correlation) -> str:
+    """A request as drivers see it: `<run>-<n>`."""
+    return f"{request.run}-{request.number}"
+
+
+def read_id(text: object) -> Correlation:
+    """The request that an id stands for. Raises `NotAMessageError`."""
+    match = _ID.fullmatch(text) if isinstance(text, str) else None
+    if match is None:
+        raise NotAMessageError("`id` is not that of a request")
+    return Correlation(match[1], int(match[2]))
+
+
+def read_reply(text: object, stamp_ns: int) -> Reply | Measurement:
+    """What a driver says. Raises `NotAMessageError`."""
+    data = read_object(text)
+    measured = _values(data.pop("measured", {}))
+    if "id" not in data:
+        _refuse_others(data)
+        return Measurement(measured, stamp_ns)
+    request, succeeded = read_id(data.pop("id")), data.pop("succeeded", None)
+    _refuse_others(data)
+    if not isinstance(succeeded, bool):
+        raise NotAMessageError("a reply says `succeeded`: true or false")
+    return Reply(request, succeeded, measured, stamp_ns)
+
+
+def _refuse_others(data: dict[str, Any]) -> None:
+    if data:
+        raise NotAMessageError(f"`{next(iter(data))[:40]}` is not known here")
+
+
+def _values(data: Any) -> Changes:  # noqa: ANN401 - JSON
+    if not isinstance(data, dict) or not all(isinstance(value, bool | int | str) for value in data.values()):
+        raise NotAMessageError("`measured` has variables and their values: true or false, a number, or a text")
+    return tuple(data.items())

@@ -1,0 +1,383 @@
+"""Nodes as processes in time of trouble: killed, stopped and started again at any moment."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from scbm.notation import digest_of, load_model
+from scbm.realtime.event_log import open_event_log, replay
+from scbm.running import Program
+from scbm.trace import (
+    Record,
+    ReplyReceived,
+    RequestCancelled,
+    RequestSent,
+    ResourceChanged,
+)
+from support.domains import LOOPBACK
+from support.node_processes import MODEL, ProcessCell, process_cell, process_of, verdicts, wait_for_end
+from support.overhearing import Overheard, overhearing
+
+SLOW = "outcomes: {arm: {outcome: succeed, after: 9 s}}"
+"""The arm answers a second before its deadline: at the usual scale, 20, after 450 ms."""
+
+LONG_LEASE = LOOPBACK.replace("</Discovery>", "<LeaseDuration>10min</LeaseDuration></Discovery>")
+"""For `CYCLONEDDS_URI`: who does not say good-bye is not missed in a test."""
+
+STOPS = (signal.SIGINT, signal.SIGTERM)
+
+
+@pytest.fixture
+def cell(domain: int, tmp_path: Path) -> Iterator[ProcessCell]:
+    with process_cell(domain, tmp_path) as made:
+        yield made
+
+
+@pytest.fixture
+def heard(cell: ProcessCell) -> Iterator[Overheard]:
+    with overhearing(cell.domain, load_model(cell.model)) as listening:
+        yield listening
+
+
+def records_of(cell: ProcessCell, case: str) -> tuple[Record, ...]:
+    """The records of a run that was logged, made again of its events."""
+    model = load_model(cell.model)
+    log = open_event_log(cell.log(case)).read(model, digest_of(model))
+    return replay(log, Program(model))
+
+
+def replies(records: tuple[Record, ...]) -> list[tuple[int, str]]:
+    return [(record.request, record.resource) for record in records if isinstance(record, ReplyReceived)]
+
+
+def changes(records: tuple[Record, ...]) -> list[tuple[str, str]]:
+    return [(record.resource, record.condition) for record in records if isinstance(record, ResourceChanged)]
+
+
+def waited_ns(records: tuple[Record, ...], request: int) -> int:
+    """How long a request was wanted that was cancelled."""
+    sent = next(record for record in records if isinstance(record, RequestSent) and record.request == request)
+    ended = next(record for record in records if isinstance(record, RequestCancelled) and record.request == request)
+    return ended.at_ns - sent.at_ns
+
+
+def lost(why: str) -> tuple[str, bool, str]:
+    """The verdict on a case."""
+    return ("lost", False, f"the run was not finished: {why}")
+
+
+REACHED = ("reached", True, "")
+
+
+# a resource
+
+
+def test_what_a_killed_resource_was_asked_times_out_and_what_it_is_asked_when_it_is_back_is_answered(
+    cell: ProcessCell,
+) -> None:
+    controller, arm, _lamp = cell.controller(), cell.resources("arm"), cell.resources("lamp")
+    tester = cell.tester(cell.case("one", SLOW))
+    arm.says("arm gets run_.*-1")
+    arm.kill()
+    controller.says("arm is not there")
+    arm = cell.resources("arm")
+    answered = int(arm.says("arm answers run_.*-(.*): succeeded")[1])
+    assert verdicts(tester.ends()) == {"one": REACHED}
+    records = records_of(cell, "one")
+    assert waited_ns(records, 1) == 10_000_000_000  # the deadline of the model
+    assert replies(records) == [(answered, "arm"), (answered + 1, "lamp")]
+    assert changes(records) == [("arm", "down"), ("arm", "well")]
+
+
+def test_a_resource_that_is_started_again_at_once_is_asked_as_well(cell: ProcessCell) -> None:
+    cell.controller()
+    arm, _lamp = cell.resources("arm"), cell.resources("lamp")
+    tester = cell.tester(cell.case("one", SLOW))
+    arm.says("arm gets run_.*-1")
+    arm.kill()
+    arm = cell.resources("arm")
+    answered = int(arm.says("arm answers run_.*-(.*): succeeded")[1])
+    assert answered > 1
+    assert verdicts(tester.ends()) == {"one": REACHED}
+    assert replies(records_of(cell, "one")) == [(answered, "arm"), (answered + 1, "lamp")]
+
+
+def test_a_goal_that_is_not_reached_as_a_resource_was_killed_is_no_failure_even_if_nobody_missed_it(
+    cell: ProcessCell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CYCLONEDDS_URI", LONG_LEASE)
+    cell.controller()
+    arm, _lamp = cell.resources("arm"), cell.resources("lamp")
+    tester = cell.tester(cell.case("one", f"{SLOW}\nlimits: {{plans: 3}}"))
+    arm.says("arm gets run_.*-1")
+    arm.kill()
+    assert verdicts(tester.ends()) == {"one": ("replan_limit", True, "")}
+    records = records_of(cell, "one")
+    assert changes(records) == []
+    assert waited_ns(records, 1) == 10_000_000_000
+
+
+def test_a_resource_that_was_stopped_for_a_while_goes_on(cell: ProcessCell) -> None:
+    controller, arm, _lamp = cell.controller(), cell.resources("arm"), cell.resources("lamp")
+    tester = cell.tester(cell.case("one", SLOW), cell.case("two"))
+    arm.says("arm gets run_.*-1")
+    arm.send(signal.SIGSTOP)
+    controller.says("arm is not there")
+    arm.send(signal.SIGCONT)
+    assert verdicts(tester.ends()) == {"one": REACHED, "two": REACHED}
+    assert changes(records_of(cell, "one")) == [("arm", "down"), ("arm", "well")]
+
+
+# the controller
+
+
+def test_a_case_that_loses_the_controller_is_lost_and_the_next_runs_with_the_new_one(cell: ProcessCell) -> None:
+    controller, arm = cell.controller(), cell.resources()
+    tester = cell.tester(cell.case("one", "outcomes: {arm: timeout}"), cell.case("two"))
+    run = arm.says("arm gets (run_.*)-1")[1]
+    controller.kill()
+    controller = cell.controller()
+    ended = tester.ends()
+    assert ended.code == 1
+    assert verdicts(ended) == {"one": lost("the controller was lost"), "two": REACHED}
+    assert ended.err == ""
+    assert not cell.log("one").exists()
+    assert [line for line in arm.said if run in line] == [f"arm gets {run}-1"]
+    assert controller.said[-1].startswith("two: reached")
+
+
+def test_a_reply_to_a_controller_that_is_gone_is_not_taken_by_its_successor(
+    cell: ProcessCell, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CYCLONEDDS_URI", LONG_LEASE)  # so the arm does not miss who asked, and answers
+    controller, arm = cell.controller(), cell.resources()
+    cell.tester(cell.case("one", SLOW))
+    arm.says("arm gets run_.*-1")
+    controller.kill()
+    controller = cell.controller()
+    controller.says("lamp is there")
+    arm.says("arm answers run_.*-1: succeeded")
+    controller.send(signal.SIGTERM)
+    ended = controller.ends()
+    assert (ended.code, ended.err) == (0, "")
+    assert sorted(ended.out.splitlines()[1:]) == ["arm is there", "lamp is there"]
+
+
+def test_a_controller_that_is_stopped_for_a_while_loses_its_case_and_the_cell_goes_on(
+    cell: ProcessCell, heard: Overheard
+) -> None:
+    controller, arm = cell.controller(), cell.resources()
+    tester = cell.tester(cell.case("one", SLOW), cell.case("two"))
+    arm.says("arm gets run_.*-1")
+    controller.send(signal.SIGSTOP)
+    heard.kind("abandon")
+    controller.send(signal.SIGCONT)
+    assert verdicts(tester.ends()) == {"one": lost("the controller was lost"), "two": REACHED}
+
+
+# the tester
+
+
+def test_a_controller_that_loses_the_tester_cancels_what_is_in_flight_and_serves_the_next(
+    cell: ProcessCell, heard: Overheard
+) -> None:
+    controller, arm = cell.controller(), cell.resources()
+    tester = cell.tester(cell.case("one", "outcomes: {arm: timeout}"), scale=1)
+    run = arm.says("arm gets (run_.*)-1")[1]
+    tester.kill()
+    controller.says("the tester is gone, and its run is given up")
+    assert heard.cancel() == f"{run}-1"
+    assert verdicts(cell.tester(cell.case("two")).ends()) == {"two": REACHED}
+    assert [line for line in arm.said if run in line] == [f"arm gets {run}-1"]
+
+
+def test_a_tester_that_is_started_again_at_once_does_not_wait_long_for_the_run_of_its_predecessor(
+    cell: ProcessCell,
+) -> None:
+    _controller, arm = cell.controller(), cell.resources()
+    tester = cell.tester(cell.case("one", SLOW), scale=1)
+    arm.says("arm gets run_.*-1")
+    tester.kill()
+    assert verdicts(cell.tester(cell.case("two")).ends()) == {"two": REACHED}
+
+
+def test_a_tester_that_was_stopped_for_a_while_calls_its_case_lost_and_goes_on(cell: ProcessCell) -> None:
+    controller, arm = cell.controller(), cell.resources()
+    tester = cell.tester(cell.case("one", SLOW), cell.case("two"))
+    arm.says("arm gets run_.*-1")
+    tester.send(signal.SIGSTOP)
+    controller.says("the tester is gone, and its run is given up")
+    tester.send(signal.SIGCONT)
+    ended = verdicts(tester.ends())
+    assert (ended["one"][:2], ended["two"]) == (("lost", False), REACHED)
+
+
+# leaving
+
+
+@pytest.mark.parametrize("stop", STOPS)
+def test_a_controller_that_is_ended_cancels_what_is_in_flight_and_its_case_is_lost_at_once(
+    cell: ProcessCell, monkeypatch: pytest.MonkeyPatch, stop: signal.Signals
+) -> None:
+    monkeypatch.setenv("CYCLONEDDS_URI", LONG_LEASE)
+    controller, arm = cell.controller(), cell.resources()
+    with overhearing(cell.domain, load_model(cell.model)) as heard:
+        tester = cell.tester(cell.case("one", SLOW), cell.case("two"))
+        request = arm.says("arm gets (run_.*-1)")[1]
+        controller.send(stop)
+        assert heard.cancel() == request
+    ended = controller.ends()
+    assert (ended.code, ended.err) == (0, "")
+    cell.controller()
+    assert verdicts(tester.ends()) == {"one": lost("the controller gave it up"), "two": REACHED}
+
+
+@pytest.mark.parametrize("stop", STOPS)
+def test_resources_that_are_ended_are_missed_at_once(
+    cell: ProcessCell, monkeypatch: pytest.MonkeyPatch, stop: signal.Signals
+) -> None:
+    monkeypatch.setenv("CYCLONEDDS_URI", LONG_LEASE)
+    controller, arm, _lamp = cell.controller(), cell.resources("arm"), cell.resources("lamp")
+    controller.says("arm is there")
+    arm.send(stop)
+    controller.says("arm is not there")
+    ended = arm.ends()
+    assert (ended.code, ended.err) == (0, "")
+
+
+@pytest.mark.parametrize("stop", STOPS)
+def test_a_tester_that_is_ended_has_its_run_given_up_at_once(
+    cell: ProcessCell, monkeypatch: pytest.MonkeyPatch, stop: signal.Signals
+) -> None:
+    monkeypatch.setenv("CYCLONEDDS_URI", LONG_LEASE)
+    controller, arm = cell.controller(), cell.resources()
+    with overhearing(cell.domain, load_model(cell.model)) as heard:
+        tester = cell.tester(cell.case("one", "outcomes: {arm: timeout}"), scale=1)
+        request = arm.says("arm gets (run_.*-1)")[1]
+        tester.send(stop)
+        assert heard.cancel() == request
+    ended = tester.ends()
+    assert (ended.code, ended.out, ended.err) == (130, "", "")
+    controller.says("one: aborted after .*")
+    assert verdicts(cell.tester(cell.case("two")).ends()) == {"two": REACHED}
+
+
+# who has no place
+
+
+def test_a_second_controller_ends_and_the_first_goes_on(cell: ProcessCell) -> None:
+    first, arm = cell.controller(), cell.resources()
+    tester = cell.tester(cell.case("one", SLOW), scale=2)
+    arm.says("arm gets run_.*-1")
+    ended = cell.start("node", "controller", cell.model).ends()
+    assert ended.code == 2
+    assert ended.err == (
+        f"DDS: error[bus-unusable]: a controller of `trouble` is already in DDS domain {cell.domain}: "
+        f"process {first.process.pid} on {os.uname().nodename}\n"
+        "    = stop it, or choose another domain with `--domain`\n"
+    )
+    assert verdicts(tester.ends()) == {"one": REACHED}
+    assert first.process.poll() is None
+
+
+def test_a_second_node_of_a_resource_ends_and_the_first_goes_on(cell: ProcessCell) -> None:
+    cell.controller()
+    first, _lamp = cell.resources("arm"), cell.resources("lamp")
+    tester = cell.tester(cell.case("one", SLOW), scale=2)
+    first.says("arm gets run_.*-1")
+    second = cell.start("node", "resources", cell.model, "arm").ends()
+    assert second.code == 2
+    assert (
+        f"a node of arm of `trouble` is already in DDS domain {cell.domain}: process {first.process.pid}" in second.err
+    )
+    assert "answers" not in second.out
+    assert verdicts(tester.ends()) == {"one": REACHED}
+    assert changes(records_of(cell, "one")) == []
+
+
+def test_a_second_tester_ends_and_the_first_goes_on(cell: ProcessCell) -> None:
+    _controller, arm = cell.controller(), cell.resources()
+    first = cell.tester(cell.case("one", SLOW), scale=2)
+    arm.says("arm gets run_.*-1")
+    second = cell.tester(cell.case("two")).ends()
+    assert (second.code, second.out) == (2, "")
+    assert f"another tester is at work: process {first.process.pid}" in second.err
+    assert verdicts(first.ends()) == {"one": REACHED}
+
+
+def test_whoever_tests_with_nodes_of_its_own_does_not_take_those_of_others(cell: ProcessCell) -> None:
+    first, _arm = cell.controller(), cell.resources()
+    ended = cell.start("test", cell.model, "--cases", 1, "--transport", "dds", "--time-scale", 20).ends()
+    assert (ended.code, ended.out) == (2, "")
+    assert f"process {first.process.pid}" in ended.err
+    assert first.process.poll() is None
+
+
+# who is missing
+
+
+def test_a_controller_of_another_version_of_the_model_is_told_of(cell: ProcessCell) -> None:
+    other = cell.directory / "other.yaml"
+    other.write_text(MODEL.replace("deadline: 10 s", "deadline: 9 s"), encoding="utf-8")
+    controller = cell.controller(other)
+    cell.resources()
+    ended = cell.tester(cell.case("one")).ends()
+    assert (ended.code, ended.out) == (2, "")
+    assert f"the controller has another version of the model: process {controller.process.pid}" in ended.err
+
+
+def test_without_a_controller_there_is_an_error(cell: ProcessCell) -> None:
+    cell.resources()
+    ended = cell.tester(cell.case("one"), "--wait", "2 s").ends()
+    assert (ended.code, ended.out) == (2, "")
+    assert "no controller of `trouble`" in ended.err
+
+
+def test_resources_that_nobody_simulates_are_told(cell: ProcessCell) -> None:
+    cell.controller()
+    cell.resources("arm")
+    ended = cell.tester(cell.case("one"), "--wait", "2 s").ends()
+    assert (ended.code, ended.out) == (2, "")
+    assert "nobody simulates `lamp`" in ended.err
+
+
+# a tester that has nodes of its own
+
+
+def test_a_tester_that_is_killed_leaves_none_of_its_nodes_behind(cell: ProcessCell, heard: Overheard) -> None:
+    case = cell.case("one", "outcomes: {arm: timeout}")
+    tester = cell.start("test", cell.model, case, "--transport", "dds")
+    nodes = [process_of(heard.status(role)) for role in ("controller", "resources")]
+    tester.kill()
+    for node in nodes:
+        wait_for_end(node)
+
+
+def test_a_controller_of_a_testers_own_that_is_killed_is_started_again_and_its_case_is_lost(
+    cell: ProcessCell, heard: Overheard
+) -> None:
+    cases = [cell.case("one", SLOW), cell.case("two"), cell.case("three")]
+    tester = cell.start("test", cell.model, *cases, "--transport", "dds", "--time-scale", 20, "--json")
+    controller = process_of(heard.status("controller"))
+    heard.kind("go")
+    os.kill(controller, signal.SIGKILL)
+    ended = tester.ends()
+    assert verdicts(ended) == {"one": lost("the controller was lost"), "two": REACHED, "three": REACHED}
+    assert ended.err == "scbm: the controller ended with -9, and was started again\n"
+
+
+def test_resources_of_a_testers_own_that_are_killed_are_started_again_and_the_case_goes_on(
+    cell: ProcessCell, heard: Overheard
+) -> None:
+    tester = cell.start("test", cell.model, cell.case("one", SLOW), "--transport", "dds", "--time-scale", 20, "--json")
+    resources = process_of(heard.status("resources"))
+    heard.kind("go")
+    os.kill(resources, signal.SIGKILL)
+    ended = tester.ends()
+    assert verdicts(ended) == {"one": REACHED}
+    assert ended.err == "scbm: the node of resources ended with -9, and was started again\n"

@@ -1,0 +1,225 @@
+"""Nodes as real processes, in a DDS domain of their own: started, listened to, killed, and waited for."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import select
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from queue import Empty, Queue
+from threading import Thread
+from typing import IO, Any
+
+GUARD_S = 60.0
+"""After so long something hangs. No test waits for it."""
+
+MODEL = """
+behavior_model: trouble
+variables:
+  pressed: {domain: bool, initial: false}
+  lit: {domain: bool, initial: false}
+  arm_command: {domain: [none, press], initial: none}
+resources:
+  arm: {request: [arm_command], simulation: {latency: 1 s}}
+  lamp: {simulation: {latency: 1 s}}
+operations:
+  press:
+    deadline: 10 s
+    pre: {g: arm_req_state == initial && pressed == false, a: [arm_req_trigger <- true, arm_command <- press]}
+    post:
+      gr: arm_req_state == succeeded
+      a: [arm_req_state <- initial, arm_req_trigger <- false, pressed <- true]
+    timedout: [arm_req_trigger <- false]
+  light:
+    deadline: 10 s
+    pre: {g: lamp_req_state == initial && pressed == true && lit == false, a: [lamp_req_trigger <- true]}
+    post:
+      gr: lamp_req_state == succeeded
+      a: [lamp_req_state <- initial, lamp_req_trigger <- false, lit <- true]
+    timedout: [lamp_req_trigger <- false]
+goals: {done: lit == true}
+"""
+"""An arm presses, then a lamp is lit. What is not answered is tried again."""
+
+
+class Ended:
+    """What a process said, and how it ended."""
+
+    def __init__(self, code: int, out: str, err: str) -> None:
+        self.code = code
+        self.out = out
+        self.err = err
+
+
+class NodeProcess:
+    """A process whose lines of stdout can be waited for.
+
+    Attributes:
+        process: of the operating system.
+    """
+
+    def __init__(self, command: list[str], directory: Path) -> None:
+        self.process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=directory
+        )
+        self._said: list[str] = []
+        self._complained: list[str] = []
+        self._lines: Queue[str | None] = Queue()
+        self._complaints: Queue[str | None] = Queue()
+        assert self.process.stdout is not None
+        assert self.process.stderr is not None
+        self._threads = [
+            Thread(target=_read, args=(self.process.stdout, self._said, self._lines), daemon=True),
+            Thread(target=_read, args=(self.process.stderr, self._complained, self._complaints), daemon=True),
+        ]
+        for thread in self._threads:
+            thread.start()
+
+    def says(self, pattern: str, guard_s: float = GUARD_S) -> re.Match[str]:
+        """Waits for a line of stdout that matches as a whole; those before it are left behind."""
+        return self._hears(self._lines, pattern, guard_s)
+
+    def complains(self, pattern: str, guard_s: float = GUARD_S) -> re.Match[str]:
+        """The same, of stderr."""
+        return self._hears(self._complaints, pattern, guard_s)
+
+    def _hears(self, lines: Queue[str | None], pattern: str, guard_s: float) -> re.Match[str]:
+        try:
+            while (line := lines.get(timeout=guard_s)) is not None:
+                if match := re.fullmatch(pattern, line):
+                    return match
+        except Empty:
+            raise AssertionError(f"for {guard_s} s nothing like `{pattern}`: {self.all}") from None
+        raise AssertionError(f"it ended, and said nothing like `{pattern}`: {self.all}")
+
+    @property
+    def all(self) -> str:
+        """What it said so far."""
+        return "\n".join(("", *self._said, "-- stderr", *self._complained))
+
+    @property
+    def said(self) -> tuple[str, ...]:
+        """The lines of stdout so far."""
+        return tuple(self._said)
+
+    def send(self, name: signal.Signals) -> None:
+        """Sends a signal."""
+        self.process.send_signal(name)
+
+    def kill(self) -> None:
+        """SIGKILL, and it is gone."""
+        self.process.kill()
+        self.process.wait(GUARD_S)
+
+    def ends(self, guard_s: float = GUARD_S) -> Ended:
+        """Waits until it ends."""
+        code = self.process.wait(guard_s)
+        for thread in self._threads:
+            thread.join(guard_s)
+        return Ended(code, "".join(f"{line}\n" for line in self._said), "".join(f"{c}\n" for c in self._complained))
+
+
+def _read(stream: IO[str], kept: list[str], lines: Queue[str | None]) -> None:
+    for line in stream:
+        kept.append(line.rstrip("\n"))
+        lines.put(kept[-1])
+    lines.put(None)
+
+
+@dataclass
+class ProcessCell:
+    """Processes of one model in one domain, whose files are in one directory."""
+
+    domain: int
+    directory: Path
+    stack: ExitStack
+    model: Path = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.model = self.directory / "model.yaml"
+        self.model.write_text(MODEL, encoding="utf-8")
+
+    def case(self, name: str, text: str = "") -> Path:
+        """A case file for the goal, with more lines of it."""
+        path = self.directory / f"{name}.yaml"
+        path.write_text(f"case: {name}\nmodel: model.yaml\ngoal: done\n{text}\n", encoding="utf-8")
+        return path
+
+    def start(self, *arguments: object) -> NodeProcess:
+        """`scbm …` in the domain; it is killed at the end, if it still runs."""
+        command = [sys.executable, "-m", "scbm", *map(str, arguments), "--domain", str(self.domain)]
+        node = NodeProcess(command, self.directory)
+        self.stack.callback(_end, node.process)
+        return node
+
+    def controller(self, model: Path | None = None) -> NodeProcess:
+        """A controller, which is there."""
+        node = self.start("node", "controller", model or self.model)
+        node.says("controller of .*")
+        return node
+
+    def resources(self, *names: str) -> NodeProcess:
+        """Resources, which are there."""
+        node = self.start("node", "resources", self.model, *names)
+        node.says("resources of .*")
+        return node
+
+    def tester(self, *arguments: object, scale: int = 20) -> NodeProcess:
+        """A tester at work, which prints JSON at its end and keeps all logs."""
+        options = ("--json", "--logs", "logs", "--time-scale", scale)
+        return self.start("node", "tester", self.model, *arguments, *options)
+
+    def log(self, case: str) -> Path:
+        """The log of a case."""
+        return self.directory / "logs" / f"{case}.log"
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    if process.poll() is None:
+        process.send_signal(signal.SIGCONT)
+        process.kill()
+    process.wait(GUARD_S)
+    for stream in (process.stdin, process.stdout, process.stderr):
+        if stream is not None:
+            stream.close()
+
+
+@contextmanager
+def process_cell(domain: int, directory: Path) -> Iterator[ProcessCell]:
+    """A cell without processes yet; all of them are ended at the end."""
+    with ExitStack() as stack:
+        yield ProcessCell(domain, directory, stack)
+
+
+def verdicts(ended: Ended) -> dict[str, tuple[str, bool, str]]:
+    """Of each case that a tester reports: its end, whether it passed, and why not."""
+    assert ended.out, ended.err
+    cases = json.loads(ended.out)["cases"]
+    return {case["name"]: (case["verdict"], case["passed"], "; ".join(case["failures"])) for case in cases}
+
+
+def wait_for_end(process: int, guard_s: float = GUARD_S) -> None:
+    """Waits until a process has ended that is nobody's child here."""
+    try:
+        handle = os.pidfd_open(process)
+    except ProcessLookupError:
+        return
+    try:
+        ready, _, _ = select.select([handle], [], [], guard_s)
+    finally:
+        os.close(handle)
+    assert ready, f"process {process} still runs"
+
+
+def process_of(status: dict[str, Any]) -> int:
+    """The process of a node that said who it is."""
+    match = re.match(r"process (\d+) on ", status["words"])
+    assert match, status
+    return int(match[1])

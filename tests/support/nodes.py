@@ -1,0 +1,100 @@
+"""Cells of nodes: on `loopback` in virtual time, where runs are those of simulations; in wall time; over DDS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from time import monotonic_ns
+
+from scbm.cases import Case
+from scbm.model import BehaviorModel
+from scbm.notation import digest_of
+from scbm.planning import PlanLimits
+from scbm.realtime import Bus, ControllerNode, ResourcesNode, Seat, TesterNode, new_status
+from scbm.realtime.loopback import LoopbackHub
+from scbm.simulating import PlainReactions
+from scbm.testing import Execution, Tester
+from scbm.trace import MessageDisturbed, Record, ResourceChanged
+from support.virtual_loop import VirtualLoop
+
+
+@dataclass
+class Stage:
+    """Where nodes of a model sit, and what they say to people.
+
+    Attributes:
+        model: what they are for.
+        join: opens a bus for a node of this name.
+        now_ns: the clock of all.
+    """
+
+    model: BehaviorModel
+    join: Callable[[str], Bus]
+    now_ns: Callable[[], int] = monotonic_ns
+    complaints: list[str] = field(default_factory=list)
+    told: list[str] = field(default_factory=list)
+    seats: dict[str, Seat] = field(default_factory=dict)
+
+    @staticmethod
+    def virtual(model: BehaviorModel, loop: VirtualLoop) -> Stage:
+        return Stage(model, LoopbackHub(loop.now_ns).join, loop.now_ns)
+
+    def seat(self, role: str, resources: Iterable[str] = (), digest: str | None = None) -> Seat:
+        """A seat on a bus of its own; the last one of each role is kept."""
+        status = new_status(role, self.model, digest or digest_of(self.model), resources)
+        seat = Seat(self.join(role), self.model, status, self.complaints.append, self.told.append, self.now_ns)
+        self.seats[role] = seat
+        return seat
+
+    def controller(self, plan_limits: PlanLimits | None = None) -> ControllerNode:
+        return ControllerNode(self.seat("controller"), plan_limits=plan_limits)
+
+    def resources(self, names: Iterable[str] | None = None) -> ResourcesNode:
+        known = [resource.name for resource in self.model.resources]
+        return ResourcesNode(self.seat("resources", known if names is None else names), PlainReactions())
+
+    def tester(self, time_scale: Fraction = Fraction(1)) -> TesterNode:
+        return TesterNode(self.seat("tester"), time_scale)
+
+
+async def run_cases(stage: Stage, cases: Iterable[Case], time_scale: Fraction = Fraction(1)) -> list[Execution]:
+    """Runs cases one by one in a whole cell, and leaves it."""
+    controller, resources = stage.controller(), stage.resources()
+    node, tester = stage.tester(time_scale), Tester(stage.model)
+    await node.wait_for_cell(10.0)
+    executions = [await run_case(node, tester, case) for case in cases]
+    await controller.close()
+    await resources.close()
+    for seat in stage.seats.values():
+        await seat.bus.close()
+    assert stage.complaints == []
+    return executions
+
+
+async def run_case(node: TesterNode, tester: Tester, case: Case) -> Execution:
+    """Runs one."""
+    choices = tester.choices_of(case)
+    done = await node.run(case, choices, tester.options_of(case))
+    return tester.judged(case, done.run, done.log.reactions, done.log)
+
+
+def notes(records: Iterable[Record]) -> list[Record]:
+    """What the tester noted of the network; where such a record stands depends on when the note of it came."""
+    return [record for record in records if _is_note(record)]
+
+
+def without_notes(records: Iterable[Record]) -> list[Record]:
+    """What the runner said."""
+    return [record for record in records if not _is_note(record)]
+
+
+def without_times(records: Sequence[Record]) -> list[Record]:
+    """The same records, all at once: messages and plans take time where nothing is simulated."""
+    return [replace(record, at_ns=0) for record in records]
+
+
+def _is_note(record: Record) -> bool:
+    return isinstance(record, MessageDisturbed) or (
+        isinstance(record, ResourceChanged) and record.injection == "network"
+    )

@@ -1,0 +1,159 @@
+"""`scbm replay` of logs: the run is shown and judged as it was, and what does not fit is said."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Protocol
+
+import pytest
+
+from scbm.cases import Expectations, Forced
+from scbm.model import Outcome
+from scbm.notation import digest_of, load_model, write_case
+from scbm.realtime.event_log import EventLog, write_event_log
+from scbm.testing import RandomCases
+from scbm.trace import End, read_trace
+from support.capturing import captured
+
+ROOT = Path(__file__).parents[3]
+AFTER = ROOT / "examples/robot_in_the_air/after.yaml"
+BEFORE = ROOT / "examples/robot_in_the_air/before.yaml"
+MODEL = load_model(AFTER)
+
+
+class Ran(Protocol):
+    code: int
+    out: str
+    err: str
+
+
+Scbm = Callable[..., Ran]
+
+
+def _log(number: int = 3) -> EventLog:
+    """A run in which something is lost on the way."""
+    case = RandomCases(MODEL, network=None).case(7, number)
+    log, _ = captured(MODEL, case)
+    return replace(log, digest=digest_of(MODEL), model_file=str(AFTER))
+
+
+def _save(log: EventLog, path: Path) -> Path:
+    path.write_text(write_event_log(log, MODEL), encoding="utf-8", newline="")
+    return path
+
+
+@pytest.mark.parametrize("number", range(1, 9))
+def test_a_log_shows_what_its_case_shows_in_simulation(scbm: Scbm, tmp_path: Path, number: int) -> None:
+    log = _log(number)
+    path = _save(log, tmp_path / "run.jsonl")
+    case = tmp_path / "case.yaml"
+    case.write_text(write_case(log.case, MODEL, str(AFTER)), encoding="utf-8")
+    for options in ((), ("--all",), ("--require", "never robot_at == home")):
+        replayed, simulated = scbm("replay", path, *options), scbm("replay", case, *options)
+        assert (replayed.code, replayed.out, replayed.err) == (simulated.code, simulated.out, "")
+    traces = [tmp_path / "replayed", tmp_path / "simulated"]
+    told = json.loads(scbm("replay", path, "--json", "--trace", traces[0]).out)
+    assert told.pop("is_recorded_run") is True
+    expected = json.loads(scbm("replay", case, "--json", "--trace", traces[1]).out)
+    assert expected.pop("is_recorded_run") is None
+    assert told == expected
+    assert traces[0].read_bytes() == traces[1].read_bytes()
+    assert read_trace(traces[0].read_text(encoding="utf-8")).records
+
+
+def test_a_log_is_judged_by_its_case(scbm: Scbm, tmp_path: Path) -> None:
+    log = _log()
+    expecting = replace(log.case, expect=Expectations(End.PLANNER_LIMIT))
+    ran = scbm("replay", _save(replace(log, case=expecting), tmp_path / "run.jsonl"))
+    assert (ran.code, ran.err) == (1, "")
+    assert "FAILED  expected the run to end `planner_limit`" in ran.out
+
+
+def test_what_happened_to_the_requests_of_a_log_excuses_that_the_goal_is_not_reached(
+    scbm: Scbm, tmp_path: Path
+) -> None:
+    goal = MODEL.goals[0]
+    case = RandomCases(MODEL).case(1, 1)
+    everything = [Forced(r.name, 1, None, Outcome.TIMEOUT) for r in MODEL.resources]
+    log, _ = captured(MODEL, replace(case, goal=goal[0], predicate=goal[1], outcomes=tuple(everything), origin=None))
+    log = replace(log, digest=digest_of(MODEL), model_file=str(AFTER))
+    assert log.end is not End.REACHED
+    assert scbm("replay", _save(log, tmp_path / "run.jsonl")).code == 0
+    blameless = tuple(replace(reaction, outcome=Outcome.SUCCEED) for reaction in log.reactions)
+    case = replace(log.case, outcomes=())
+    ran = scbm("replay", _save(replace(log, case=case, reactions=blameless), tmp_path / "run.jsonl"))
+    assert (ran.code, "nothing was made to go wrong" in ran.out) == (1, True)
+
+
+def test_another_trace_than_the_recorded_one_is_told(scbm: Scbm, tmp_path: Path) -> None:
+    path = _save(replace(_log(), trace="0" * 64), tmp_path / "run.jsonl")
+    ran = scbm("replay", path)
+    assert ran.code == 1
+    assert f"{path}: error[replay-differs]: this is not the run that the log was saved from" in ran.err
+    assert "●" in ran.out
+    assert json.loads(scbm("replay", path, "--json").out)["is_recorded_run"] is False
+
+
+def test_a_log_has_the_time_limit_of_its_run(scbm: Scbm, tmp_path: Path) -> None:
+    ran = scbm("replay", _save(_log(), tmp_path / "run.jsonl"), "--time-limit", "1 h")
+    assert ran.code == 2
+    assert "--time-limit: error[bad-option]: a log is of one run, which had its time limit" in ran.err
+
+
+def test_the_model_of_a_log_is_seen_from_where_the_log_is(scbm: Scbm, tmp_path: Path) -> None:
+    (tmp_path / "models").mkdir()
+    (tmp_path / "logs").mkdir()
+    (tmp_path / "models/cell.yaml").write_bytes(AFTER.read_bytes())
+    path = _save(replace(_log(), model_file="../models/cell.yaml"), tmp_path / "logs/run.jsonl")
+    assert scbm("replay", path).code == 0
+    nowhere = _save(replace(_log(), model_file=None), tmp_path / "logs/run.jsonl")
+    ran = scbm("replay", nowhere)
+    assert (ran.code, "error[model-missing]: the log does not say where its model is" in ran.err) == (2, True)
+    assert scbm("replay", nowhere, "--model", AFTER).code == 0
+    lost = _save(replace(_log(), model_file="gone.yaml"), tmp_path / "logs/run.jsonl")
+    assert "error[file-missing]" in scbm("replay", lost).err
+
+
+def test_a_log_of_another_version_of_the_model_is_refused(scbm: Scbm, tmp_path: Path) -> None:
+    ran = scbm("replay", _save(_log(), tmp_path / "run.jsonl"), "--model", BEFORE)
+    assert ran.code == 2
+    assert "error[log-other-model]: this log is of another model than this one" in ran.err
+
+
+def test_events_that_do_not_end_the_run_are_refused(scbm: Scbm, tmp_path: Path) -> None:
+    log = _log()
+    ran = scbm("replay", _save(replace(log, steps=log.steps[:2]), tmp_path / "run.jsonl"))
+    assert (ran.code, ran.out) == (2, "")
+    assert "error[bad-log]: the run does not end with these events" in ran.err
+
+
+def test_a_trace_is_told_to_be_one(scbm: Scbm, tmp_path: Path) -> None:
+    path = tmp_path / "run.jsonl"
+    scbm("replay", _save(_log(), tmp_path / "log.jsonl"), "--trace", path)
+    ran = scbm("replay", path)
+    assert (ran.code, "error[bad-log]: this is the trace of a run" in ran.err) == (2, True)
+
+
+@pytest.mark.parametrize("name", ["run.yaml", "run", "case.jsonl"])
+def test_names_do_not_matter(scbm: Scbm, tmp_path: Path, name: str) -> None:
+    log = _log()
+    assert scbm("replay", _save(log, tmp_path / name)).code == 0
+    (tmp_path / name).write_text(write_case(log.case, MODEL, str(AFTER)), encoding="utf-8")
+    assert scbm("replay", tmp_path / name).code == 0
+
+
+def test_the_trace_replaces_nothing_that_is_read(scbm: Scbm, tmp_path: Path) -> None:
+    path = _save(_log(), tmp_path / "run.jsonl")
+    before = path.read_bytes()
+    ran = scbm("replay", path, "--trace", path)
+    assert (ran.code, "is also the run to show" in ran.err) == (2, True)
+    assert path.read_bytes() == before
+
+
+def test_what_cannot_be_read_is_told_once(scbm: Scbm, tmp_path: Path) -> None:
+    for path in (tmp_path, tmp_path / "missing"):
+        ran = scbm("replay", path)
+        assert (ran.code, ran.err.count("error[")) == (2, 1)

@@ -1,0 +1,483 @@
+"""The controller runs one case after the other, tells each step, and takes nothing that belongs to another run."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Awaitable, Callable
+from dataclasses import asdict, dataclass, field, replace
+from hashlib import sha256
+from threading import Event as ThreadEvent
+from typing import Any
+
+import pytest
+
+from scbm.cases import Case
+from scbm.model import BehaviorModel
+from scbm.notation import read_case, write_case
+from scbm.planning import RememberedPlans
+from scbm.realtime.bus import Received
+from scbm.realtime.cell import CellTopics
+from scbm.realtime.event_json import Note as NoteEvent
+from scbm.realtime.event_json import event_json, read_event
+from scbm.realtime.loopback import LoopbackHub
+from scbm.realtime.wire import Abandon, Ended, Go, Message, Note, Prepare, Prepared, Refused, Stepped, decode, encode
+from scbm.running import (
+    AskPlan,
+    CancelRequest,
+    ChangeResource,
+    InjectionGiven,
+    PlanAnswered,
+    Program,
+    ReplyArrived,
+    RunFinished,
+    Runner,
+    RunnerOptions,
+    SendRequest,
+    TimePassed,
+)
+from scbm.trace import MessageDisturbed, Record, ResourceChanged, Trace, write_trace
+from support import loops
+from support.models import scan_cell
+from support.nodes import Stage
+from support.virtual_loop import VirtualLoop, run_virtually
+
+MODEL = scan_cell()
+TOPICS = CellTopics.of(MODEL)
+CASE = read_case("case: scans\ngoal: scanned\n", MODEL)
+SECOND_NS = 10**9
+
+
+@dataclass
+class Bench:
+    """A controller between a tester and a driver that a test plays."""
+
+    stage: Stage
+    model: BehaviorModel = MODEL
+    told: list[Message] = field(default_factory=list)
+    asked: list[dict[str, Any]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.news = asyncio.Event()
+        self.node = self.stage.controller()
+        self.tester = self.stage.join("tester")
+        self.tester.subscribe(TOPICS.run, self._hear)
+        self.cases = self.tester.publisher(TOPICS.case)
+
+    def open_driver(self) -> None:
+        self.driver = self.stage.join("driver")
+        self.driver.subscribe(TOPICS.request("scan"), self._take)
+        self.replies = self.driver.publisher(TOPICS.reply("scan"))
+
+    def _hear(self, received: Received) -> None:
+        self.told.append(decode(received.data))
+        self.news.set()
+
+    def _take(self, received: Received) -> None:
+        assert isinstance(received.data, str)
+        self.asked.append(json.loads(received.data))
+        self.news.set()
+
+    async def until(self, is_so: Callable[[], bool]) -> None:
+        while not is_so():
+            self.news.clear()
+            await self.news.wait()
+
+    def say(self, message: Message) -> None:
+        self.cases.publish(encode(message))
+
+    def prepare(self, run: str = "run_1", case: Case = CASE, **other: Any) -> None:  # noqa: ANN401 - fields
+        nodes = (self.node.membership.own.node,)
+        text = write_case(case, self.model, None)
+        self.say(replace(Prepare(run, nodes, text, asdict(RunnerOptions()), "1", False), **other))
+
+    def reply(self, request: int, run: str = "run_1", *, succeeded: bool = True) -> None:
+        self.replies.publish(json.dumps({"id": f"{run}-{request}", "succeeded": succeeded}))
+
+    # what came of it
+
+    @property
+    def steps(self) -> list[Stepped]:
+        return [message for message in self.told if isinstance(message, Stepped)]
+
+    def ended(self) -> list[str]:
+        return [message.run for message in self.told if isinstance(message, Ended)]
+
+    def others(self) -> list[Message]:
+        return [message for message in self.told if not isinstance(message, Stepped | Ended)]
+
+    def events(self, run: str = "run_1") -> list[Any]:
+        return [read_event(step.event, self.model, step.at_ns) for step in self.steps if step.run == run]
+
+    def kinds(self, run: str = "run_1") -> list[str]:
+        return [type(event).__name__ for event in self.events(run)]
+
+
+def play(scene: Callable[[Bench, VirtualLoop], Awaitable[None]], model: BehaviorModel = MODEL) -> None:
+    async def main(loop: VirtualLoop) -> None:
+        bench = Bench(Stage.virtual(model, loop), model)
+        bench.open_driver()
+        await loop.settle()
+        await scene(bench, loop)
+
+    run_virtually(main)
+
+
+async def going(bench: Bench, loop: VirtualLoop, **other: Any) -> None:  # noqa: ANN401 - fields
+    """A run whose first request is sent."""
+    bench.prepare(**other)
+    await loop.settle()
+    bench.say(Go("run_1"))
+    await loop.settle()
+    assert [said["id"] for said in bench.asked] == ["run_1-1"]
+
+
+def test_a_run_is_prepared_let_go_and_told_step_by_step_to_its_end() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.prepare()
+        await loop.settle(5 * SECOND_NS)
+        assert bench.told == [Prepared("run_1", bench.node.membership.own.node)]
+        bench.say(Go("run_1"))
+        await loop.settle(2 * SECOND_NS)
+        assert bench.asked == [{"id": "run_1-1", "request": {"scan_command": "scan_box"}}]
+        bench.reply(1)
+        await loop.settle()
+        assert bench.kinds() == ["GoalGiven", "PlanAnswered", "ReplyArrived"]
+        assert [step.number for step in bench.steps] == [1, 2, 3]
+        assert [step.at_ns for step in bench.steps] == [0, 0, 2 * SECOND_NS]
+        ended = bench.told[-1]
+        assert isinstance(ended, Ended)
+        records = rerun(bench)
+        trace = Trace(MODEL.name, "scans", tuple(records))
+        assert (ended.steps, ended.trace) == (3, sha256(write_trace(trace).encode()).hexdigest())
+
+    play(scene)
+
+
+def rerun(bench: Bench, run: str = "run_1") -> list[Record]:
+    """The records that a fresh runner makes of the steps."""
+    runner = Runner(Program(bench.model), CASE.initial)
+    records: list[Record] = []
+    for step, event in zip(bench.steps, bench.events(run), strict=True):
+        effects = [event] if isinstance(event, NoteEvent) else runner.handle(event, step.at_ns)
+        outward = (AskPlan, CancelRequest, ChangeResource, RunFinished, SendRequest)
+        records += [effect for effect in effects if not isinstance(effect, outward)]
+    return records
+
+
+def test_it_is_ready_once_requests_reach_all_resources() -> None:
+    async def main(loop: VirtualLoop) -> None:
+        bench = Bench(Stage.virtual(MODEL, loop))
+        bench.prepare()
+        await loop.settle()
+        assert bench.told == []
+        bench.open_driver()
+        await loop.settle()
+        assert bench.told == []
+        bench.prepare()  # the tester asks again
+        await loop.settle()
+        assert bench.told == [Prepared("run_1", bench.node.membership.own.node)]
+
+    run_virtually(main)
+
+
+def test_what_is_meant_for_another_node_is_not_prepared() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.prepare(nodes=("another",))
+        bench.say(Go("run_1"))
+        await loop.settle()
+        assert (bench.told, bench.asked) == ([], [])
+
+    play(scene)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"case": "goal: scanned"},
+        {"case": "case: x\ngoal: nothing_known"},
+        {"case": "{" * 10_000},
+        {"options": {}},
+        {"options": asdict(RunnerOptions()) | {"time_limit_ns": "long"}},
+        {"options": asdict(RunnerOptions()) | {"plan_limit": -1}},
+        {"options": asdict(RunnerOptions()) | {"more": 1}},
+        {"time_scale": "0"},
+        {"time_scale": "-2"},
+        {"time_scale": "1e999999999"},
+    ],
+)
+def test_a_case_that_cannot_be_read_is_refused_with_a_reason(wrong: dict[str, Any]) -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        case = wrong.get("case")
+        message = Prepare(
+            "run_1",
+            (bench.node.membership.own.node,),
+            write_case(CASE, MODEL, None),
+            asdict(RunnerOptions()),
+            "1",
+            False,
+        )
+        bench.say(replace(message, **wrong))
+        bench.say(Go("run_1"))
+        await loop.settle()
+        (refused,) = bench.told
+        assert isinstance(refused, Refused)
+        assert (refused.run, refused.node) == ("run_1", bench.node.membership.own.node)
+        assert refused.why.startswith("the case cannot be read: ")
+        assert case is None or "error" in refused.why
+        bench.prepare("run_2")
+        await loop.settle()
+        assert bench.told[1:] == [Prepared("run_2", bench.node.membership.own.node)]
+
+    play(scene)
+
+
+def test_replies_to_other_runs_are_dropped() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        bench.reply(1, "run_0")
+        bench.reply(1, "somebody")
+        await loop.settle()
+        assert bench.kinds() == ["GoalGiven", "PlanAnswered"]
+        bench.reply(1)
+        await loop.settle()
+        assert bench.ended() == ["run_1"]
+        bench.reply(1)
+        await loop.settle()
+        assert len(bench.steps) == 3
+
+    play(scene)
+
+
+def test_values_that_come_unasked_are_given_to_the_run() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        bench.replies.publish('{"measured": {"temperature": 7}}')
+        await loop.settle()
+        assert event_json(bench.events()[-1]) == {"kind": "measured", "values": {"temperature": 7}}
+
+    play(scene)
+
+
+def test_going_twice_begins_one_run() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.say(Go("run_1"))  # too early
+        await going(bench, loop)
+        bench.say(Go("run_1"))
+        bench.prepare()  # a run that goes on is not prepared
+        await loop.settle()
+        assert bench.kinds() == ["GoalGiven", "PlanAnswered"]
+        assert len(bench.others()) == 1
+
+    play(scene)
+
+
+@pytest.mark.parametrize("how", ["prepare", "abandon", "tester", "close"])
+def test_a_run_that_is_given_up_ends_by_the_rules_of_the_model(how: str) -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        match how:
+            case "prepare":
+                bench.prepare("run_2")
+            case "abandon":
+                bench.say(Abandon("run_1"))
+            case "tester":
+                await bench.tester.close()
+            case _:
+                await bench.node.close()
+        await loop.settle()
+        assert bench.asked[1:] == [{"id": "run_1-1", "cancel": True}]
+        bench.reply(1)
+        await loop.settle(20 * SECOND_NS)
+        assert len(bench.asked) == 2
+        if how != "tester":
+            assert isinstance(bench.events()[-1], InjectionGiven)
+            assert bench.ended() == ["run_1"]
+
+    play(scene)
+
+
+def test_a_request_that_still_waits_for_its_resource_is_forgotten_with_its_run() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.prepare()
+        await loop.settle()
+        await bench.driver.close()
+        bench.say(Go("run_1"))
+        await loop.settle()
+        bench.say(Abandon("run_1"))
+        await loop.settle()
+        bench.open_driver()
+        await loop.settle(SECOND_NS)
+        assert bench.asked == []
+
+    play(scene)
+
+
+def test_another_tester_cannot_take_a_run_away_nor_end_it_by_leaving() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        other = bench.stage.join("tester")
+        text = write_case(CASE, MODEL, None)
+        nodes = (bench.node.membership.own.node,)
+        other.publisher(TOPICS.case).publish(encode(Prepare("run_2", nodes, text, asdict(RunnerOptions()), "1", False)))
+        await loop.settle()
+        await other.close()
+        await loop.settle()
+        bench.reply(1)
+        await loop.settle()
+        assert bench.ended() == ["run_1"]
+        assert len(bench.others()) == 1
+
+    play(scene)
+
+
+def test_the_next_run_begins_at_the_beginning() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        bench.reply(1)
+        await loop.settle()
+        bench.prepare("run_2", case=replace(CASE, name="again"))
+        await loop.settle(SECOND_NS)
+        bench.say(Go("run_2"))
+        await loop.settle(SECOND_NS)
+        assert [said["id"] for said in bench.asked] == ["run_1-1", "run_2-1"]
+        bench.reply(1)  # to the run before
+        bench.reply(1, "run_2", succeeded=False)
+        await loop.settle()
+        assert bench.kinds("run_2") == ["GoalGiven", "PlanAnswered", "ReplyArrived", "PlanAnswered"]
+        assert [step.number for step in bench.steps if step.run == "run_2"] == [1, 2, 3, 4]
+
+    play(scene)
+
+
+def test_deadlines_and_records_are_in_time_of_the_run() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop, time_scale="5")
+        await loop.settle(2 * SECOND_NS + 1_000)
+        assert bench.asked[1] == {"id": "run_1-1", "cancel": True}
+        (passed,) = [
+            step.at_ns for step, event in zip(bench.steps, bench.events(), strict=True) if isinstance(event, TimePassed)
+        ]
+        assert passed == 10 * SECOND_NS
+
+    play(scene)
+
+
+def test_notes_of_the_tester_stand_in_the_trace_with_the_time_at_which_they_come() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        await loop.settle(SECOND_NS - 2_000)
+        bench.say(Note("run_1", event_json(MessageDisturbed(0, 1, "scan", "reply", 0))))
+        bench.say(Note("run_0", event_json(MessageDisturbed(0, 1, "scan", "reply", 0))))
+        await loop.settle()
+        (noted,) = [event for event in bench.events() if isinstance(event, MessageDisturbed)]
+        assert noted == MessageDisturbed(noted.at_ns, 1, "scan", "reply", 0)
+        assert noted.at_ns == pytest.approx(SECOND_NS, abs=10_000)
+
+    play(scene)
+
+
+@pytest.mark.parametrize(
+    "note", [{}, {"kind": "time"}, {"kind": "resource", "resource": "nobody", "condition": "down"}]
+)
+def test_a_note_that_is_none_is_dropped_with_a_sentence(note: dict[str, Any]) -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        bench.say(Note("run_1", note))
+        bench.cases.publish("what")
+        await loop.settle()
+        first, second = bench.stage.complaints
+        assert first.startswith("a note of the tester was dropped: ")
+        assert second == "a message of a tester was dropped: this is not JSON"
+        assert bench.kinds() == ["GoalGiven", "PlanAnswered"]
+
+    play(scene)
+
+
+def test_a_resource_that_is_lost_or_comes_back_stands_in_the_trace_and_no_request_is_sent_again() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        await bench.driver.close()
+        await loop.settle(SECOND_NS)
+        bench.open_driver()
+        await loop.settle(SECOND_NS)
+        changes = [event.condition for event in bench.events() if isinstance(event, ResourceChanged)]
+        assert changes == ["down", "well"]
+        assert len(bench.asked) == 1
+
+    play(scene)
+
+
+def test_a_resource_that_is_not_there_when_the_run_begins_gets_its_request_when_it_comes() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.prepare()
+        await loop.settle()
+        await bench.driver.close()
+        await loop.settle()
+        bench.say(Go("run_1"))
+        await loop.settle(SECOND_NS)
+        assert bench.asked == []
+        assert bench.events()[1] == ResourceChanged(0, "network", "scan", "down")
+        bench.open_driver()
+        await loop.settle()
+        assert [said["id"] for said in bench.asked] == ["run_1-1"]
+
+    play(scene)
+
+
+def test_a_reply_that_came_before_a_deadline_is_in_time_however_busy_the_process_is() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        await loop.settle(9 * SECOND_NS)
+        bench.reply(1)
+        loop.let_pass_ns(5 * SECOND_NS)
+        await loop.settle()
+        assert bench.kinds()[2:] == ["ReplyArrived"]
+        assert bench.steps[-1].at_ns == pytest.approx(9 * SECOND_NS, abs=10_000)
+
+    play(scene)
+
+
+def test_replies_are_heard_while_a_plan_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    may_go_on = ThreadEvent()
+
+    plan = RememberedPlans.plan
+
+    def plan_late(plans: RememberedPlans, *arguments: Any) -> Any:  # noqa: ANN401 - as the planner has it
+        may_go_on.wait(loops.GUARD_S)
+        return plan(plans, *arguments)
+
+    monkeypatch.setattr(RememberedPlans, "plan", plan_late)
+
+    async def scene() -> None:
+        bench = Bench(Stage(MODEL, LoopbackHub().join))
+        bench.open_driver()
+        await asyncio.sleep(0)  # those who came learn of each other
+        bench.prepare()
+        await bench.until(lambda: bool(bench.told))
+        bench.say(Go("run_1"))
+        await bench.until(lambda: bool(bench.steps))
+        bench.replies.publish('{"measured": {"temperature": 7}}')
+        await bench.until(lambda: len(bench.steps) == 2)
+        may_go_on.set()
+        await bench.until(lambda: bool(bench.asked))
+        assert bench.kinds() == ["GoalGiven", "Measured", "PlanAnswered"]
+        await bench.node.close()
+
+    loops.run(scene())
+
+
+def test_a_plan_for_a_run_that_is_over_is_given_to_no_other() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.prepare()
+        await loop.settle()
+        bench.say(Go("run_1"))
+        bench.say(Abandon("run_1"))
+        bench.prepare("run_2")
+        bench.say(Go("run_2"))
+        await loop.settle()
+        assert PlanAnswered.__name__ not in bench.kinds("run_1")
+        assert bench.kinds("run_2") == ["GoalGiven", "PlanAnswered"]
+        assert ReplyArrived.__name__ not in bench.kinds("run_2")
+
+    play(scene)

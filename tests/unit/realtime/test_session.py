@@ -1,0 +1,173 @@
+"""A cell for those that have no event loop: opened, waited for, mended, closed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+from threading import Thread
+
+import pytest
+
+from scbm.model import BehaviorModel
+from scbm.notation import digest_of, read_case
+from scbm.realtime import (
+    Bus,
+    BusError,
+    ControllerNode,
+    LoopbackCell,
+    LostError,
+    NotReadyError,
+    Seat,
+    Session,
+    TesterNode,
+    new_status,
+)
+from scbm.realtime.loopback import LoopbackHub
+from scbm.realtime.session import Cell, RemoteCell
+from scbm.testing import Tester
+from scbm.testing.on_nodes import NodeTester
+from scbm.testing.verdicts import FailureKind
+from scbm.trace import End
+from support.models import scan_cell
+
+MODEL = scan_cell(("measures: [temperature]", "measures: [temperature]\n    simulation: {latency: 1 s}"))
+DIGEST = digest_of(MODEL)
+CASE = read_case("case: scans\ngoal: scanned\n", MODEL)
+
+
+def in_thread(work: Callable[[], None]) -> None:
+    """The main thread may have an event loop already, of the browser's."""
+    raised: list[BaseException] = []
+
+    def guarded() -> None:
+        try:
+            work()
+        except BaseException as error:  # noqa: BLE001 - it is raised where the test is
+            raised.append(error)
+
+    thread = Thread(target=guarded)
+    thread.start()
+    thread.join()
+    if raised:
+        raise raised[0]
+
+
+def session(cell: Cell, wait_s: float = 60.0, digest: str = DIGEST) -> Session:
+    return Session(cell, MODEL, digest, Fraction(1_000), wait_s)
+
+
+def test_cases_run_one_by_one_in_a_cell_of_this_process() -> None:
+    def work() -> None:
+        with session(LoopbackCell(DIGEST)) as opened:
+            tester = Tester(MODEL)
+            for _ in range(2):
+                done = opened.run(CASE, tester.choices_of(CASE), tester.options_of(CASE))
+                assert done.run.end is End.REACHED
+                assert [record.kind for record in done.run.records] == [
+                    record.kind for record in tester.execute(CASE).trace.records
+                ]
+                assert done.log.options == tester.options_of(CASE)
+
+    in_thread(work)
+
+
+class Incomplete(LoopbackCell):
+    """A cell whose controller leaves before the second case, and what is done with it."""
+
+    def __init__(self, *, loses: bool = False) -> None:
+        super().__init__(DIGEST)
+        self.loses = loses
+        self.mended = 0
+        self.is_closed = False
+
+    async def mend(self) -> None:
+        self.mended += 1
+        if self.loses and self.mended == 2:
+            await self._nodes[0].close()
+            await self._buses[0].close()
+
+    async def close(self) -> None:
+        self.is_closed = True
+        buses = self._buses[1:] if self.loses and self.mended >= 2 else self._buses
+        for bus in buses:
+            await bus.close()
+
+
+def test_a_cell_that_is_mended_in_vain_loses_the_case_and_the_next_does_not_wait_as_long(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    waits: list[float] = []
+    wait_for_cell = TesterNode.wait_for_cell
+
+    async def kept(node: TesterNode, wait_s: float) -> None:
+        waits.append(wait_s)
+        await wait_for_cell(node, wait_s)
+
+    monkeypatch.setattr(TesterNode, "wait_for_cell", kept)
+
+    def work() -> None:
+        cell = Incomplete(loses=True)
+        with session(cell, wait_s=0.1) as opened:
+            tester = NodeTester(Tester(MODEL), opened)
+            verdicts = [execution.verdict for execution in tester.executions([CASE] * 3)]
+        assert [verdict.passed for verdict in verdicts] == [True, False, False]
+        assert [verdict.end for verdict in verdicts[1:]] == [End.LOST, End.LOST]
+        ((failure,), _) = (verdict.failures for verdict in verdicts[1:])
+        assert failure.kind is FailureKind.LOST
+        assert "no controller of `scan_cell`" in failure.message
+        assert cell.mended == 3
+        assert waits == [0.1, 0.1, 0.1, 0.0]
+        assert cell.is_closed
+
+    in_thread(work)
+
+
+def test_a_cell_that_is_not_whole_is_told_and_left() -> None:
+    def work() -> None:
+        hub = LoopbackHub()
+
+        async def open_bus() -> Bus:
+            bus = hub.join("controller")
+            ControllerNode(Seat(bus, MODEL, new_status("controller", MODEL, DIGEST), print))
+            return hub.join("tester")
+
+        with pytest.raises(NotReadyError) as raised, session(RemoteCell(open_bus), wait_s=0.05):
+            pytest.fail("nobody simulates its resource")
+        assert raised.value.reasons == ("nobody simulates `scan`",)
+
+    in_thread(work)
+
+
+def test_a_bus_that_cannot_be_opened_is_told() -> None:
+    async def open_bus() -> Bus:
+        raise BusError("there is no network", "plug it in")
+
+    def work() -> None:
+        with pytest.raises(BusError, match="there is no network"), session(RemoteCell(open_bus)):
+            pytest.fail("there is no bus")
+
+    in_thread(work)
+
+
+def test_another_version_of_the_model_is_told_at_once() -> None:
+    def work() -> None:
+        with pytest.raises(NotReadyError, match="another version of the model"), session(LoopbackCell("other")):
+            pytest.fail("the nodes have another model")
+
+    in_thread(work)
+
+
+def test_a_run_that_is_lost_says_why() -> None:
+    class Refusing(LoopbackCell):
+        async def open(self, model: BehaviorModel, complain: Callable[[str], None]) -> Bus:
+            other = scan_cell(("initial: 5}", "initial: 4}"), ("scanned: box", "renamed: box"))
+            assert other.name == model.name
+            return await super().open(other, complain)
+
+    def work() -> None:
+        with session(Refusing(DIGEST)) as opened:
+            tester = Tester(MODEL)
+            with pytest.raises(LostError, match="the controller refused the run: the case cannot be read"):
+                opened.run(CASE, tester.choices_of(CASE), tester.options_of(CASE))
+
+    in_thread(work)

@@ -1,0 +1,65 @@
+"""Cases that are run over nodes are judged as those of simulations; a run that was lost is never passed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from scbm.cases import Case
+from scbm.notation import read_case
+from scbm.realtime import LostError, NodeRun
+from scbm.realtime.event_log import EventLog
+from scbm.running import RunnerOptions
+from scbm.simulating import Choices, Simulator
+from scbm.testing import FailureKind, Tester
+from scbm.testing.on_nodes import NodeTester
+from scbm.trace import End
+from support.models import scan_cell
+
+MODEL = scan_cell()
+CASES = [
+    read_case("case: scans\ngoal: scanned\nexpect: {verdict: reached}\n", MODEL),
+    read_case(
+        "case: fails\ngoal: scanned\noutcomes: {scan: fail}\nlimits: {plans: 2}\nexpect: {verdict: reached}\n", MODEL
+    ),
+    read_case("case: hurries\ngoal: scanned\nlimits: {time: 3 ms}\n", MODEL),
+]
+
+
+@dataclass
+class Simulates:
+    """Runs cases as a session does, in simulation; loses those of a name."""
+
+    loses: str | None = None
+    options: list[RunnerOptions] = field(default_factory=list)
+
+    def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
+        self.options.append(options)
+        if case.name == self.loses:
+            raise LostError("the controller was lost")
+        run = Simulator(MODEL, options).run(case, choices)
+        log = EventLog(MODEL.name, "d" * 64, case, options, Fraction(1), (), choices.taken, run.end, "t" * 64)
+        return NodeRun(run, log)
+
+
+def test_verdicts_are_those_of_simulations() -> None:
+    tester = Tester(MODEL)
+    session = Simulates()
+    for case, real in zip(CASES, NodeTester(tester, session).executions(CASES), strict=True):
+        simulated = tester.execute(case)
+        assert (real.verdict, real.trace, real.reactions) == (simulated.verdict, simulated.trace, simulated.reactions)
+        assert (real.visited, real.ended_ns, real.unused) == (simulated.visited, simulated.ended_ns, simulated.unused)
+        assert real.log is not None
+        assert real.log.case == case
+    assert session.options == [tester.options_of(case) for case in CASES]
+
+
+def test_a_run_that_is_lost_is_not_passed_visited_nothing_and_the_next_goes_on() -> None:
+    first, second, third = NodeTester(Tester(MODEL), Simulates(loses="fails")).executions(CASES)
+    assert first.verdict.passed
+    assert not second.verdict.passed
+    assert (second.verdict.end, second.visited, second.log, second.reactions) == (End.LOST, 0, None, ())
+    (failure,) = second.verdict.failures
+    assert failure.kind is FailureKind.LOST
+    assert "the controller was lost" in failure.message
+    assert third.verdict.end is not End.LOST
