@@ -21,11 +21,12 @@ import tempfile
 import time
 from collections import Counter
 from dataclasses import dataclass, field
+from hashlib import sha256
 from itertools import count
 from pathlib import Path
 from statistics import median
 from threading import Event, Thread
-from typing import IO, TYPE_CHECKING
+from typing import IO, TYPE_CHECKING, Any
 
 from scbm.notation import digest_of, load_model
 from scbm.realtime.cell import CellTopics
@@ -41,7 +42,6 @@ if TYPE_CHECKING:
     from scbm.realtime.bus import Received
 
 MODEL = Path(__file__).parents[1] / "examples" / "robot_in_the_air" / "after.yaml"
-DOMAIN = 230
 LOOPBACK = (
     "<CycloneDDS><Domain Id='any'><General><Interfaces><NetworkInterface name='lo' multicast='false'/></Interfaces>"
     "<AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>"
@@ -67,11 +67,14 @@ ENDS_S = 15.0
 HANGS_S = 240.0
 """A tester that takes so long for its cases hangs."""
 
+_LATE_NS = 3_000_000_000
+"""What is told so long after a kill is told of another one."""
+
 KINDS = (
     *((signal.SIGKILL,) * 7),
     signal.SIGTERM,
     signal.SIGINT,
-    signal.SIGSTOP,
+    *((signal.SIGSTOP,) * 2),
 )
 NODES = ("controller", "robot, gantry", "scanner, gripper", "tester")
 
@@ -87,7 +90,7 @@ class Line:
 class Process:
     """A node, and what it says."""
 
-    def __init__(self, name: str, arguments: list[str], directory: Path) -> None:
+    def __init__(self, name: str, arguments: list[str], directory: Path, domain: int) -> None:
         """Starts it."""
         self.name = name
         self.out: list[Line] = []
@@ -95,9 +98,14 @@ class Process:
         self.hits: list[tuple[int, signal.Signals]] = []
         self.began_ns = time.monotonic_ns()
         self.ended_ns: int | None = None
-        command = [sys.executable, "-m", "scbm", "node", *arguments, "--domain", str(DOMAIN)]
-        self.popen = subprocess.Popen(
-            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=directory
+        self.command = [sys.executable, "-m", "scbm", "node", *arguments, "--domain", str(domain)]
+        self.popen: subprocess.Popen[str] = subprocess.Popen(
+            self.command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=directory,
         )
         pairs = ((self.popen.stdout, self.out), (self.popen.stderr, self.err))
         self._threads = [Thread(target=_read, args=pair, daemon=True) for pair in pairs]
@@ -148,6 +156,7 @@ class Listener:
     """Hears what the tester and the controller say."""
 
     model: BehaviorModel
+    domain: int
     runs: dict[str, Run] = field(default_factory=dict)
     _is_there: Event = field(default_factory=Event)
     _is_over: asyncio.Event = field(default_factory=asyncio.Event)
@@ -165,7 +174,7 @@ class Listener:
 
     async def _listen(self) -> None:
         self._loop = asyncio.get_running_loop()
-        bus, topics = open_dds("listener", DOMAIN, print), CellTopics.of(self.model)
+        bus, topics = open_dds("listener", self.domain, print), CellTopics.of(self.model)
         bus.subscribe(topics.case, self._hear)
         bus.subscribe(topics.run, self._hear)
         self._is_there.set()
@@ -189,9 +198,10 @@ class Listener:
 class Cell:
     """The processes, those that were killed among them."""
 
-    def __init__(self, directory: Path, chance: random.Random, seed: int) -> None:
+    def __init__(self, directory: Path, domain: int, chance: random.Random, seed: int) -> None:
         """Starts all of them."""
         self.directory = directory
+        self.domain = domain
         self.chance = chance
         self.wrong: list[str] = []
         self.kills: Counter[tuple[str, str]] = Counter()
@@ -210,7 +220,7 @@ class Cell:
             arguments = ["controller", model]
         else:
             arguments = ["resources", model, *name.split(", ")]
-        self.all.append(Process(name, arguments, self.directory))
+        self.all.append(Process(name, arguments, self.directory, self.domain))
         return self.all[-1]
 
     def calm(self, seconds: float) -> None:
@@ -222,7 +232,7 @@ class Cell:
                 tester.popen.wait(min(left, 0.2))
             except subprocess.TimeoutExpired:
                 if time.monotonic_ns() - tester.began_ns > HANGS_S * 1e9:
-                    self.wrong.append(f"a tester hangs: {tester.popen.args}")
+                    self.wrong.append(f"a tester hangs: {tester.command}")
                     tester.hit(signal.SIGKILL)
             else:
                 tester.end(ENDS_S)
@@ -275,12 +285,13 @@ def check(cell: Cell, listener: Listener, model: BehaviorModel) -> Counter[str]:
         try:
             report = json.loads("\n".join(line.text for line in tester.out))
         except ValueError:
-            cell.wrong.append(f"a tester reports nothing: {tester.popen.args} {tester.err}")
+            cell.wrong.append(f"a tester reports nothing: {tester.command} {tester.err}")
             continue
         if len(report["cases"]) != CASES:
             cell.wrong.append(f"{len(report['cases'])} cases have a verdict")
         for case in report["cases"]:
             verdicts[_word(case)] += 1
+            verdicts.update(case["failures"])
             cell.wrong += _wrong_verdict(case, tester, cell, listener)
     for process in cell.all:
         cell.wrong += _wrong_end(process)
@@ -291,28 +302,23 @@ def check(cell: Cell, listener: Listener, model: BehaviorModel) -> Counter[str]:
     return verdicts
 
 
-def _word(case: dict[str, object]) -> str:
+def _word(case: dict[str, Any]) -> str:
     end = str(case["verdict"]).replace("_", " ")
     return end if case["passed"] or end == "lost" else f"{end}, failed"
 
 
-def _wrong_verdict(case: dict[str, object], tester: Process, cell: Cell, listener: Listener) -> Iterator[str]:
-    assert tester.ended_ns is not None
-    runs = [
-        run
-        for run in listener.runs.values()
-        if run.case == case["name"] and tester.began_ns < run.asked_ns < tester.ended_ns
-    ]
+def _wrong_verdict(case: dict[str, Any], tester: Process, cell: Cell, listener: Listener) -> Iterator[str]:
+    runs = [run for run in listener.runs.values() if run.case == case["name"]]  # testers have seeds of their own
     told = f"{case['name']}: {case['failures']}"
     if case["verdict"] == "lost":
         begin = runs[0].asked_ns if runs else tester.began_ns
-        end = (runs[0].abandoned_ns if runs else None) or tester.ended_ns
+        end = (runs[0].abandoned_ns if runs else None) or time.monotonic_ns()
         if not _was_hit(cell, tester, begin - 5_000_000_000, end):
             yield f"lost, and nobody was hit: {told}"
     elif not case["passed"]:
         yield f"failed: {told}"
     elif not runs or runs[0].went_ns is None or runs[0].ended_ns is None:
-        yield f"passed, and nobody saw it end: {told}"
+        return  # who listens may not have found a new node yet that speaks already
     elif any(
         runs[0].went_ns < stamp_ns < runs[0].ended_ns - 100_000_000
         for process in cell.all
@@ -335,11 +341,9 @@ def _was_hit(cell: Cell, tester: Process, begin_ns: int, end_ns: int) -> bool:
 
 def _wrong_end(process: Process) -> Iterator[str]:
     code, kinds = process.popen.returncode, [kind for _, kind in process.hits]
-    if process.name == "tester":
-        expected: tuple[int, ...] = (130, -2, -15) if process.was_ended else (0, 1)
-    else:
-        expected = (0, -2, -15)
-    if process.ended_ns is not None and signal.SIGKILL not in kinds and code not in expected:
+    early = () if process.out else (130, -signal.SIGTERM)  # it was ended while it loaded
+    good = (0,) if process.name != "tester" else (130,) if process.was_ended else (0, 1)
+    if process.ended_ns is not None and signal.SIGKILL not in kinds and code not in (*good, *early):
         yield f"{process.name} ended with {code} after {kinds}: {[line.text for line in process.err]}"
 
 
@@ -357,8 +361,6 @@ def _twice(cell: Cell) -> Iterator[str]:
 def _wrong_log(path: Path, model: BehaviorModel) -> Iterator[str]:
     log = open_event_log(path).read(model, digest_of(model))
     records = replay(log, Program(model))
-    from hashlib import sha256  # noqa: PLC0415
-
     if sha256(write_trace(Trace(model.name, log.case.name, records)).encode()).hexdigest() != log.trace:
         yield f"{path} gives another trace"
     sent = [record.request for record in records if isinstance(record, RequestSent)]
@@ -397,7 +399,7 @@ def noticed(cell: Cell, listener: Listener) -> dict[str, list[float]]:
 
 
 def _add(seconds: list[float], stamp_ns: int, later_ns: list[int]) -> None:
-    behind = [later - stamp_ns for later in later_ns if 0 < later - stamp_ns < 3_000_000_000]
+    behind = [later - stamp_ns for later in later_ns if 0 < later - stamp_ns < _LATE_NS]
     if behind:
         seconds.append(min(behind) / 1e9)
 
@@ -421,14 +423,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--kills", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--domain", type=int, default=230)
     options = parser.parse_args()
     os.environ.setdefault("CYCLONEDDS_URI", LOOPBACK)
     model = load_model(MODEL)
-    listener = Listener(model)
+    listener = Listener(model, options.domain)
     listener.start()
     began = time.monotonic()
     with tempfile.TemporaryDirectory() as directory:
-        cell = Cell(Path(directory), random.Random(options.seed), options.seed)  # noqa: S311 - no secrets
+        chance = random.Random(options.seed)  # noqa: S311 - no secrets
+        cell = Cell(Path(directory), options.domain, chance, options.seed)
         cell.calm(3)
         for number in range(1, options.kills + 1):
             cell.kill_one()

@@ -25,7 +25,8 @@ BITS = len(Obligations.of(cell()).all)
 def pairs() -> SearchStrategy[Pairs]:
     """Some of eight cases, each with anything that may have come of it: real runs need not agree."""
     case = st.sampled_from(results(1, 8))
-    outcome = st.tuples(st.integers(0, 2**BITS - 1), st.sampled_from([end for end in End if end is not End.LOST]), st.integers(0, 5))
+    ends = [end for end in End if end is not End.LOST]
+    outcome = st.tuples(st.integers(0, 2**BITS - 1), st.sampled_from(ends), st.integers(0, 5))
     result = st.builds(
         lambda pair, o: (pair[0], replace(pair[1], visited=o[0], verdict=Verdict(o[1]), ended_ns=o[2])), case, outcome
     )

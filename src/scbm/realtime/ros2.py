@@ -69,8 +69,6 @@ def _told(what: str) -> Iterator[None]:
     """Raises `BusError` for whatever rclpy raises: its errors have no base of their own."""
     try:
         yield
-    except BusError:
-        raise
     except Exception as error:
         raise _error(f"{what}: {str(error).partition(', at ')[0] or type(error).__name__}") from error
 
@@ -108,9 +106,9 @@ class Ros2Bus:
 
     def publisher(self, topic: Topic, matched: Callable[[int], None] | None = None) -> _Publisher:
         """A publisher. Raises `BusError` for names and types that this ROS 2 does not have."""
-        class_ = _class(topic.type.value)
+        class_, qos = _class(topic.type.value), self._qos(topic)
         with _told(f"`{topic.name}` cannot be published"):
-            entity = self._node.create_publisher(class_, topic.name, self._qos(topic))
+            entity = self._node.create_publisher(class_, topic.name, qos)
         self._sent.append((topic, entity))
         return _Publisher(topic, entity, class_, self._look_at(entity.get_subscription_count, matched))
 
@@ -128,9 +126,9 @@ class Ros2Bus:
         def receive_later(message: Foreign) -> None:
             self._later(receive, Received(message.data, 0, monotonic_ns()))
 
-        class_ = _class(topic.type.value)
+        class_, qos = _class(topic.type.value), self._qos(topic)
         with _told(f"`{topic.name}` cannot be heard"):
-            entity = self._node.create_subscription(class_, topic.name, receive_later, self._qos(topic))
+            entity = self._node.create_subscription(class_, topic.name, receive_later, qos)
         self._heard.append(topic)
         return self._look_at(entity.get_publisher_count, matched)
 
@@ -138,9 +136,8 @@ class Ros2Bus:
         self, service: Service, receive: Callable[[Answered], None], matched: Callable[[int], None] | None = None
     ) -> _Client:
         """A client. Raises `BusError` for names and types that this ROS 2 does not have, or has with other fields."""
-        class_ = _service_class(service.type)
+        class_, qos = _service_class(service.type), self._qos(Topic(service.name))
         with _told(f"`{service.name}` cannot be called"):
-            qos = self._qos(Topic(service.name))
             entity = self._node.create_client(class_, service.name, qos_profile=qos)
         peers = self._look_at(lambda: int(entity.service_is_ready()), matched)
         return _Client(service, entity, class_.Request, peers, partial(self._later, receive))
@@ -203,10 +200,7 @@ class Ros2Bus:
 
     def _look(self) -> None:
         for peers in tuple(self._peers):
-            seen = peers.look()
-            if seen != peers.seen:
-                peers.seen = seen
-                self._later(peers.are, seen)
+            self._later(peers.are, peers.look())
 
     # the end
 
@@ -235,13 +229,11 @@ class _Peers:
     Attributes:
         look: counts them, on the thread of the executor.
         matched: gets their number on the loop.
-        seen: their number, as that thread knows it.
-        peers: as the loop knows it.
+        peers: their number, as the loop knows it.
     """
 
     look: Callable[[], int]
     matched: Callable[[int], None] | None
-    seen: int = 0
     peers: int = 0
 
     def are(self, number: int) -> None:
