@@ -34,6 +34,7 @@ operations:
     deadline: 10 s
     pre: {g: arm_req_state == initial && pressed == false, a: [arm_req_trigger <- true, arm_command <- press]}
     post:
+      g: true
       gr: arm_req_state == succeeded
       a: [arm_req_state <- initial, arm_req_trigger <- false, pressed <- true]
     timedout: [arm_req_trigger <- false]
@@ -41,6 +42,7 @@ operations:
     deadline: 10 s
     pre: {g: lamp_req_state == initial && pressed == true && lit == false, a: [lamp_req_trigger <- true]}
     post:
+      g: true
       gr: lamp_req_state == succeeded
       a: [lamp_req_state <- initial, lamp_req_trigger <- false, lit <- true]
     timedout: [lamp_req_trigger <- false]

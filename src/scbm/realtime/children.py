@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from asyncio.subprocess import DEVNULL, PIPE, Process
 from dataclasses import dataclass, field
+from signal import Signals
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ class Children:
             if process is not None and process.returncode is None:
                 continue
             if process is not None:
-                ended.append(f"{name} ended with {process.returncode}")
+                ended.append(f"{name} {_end(process.returncode)}")
             self._running[name] = await asyncio.create_subprocess_exec(*command, stdin=PIPE, stdout=DEVNULL)
         return tuple(ended)
 
@@ -40,7 +41,7 @@ class Children:
     def broken(self) -> str | None:
         """Which of them cannot work, and said why before it ended: nobody stopped it."""
         codes = ((name, process.returncode) for name, process in self._running.items())
-        return next((f"{name} ended with {code}" for name, code in codes if code is not None and code > 0), None)
+        return next((f"{name} {_end(code)}" for name, code in codes if code is not None and code > 0), None)
 
     async def one_ends(self) -> None:
         """Waits until one of them ends by itself."""
@@ -63,3 +64,7 @@ class Children:
             except TimeoutError:
                 process.kill()
                 await process.wait()
+
+
+def _end(code: int | None) -> str:
+    return f"was ended by {Signals(-code).name}" if code is not None and code < 0 else f"ended with {code}"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from typing import TYPE_CHECKING
@@ -20,6 +19,7 @@ from scbm.realtime.event_json import NETWORK, event_json, read_note
 from scbm.realtime.event_log import read_options
 from scbm.realtime.links import Correlation
 from scbm.realtime.membership import Membership
+from scbm.realtime.planner_thread import PlannerThread
 from scbm.realtime.topic_link import TopicLink
 from scbm.realtime.wire import (
     Abandon,
@@ -96,7 +96,7 @@ class ControllerNode:
         self._program = Program(model)
         self._plans = RememberedPlans(Planner(model))
         self._plan_limits = plan_limits or PlanLimits()
-        self._thread = ThreadPoolExecutor(1, "planner")
+        self._thread = PlannerThread()
         self._loop = asyncio.get_running_loop()
         self._run: _Run | None = None
         self._records: list[Record] = []
@@ -140,7 +140,7 @@ class ControllerNode:
         self._give_up()
         if self._timer is not None:
             self._timer.cancel()
-        self._thread.shutdown(wait=False, cancel_futures=True)
+        self._thread.shutdown()
 
     # the tester
 

@@ -53,7 +53,7 @@ def test_one_that_was_killed_is_started_again_and_told_of(tmp_path: Path) -> Non
         running.send_signal(signal.SIGKILL)
         await children.one_ends()
         assert children.broken is None  # somebody stopped it
-        assert await children.start() == (f"the controller ended with {-signal.SIGKILL}",)
+        assert await children.start() == ("the controller was ended by SIGKILL",)
         await children.end()
         assert pids(path)[-1] != running.pid
 

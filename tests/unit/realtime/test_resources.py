@@ -20,6 +20,7 @@ from scbm.realtime.wire import (
     Answering,
     Become,
     Fate,
+    Forgot,
     Message,
     Prepare,
     Prepared,
@@ -435,6 +436,19 @@ def test_decisions_about_another_run_are_nothing() -> None:
         bench.prepare("run_2", nodes=("another",))
         bench.send(1)
         assert await bench.after(2) == []
+        bench.react(1)
+        assert await bench.after(2) == [("run_1-1", True)]
+
+    play(scene)
+
+
+def test_a_tester_whose_run_it_does_not_know_is_told_so_and_what_came_meanwhile_is_begun_with_the_run() -> None:
+    async def scene(bench: Bench) -> None:
+        bench.send(1)
+        bench.react(1)
+        await bench.after(1)
+        assert bench.told == [Forgot("run_1", bench.node.membership.own.node)]
+        bench.prepare()
         bench.react(1)
         assert await bench.after(2) == [("run_1-1", True)]
 

@@ -21,6 +21,7 @@ from scbm.realtime.wire import (
     Abandon,
     Answering,
     Ended,
+    Forgot,
     Go,
     Message,
     Note,
@@ -487,6 +488,21 @@ def test_a_node_that_joins_late_is_prepared_and_told_what_holds() -> None:
         kinds = [message.kind for message in late.heard if not isinstance(message, Prepare | Note)]
         assert kinds == ["restart", "react"]
         assert bench.said(Go) == [Go(controller.run)]
+        task.cancel()
+
+    play(scene)
+
+
+def test_a_node_that_has_forgotten_the_run_is_prepared_again_and_told_what_holds() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, resources, task = await going(bench, loop, RESTARTS)
+        await loop.settle(int(2.5 * SECOND_NS))
+        resources.heard.clear()
+        resources.say(Forgot(controller.run, resources.status.node))
+        await loop.settle(SECOND_NS // 4)
+        assert [message.kind for message in resources.heard] == ["prepare", "restart", "react"]
+        assert len(resources.prepared) == 2
+        assert len(controller.prepared) == 1
         task.cancel()
 
     play(scene)
