@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from typing import TYPE_CHECKING
 
@@ -66,7 +66,7 @@ _LOOK_S = 0.5
 
 @dataclass(slots=True)
 class _Run:
-    """A run that is prepared or goes on."""
+    """A run that is prepared or goes on; `asked` has the resource of each request."""
 
     id: str
     case: Case
@@ -75,6 +75,7 @@ class _Run:
     tester: int
     driver: Driver | None = None
     steps: int = 0
+    asked: dict[int, str] = field(default_factory=dict)
 
 
 class ControllerNode:
@@ -231,6 +232,7 @@ class ControllerNode:
     def send(self, request: SendRequest) -> None:
         """A request goes to its resource."""
         assert self._run is not None  # noqa: S101 - only a run sends
+        self._run.asked[request.request] = request.resource
         self._links[request.resource].send(Correlation(self._run.id, request.request), request.payload)
 
     def cancel(self, request: CancelRequest) -> None:
@@ -279,11 +281,16 @@ class ControllerNode:
 
     # what links tell
 
-    def heard_reply(self, resource: str, reply: Reply) -> None:  # noqa: ARG002 - the runner knows whom it asked
-        """A reply came; one of another run is not for this one."""
-        run = self._run
-        if run is not None and run.driver is not None and reply.request.run == run.id:
-            run.driver.give(ReplyArrived(reply.request.number, reply.succeeded, reply.measured), reply.stamp_ns)
+    def heard_reply(self, resource: str, reply: Reply) -> None:
+        """A reply came; one of another run is not for this one, nor one of somebody who was not asked."""
+        run, number = self._run, reply.request.number
+        if run is None or run.driver is None or reply.request.run != run.id:
+            return
+        asked = run.asked.get(number, resource)  # one that nobody was asked is told by the runner
+        if asked != resource:
+            self._complain(f"a reply of `{resource}` to request {number} was dropped: that went to `{asked}`")
+            return
+        run.driver.give(ReplyArrived(number, reply.succeeded, reply.measured), reply.stamp_ns)
 
     def heard_values(self, resource: str, measurement: Measurement) -> None:  # noqa: ARG002 - one model, one state
         """Values came unasked."""

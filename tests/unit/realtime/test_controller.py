@@ -259,6 +259,24 @@ def test_values_that_come_unasked_are_given_to_the_run() -> None:
     play(scene)
 
 
+def test_a_reply_of_a_resource_that_was_not_asked_is_dropped_with_a_sentence() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        lamp = bench.stage.join("lamp")
+        lamp.subscribe(TOPICS.request("lamp"), lambda _: None)
+        replies = lamp.publisher(TOPICS.reply("lamp"))
+        await loop.settle()
+        await going(bench, loop)
+        replies.publish(json.dumps({"id": "run_1-1", "succeeded": True}))
+        await loop.settle()
+        assert bench.stage.complaints == ["a reply of `lamp` to request 1 was dropped: that went to `scan`"]
+        assert bench.ended() == []
+        bench.reply(1)
+        await loop.settle()
+        assert bench.ended() == ["run_1"]
+
+    play(scene, scan_cell(("resources:\n", "resources:\n  lamp: {}\n")))
+
+
 def test_going_twice_begins_one_run() -> None:
     async def scene(bench: Bench, loop: VirtualLoop) -> None:
         bench.say(Go("run_1"))  # too early
