@@ -49,6 +49,7 @@ from scbm.running import (
 from scbm.trace import ResourceChanged, Trace, write_trace
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from fractions import Fraction
 
     from scbm.cases import Case
@@ -290,14 +291,21 @@ class ControllerNode:
         if asked != resource:
             self._complain(f"a reply of `{resource}` to request {number} was dropped: that went to `{asked}`")
             return
+        self._remember((name, value) for name, value in reply.measured if name in self._measured)
         run.driver.give(ReplyArrived(number, reply.succeeded, reply.measured), reply.stamp_ns)
 
     def heard_values(self, resource: str, measurement: Measurement) -> None:  # noqa: ARG002 - one model, one state
         """Values came unasked."""
         run = self._run
-        self._measured.update(measurement.values)
+        self._remember(measurement.values)
         if run is not None and run.driver is not None:
             run.driver.give(Measured(measurement.values), measurement.stamp_ns)
+
+    def _remember(self, values: Iterable[tuple[str, Value]]) -> None:
+        """What is true of the next run, too; not what the runner of this one refuses, and tells in its trace."""
+        space = self._program.packing.space
+        known = ((name, value) for name, value in values if name in self._program.measured)
+        self._measured.update((name, value) for name, value in known if value in space[name].domain)
 
     def heard_presence(self, resource: str, *, is_there: bool) -> None:
         """A resource came or was lost: the trace says so, the model's deadlines decide."""

@@ -27,6 +27,7 @@ from scbm.running import (
     CancelRequest,
     ChangeResource,
     InjectionGiven,
+    Measured,
     PlanAnswered,
     Program,
     ReplyArrived,
@@ -255,6 +256,35 @@ def test_values_that_come_unasked_are_given_to_the_run() -> None:
         bench.replies.publish('{"measured": {"temperature": 7}}')
         await loop.settle()
         assert event_json(bench.events()[-1]) == {"kind": "measured", "values": {"temperature": 7}}
+
+    play(scene)
+
+
+def first_measured(bench: Bench, run: str) -> list[Measured]:
+    return [event for event in bench.events(run)[:1] if isinstance(event, Measured)]
+
+
+def test_what_cannot_be_measured_is_not_remembered() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.replies.publish('{"measured": {"temperature": 3, "light": "red", "pressure": 1}}')
+        bench.replies.publish('{"measured": {"temperature": 99}}')
+        await going(bench, loop)
+        assert first_measured(bench, "run_1") == [Measured((("temperature", 3),))]
+
+    play(scene)
+
+
+def test_a_reply_that_measures_replaces_what_was_measured_before() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.replies.publish('{"measured": {"temperature": 2}}')
+        await going(bench, loop)
+        bench.replies.publish('{"id": "run_1-1", "succeeded": true, "measured": {"temperature": 7}}')
+        bench.prepare("run_2")
+        await loop.settle()
+        bench.say(Go("run_2"))
+        await loop.settle()
+        assert first_measured(bench, "run_1") == [Measured((("temperature", 2),))]
+        assert first_measured(bench, "run_2") == [Measured((("temperature", 7),))]
 
     play(scene)
 
