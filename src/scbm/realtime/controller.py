@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ from scbm.errors import InputError
 from scbm.notation import read_case
 from scbm.planning import PlanLimits, Planner, RememberedPlans, Solved
 from scbm.realtime.bound import bound_link
+from scbm.realtime.bus import BusError
 from scbm.realtime.cell import GIVEN_UP, CellTopics
 from scbm.realtime.clock import Clock
 from scbm.realtime.driver import Driver
@@ -49,7 +51,7 @@ from scbm.running import (
 from scbm.trace import ResourceChanged, Trace, write_trace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
     from fractions import Fraction
 
     from scbm.cases import Case
@@ -226,7 +228,16 @@ class ControllerNode:
         self._run = None
 
     def _say(self, message: Prepared | Refused | Stepped | Ended) -> None:
-        self._to_tester.publish(encode(message))
+        with self._complaining(f"a `{message.kind}` for the tester is lost"):
+            self._to_tester.publish(encode(message))
+
+    @contextmanager
+    def _complaining(self, what: str) -> Iterator[None]:
+        """What a bus does not take is lost and told of; the run goes on, and its deadlines pass."""
+        try:
+            yield
+        except BusError as error:
+            self._complain(f"{what}: {error.message}")
 
     # what the driver wants
 
@@ -234,12 +245,14 @@ class ControllerNode:
         """A request goes to its resource."""
         assert self._run is not None  # noqa: S101 - only a run sends
         self._run.asked[request.request] = request.resource
-        self._links[request.resource].send(Correlation(self._run.id, request.request), request.payload)
+        with self._complaining(f"request {request.request} to `{request.resource}` is lost"):
+            self._links[request.resource].send(Correlation(self._run.id, request.request), request.payload)
 
     def cancel(self, request: CancelRequest) -> None:
         """The resource learns that nobody waits for a request."""
         assert self._run is not None  # noqa: S101 - only a run cancels
-        self._links[request.resource].cancel(Correlation(self._run.id, request.request))
+        with self._complaining(f"that request {request.request} to `{request.resource}` is cancelled is lost"):
+            self._links[request.resource].cancel(Correlation(self._run.id, request.request))
 
     def plan(self, asked: AskPlan) -> None:
         """Plans in a thread, so that replies come in time meanwhile."""

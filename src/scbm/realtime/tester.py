@@ -8,6 +8,7 @@ from hashlib import sha256
 from typing import TYPE_CHECKING
 
 from scbm.notation import write_case
+from scbm.realtime.bus import BusError
 from scbm.realtime.cell import GIVEN_UP, CellTopics, new_run
 from scbm.realtime.clock import Clock
 from scbm.realtime.director import Director
@@ -203,7 +204,7 @@ class TesterNode:
         try:
             return await run.finish()
         except (LostError, asyncio.CancelledError):
-            self._to_all.publish(encode(Abandon(run.id)))
+            self.say(Abandon(run.id))
             raise
         finally:
             run.close()
@@ -218,9 +219,14 @@ class TesterNode:
         """Why no run can take place now, in a clause."""
         return next(iter((*self._wrong(), *self._missing())), None)
 
-    def say(self, message: Prepare | Go | NoteMessage | React | Fate | Become | Restart) -> None:
-        """To all."""
-        self._to_all.publish(encode(message))
+    def say(self, message: Prepare | Go | NoteMessage | Abandon | React | Fate | Become | Restart) -> None:
+        """To all; a run of which the bus does not take a message is lost."""
+        try:
+            self._to_all.publish(encode(message))
+        except BusError as error:
+            self.complain(f"a `{message.kind}` is lost: {error.message}")
+            if self._run is not None:
+                self._run.fail("a message of the tester could not be sent")
 
     def words_of(self, node: str) -> str:
         """A node, for people."""
@@ -343,7 +349,7 @@ class _Run:
         """Somebody came or went: whoever is there has to be ready, resources in the middle of the run too."""
         rival = self._node.membership.rival()
         if rival is not None:
-            self._fail(f"another tester is at work: {rival.words}")
+            self.fail(f"another tester is at work: {rival.words}")
         expected = self._node.simulating() if self.is_going else self._node.expected()
         self._ready = {node: self._ready.get(node, False) for node in expected}
         self._see_who_is_ready()
@@ -370,7 +376,7 @@ class _Run:
             case Prepared(node=node):
                 self._be_ready(node, received.source)
             case Refused(node=node, why=why):
-                self._fail(f"{self._node.words_of(node)} refused the run: {why}")
+                self.fail(f"{self._node.words_of(node)} refused the run: {why}")
             case Forgot(node=node) if node in self._ready:
                 self._ready[node] = False
             case Stepped():
@@ -404,9 +410,10 @@ class _Run:
         if source == self._controller:
             self._controller = None
             if self.is_going:
-                self._fail("the controller was lost")
+                self.fail("the controller was lost")
 
-    def _fail(self, why: str) -> None:
+    def fail(self, why: str) -> None:
+        """The run is lost; `why` is a clause."""
         self._all_ready.set()
         if not self._done.done():
             self._done.set_exception(LostError(why))
@@ -415,7 +422,7 @@ class _Run:
         if self._done.done():
             return
         if message.number != len(self._steps) + 1:
-            self._fail("a step of the controller did not arrive")
+            self.fail("a step of the controller did not arrive")
             return
         if not self._steps:
             self._begin(stamp_ns)
@@ -423,10 +430,10 @@ class _Run:
             event = read_event(message.event, self._node.model, message.at_ns)
             self._follow(message.at_ns, event)
         except ValueError as error:
-            self._fail(f"a step of the controller makes no sense: {error}")
+            self.fail(f"a step of the controller makes no sense: {error}")
             return
         if isinstance(event, InjectionGiven) and event.injection.name == GIVEN_UP:
-            self._fail("the controller gave it up")
+            self.fail("the controller gave it up")
         deadline_ns = self._runner.deadline_ns
         if deadline_ns is not None:
             self._arm_watch(self._clock.wall_ns(deadline_ns) - self._node.now_ns() + _SILENT_NS)
@@ -459,7 +466,7 @@ class _Run:
     def _arm_watch(self, wait_ns: int) -> None:
         if self._watch is not None:
             self._watch.cancel()
-        self._watch = self._loop.call_later(wait_ns / 1e9, self._fail, "the controller says nothing any more")
+        self._watch = self._loop.call_later(wait_ns / 1e9, self.fail, "the controller says nothing any more")
 
 
 def _told_of(case: Case, real: Sequence[str]) -> str | None:

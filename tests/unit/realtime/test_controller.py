@@ -16,11 +16,11 @@ from scbm.cases import Case
 from scbm.model import BehaviorModel
 from scbm.notation import read_case, write_case
 from scbm.planning import RememberedPlans
-from scbm.realtime.bus import Received
+from scbm.realtime.bus import BusError, Received, Topic
 from scbm.realtime.cell import CellTopics
 from scbm.realtime.event_json import Note as NoteEvent
 from scbm.realtime.event_json import event_json, read_event
-from scbm.realtime.loopback import LoopbackHub
+from scbm.realtime.loopback import LoopbackBus, LoopbackHub
 from scbm.realtime.wire import Abandon, Ended, Go, Message, Note, Prepare, Prepared, Refused, Stepped, decode, encode
 from scbm.running import (
     AskPlan,
@@ -256,6 +256,43 @@ def test_values_that_come_unasked_are_given_to_the_run() -> None:
         bench.replies.publish('{"measured": {"temperature": 7}}')
         await loop.settle()
         assert event_json(bench.events()[-1]) == {"kind": "measured", "values": {"temperature": 7}}
+
+    play(scene)
+
+
+class Full:
+    """A publisher whose subscriptions do not take what is sent."""
+
+    peers = 1
+
+    def publish(self, _: object) -> None:
+        raise BusError("full")
+
+
+@pytest.mark.parametrize("whose", ["requests", "steps"])
+def test_a_message_that_the_bus_does_not_take_is_told_of_and_deadlines_pass(
+    whose: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    publisher = LoopbackBus.publisher
+    full = TOPICS.request("scan") if whose == "requests" else TOPICS.run
+
+    def publisher_that_may_be_full(bus: LoopbackBus, topic: Topic, *others: Any) -> Any:  # noqa: ANN401 - as it is
+        made = publisher(bus, topic, *others)
+        return Full() if topic == full else made
+
+    monkeypatch.setattr(LoopbackBus, "publisher", publisher_that_may_be_full)
+
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.prepare()
+        bench.say(Go("run_1"))
+        await loop.settle(11 * SECOND_NS)
+        lost = {
+            "requests": ["request 1 to `scan` is lost: full", "that request 1 to `scan` is cancelled is lost: full"],
+            "steps": ["a `step` for the tester is lost: full"],
+        }
+        assert [said for said in lost[whose] if said not in bench.stage.complaints] == []
+        assert whose == "steps" or "TimePassed" in bench.kinds()
+        assert whose == "requests" or {"id": "run_1-1", "cancel": True} in bench.asked
 
     play(scene)
 

@@ -14,7 +14,7 @@ from scbm.cases import Case
 from scbm.model import Outcome
 from scbm.notation import digest_of, read_case, write_case
 from scbm.realtime import LostError, NodeRun, NotReadyError, TesterNode, new_status
-from scbm.realtime.bus import Received
+from scbm.realtime.bus import BusError, Received
 from scbm.realtime.cell import GIVEN_UP, CellTopics
 from scbm.realtime.event_json import event_json
 from scbm.realtime.wire import (
@@ -451,6 +451,22 @@ def test_a_controller_that_says_nothing_is_lost_even_if_it_is_there() -> None:
         begun_ns = loop.now_ns()
         assert await why_lost(bench.begin()) == "the controller says nothing any more"
         assert loop.now_ns() - begun_ns == pytest.approx(3 * SECOND_NS, abs=SECOND_NS)
+
+    play(scene)
+
+
+def test_a_message_that_the_bus_does_not_take_loses_the_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.cell()
+        await loop.settle()
+
+        def refuse(_: object) -> None:
+            raise BusError("full")
+
+        monkeypatch.setattr(bench.node._to_all, "publish", refuse)
+        with pytest.raises(LostError, match="a message of the tester could not be sent"):
+            await bench.begin()
+        assert bench.stage.complaints == ["a `prepare` is lost: full", "a `abandon` is lost: full"]
 
     play(scene)
 
