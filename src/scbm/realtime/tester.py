@@ -197,7 +197,7 @@ class TesterNode:
 
     async def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
         """Runs a case. Raises `LostError` if it is not finished, whatever the reason."""
-        if (told := _told_of(case, self.real)) is not None:
+        if (told := _told_of(case, self._model, self.real)) is not None:
             raise LostError(f"the case says what becomes of `{told}`, which is real")
         run = _Run(self, case, choices, options, self._time_scale)
         self._run = run
@@ -469,9 +469,12 @@ class _Run:
         self._watch = self._loop.call_later(wait_ns / 1e9, self.fail, "the controller says nothing any more")
 
 
-def _told_of(case: Case, real: Sequence[str]) -> str | None:
-    """A real resource of which the case says what nobody can make it do."""
+def _told_of(case: Case, model: BehaviorModel, real: Sequence[str]) -> str | None:
+    """A real resource of which the case says what nobody can make it do: itself, or by the name of an operation."""
     network = case.network
-    told = [rule.subject for rule in case.outcomes] + [injection.resource for injection in case.injections]
+    subjects = [rule.subject for rule in case.outcomes]
+    told = subjects + [injection.resource for injection in case.injections]
+    sent = [action.target for o in model.operations if o.name in subjects for action in o.pre.running_actions]
+    told += [resource.name for resource in model.resources if resource.trigger in sent]
     told += [cut.resource for cut in network.partitions] + [restart.resource for restart in network.restarts]
     return next((name for name in real if name in told), None)

@@ -227,6 +227,8 @@ def test_real_resources_cannot_be_made_faster_nor_told_what_to_do() -> None:
             await bench.node.wait_for_cell(1.0)
         case = read_case("case: x\ngoal: scanned\noutcomes: {scan: fail}\n", MODEL)
         assert await why_lost(bench.begin(case)) == "the case says what becomes of `scan`, which is real"
+        of_operation = read_case("case: x\ngoal: scanned\noutcomes: {scan_box: fail}\n", MODEL)
+        assert await why_lost(bench.begin(of_operation)) == "the case says what becomes of `scan`, which is real"
         assert await why_lost(bench.begin(RESTARTS)) == "the case says what becomes of `scan`, which is real"
 
     play(scene, Fraction(2))
