@@ -12,6 +12,7 @@ from scbm.cases import Injection
 from scbm.errors import InputError
 from scbm.notation import read_case
 from scbm.planning import PlanLimits, Planner, RememberedPlans, Solved
+from scbm.realtime.background import Background
 from scbm.realtime.bound import bound_link
 from scbm.realtime.bus import BusError
 from scbm.realtime.cell import GIVEN_UP, CellTopics
@@ -21,7 +22,6 @@ from scbm.realtime.event_json import NETWORK, event_json, read_note
 from scbm.realtime.event_log import read_options
 from scbm.realtime.links import Correlation
 from scbm.realtime.membership import Membership
-from scbm.realtime.planner_thread import PlannerThread
 from scbm.realtime.topic_link import TopicLink
 from scbm.realtime.wire import (
     Abandon,
@@ -100,10 +100,11 @@ class ControllerNode:
         self._program = Program(model)
         self._plans = RememberedPlans(Planner(model))
         self._plan_limits = plan_limits or PlanLimits()
-        self._thread = PlannerThread()
+        self._thread = Background("planner")
         self._loop = asyncio.get_running_loop()
         self._run: _Run | None = None
         self._records: list[Record] = []
+        self._planning: asyncio.Future[PlanAnswered] | None = None
         topics = CellTopics.of(model)
         self._to_tester = bus.publisher(topics.run)
         self._real = seat.status.resources
@@ -225,6 +226,8 @@ class ControllerNode:
             injection = Injection(GIVEN_UP, assign=(("plan.state", "aborted"),))
             run.driver.give(InjectionGiven(injection), self._now_ns())
             run.driver.close()
+        if self._planning is not None:
+            self._planning.cancel()  # the next run does not wait for a plan that has not been begun
         self._run = None
 
     def _say(self, message: Prepared | Refused | Stepped | Ended) -> None:
@@ -257,8 +260,8 @@ class ControllerNode:
     def plan(self, asked: AskPlan) -> None:
         """Plans in a thread, so that replies come in time meanwhile."""
         run = self._run
-        future = self._loop.run_in_executor(self._thread, self._answer, asked)
-        future.add_done_callback(lambda done: self._planned(run, done))
+        self._planning = self._loop.run_in_executor(self._thread, self._answer, asked)
+        self._planning.add_done_callback(lambda done: self._planned(run, done))
 
     def _answer(self, asked: AskPlan) -> PlanAnswered:
         answer = self._plans.plan(asked.state, asked.goal, self._plan_limits)

@@ -1,0 +1,50 @@
+"""A thread for work that takes long, and that nobody waits for when the process ends."""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor, Future
+from queue import SimpleQueue
+from threading import Thread
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+T = TypeVar("T")
+
+
+class Background(Executor):
+    """Does one piece of work after the other.
+
+    A `ThreadPoolExecutor` keeps the process until its work is done, and a search for a plan cannot be interrupted.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._asked: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+        self._waiting: list[Future[Any]] = []
+        Thread(target=self._go_on, name=name, daemon=True).start()
+
+    def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:  # noqa: ANN401 - as it is defined
+        """Begins when all that was asked before is done; what is cancelled until then never does."""
+        future: Future[T] = Future()
+        self._waiting = [other for other in self._waiting if not other.done()] + [future]
+
+        def work() -> None:
+            if future.set_running_or_notify_cancel():
+                try:
+                    future.set_result(fn(*args, **kwargs))
+                except Exception as error:  # noqa: BLE001 - whoever awaits it gets it
+                    future.set_exception(error)
+
+        self._asked.put(work)
+        return future
+
+    def shutdown(self, wait: bool = False, *, cancel_futures: bool = True) -> None:  # noqa: ARG002, FBT001, FBT002 - as it is defined
+        """Nothing more is asked, and what has not begun never will; it does not wait."""
+        for future in self._waiting:
+            future.cancel()
+        self._asked.put(None)
+
+    def _go_on(self) -> None:
+        while (work := self._asked.get()) is not None:
+            work()
