@@ -20,6 +20,7 @@ Scalar: TypeAlias = bool | int | float | str
 """What a field of a message or of a service holds."""
 
 _FLOAT32_MAX = (2 - 2**-23) * 2.0**127
+_FLOAT32_MIN = 2.0**-149
 
 
 class MessageType(StrEnum):
@@ -82,11 +83,18 @@ class FieldType(StrEnum):
         return range(2**bits) if self.value.startswith("u") else range(-(2 ** (bits - 1)), 2 ** (bits - 1))
 
     def holds(self, value: Scalar) -> bool:
-        """Whether a field of this type can have the value. A whole number is also one with a fraction, of 0."""
-        if isinstance(value, (bool, str)):
-            return self is (FieldType.STRING if isinstance(value, str) else FieldType.BOOL)
-        if self.is_float:
-            return abs(value) <= (_FLOAT32_MAX if self is FieldType.FLOAT32 else float_info.max)
+        """Whether a field of this type can have the value. A whole number is also one with a fraction, of 0.
+
+        A text with a NUL would end there on the wire; what is closer to 0 than any `float32` would be 0.
+        """
+        if isinstance(value, bool):
+            return self is FieldType.BOOL
+        if isinstance(value, str):
+            return self is FieldType.STRING and "\0" not in value
+        if self is FieldType.FLOAT32:
+            return value == 0 or _FLOAT32_MIN <= abs(value) <= _FLOAT32_MAX
+        if self is FieldType.FLOAT64:
+            return abs(value) <= float_info.max
         return isinstance(value, int) and value in self.integers
 
 

@@ -163,9 +163,11 @@ def _fits(domain: Domain, kind: FieldType) -> bool:
 
 def _literal_remedy(node: Node, kind: FieldType) -> str:
     if kind is FieldType.STRING:
-        return f"write `'{node.text}'`"
+        return "it has a NUL, where it would end" if isinstance(node.plain, str) else f"write `'{node.text}'`"
     if kind is FieldType.BOOL:
         return "write `true` or `false`"
     if kind.is_float:
-        return "write a number" if isinstance(node.plain, (bool, str)) else "it is too large for the type"
+        if isinstance(node.plain, bool) or not isinstance(node.plain, (int, float)):
+            return "write a number"
+        return f"it is too {'small' if abs(node.plain) < 1 else 'large'} for the type"
     return f"write a whole number from {kind.integers[0]} to {kind.integers[-1]}"

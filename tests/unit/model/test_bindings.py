@@ -60,9 +60,10 @@ def test_a_field_of_whole_numbers_holds_those_of_its_bits_and_nothing_else(
     ("kind", "held", "others"),
     [
         (FieldType.BOOL, (True, False), (0, 1, 0.0, "true")),
-        (FieldType.STRING, ("", "a b"), (0, True, 0.5)),
+        (FieldType.STRING, ("", "a b"), ("a\0b", 0, True, 0.5)),
         (FieldType.FLOAT32, (0, 0.1, 3.4028234663852886e38, -1), (3.402823466385289e38, inf, -inf, nan, True, "1")),
-        (FieldType.FLOAT64, (0, 0.1, 1.7976931348623157e308, 10**308), (10**309, inf, -inf, nan, False, "1")),
+        (FieldType.FLOAT32, (1e-44, -(2.0**-149)), (1e-60, -(2.0**-151))),
+        (FieldType.FLOAT64, (1e-60, 0, 0.1, 1.7976931348623157e308, 10**308), (10**309, inf, -inf, nan, False, "1")),
     ],
 )
 def test_the_other_types_hold_what_they_say(
