@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 from dataclasses import dataclass
 from enum import StrEnum
@@ -20,7 +21,10 @@ if TYPE_CHECKING:
 
     from scbm.model import BehaviorModel
 
+_MOST_DIGITS = 9
 _MOST_SCALE = 10_000
+_SCALE = re.compile(r"\d{1,9}(\.\d{0,9})?|\.\d{1,9}|\d{1,9}/\d{1,9}", re.ASCII)
+"""Without exponents: a short text with one is a number that takes for ever to be made."""
 
 
 class Transport(StrEnum):
@@ -102,8 +106,8 @@ def read_domain(domain: int | None) -> int:
     """The domain that is asked for. Raises `InputError`."""
     named = os.environ.get("ROS_DOMAIN_ID", "").strip()
     if domain is None and named:
-        if not named.isascii() or not named.isdigit():
-            message = f"the environment says ROS_DOMAIN_ID={named}, which is no number"
+        if not named.isascii() or not named.isdigit() or len(named) > _MOST_DIGITS:
+            message = f"the environment says ROS_DOMAIN_ID={named[:40]}, which is no number"
             raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--domain"), "set it to 0 to 232")])
         domain = int(named)
     if domain is not None and not 0 <= domain <= 232:  # noqa: PLR2004 - ports run out there (RTPS 9.6.1.1)
@@ -117,8 +121,8 @@ def read_time_scale(text: str | None) -> Fraction:
     if text is None:
         return Fraction(1)
     try:
-        scale = Fraction(text.strip())
-    except (ValueError, ZeroDivisionError):
+        scale = Fraction(text.strip() if _SCALE.fullmatch(text.strip()) else 0)
+    except ZeroDivisionError:
         scale = Fraction(0)
     if not 0 < scale <= _MOST_SCALE or scale.denominator > _MOST_SCALE:
         message = f"`{text}` is not a factor between 0 and {_MOST_SCALE}"

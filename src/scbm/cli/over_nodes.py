@@ -10,16 +10,17 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scbm.cli.files import write_whole
 from scbm.cli.nodes import bus_error, cell_error, complain, open_dds
 from scbm.cli.output import errors
-from scbm.errors import Diagnostic, Place, Slug
+from scbm.errors import Diagnostic, InputError, Place, Slug
 from scbm.notation import digest_of
 from scbm.realtime import BusError, Children, LoopbackCell, NotReadyError, RemoteCell, Session
 from scbm.realtime.event_log import write_event_log
 from scbm.testing.on_nodes import NodeTester
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from scbm.cases import Case
     from scbm.cli.node_options import Asked
@@ -104,10 +105,15 @@ class OverNodes:
         shown = Path(os.path.relpath(self._asked.file, directory)).as_posix()
         try:
             directory.mkdir(parents=True, exist_ok=True)
-            path.write_text(write_event_log(replace(log, model_file=shown), self._asked.model), encoding="utf-8")
+            write_whole(str(path), path, write_event_log(replace(log, model_file=shown), self._asked.model).encode())
         except OSError as error:
             told = f"cannot save logs here: {(error.strerror or str(error)).lower()}"
-            errors().diagnostics([Diagnostic(Slug.BAD_OPTION, told, Place(str(error.filename or directory)))])
-            self.is_saved = False
+            self._tell([Diagnostic(Slug.BAD_OPTION, told, Place(str(error.filename or directory)))])
+        except InputError as error:
+            self._tell(error.diagnostics)
         else:
             self.log_files[name] = path
+
+    def _tell(self, diagnostics: Sequence[Diagnostic]) -> None:
+        errors().diagnostics(diagnostics)
+        self.is_saved = False
