@@ -55,7 +55,7 @@ async def serve(
         node = make(bus)
         node.membership.changed = lambda: stop.set() if node.membership.rival() else None
         if until_eof:
-            loop.add_reader(sys.stdin.fileno(), _drain, stop)
+            _watch_stdin(stop)
         tell(f"{node.membership.own.role} of `{node.membership.own.model}`, {bus.words}")
         await stop.wait()
         await node.close()
@@ -71,6 +71,13 @@ async def serve(
 
 def _place(role: str, resources: tuple[str, ...]) -> str:
     return f"a {role}" if role != "resources" else f"a node of {', '.join(resources)}"
+
+
+def _watch_stdin(stop: asyncio.Event) -> None:
+    try:
+        asyncio.get_running_loop().add_reader(sys.stdin.fileno(), _drain, stop)
+    except PermissionError:  # a file, or /dev/null: nobody holds it open who could end
+        stop.set()
 
 
 def _drain(stop: asyncio.Event) -> None:

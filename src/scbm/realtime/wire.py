@@ -269,7 +269,7 @@ def read_object(text: object) -> dict[str, Any]:
     if not isinstance(data, dict):
         raise NotAMessageError("a message is a JSON object")
     if "\\u" in text and not _is_sayable(data):
-        raise NotAMessageError("it has half of a character")
+        raise NotAMessageError("it has half of a character, or is too deep")
     return data
 
 
@@ -281,10 +281,10 @@ def read_fraction(text: str) -> Fraction:
 
 
 def _is_sayable(data: dict[str, Any]) -> bool:
-    """Whether UTF-8 can say it; JSON can say half of a character."""
+    """Whether UTF-8 can say it; JSON can say half of a character, and may be as deep as just can be read."""
     try:
         json.dumps(data, ensure_ascii=False).encode()
-    except UnicodeEncodeError:
+    except (UnicodeEncodeError, RecursionError):
         return False
     return True
 

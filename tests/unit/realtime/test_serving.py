@@ -36,6 +36,15 @@ def test_it_is_there_until_somebody_stops_it_and_then_leaves(how: signal.Signals
         assert process.stderr.read() == ""
 
 
+def test_a_standard_input_from_which_nothing_can_come_has_ended() -> None:
+    command = [sys.executable, str(PROGRAM), "eof"]
+    ended = subprocess.run(
+        command, check=False, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=GUARD_S
+    )
+    assert ended.stdout == "controller of `scan_cell`, this process\nnode closed\nbus closed\n"
+    assert (ended.stderr, ended.returncode) == ("", 0)
+
+
 def test_it_does_not_care_for_its_standard_input_unless_it_is_told_to() -> None:
     with begin("plain") as process:
         assert process.stdout is not None

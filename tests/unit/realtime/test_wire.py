@@ -118,6 +118,12 @@ def test_what_is_malformed_huge_or_deep_is_refused_with_a_reason(wrong: object, 
     assert len(str(told.value)) < 200
 
 
+def test_what_is_as_deep_as_just_can_be_read_is_refused_as_well() -> None:
+    for depth in range(800, 1_000):
+        with pytest.raises(NotAMessageError):
+            decode(f'{{"kind": "\\u00e4", "deep": {"[" * depth}{"]" * depth}}}')
+
+
 @pytest.mark.parametrize("latency", [-1, 2**63, 10**400, 1.0, True, "1", None])
 def test_numbers_are_counts_that_clocks_can_take(latency: object) -> None:
     said = json.loads(encode(React("run", 1, "scanner", "succeed", 1, None, (0,))))
