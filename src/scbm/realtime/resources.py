@@ -253,6 +253,8 @@ class _Desk:
         elif is_of_tester(request.run):
             if len(self._early) < _MOST_WAITING:  # its run is announced soon
                 self._early[request] = received.source
+            else:
+                self._node.complain(f"{id_text(request)} was dropped: too many requests of runs that are not announced")
         else:
             self._state.forget_oldest(_MOST_WAITING)  # nobody says when such a client has asked for the last time
             self._take(request, received.source)
@@ -270,9 +272,9 @@ class _Desk:
             self._work_on(taken)
 
     def _lose_controller(self, source: int) -> None:
-        """The requests of a controller that is gone are forgotten."""
+        """The requests of a controller that is gone are forgotten; not those of a person, who may leave at once."""
         for request in list(self._state.requests.values()):
-            if request.source == source:
+            if request.source == source and is_of_tester(request.id.run):
                 self._give_up(request.id)
         self._early = {request: other for request, other in self._early.items() if other != source}
 

@@ -399,6 +399,59 @@ def test_requests_of_others_are_answered_alone_each_once() -> None:
     play(scene)
 
 
+def test_who_asks_by_hand_may_leave_before_the_answer() -> None:
+    async def scene(bench: Bench) -> None:
+        hand = bench.stage.join("ros2cli")
+        hand.publisher(TOPICS.request("scan")).publish('{"id": "hand-1", "request": {"scan_command": "scan_box"}}')
+        await bench.after(0.1)
+        await hand.close()
+        assert await bench.after(2) == [("hand-1", True)]
+
+    play(scene)
+
+
+def test_what_is_remembered_of_others_and_of_runs_that_nobody_announces_is_bounded() -> None:
+    async def scene(bench: Bench) -> None:
+        for request in range(1_500):
+            bench.send(request)  # of a run that is announced later
+        await bench.after(0.1)
+        bench.prepare()
+        for request in range(1_500):
+            bench.react(request)
+        assert len(await bench.after(2)) == len(bench.stage.complaints) + 500 == 1_000
+        bench.replies.clear()
+        for request in range(1_500):
+            bench.send(request, run="me")
+        assert len(await bench.after(2)) == 1_001  # older ones are given up
+
+    play(scene)
+
+
+def test_a_request_that_waits_for_its_run_is_forgotten_with_its_controller() -> None:
+    async def scene(bench: Bench) -> None:
+        bench.send(1)
+        hearing = bench.stage.join("another controller")
+        hearing.subscribe(TOPICS.reply("scan"), bench._answered)
+        hearing.publisher(TOPICS.request("scan"))
+        await bench.after(0.1)
+        await bench.controller.close()
+        await bench.after(0.1)
+        bench.prepare()
+        bench.react(1)
+        assert await bench.after(2) == []
+
+    play(scene)
+
+
+def test_a_node_that_does_not_know_a_run_says_so_when_it_is_told_of_a_request() -> None:
+    async def scene(bench: Bench) -> None:
+        bench.react(1)
+        await bench.after(0.1)
+        assert bench.told == [Forgot("run_1", bench.node.membership.own.node)]
+
+    play(scene)
+
+
 def test_requests_of_others_do_not_touch_those_of_a_run() -> None:
     async def scene(bench: Bench) -> None:
         bench.prepare(relayed=True)
