@@ -552,6 +552,40 @@ def test_replies_are_heard_while_a_plan_is_made(monkeypatch: pytest.MonkeyPatch)
     loops.run(scene())
 
 
+def test_a_planner_that_breaks_refuses_its_run_and_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    plan, may_break = RememberedPlans.plan, ThreadEvent()
+    asked: list[object] = []
+
+    def plan_once(plans: RememberedPlans, *arguments: Any) -> Any:  # noqa: ANN401 - as the planner has it
+        asked.append(arguments)
+        if len(asked) < 3:
+            may_break.wait(loops.GUARD_S)
+            raise MemoryError("full")
+        return plan(plans, *arguments)
+
+    monkeypatch.setattr(RememberedPlans, "plan", plan_once)
+
+    async def scene() -> None:
+        bench = Bench(Stage(MODEL, LoopbackHub().join))
+        bench.open_driver()
+        await asyncio.sleep(0)  # those who came learn of each other
+        for run in ("run_1", "run_2", "run_3"):
+            bench.prepare(run)
+            bench.say(Go(run))
+            await bench.until(lambda run=run: any(step.run == run for step in bench.steps))  # type: ignore[misc]
+            if run == "run_2":  # the plan of the run before breaks in this one
+                may_break.set()
+                await bench.until(lambda: any(isinstance(said, Refused) for said in bench.told))
+        await bench.until(lambda: bool(bench.asked))
+        refused = [said for said in bench.told if isinstance(said, Refused)]
+        assert [(said.run, said.why) for said in refused] == [("run_2", "planning failed: MemoryError('full')")]
+        assert bench.stage.complaints == ["planning failed: MemoryError('full')"]
+        assert bench.asked[0]["id"] == "run_3-1"
+        await bench.node.close()
+
+    loops.run(scene())
+
+
 def test_a_plan_for_a_run_that_is_over_is_given_to_no_other() -> None:
     async def scene(bench: Bench, loop: VirtualLoop) -> None:
         bench.prepare()

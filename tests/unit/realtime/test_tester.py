@@ -526,6 +526,42 @@ def test_a_node_that_has_forgotten_the_run_is_prepared_again_and_told_what_holds
     play(scene)
 
 
+def test_another_controller_that_leaves_ends_nothing() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        _, _, task = await going(bench, loop)
+        late = bench.play("controller")
+        await loop.settle(SECOND_NS)
+        await late.bus.close()
+        await loop.settle(SECOND_NS)
+        assert not task.done()
+        task.cancel()
+
+    play(scene)
+
+
+def test_an_older_tester_that_shows_up_in_a_run_ends_it() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        _, _, task = await going(bench, loop)
+        older = bench.play("tester", since_ns=0, words="process 7 on bench")
+        await loop.settle()
+        assert await why_lost(task) == "another tester is at work: process 7 on bench"
+        await older.bus.close()
+
+    play(scene)
+
+
+def test_a_run_that_was_lost_restarts_nothing_any_more() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, _, task = await going(bench, loop, RESTARTS)
+        await controller.bus.close()
+        await why_lost(task)
+        late = bench.play("controller")
+        await loop.settle(5 * SECOND_NS)
+        assert [message for message in late.heard if isinstance(message, Restart | Note)] == []
+
+    play(scene)
+
+
 def test_a_case_that_is_cancelled_is_abandoned() -> None:
     async def scene(bench: Bench, loop: VirtualLoop) -> None:
         controller, _, task = await going(bench, loop)
