@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
@@ -22,7 +23,7 @@ from scbm.realtime.event_json import NETWORK, event_json, read_note
 from scbm.realtime.event_log import read_options
 from scbm.realtime.links import Correlation
 from scbm.realtime.membership import Membership
-from scbm.realtime.topic_link import TopicLink
+from scbm.realtime.topic_link import TopicLink, id_text
 from scbm.realtime.wire import (
     Abandon,
     Ended,
@@ -62,6 +63,9 @@ if TYPE_CHECKING:
     from scbm.realtime.links import Link, Measurement, Reply
     from scbm.running import AskPlan, CancelRequest, Event, RunFinished, SendRequest
     from scbm.trace import Record
+
+_MOST_RUNS = 1_000
+"""Late replies to the requests of so many runs are dropped without a word."""
 
 _LOOK_S = 0.5
 """So long after real resources were looked for, they are looked for again."""
@@ -103,6 +107,7 @@ class ControllerNode:
         self._thread = Background("planner")
         self._loop = asyncio.get_running_loop()
         self._run: _Run | None = None
+        self._runs: deque[str] = deque(maxlen=_MOST_RUNS)
         self._records: list[Record] = []
         self._planning: asyncio.Future[PlanAnswered] | None = None
         topics = CellTopics.of(model)
@@ -186,6 +191,7 @@ class ControllerNode:
             return
         self._run = _Run(message.run, case, options, scale, tester)
         self._records = []
+        self._runs.append(message.run)
         self._be_ready(self._run)
 
     def _be_ready(self, run: _Run) -> None:
@@ -302,6 +308,10 @@ class ControllerNode:
         """A reply came; one of another run is not for this one, nor one of somebody who was not asked."""
         run, number = self._run, reply.request.number
         if run is None or run.driver is None or reply.request.run != run.id:
+            if reply.request.run not in self._runs:
+                self._complain(
+                    f"a reply of `{resource}` was dropped: it is for `{id_text(reply.request)}`, not asked here"
+                )
             return
         asked = run.asked.get(number, resource)  # one that nobody was asked is told by the runner
         if asked != resource:

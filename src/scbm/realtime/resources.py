@@ -131,7 +131,7 @@ class ResourcesNode:
             self._run = _Run(message.run, clock, message.is_relayed, tester)
             for desk in self._desks.values():
                 desk.begin(message.run)
-        if all(desk.is_heard for desk in self._desks.values()):
+        if all(desk.is_heard for name, desk in self._desks.items() if name not in message.real):
             self.say(Prepared(message.run, self.membership.own.node))
 
     def _direct(self, message: React | Fate | Become | Restart) -> None:

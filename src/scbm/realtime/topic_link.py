@@ -98,7 +98,7 @@ def read_id(text: object) -> Correlation:
     """The request that an id stands for. Raises `NotAMessageError`."""
     match = _ID.fullmatch(text) if isinstance(text, str) else None
     if match is None:
-        raise NotAMessageError("`id` is not that of a request")
+        raise NotAMessageError("`id` is not that of a request: letters, digits or `_`, a `-`, and a number")
     return Correlation(match[1], int(match[2]))
 
 
@@ -107,6 +107,8 @@ def read_reply(text: object, stamp_ns: int) -> Reply | Measurement:
     data = read_object(text)
     measured = _values(data.pop("measured", {}))
     if "id" not in data:
+        if "succeeded" in data:
+            raise NotAMessageError("a reply has the `id` of its request")
         _refuse_others(data)
         return Measurement(measured, stamp_ns)
     request, succeeded = read_id(data.pop("id")), data.pop("succeeded", None)

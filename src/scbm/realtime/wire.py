@@ -66,6 +66,7 @@ class Prepare:
         options: those of the runner, by their names.
         time_scale: a fraction: how many seconds of the run pass in one of the wall.
         is_relayed: whether the tester decides how messages of resources travel.
+        real: the resources that are reached at real drivers; nobody waits for those who simulate them as well.
     """
 
     kind: ClassVar[str] = "prepare"
@@ -75,6 +76,7 @@ class Prepare:
     options: dict[str, Any]
     time_scale: str
     is_relayed: bool
+    real: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

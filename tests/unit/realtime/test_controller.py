@@ -553,11 +553,12 @@ def test_replies_are_heard_while_a_plan_is_made(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_a_planner_that_breaks_refuses_its_run_and_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    plan, may_break = RememberedPlans.plan, ThreadEvent()
+    plan, has_begun, may_break = RememberedPlans.plan, ThreadEvent(), ThreadEvent()
     asked: list[object] = []
 
     def plan_once(plans: RememberedPlans, *arguments: Any) -> Any:  # noqa: ANN401 - as the planner has it
         asked.append(arguments)
+        has_begun.set()
         if len(asked) < 3:
             may_break.wait(loops.GUARD_S)
             raise MemoryError("full")
@@ -573,6 +574,7 @@ def test_a_planner_that_breaks_refuses_its_run_and_no_other(monkeypatch: pytest.
             bench.prepare(run)
             bench.say(Go(run))
             await bench.until(lambda run=run: any(step.run == run for step in bench.steps))  # type: ignore[misc]
+            await asyncio.to_thread(has_begun.wait, loops.GUARD_S)  # else it would never be begun
             if run == "run_2":  # the plan of the run before breaks in this one
                 may_break.set()
                 await bench.until(lambda: any(isinstance(said, Refused) for said in bench.told))
@@ -598,5 +600,21 @@ def test_a_plan_for_a_run_that_is_over_is_given_to_no_other() -> None:
         assert PlanAnswered.__name__ not in bench.kinds("run_1")
         assert bench.kinds("run_2") == ["GoalGiven", "PlanAnswered"]
         assert ReplyArrived.__name__ not in bench.kinds("run_2")
+
+    play(scene)
+
+
+def test_a_reply_to_a_run_that_was_never_here_is_told_of() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        bench.reply(1, "run_zz")
+        await loop.settle()
+        (told,) = bench.stage.complaints
+        assert "`run_zz-1`" in told
+        bench.prepare("run_2")
+        await loop.settle()
+        bench.reply(1)  # late, which is no fault of anybody's
+        await loop.settle()
+        assert bench.stage.complaints == [told]
 
     play(scene)

@@ -569,6 +569,21 @@ def test_conditions_do_not_outlive_a_run() -> None:
 # being ready
 
 
+def test_it_does_not_wait_for_a_controller_where_the_resource_is_real() -> None:
+    async def scene(bench: Bench) -> None:
+        await bench.controller.close()
+        await bench.loop.settle()
+        bench.prepare()
+        await bench.loop.settle()
+        assert bench.told == []
+        nodes = (bench.node.membership.own.node,)
+        bench.say(Prepare("run_1", nodes, "", {}, "1", is_relayed=False, real=("scan",)))
+        await bench.loop.settle()
+        assert bench.told == [Prepared("run_1", bench.node.membership.own.node)]
+
+    play(scene)
+
+
 def test_it_is_ready_once_a_controller_reaches_it_and_hears_it() -> None:
     async def scene(bench: Bench) -> None:
         await bench.controller.close()

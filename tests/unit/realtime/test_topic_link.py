@@ -189,7 +189,7 @@ MALFORMED = [
     ('{"id": "-7", "succeeded": true}', "`id` is not that of a request"),
     ('{"id": "run-٣", "succeeded": true}', "`id` is not that of a request"),
     (json.dumps({"id": "r" * 65 + "-1", "succeeded": True}), "`id` is not that of a request"),
-    ('{"succeeded": true, "measured": {}}', "`succeeded` is not known here"),
+    ('{"succeeded": true, "measured": {}}', "a reply has the `id` of its request"),
     ('{"id": "run-7", "succeeded": true, "measured": {"a": "\\ud800"}}', "half of a character"),
 ]
 
