@@ -139,7 +139,9 @@ def test_a_resource_that_was_stopped_for_a_while_goes_on(cell: ProcessCell) -> N
     controller.says("arm is not there")
     arm.send(signal.SIGCONT)
     assert verdicts(tester.ends()) == {"one": REACHED, "two": REACHED}
-    assert changes(records_of(cell, "one")) == [("arm", "down"), ("arm", "well")]
+    came_and_went = changes(records_of(cell, "one"))  # it joins again, once or twice
+    assert came_and_went[0] == ("arm", "down")
+    assert came_and_went[-1] == ("arm", "well")
 
 
 # the controller

@@ -9,6 +9,7 @@ import select
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
@@ -74,27 +75,20 @@ class NodeProcess:
         self._said: list[str] = []
         self._complained: list[str] = []
         self._lines: Queue[str | None] = Queue()
-        self._complaints: Queue[str | None] = Queue()
         assert self.process.stdout is not None
         assert self.process.stderr is not None
         self._threads = [
             Thread(target=_read, args=(self.process.stdout, self._said, self._lines), daemon=True),
-            Thread(target=_read, args=(self.process.stderr, self._complained, self._complaints), daemon=True),
+            Thread(target=_read, args=(self.process.stderr, self._complained), daemon=True),
         ]
         for thread in self._threads:
             thread.start()
 
     def says(self, pattern: str, guard_s: float = GUARD_S) -> re.Match[str]:
         """Waits for a line of stdout that matches as a whole; those before it are left behind."""
-        return self._hears(self._lines, pattern, guard_s)
-
-    def complains(self, pattern: str, guard_s: float = GUARD_S) -> re.Match[str]:
-        """The same, of stderr."""
-        return self._hears(self._complaints, pattern, guard_s)
-
-    def _hears(self, lines: Queue[str | None], pattern: str, guard_s: float) -> re.Match[str]:
+        until = time.monotonic() + guard_s
         try:
-            while (line := lines.get(timeout=guard_s)) is not None:
+            while (line := self._lines.get(timeout=max(0.0, until - time.monotonic()))) is not None:
                 if match := re.fullmatch(pattern, line):
                     return match
         except Empty:
@@ -128,11 +122,13 @@ class NodeProcess:
         return Ended(code, "".join(f"{line}\n" for line in self._said), "".join(f"{c}\n" for c in self._complained))
 
 
-def _read(stream: IO[str], kept: list[str], lines: Queue[str | None]) -> None:
+def _read(stream: IO[str], kept: list[str], lines: Queue[str | None] | None = None) -> None:
     for line in stream:
         kept.append(line.rstrip("\n"))
-        lines.put(kept[-1])
-    lines.put(None)
+        if lines is not None:
+            lines.put(kept[-1])
+    if lines is not None:
+        lines.put(None)
 
 
 @dataclass

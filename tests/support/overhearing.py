@@ -6,8 +6,7 @@ import asyncio
 import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from queue import Empty, Queue
-from threading import Event, Thread
+from threading import Condition, Event, Thread
 from typing import Any
 
 from scbm.model import BehaviorModel
@@ -18,40 +17,35 @@ from support.loops import GUARD_S
 
 
 class Overheard:
-    """What is said, in the order in which it came.
-
-    Attributes:
-        all: the messages so far, each as JSON has it.
-    """
+    """What is said, each message as JSON has it."""
 
     def __init__(self) -> None:
-        self.all: list[dict[str, Any]] = []
-        self._messages: Queue[dict[str, Any]] = Queue()
+        self._said: list[dict[str, Any]] = []
+        self._news = Condition()
 
     def hear(self, received: Received) -> None:
-        message = json.loads(str(received.data))
-        self.all.append(message)
-        self._messages.put(message)
+        with self._news:
+            self._said.append(json.loads(str(received.data)))
+            self._news.notify_all()
 
     def until(self, is_meant: Callable[[dict[str, Any]], bool], guard_s: float = GUARD_S) -> dict[str, Any]:
-        """Waits for a message; those before it are left behind."""
-        try:
-            while not is_meant(message := self._messages.get(timeout=guard_s)):
-                pass
-        except Empty:
-            raise AssertionError(f"for {guard_s} s nothing like it was said: {self.all[-20:]}") from None
-        return message
+        """The first such message; it is waited for, if it has not come yet."""
+        with self._news:
+            self._news.wait_for(lambda: any(map(is_meant, self._said)), guard_s)
+            found = next(filter(is_meant, self._said), None)
+            assert found is not None, f"for {guard_s} s nothing like it was said: {self._said[-20:]}"
+            return found
 
     def status(self, role: str) -> dict[str, Any]:
-        """Waits until a node of a role says who it is."""
+        """What a node of a role says of itself."""
         return self.until(lambda message: message.get("kind") == "status" and message["role"] == role)
 
     def kind(self, kind: str) -> dict[str, Any]:
-        """Waits for a message of a kind."""
+        """A message of a kind."""
         return self.until(lambda message: message.get("kind") == kind)
 
     def cancel(self) -> str:
-        """Waits until a request is cancelled; its id."""
+        """The id of a request that is cancelled."""
         return str(self.until(lambda message: message.get("cancel") is True)["id"])
 
 

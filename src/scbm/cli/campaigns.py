@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 import sys
-from contextlib import contextmanager, nullcontext
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from scbm.cli import thresholds
 from scbm.cli.arguments import complete, read_faults, read_requirements, read_time_limit
 from scbm.cli.output import errors, results, write_json
+from scbm.cli.progress import bar, with_lines
 from scbm.errors import Diagnostic, InputError, Place, Slug
 from scbm.model import format_duration
 from scbm.notation import load_model
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
     from scbm.testing import CaseResult, Finding, WrittenCase
 
 _SLOW = 500
-"""From so many simulated cases on, progress is shown; over nodes it always is."""
+"""From so many simulated cases on, progress is shown on a terminal; over nodes it always is."""
 
 _RANDOM = 20
 """So many random cases are drawn if neither a number nor files are given."""
@@ -107,7 +108,7 @@ class Telling:
 def simulate(suite: Suite, telling: Telling) -> int:
     """Runs the cases in virtual time, and tells what came of them; the exit code."""
     tester = Tester(suite.model)
-    campaign, since = _carry_out(suite, telling, lambda cases, _: tester.results(cases), is_slow=suite.count >= _SLOW)
+    campaign, since = _carry_out(suite, telling, lambda cases, _: tester.results(cases), over_nodes=False)
     is_saved = telling.save is None or suite.save_random(tester, telling.save)
     findings = find_causes(tester, campaign, MOST_SHRUNK if telling.shrink else 0)
     saved = [suite.save_small(finding, telling.failures) for finding in findings]
@@ -126,16 +127,22 @@ def run_over_nodes(suite: Suite, telling: Telling, asked: Asked, command: str) -
         command: what runs them all again.
     """
     from scbm.cli.over_nodes import over_nodes  # noqa: PLC0415 - sockets and processes, which few runs need
+    from scbm.cli.reach import refuse_beyond_reach  # noqa: PLC0415 - the same
 
+    refuse_beyond_reach(suite, asked.real, "--real")
     tester = Tester(suite.model)
     with over_nodes(asked, tester) as nodes:
-        campaign, since = _carry_out(suite, telling, nodes.results, is_slow=True)
+        if not asked.starts:  # what is real, its controller says
+            refuse_beyond_reach(suite, nodes.real, "--network")
+        campaign, since = _carry_out(suite, telling, nodes.results, over_nodes=True)
     findings = find_causes(tester, campaign, 0)  # what fails over nodes need not fail in simulation
-    logs = (nodes.log_files.get(finding.results[0].case.name) for finding in findings)
+    logs = (nodes.logs.files.get(finding.results[0].case.name) for finding in findings)
     commands = tuple(command if log is None else f"scbm replay {shlex.quote(str(log))}" for log in logs)
     setting = replace(suite.setting(findings, commands), where=asked.words)
     code = _tell(campaign, setting, telling, since)
-    return code if nodes.is_saved else max(2, code)
+    if nodes.logs.words is not None and not telling.json:
+        errors().line(f"scbm: {nodes.logs.words}")
+    return code if nodes.logs.is_whole else max(2, code)
 
 
 def _carry_out(
@@ -143,10 +150,11 @@ def _carry_out(
     telling: Telling,
     run: Callable[[Iterable[Case], Callable[[str], None]], Iterator[CaseResult]],
     *,
-    is_slow: bool,
+    over_nodes: bool,
 ) -> tuple[Campaign, Since | None]:
     """Runs the cases, keeps them in the store, and shows how far that is; and what the store says then."""
-    with _store(telling.store, suite) as keeper, _progress(suite.count, is_shown=is_slow) as (said, done):
+    progress = _progress(suite.count, is_bar=over_nodes or suite.count >= _SLOW, is_told=over_nodes)
+    with _store(telling.store, suite) as keeper, progress as (said, done):
         came = run(suite.cases(), said)
         kept = came if keeper is None else keeper.kept(came, suite.by_name, suite.network)
         campaign = Campaign.of(suite.model, done(kept))
@@ -165,6 +173,10 @@ def _tell(campaign: Campaign, setting: Setting, telling: Telling, since: Since |
     return 0 if thresholds.meets(campaign.coverage, telling.thresholds) and not campaign.failed else 1
 
 
+def _tell_progress(words: str) -> None:
+    errors().line(f"scbm: {words}")
+
+
 def _store(path: Path | None, suite: Suite) -> AbstractContextManager[Keeper | None]:
     """The store that results are added to, if one is asked for."""
     if path is None:
@@ -174,26 +186,15 @@ def _store(path: Path | None, suite: Suite) -> AbstractContextManager[Keeper | N
     return keeping(path, suite.model, suite.file)
 
 
-@contextmanager
 def _progress(
-    count: int, *, is_shown: bool
-) -> Iterator[tuple[Callable[[str], None], Callable[[Iterator[CaseResult]], Iterator[CaseResult]]]]:
-    """On a terminal a bar: what to call with the case that runs, and what lets results through and counts them."""
-    if not is_shown or not sys.stderr.isatty():
-        yield lambda _: None, lambda results: results
-        return
-    from rich.console import Console  # noqa: PLC0415 - only where there is something to show
-    from rich.progress import Progress  # noqa: PLC0415
-
-    with Progress(console=Console(file=sys.stderr), transient=True) as progress:
-        task = progress.add_task("cases", total=count)
-
-        def counted(results: Iterator[CaseResult]) -> Iterator[CaseResult]:
-            for result in results:
-                progress.advance(task)
-                yield result
-
-        yield lambda name: progress.update(task, description=name), counted
+    count: int, *, is_bar: bool, is_told: bool
+) -> AbstractContextManager[tuple[Callable[[str], None], Callable[[Iterator[CaseResult]], Iterator[CaseResult]]]]:
+    """What to call with the case that runs, and what lets results through and counts them."""
+    if is_bar and sys.stderr.isatty():
+        return bar(count)
+    if is_told:
+        return nullcontext((lambda _: None, lambda results: with_lines(results, count, _tell_progress)))
+    return nullcontext((lambda _: None, lambda results: results))
 
 
 def refuse_without_random_cases(count: int, options: Mapping[str, object]) -> None:
@@ -228,7 +229,7 @@ class Suite:
         """All cases, with what the command line adds to them."""
         for written in self.written:
             yield self._completed(written.case)
-        for case in self._drawn():
+        for case in self.drawn():
             yield self._completed(case)
 
     @cached_property
@@ -246,7 +247,8 @@ class Suite:
                 remedy = "choose another seed, or leave out one of them"
                 raise InputError([Diagnostic(Slug.DUPLICATE_NAME, message, Place("--cases"), remedy)])
 
-    def _drawn(self) -> Iterable[Case]:
+    def drawn(self) -> Iterable[Case]:
+        """The random ones, without what the command line adds."""
         if not self.random:
             return ()
         return RandomCases(self.model, str(self.file), self.network).first(self.random, self.seed)
@@ -262,7 +264,7 @@ class Suite:
 
     def save_random(self, tester: Tester, directory: Path) -> bool:
         """Saves every random case with all that was drawn in it; if it cannot, that is told and the report goes on."""
-        recorded = (tester.execute(self._completed(case)).recorded_case for case in self._drawn())
+        recorded = (tester.execute(self._completed(case)).recorded_case for case in self.drawn())
         labelled = [(case, [f"case {number} of seed {self.seed}"]) for number, case in enumerate(recorded, start=1)]
         try:
             save_cases(labelled, directory, self.model, self.file, overwrite=False)

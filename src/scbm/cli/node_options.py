@@ -132,6 +132,13 @@ def read_time_scale(text: str | None) -> Fraction:
     return scale
 
 
+def refuse_faster(time_scale: str | None, real: Sequence[str]) -> None:
+    """Raises `InputError` for a scale of time that is not 1 if there are real resources."""
+    if real and read_time_scale(time_scale) != 1:
+        message = f"`{real[0]}` is real, and cannot be made faster or slower"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--time-scale"), "leave it out")])
+
+
 def read_wait(text: str) -> float:
     """How many seconds nodes may take to come. Raises `InputError`."""
     wait_ns = parse_duration(text)

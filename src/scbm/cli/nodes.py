@@ -13,7 +13,7 @@ from scbm.notation import digest_of
 from scbm.realtime import Bus, BusError, Node, Seat, new_status, serve
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable, Iterable, Sequence
+    from collections.abc import Awaitable, Callable, Sequence
 
     from scbm.model import BehaviorModel
 
@@ -60,16 +60,20 @@ def serve_node(
     def open_bus() -> Awaitable[Bus]:
         return open_dds(role, domain)
 
-    async def serve_both() -> None:
+    async def serve_both() -> bool:
         drivers = None if open_drivers is None else open_drivers()
         try:
-            await serve(open_bus, partial(seated, drivers), tell=tell, until_eof=while_stdin)
+            return await serve(open_bus, partial(seated, drivers), tell=tell, until_eof=while_stdin)
         finally:
             if drivers is not None:
                 await drivers.close()
 
+    async def serve_again() -> None:
+        while await serve_both():
+            pass
+
     try:
-        asyncio.run(serve_both())
+        asyncio.run(serve_again())
     except BusError as error:
         raise bus_error(error) from None
     return 0
@@ -78,8 +82,3 @@ def serve_node(
 def bus_error(error: BusError) -> InputError:
     """What a user reads if a middleware cannot be used."""
     return InputError([Diagnostic(Slug.BUS_UNUSABLE, error.message, Place(error.where), error.remedy)])
-
-
-def cell_error(reasons: Iterable[str], where: str, remedy: str) -> InputError:
-    """What a user reads if a cell is not whole."""
-    return InputError([Diagnostic(Slug.CELL_INCOMPLETE, reason, Place(where), remedy) for reason in reasons])

@@ -22,12 +22,11 @@ from scbm.cli.node_options import (
     read_real,
     read_time_scale,
     read_via,
+    read_wait,
+    refuse_faster,
     refuse_in_this_process,
     refuse_without_transport,
 )
-
-_START_S = 10.0
-"""So long the nodes that this command starts may take to be there."""
 
 
 def command(
@@ -73,6 +72,10 @@ def command(
     bindings: Bindings = None,
     time_scale: TimeScale = None,
     domain: Domain = None,
+    wait: Annotated[
+        str | None,
+        typer.Option("--wait", metavar="DURATION", help="So long nodes and drivers may take to come. [10 s]"),
+    ] = None,
     logs: Logs = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
@@ -90,6 +93,7 @@ def command(
                 "--bindings": bindings,
                 "--time-scale": time_scale,
                 "--domain": domain,
+                "--wait": wait,
                 "--logs": logs,
             }
         )
@@ -98,13 +102,14 @@ def command(
         refuse_in_this_process({"--real": real, "--via": via, "--bindings": bindings, "--domain": domain})
     bound = load_bound(model, bindings)
     chosen = read_real(real or [], bound)
+    refuse_faster(time_scale, chosen)
     asked = Asked(
         suite.model,
         model,
         transport.value,
         read_domain(domain),
         read_time_scale(time_scale),
-        _START_S,
+        read_wait(wait or "10 s"),
         starts=True,
         real=chosen,
         via=read_via(via, chosen),

@@ -102,6 +102,7 @@ class Slug(StrEnum):
     # nodes
     BUS_UNUSABLE = "bus-unusable"
     CELL_INCOMPLETE = "cell-incomplete"
+    BEYOND_REACH = "beyond-reach"
 
     # coverage stores
     NOT_A_STORE = "not-a-store"

@@ -8,6 +8,7 @@ import signal
 import sys
 from typing import TYPE_CHECKING, Protocol
 
+from scbm.realtime.absence import AbsenceWatch
 from scbm.realtime.bus import BusError
 
 if TYPE_CHECKING:
@@ -33,14 +34,19 @@ class Node(Protocol):
 
 async def serve(
     open_bus: Callable[[], Awaitable[Bus]], make: Callable[[Bus], Node], *, tell: Callable[[str], None], until_eof: bool
-) -> None:
+) -> bool:
     """Serves a node until SIGINT or SIGTERM, or until nothing can come by the standard input any more.
+
+    It also ends, and is to be served again, when the process did not run for so long that the others have missed it.
 
     Args:
         open_bus: joins the cell.
         make: the node.
         tell: gets a line when the node is there.
         until_eof: whether the end of the standard input ends it too.
+
+    Returns:
+        Whether the node is to join its cell again.
 
     Raises:
         BusError: the bus cannot be opened, or an older node has this one's place in the cell.
@@ -50,7 +56,14 @@ async def serve(
     loop = asyncio.get_running_loop()
     for name in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(name, stop.set)
+    was_away = asyncio.Event()
+
+    def leave() -> None:
+        was_away.set()
+        stop.set()
+
     bus = await open_bus()
+    watch = AbsenceWatch(loop, leave)
     try:
         node = make(bus)
         node.membership.changed = lambda: stop.set() if node.membership.rival() else None
@@ -59,6 +72,9 @@ async def serve(
         tell(f"{node.membership.own.role} of `{node.membership.own.model}`, {bus.words}")
         await stop.wait()
         await node.close()
+        if was_away.is_set():
+            tell("it was stopped for a while, and joins again")
+            return True
         rival = node.membership.rival()
         if rival is not None:
             raise BusError(
@@ -66,7 +82,9 @@ async def serve(
                 "stop it, or choose another domain with `--domain`",
             )
     finally:
+        watch.close()
         await bus.close()
+    return False
 
 
 def _place(role: str, resources: tuple[str, ...]) -> str:

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 from scbm.realtime.cell import Seat, new_status
 from scbm.realtime.controller import ControllerNode
 from scbm.realtime.loopback import LoopbackHub
+from scbm.realtime.readiness import Lack, NotReadyError, Reason
 from scbm.realtime.resources import ResourcesNode
-from scbm.realtime.tester import LostError, NotReadyError, TesterNode
+from scbm.realtime.tester import LostError, TesterNode
 from scbm.simulating import PlainReactions
 
 if TYPE_CHECKING:
@@ -124,7 +125,7 @@ class RemoteCell:
         if self._children is None:
             return
         if self._children.broken is not None:
-            raise NotReadyError((self._children.broken,))
+            raise NotReadyError([Reason(Lack.CHILD, self._children.broken)])
         for ended in await self._children.start():
             self._complain(f"{ended}, and was started again")
 
@@ -144,7 +145,12 @@ class RemoteCell:
 
 
 class Session:
-    """Runs cases over nodes. SIGINT ends it by `KeyboardInterrupt`, with the run given up."""
+    """Runs cases over nodes. SIGINT ends it by `KeyboardInterrupt`, with the run given up.
+
+    Attributes:
+        complain: gets sentences about what went wrong and is mended.
+        waiting: gets what the first case waits for, once that takes long.
+    """
 
     def __init__(self, cell: Cell, model: BehaviorModel, digest: str, time_scale: Fraction, wait_s: float) -> None:
         """Begins with `with`.
@@ -166,6 +172,7 @@ class Session:
         self._was_lost = False
         self._before: Any = None
         self.complain: Callable[[str], None] = lambda _: None
+        self.waiting: Callable[[tuple[Reason, ...]], None] = lambda _: None
 
     def __enter__(self) -> Self:
         """Joins the cell and waits for all of it. Raises `BusError`, `NotReadyError`."""
@@ -183,6 +190,12 @@ class Session:
     ) -> None:
         self._close()
 
+    @property
+    def real(self) -> tuple[str, ...]:
+        """The resources that are reached at real drivers."""
+        assert self._tester is not None  # noqa: S101 - `with` has opened it
+        return self._tester.real
+
     def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
         """Runs a case. Raises `LostError` if it is not finished."""
         return self._runner.run(self._run(case, choices, options))
@@ -192,7 +205,7 @@ class Session:
         bus = await self._cell.open(self._model, self.complain)
         seat = Seat(bus, self._model, status, self.complain)
         self._tester = TesterNode(seat, self._time_scale, is_first=self._cell.is_own)
-        await _beside(self._cell.keep(), self._tester.wait_for_cell(self._wait_s))
+        await _beside(self._cell.keep(), self._tester.wait_for_cell(self._wait_s, self.waiting))
 
     async def _run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
         assert self._tester is not None  # noqa: S101 - `with` has opened it

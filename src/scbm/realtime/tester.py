@@ -15,6 +15,8 @@ from scbm.realtime.director import Director
 from scbm.realtime.event_json import event_json, read_event
 from scbm.realtime.event_log import EventLog, Step
 from scbm.realtime.membership import Membership
+from scbm.realtime.reach import beyond_reach
+from scbm.realtime.readiness import Lack, NotReadyError, Reason
 from scbm.realtime.wire import (
     VERSION,
     Abandon,
@@ -45,7 +47,7 @@ from scbm.simulating import Simulated
 from scbm.trace import MessageDisturbed, ResourceChanged, Trace, write_trace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable
     from fractions import Fraction
 
     from scbm.cases import Case
@@ -57,6 +59,9 @@ if TYPE_CHECKING:
     from scbm.running import Effect, Event, RunnerOptions
     from scbm.simulating import Choices
     from scbm.trace import Record
+
+_QUIET_S = 1.0
+"""Who is waited for so long is told of."""
 
 _READY_S = 5.0
 """So long nodes that are there may take to prepare a run."""
@@ -70,14 +75,6 @@ _SILENT_NS = 3_000_000_000
 
 class LostError(Exception):
     """A run was not finished; the sentence says why."""
-
-
-class NotReadyError(Exception):
-    """A cell is not what a tester needs: sentences that say what is missing or wrong."""
-
-    def __init__(self, reasons: Iterable[str]) -> None:
-        self.reasons = tuple(reasons)
-        super().__init__("; ".join(self.reasons))
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,47 +134,73 @@ class TesterNode:
         controller = self.membership.controller()
         return () if controller is None else controller.resources
 
-    async def wait_for_cell(self, wait_s: float) -> None:
-        """Waits until everybody is there. Raises `NotReadyError` with all that is missing or wrong then."""
+    async def wait_for_cell(
+        self, wait_s: float, waiting: Callable[[tuple[Reason, ...]], None] = lambda _: None
+    ) -> None:
+        """Waits until everybody is there. Raises `NotReadyError` with all that is missing or wrong then.
+
+        Args:
+            wait_s: so long they may take.
+            waiting: gets what is missing after a second, and again whenever that changes.
+        """
         try:
             async with asyncio.timeout(wait_s):
-                while self._missing() and not self._wrong():
-                    self._changed.clear()
-                    await self._changed.wait()
+                await self._wait(waiting)
         except TimeoutError:
             pass
         reasons = self._wrong() or self._missing()
         if reasons:
             raise NotReadyError(reasons)
 
-    def _wrong(self) -> tuple[str, ...]:
+    async def _wait(self, waiting: Callable[[tuple[Reason, ...]], None]) -> None:
+        loop = asyncio.get_running_loop()
+        told: tuple[Reason, ...] = ()
+        late = asyncio.Event()
+        timers = [loop.call_later(_QUIET_S, wake) for wake in (late.set, self._changed.set)]
+        try:
+            while (missing := self._missing()) and not self._wrong():
+                if late.is_set() and missing != told:
+                    waiting(missing)
+                    told = missing
+                self._changed.clear()
+                await self._changed.wait()
+        finally:
+            for timer in timers:
+                timer.cancel()
+
+    def _wrong(self) -> tuple[Reason, ...]:
         """What no waiting mends."""
         rival = self.membership.rival()
-        reasons = [] if rival is None else [f"another tester is at work: {rival.words}"]
+        reasons = [] if rival is None else [Reason(Lack.RIVAL, f"another tester is at work: {rival.words}")]
         if self.real and self._time_scale != 1:
-            reasons.append(f"`{self.real[0]}` is real, and cannot be made faster: no time scale goes with it")
+            message = f"`{self.real[0]}` is real, and cannot be made faster: no time scale goes with it"
+            reasons.append(Reason(Lack.TIME_SCALE, message))
         there = [self.membership.controller(), *map(self.membership.node_of, self._simulated())]
         for other in filter(None, dict.fromkeys(there)):
+            node = self.words_of(other.node)
             if self._is_first and other.since_ns < self.membership.own.since_ns:
-                reasons.append(f"somebody else's {other.role} is there: {other.words}")
+                reasons.append(Reason(Lack.FOREIGN, f"{node} is somebody else's: {other.words}"))
             elif other.version != VERSION:
-                reasons.append(
-                    f"{self.words_of(other.node)} speaks version {other.version}, this scbm version {VERSION}"
-                )
+                message = f"{node} speaks version {other.version}, this scbm version {VERSION}: {other.words}"
+                reasons.append(Reason(Lack.VERSION, message))
             elif other.digest != self.membership.own.digest:
-                reasons.append(f"{self.words_of(other.node)} has another version of the model: {other.words}")
+                reasons.append(Reason(Lack.MODEL, f"{node} has another version of the model: {other.words}"))
         return tuple(reasons)
 
-    def _missing(self) -> tuple[str, ...]:
+    def _missing(self) -> tuple[Reason, ...]:
         """Who is not there."""
-        if self.membership.controller() is None:
-            why = self._bus.why_alone(self._topics.status)
-            return (f"no controller of `{self._model.name}`", *self.membership.strangers, *([why] if why else ()))
         controller = self.membership.controller()
-        if controller is not None and controller.troubles:
-            return controller.troubles
-        names = [name for name in self._simulated() if not self.membership.node_of(name)]
-        return (f"nobody simulates {', '.join(f'`{name}`' for name in names)}",) if names else ()
+        names = tuple(name for name in self._simulated() if not self.membership.node_of(name))
+        if controller is None:
+            why = self._bus.why_alone(self._topics.status)
+            strangers = (*self.membership.strangers, *([why] if why else ()))
+            first = Reason(Lack.CONTROLLER, f"no controller of `{self._model.name}`", names)
+            return (first, *(Reason(Lack.STRANGER, message) for message in strangers))
+        troubles = tuple(Reason(Lack.DRIVER, message) for message in controller.troubles)
+        if not names:
+            return troubles
+        message = f"nobody simulates {', '.join(f'`{name}`' for name in names)}"
+        return (*troubles, Reason(Lack.RESOURCES, message, names))
 
     def _simulated(self) -> list[str]:
         return [name for name in self._resources if name not in self.real]
@@ -197,8 +220,8 @@ class TesterNode:
 
     async def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
         """Runs a case. Raises `LostError` if it is not finished, whatever the reason."""
-        if (told := _told_of(case, self._model, self.real)) is not None:
-            raise LostError(f"the case says what becomes of `{told}`, which is real")
+        if (why := beyond_reach(case, self._model, self.real)) is not None:
+            raise LostError(f"the case {why}")
         run = _Run(self, case, choices, options, self._time_scale)
         self._run = run
         try:
@@ -217,7 +240,7 @@ class TesterNode:
 
     def why_not(self) -> str | None:
         """Why no run can take place now, in a clause."""
-        return next(iter((*self._wrong(), *self._missing())), None)
+        return next((reason.message for reason in (*self._wrong(), *self._missing())), None)
 
     def say(self, message: Prepare | Go | NoteMessage | Abandon | React | Fate | Become | Restart) -> None:
         """To all; a run of which the bus does not take a message is lost."""
@@ -326,7 +349,8 @@ class _Run:
     async def _prepare(self) -> None:
         """Nothing has begun yet: whoever goes meanwhile is waited for, and whoever comes takes part."""
         text = write_case(self._case, self._node.model, None)
-        prepare = Prepare(self.id, (), text, asdict(self._options), str(self._scale), self._director.is_relayed)
+        relayed, real = self._director.is_relayed, self._node.real
+        prepare = Prepare(self.id, (), text, asdict(self._options), str(self._scale), relayed, real)
         self.look()
         self._say_until_ready(prepare)
         try:
@@ -467,14 +491,3 @@ class _Run:
         if self._watch is not None:
             self._watch.cancel()
         self._watch = self._loop.call_later(wait_ns / 1e9, self.fail, "the controller says nothing any more")
-
-
-def _told_of(case: Case, model: BehaviorModel, real: Sequence[str]) -> str | None:
-    """A real resource of which the case says what nobody can make it do: itself, or by the name of an operation."""
-    network = case.network
-    subjects = [rule.subject for rule in case.outcomes]
-    told = subjects + [injection.resource for injection in case.injections]
-    sent = [action.target for o in model.operations if o.name in subjects for action in o.pre.running_actions]
-    told += [resource.name for resource in model.resources if resource.trigger in sent]
-    told += [cut.resource for cut in network.partitions] + [restart.resource for restart in network.restarts]
-    return next((name for name in real if name in told), None)

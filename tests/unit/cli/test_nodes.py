@@ -3,15 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from scbm.cli.node_options import read_domain, read_time_scale
-from scbm.errors import InputError
+from scbm.cli.arguments import read_requirements
+from scbm.cli.node_options import Asked, Via, read_domain, read_time_scale
+from scbm.cli.progress import with_lines
+from scbm.cli.remedies import Waiting, cell_error
+from scbm.errors import InputError, Slug
+from scbm.notation import load_model, read_model
+from scbm.realtime import Lack, NotReadyError, Reason
+from scbm.testing import RandomCases, Tester
 from support.models import SCAN_CELL
+
+AFTER = load_model(Path(__file__).parents[3] / "examples/robot_in_the_air/after.yaml")
 
 
 @pytest.mark.parametrize(
@@ -37,30 +48,204 @@ def test_a_domain_of_the_environment_that_is_no_number_is_refused(named: str, mo
     assert read_domain(7) == 7
 
 
-def test_the_log_of_each_run_is_saved_whole_and_shows_the_run_again(scbm: Callable[..., Any], tmp_path: Path) -> None:
-    model, logs = tmp_path / "model.yaml", tmp_path / "logs"
-    model.write_text(SCAN_CELL, encoding="utf-8")
-    over_loopback = ("test", model, "--cases", 2, "--transport", "loopback", "--time-scale", 20, "--logs", logs)
-    scbm(*over_loopback)
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    path = tmp_path / "model.yaml"
+    path.write_text(SCAN_CELL, encoding="utf-8")
+    return path
+
+
+def over_loopback(model: Path, *more: object) -> tuple[object, ...]:
+    return ("test", model, "--cases", 2, "--transport", "loopback", "--time-scale", 20, *more)
+
+
+def test_the_log_of_each_run_is_saved_and_shows_the_run_again_and_replaces_none(
+    scbm: Callable[..., Any], model: Path, tmp_path: Path
+) -> None:
+    logs = tmp_path / "logs"
+    ran = scbm(*over_loopback(model, "--logs", logs))
+    assert ran.err == f"scbm: 2 logs in {logs}\n"
     saved = sorted(logs.iterdir())
     assert [path.name for path in saved] == ["seed-0-case-1.log", "seed-0-case-2.log"]
     for path in saved:
         assert scbm("replay", path).err == ""
-    before, other = saved[0].read_bytes(), tmp_path / "other.log"
-    other.hardlink_to(saved[0])
-    scbm(*over_loopback)
-    assert saved[0].read_bytes() != before  # it has other times
-    assert other.read_bytes() == before  # nobody who reads it sees half of one and half of the other
+    before = [path.read_bytes() for path in saved]
+    assert scbm(*over_loopback(model, "--logs", logs, "--json")).err == ""
+    assert [path.read_bytes() for path in saved] == before
+    names = ["seed-0-case-1-2.log", "seed-0-case-1.log", "seed-0-case-2-2.log", "seed-0-case-2.log"]
+    assert sorted(path.name for path in logs.iterdir()) == names
+    assert scbm("replay", logs / "seed-0-case-1-2.log").err == ""
 
 
-def test_logs_that_cannot_be_saved_are_told_of_once_and_the_report_goes_on(
-    scbm: Callable[..., Any], tmp_path: Path
+def test_logs_that_cannot_be_saved_are_refused_before_the_first_case(
+    scbm: Callable[..., Any], model: Path, tmp_path: Path
 ) -> None:
-    model, logs = tmp_path / "model.yaml", tmp_path / "logs"
-    model.write_text(SCAN_CELL, encoding="utf-8")
+    logs = tmp_path / "logs"
     logs.write_text("a file", encoding="utf-8")
-    ran = scbm("test", model, "--cases", 2, "--transport", "loopback", "--time-scale", 20, "--logs", logs)
-    assert ran.code == 2
-    assert ran.err.count("cannot save logs here") == 1
-    assert "SCBM-IAS" in ran.out
+    ran = scbm(*over_loopback(model, "--logs", logs))
+    assert (ran.code, ran.out) == (2, "")
+    assert ran.err == f"--logs: error[bad-option]: cannot save logs in {logs}: file exists\n"
     assert logs.read_text(encoding="utf-8") == "a file"
+
+
+def test_logs_of_failing_cases_that_cannot_be_saved_are_told_of_once_and_the_report_goes_on(
+    scbm: Callable[..., Any], model: Path, tmp_path: Path
+) -> None:
+    failures = tmp_path / "failures"
+    failures.write_text("a file", encoding="utf-8")
+    ran = scbm(*over_loopback(model, "--require", "always box_is_scanned == true", "--failures", failures))
+    assert ran.code == 2
+    assert ran.err == f"--failures: error[bad-option]: cannot save logs in {failures}: file exists\n"
+    assert "SCBM-IAS" in ran.out
+    assert failures.read_text(encoding="utf-8") == "a file"
+
+
+def asked(*, starts: bool = False, domain: int = 0) -> Asked:
+    return Asked(
+        AFTER,
+        Path("a b.yaml"),
+        "dds",
+        domain,
+        Fraction(1),
+        10.0,
+        starts=starts,
+        real=(),
+        via=Via.DDS,
+        bindings=None,
+        logs=None,
+        failures=Path("x"),
+    )
+
+
+ALL = tuple(resource.name for resource in AFTER.resources)
+
+
+@pytest.mark.parametrize(
+    ("lack", "resources", "remedy"),
+    [
+        (Lack.RIVAL, (), "wait for it, or stop it"),
+        (Lack.MODEL, (), "stop that process, and start it again"),
+        (Lack.CONTROLLER, (), "start `scbm node controller 'a b.yaml'`"),
+        (Lack.CONTROLLER, ALL, "start `scbm node controller 'a b.yaml'` and `scbm node resources 'a b.yaml'`"),
+        (Lack.RESOURCES, ("gripper", "robot"), "start `scbm node resources 'a b.yaml' gripper robot`"),
+        (Lack.DRIVER, (), "start its driver in this domain, or correct its binding"),
+        (Lack.TIME_SCALE, (), "leave `--time-scale` out"),
+    ],
+)
+def test_each_thing_that_a_cell_lacks_has_its_own_remedy(
+    lack: Lack, resources: tuple[str, ...], remedy: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
+    (told,) = cell_error(NotReadyError([Reason(lack, "it is so", resources)]), asked()).diagnostics
+    assert (told.slug, str(told.place), told.message, told.remedy) == (
+        Slug.CELL_INCOMPLETE,
+        "DDS domain 0",
+        "it is so",
+        remedy,
+    )
+
+
+@pytest.mark.parametrize("lack", Lack)
+def test_nothing_that_a_cell_lacks_is_without_a_remedy(lack: Lack) -> None:
+    for starts in (True, False):
+        (told,) = cell_error(NotReadyError([Reason(lack, "x", ("robot",))]), asked(starts=starts)).diagnostics
+        assert told.remedy
+
+
+def test_a_remedy_names_the_domain_if_that_is_not_what_the_other_terminal_takes(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    error = NotReadyError([Reason(Lack.RESOURCES, "x", ("robot",))])
+    (told,) = cell_error(error, asked(domain=7)).diagnostics
+    assert told.remedy == "start `scbm node resources 'a b.yaml' robot --domain 7`"
+    monkeypatch.setenv("ROS_DOMAIN_ID", "3")
+    (told,) = cell_error(error, asked()).diagnostics
+    assert told.remedy == "start `scbm node resources 'a b.yaml' robot --domain 0`"
+
+
+def test_what_is_waited_for_is_told_once_and_nodes_that_are_started_here_need_no_words() -> None:
+    missing, driver = Reason(Lack.CONTROLLER, "no controller"), Reason(Lack.DRIVER, "`robot` is not reached")
+    told: list[str] = []
+    waiting = Waiting(asked(), told.append)
+    waiting([missing, driver])
+    waiting([driver])
+    at_most = "waiting for 10 s at most:"
+    assert told == [f"{at_most} no controller; `robot` is not reached", f"{at_most} `robot` is not reached"]
+    told.clear()
+    waiting = Waiting(asked(starts=True), told.append)
+    waiting([missing])
+    waiting([missing, driver])
+    waiting([driver])
+    assert told == [f"{at_most} `robot` is not reached"]
+
+
+@pytest.fixture
+def real(model: Path) -> tuple[object, ...]:
+    """The options that make the only resource of the model real."""
+    bindings = model.with_name("bindings.yaml")
+    bindings.write_text(
+        "bindings_of: scan_cell\nresources: {scan: {topics: {request: /scan/request, reply: /scan/reply}}}\n",
+        encoding="utf-8",
+    )
+    return ("--transport", "dds", "--bindings", bindings, "--real", "scan")
+
+
+def test_cases_that_say_what_becomes_of_real_resources_are_all_refused_before_anything_runs(
+    scbm: Callable[..., Any], model: Path, real: tuple[object, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("scbm.cli.over_nodes.over_nodes", None)
+    cases = []
+    for name, more in (("good", ""), ("told", "outcomes: {scan_box: fail}"), ("late", "network: {latency: 1 s}")):
+        cases.append(model.with_name(f"{name}.yaml"))
+        cases[-1].write_text(f"case: {name}\ngoal: scanned\n{more}\n", encoding="utf-8")
+    ran = scbm("test", model, *cases, "--cases", 3, "--network", "latency: 1 ms", *real)
+    assert (ran.code, ran.out) == (2, "")
+    alone = "has faults of the network, and no resource is simulated that could carry them out"
+    heads = [line for line in ran.err.splitlines() if "error[" in line]
+    assert heads == [
+        f"{cases[1]}: error[beyond-reach]: the case says what becomes of `scan`, which is real",
+        f"{cases[2]}: error[beyond-reach]: the case {alone}",
+        f"--real: error[beyond-reach]: 3 of 3 random cases cannot be run: `seed-0-case-1` {alone}",
+    ]
+
+
+def test_a_tester_refuses_such_cases_once_the_controller_has_said_what_is_real(
+    scbm: Callable[..., Any], model: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = SimpleNamespace(real=("scan",), results=None)
+    monkeypatch.setattr("scbm.cli.over_nodes.over_nodes", lambda *_: nullcontext(whole))
+    case = model.with_name("told.yaml")
+    case.write_text("case: told\ngoal: scanned\noutcomes: {scan: fail}\n", encoding="utf-8")
+    ran = scbm("node", "tester", model, case, "--cases", 1, "--network", "latency: 1 ms")
+    assert (ran.code, ran.out) == (2, "")
+    assert f"{case}: error[beyond-reach]: the case says what becomes of `scan`, which is real\n" in ran.err
+    assert "--network: error[beyond-reach]: 1 of 1 random cases cannot be run: `seed-0-case-1` has" in ran.err
+
+
+def test_real_resources_have_no_scale_of_time(
+    scbm: Callable[..., Any], model: Path, real: tuple[object, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("scbm.cli.over_nodes.over_nodes", None)
+    ran = scbm("test", model, *real, "--time-scale", 2)
+    assert (ran.code, ran.out) == (2, "")
+    assert ran.err.startswith("--time-scale: error[bad-option]: `scan` is real, and cannot be made faster or slower\n")
+
+
+def test_a_wait_is_for_nodes(scbm: Callable[..., Any], model: Path) -> None:
+    assert "--wait: error[bad-option]: this is for runs over nodes" in scbm("test", model, "--wait", "1 s").err
+    assert "`soon` is not a duration" in scbm(*over_loopback(model, "--wait", "soon")).err
+
+
+def test_without_a_terminal_each_case_has_a_line_once_a_campaign_takes_long() -> None:
+    model = read_model(SCAN_CELL)
+    tester, told = Tester(model), list[str]()
+    cases = list(RandomCases(model).first(3, 0))
+    fails = replace(cases[2], requirements=read_requirements(["always box_is_scanned == true"], model))
+    times_s = iter([100.0, 109.9, 110.0, 300.0])
+    results = tester.results([*cases[:2], fails])
+    passed = list(with_lines(results, 3, told.append, lambda: next(times_s)))
+    assert [result.case for result in passed] == [*cases[:2], fails]
+    assert told[0] == "2 of 3: seed-0-case-2 reached"
+    assert told[1].startswith("3 of 3: seed-0-case-3 ")
+    assert ", failed: " in told[1]
+    assert len(told) == 2

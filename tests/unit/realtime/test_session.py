@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 from threading import Thread
+from typing import Any
 
 import pytest
 
@@ -14,9 +15,12 @@ from scbm.realtime import (
     Bus,
     BusError,
     ControllerNode,
+    Lack,
     LoopbackCell,
     LostError,
     NotReadyError,
+    Reason,
+    ResourcesNode,
     Seat,
     Session,
     TesterNode,
@@ -24,6 +28,7 @@ from scbm.realtime import (
 )
 from scbm.realtime.loopback import LoopbackHub
 from scbm.realtime.session import Cell, RemoteCell
+from scbm.simulating import PlainReactions
 from scbm.testing import Tester
 from scbm.testing.on_nodes import NodeTester
 from scbm.testing.verdicts import FailureKind
@@ -63,6 +68,7 @@ def test_cases_run_one_by_one_in_a_cell_of_this_process() -> None:
     def work() -> None:
         with session(LoopbackCell(DIGEST)) as opened:
             tester = Tester(MODEL)
+            assert opened.real == ()
             for _ in range(2):
                 done = opened.run(CASE, tester.choices_of(CASE), tester.options_of(CASE))
                 assert done.run.end is End.REACHED
@@ -102,9 +108,9 @@ def test_a_cell_that_is_mended_in_vain_loses_the_case_and_the_next_does_not_wait
     waits: list[float] = []
     wait_for_cell = TesterNode.wait_for_cell
 
-    async def kept(node: TesterNode, wait_s: float) -> None:
+    async def kept(node: TesterNode, wait_s: float, *more: Any) -> None:  # noqa: ANN401 - what it is given
         waits.append(wait_s)
-        await wait_for_cell(node, wait_s)
+        await wait_for_cell(node, wait_s, *more)
 
     monkeypatch.setattr(TesterNode, "wait_for_cell", kept)
 
@@ -136,7 +142,31 @@ def test_a_cell_that_is_not_whole_is_told_and_left() -> None:
 
         with pytest.raises(NotReadyError) as raised, session(RemoteCell(open_bus), wait_s=0.05):
             pytest.fail("nobody simulates its resource")
-        assert raised.value.reasons == ("nobody simulates `scan`",)
+        assert raised.value.reasons == (Reason(Lack.RESOURCES, "nobody simulates `scan`", ("scan",)),)
+
+    in_thread(work)
+
+
+def test_what_the_first_case_waits_for_is_told() -> None:
+    def work() -> None:
+        hub = LoopbackHub()
+        told: list[tuple[Reason, ...]] = []
+        missing = Reason(Lack.CONTROLLER, "no controller of `scan_cell`", ("scan",))
+
+        async def open_bus() -> Bus:
+            return hub.join("tester")
+
+        def come(reasons: tuple[Reason, ...]) -> None:
+            """Whoever is waited for comes once that is told."""
+            told.append(reasons)
+            for role, resources in (("controller", []), ("resources", ["scan"])):
+                seat = Seat(hub.join(role), MODEL, new_status(role, MODEL, DIGEST, resources), print)
+                (ControllerNode(seat) if role == "controller" else ResourcesNode(seat, PlainReactions()))
+
+        opened = session(RemoteCell(open_bus))
+        opened.waiting = come
+        with opened:
+            assert told == [(missing,)]
 
     in_thread(work)
 

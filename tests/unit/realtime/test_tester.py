@@ -13,7 +13,7 @@ import pytest
 from scbm.cases import Case
 from scbm.model import Outcome
 from scbm.notation import digest_of, read_case, write_case
-from scbm.realtime import LostError, NodeRun, NotReadyError, TesterNode, new_status
+from scbm.realtime import Lack, LostError, NodeRun, NotReadyError, Reason, TesterNode, new_status
 from scbm.realtime.bus import BusError, Received
 from scbm.realtime.cell import GIVEN_UP, CellTopics
 from scbm.realtime.event_json import event_json
@@ -138,6 +138,47 @@ async def why_lost(task: asyncio.Task[NodeRun]) -> str:
 # the cell
 
 
+NO_CONTROLLER = Reason(Lack.CONTROLLER, "no controller of `scan_cell`", ("scan",))
+NO_SCAN = Reason(Lack.RESOURCES, "nobody simulates `scan`", ("scan",))
+
+
+def test_what_it_waits_for_is_told_after_a_second_and_whenever_that_changes() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        told: list[tuple[int, tuple[Reason, ...]]] = []
+        begun_ns = loop.now_ns()
+
+        def tell(reasons: tuple[Reason, ...]) -> None:
+            told.append(((loop.now_ns() - begun_ns) // SECOND_NS, reasons))
+
+        waiting = asyncio.ensure_future(bench.node.wait_for_cell(100.0, tell))
+        await loop.settle(SECOND_NS - 1_000)
+        assert told == []
+        await loop.settle(2_000)
+        assert told == [(1, (NO_CONTROLLER,))]
+        bench.play("resources", "other")  # which changes nothing
+        await loop.settle(2 * SECOND_NS)
+        bench.play("controller")
+        await loop.settle(2 * SECOND_NS)
+        assert told == [(1, (NO_CONTROLLER,)), (3, (NO_SCAN,))]
+        bench.play("resources", "scan")
+        await waiting
+
+    play(scene)
+
+
+def test_who_comes_within_a_second_is_not_told_of() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        told: list[tuple[Reason, ...]] = []
+        waiting = asyncio.ensure_future(bench.node.wait_for_cell(100.0, told.append))
+        await loop.settle(SECOND_NS // 2)
+        bench.cell()
+        await waiting
+        await loop.settle(10 * SECOND_NS)
+        assert told == []
+
+    play(scene)
+
+
 def test_it_waits_until_everybody_is_there() -> None:
     async def scene(bench: Bench, loop: VirtualLoop) -> None:
         waiting = asyncio.ensure_future(bench.node.wait_for_cell(10.0))
@@ -156,13 +197,13 @@ def test_it_waits_until_everybody_is_there() -> None:
 @pytest.mark.parametrize(
     ("others", "reasons"),
     [
-        ([], ("no controller of `scan_cell`",)),
-        ([("resources", "scan")], ("no controller of `scan_cell`",)),
-        ([("controller",)], ("nobody simulates `scan`",)),
-        ([("controller",), ("resources", "other")], ("nobody simulates `scan`",)),
+        ([], (NO_CONTROLLER,)),
+        ([("resources", "scan")], (replace(NO_CONTROLLER, resources=()),)),
+        ([("controller",)], (NO_SCAN,)),
+        ([("controller",), ("resources", "other")], (NO_SCAN,)),
     ],
 )
-def test_after_that_it_says_who_is_missing(others: list[tuple[str, ...]], reasons: tuple[str, ...]) -> None:
+def test_after_that_it_says_who_is_missing(others: list[tuple[str, ...]], reasons: tuple[Reason, ...]) -> None:
     async def scene(bench: Bench, loop: VirtualLoop) -> None:
         for role, *resources in others:
             bench.play(role, *resources)
@@ -176,21 +217,22 @@ def test_after_that_it_says_who_is_missing(others: list[tuple[str, ...]], reason
 
 
 @pytest.mark.parametrize(
-    ("role", "fields", "reason"),
+    ("role", "fields", "lack", "reason"),
     [
-        ("controller", {"version": 99}, "the controller speaks version 99, this scbm version"),
-        ("controller", {"digest": "other", "words": "far away"}, "has another version of the model: far away"),
-        ("resources", {"digest": "other", "words": "far away"}, "has another version of the model: far away"),
-        ("tester", {"since_ns": 1, "words": "far away"}, "another tester is at work: far away"),
+        ("controller", {"version": 99}, Lack.VERSION, "the controller speaks version 99, this scbm version"),
+        ("controller", {"digest": "other", "words": "far"}, Lack.MODEL, "has another version of the model: far"),
+        ("resources", {"digest": "other", "words": "far"}, Lack.MODEL, "has another version of the model: far"),
+        ("tester", {"since_ns": 1, "words": "far"}, Lack.RIVAL, "another tester is at work: far"),
     ],
 )  # fmt: skip
-def test_what_no_waiting_mends_is_said_at_once(role: str, fields: dict[str, Any], reason: str) -> None:
+def test_what_no_waiting_mends_is_said_at_once(role: str, fields: dict[str, Any], lack: Lack, reason: str) -> None:
     async def scene(bench: Bench, loop: VirtualLoop) -> None:
         bench.play(role, *(["scan"] if role == "resources" else []), **fields)
         if role == "resources":
             bench.play("controller")
-        with pytest.raises(NotReadyError, match=reason):
+        with pytest.raises(NotReadyError, match=reason) as raised:
             await bench.node.wait_for_cell(1_000.0)
+        assert [other.lack for other in raised.value.reasons] == [lack]
         assert loop.now_ns() < 2 * SECOND_NS
 
     play(scene)
@@ -201,8 +243,9 @@ def test_a_stranger_that_cannot_be_understood_is_told_of() -> None:
         bench.stage.join("old").publisher(TOPICS.status).publish('{"kind": "status", "role": "controller"}')
         with pytest.raises(NotReadyError) as raised:
             await bench.node.wait_for_cell(1.0)
-        assert raised.value.reasons[0] == "no controller of `scan_cell`"
-        assert raised.value.reasons[1].startswith("a `status` has the fields")
+        assert raised.value.reasons[0] == NO_CONTROLLER
+        assert raised.value.reasons[1].lack is Lack.STRANGER
+        assert raised.value.reasons[1].message.startswith("a `status` has the fields")
         assert loop.now_ns() > SECOND_NS
 
     play(scene)
@@ -213,8 +256,9 @@ def test_what_the_controller_lacks_is_missing() -> None:
         bench.play("controller", "scan", troubles=("`scan` is not reached: nobody is there",))
         await loop.settle()
         assert bench.node.real == ("scan",)
-        with pytest.raises(NotReadyError, match="`scan` is not reached: nobody is there"):
+        with pytest.raises(NotReadyError) as raised:
             await bench.node.wait_for_cell(1.0)
+        assert raised.value.reasons == (Reason(Lack.DRIVER, "`scan` is not reached: nobody is there"),)
 
     play(scene)
 
