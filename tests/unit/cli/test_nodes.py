@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from dataclasses import replace
 from fractions import Fraction
@@ -23,6 +24,17 @@ from scbm.testing import RandomCases, Tester
 from support.models import SCAN_CELL
 
 AFTER = load_model(Path(__file__).parents[3] / "examples/robot_in_the_air/after.yaml")
+
+
+@pytest.fixture
+def scbm(scbm: Callable[..., Any]) -> Callable[..., Any]:
+    """Runs a command line in a thread of its own: the main thread may have an event loop already, of the browser's."""
+
+    def run(*arguments: object) -> Any:  # noqa: ANN401 - what the fixture of all tests gives
+        with ThreadPoolExecutor(1) as thread:
+            return thread.submit(scbm, *arguments).result()
+
+    return run
 
 
 @pytest.mark.parametrize(
