@@ -10,7 +10,7 @@ import asyncio
 from dataclasses import replace
 from typing import TYPE_CHECKING, Protocol
 
-from scbm.running import AskPlan, CancelRequest, ChangeResource, RunFinished, SendRequest, TimePassed
+from scbm.running import AskPlan, CancelRequest, RunFinished, SendRequest, TimePassed, records_of
 from scbm.trace import MessageDisturbed, ResourceChanged
 
 if TYPE_CHECKING:
@@ -85,8 +85,7 @@ class Driver:
             self._surroundings.stepped(at_ns, noted, (noted,))
             return
         effects = self._runner.handle(event, at_ns)
-        outward = (SendRequest, CancelRequest, ChangeResource, AskPlan, RunFinished)
-        records = tuple(effect for effect in effects if not isinstance(effect, outward))
+        records = records_of(effects)
         self._surroundings.stepped(at_ns, event, records)
         finished = None
         for effect in effects:

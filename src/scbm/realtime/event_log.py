@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from scbm.errors import Diagnostic, InputError, Place, Slug
 from scbm.notation import read_case, write_case
 from scbm.realtime.event_json import Note, event_json, reaction_json, read_event, read_reaction
-from scbm.running import AskPlan, CancelRequest, ChangeResource, RunFinished, Runner, RunnerOptions, SendRequest
+from scbm.running import Runner, RunnerOptions, records_of
 from scbm.simulating import Simulated
 from scbm.trace import End, RunEnded
 
@@ -44,7 +44,6 @@ _MOST_TOLD = 20
 _MOST_NS = 2**63 - 1
 _DIGEST = re.compile(r"[0-9a-f]{64}", re.ASCII)
 _SCALE = re.compile(r"[1-9]\d{0,8}(/[1-9]\d{0,8})?", re.ASCII)
-_NO_RECORDS = (SendRequest, CancelRequest, ChangeResource, AskPlan, RunFinished)
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,8 +111,7 @@ def replay(log: EventLog, program: Program) -> tuple[Record, ...]:
             records.insert(place, step.event)
         else:
             begin = len(records)
-            effects = runner.handle(step.event, step.at_ns)
-            records += [effect for effect in effects if not isinstance(effect, _NO_RECORDS)]
+            records += records_of(runner.handle(step.event, step.at_ns))
     return tuple(records)
 
 

@@ -33,16 +33,7 @@ from scbm.realtime.wire import (
     encode,
 )
 from scbm.realtime.wire import Note as NoteMessage
-from scbm.running import (
-    AskPlan,
-    CancelRequest,
-    ChangeResource,
-    InjectionGiven,
-    Program,
-    RunFinished,
-    Runner,
-    SendRequest,
-)
+from scbm.running import InjectionGiven, Program, RunFinished, Runner, records_of
 from scbm.simulating import Simulated
 from scbm.trace import MessageDisturbed, ResourceChanged, Trace, write_trace
 
@@ -468,11 +459,8 @@ class _Run:
             effects: list[Effect] = [event]
         else:
             effects = self._runner.handle(event, at_ns)
-        for effect in effects:
-            if isinstance(effect, RunFinished):
-                self._finished = effect
-            elif not isinstance(effect, SendRequest | CancelRequest | ChangeResource | AskPlan):
-                self._records.append(effect)
+        self._records += records_of(effects)
+        self._finished = next((effect for effect in effects if isinstance(effect, RunFinished)), self._finished)
         self._director.follow(effects, at_ns)
 
     def _begin(self, stamp_ns: int) -> None:

@@ -5,7 +5,7 @@ DDS) and what plans for it are other rooms, which it does not know.
 """
 
 from scbm.running.automatic import describe_cycle
-from scbm.running.effects import AskPlan, CancelRequest, ChangeResource, Effect, RunFinished, SendRequest
+from scbm.running.effects import AskPlan, CancelRequest, ChangeResource, Effect, RunFinished, SendRequest, records_of
 from scbm.running.events import (
     Event,
     GoalGiven,
@@ -39,4 +39,5 @@ __all__ = [
     "SendRequest",
     "TimePassed",
     "describe_cycle",
+    "records_of",
 ]

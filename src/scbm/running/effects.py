@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from scbm.trace import Changes, Record
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
     from scbm.cases import Condition
     from scbm.model import Predicate, Value
@@ -58,3 +58,10 @@ class RunFinished:
 
 
 Effect: TypeAlias = SendRequest | CancelRequest | ChangeResource | AskPlan | RunFinished | Record
+
+_OUTWARD = (SendRequest, CancelRequest, ChangeResource, AskPlan, RunFinished)
+
+
+def records_of(effects: Iterable[Effect]) -> tuple[Record, ...]:
+    """Those effects that are records, in their order."""
+    return tuple(effect for effect in effects if not isinstance(effect, _OUTWARD))
