@@ -15,8 +15,9 @@ import pytest
 
 from scbm.reports.html import html_report
 from scbm.storing import History, Replays, StoredCase
-from scbm.testing import Execution
+from scbm.testing import Execution, RandomCases
 from support.histories import EXAMPLE, history_of
+from support.real_runs import with_real_runs
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, BrowserContext, Page
@@ -129,3 +130,12 @@ def earlier(write_report: Callable[..., Path]) -> Path:
     history = history_of(EXAMPLE / "before.yaml", 2)
     first, second = history.cases
     return write_report(replace(history, cases=(first, replace(second, is_earlier=True))))
+
+
+@pytest.fixture(scope="session")
+def over_nodes(write_report: Callable[..., Path]) -> Path:
+    """Three simulated cases, and the first two of them over nodes; the log of the second gives another run."""
+    simulated = history_of(EXAMPLE / "before.yaml", 3)
+    history = with_real_runs(simulated, tuple(RandomCases(simulated.model).first(2, 1)), ("scanner",))
+    replays = Replays(history)
+    return write_report(history, lambda case: None if case == history.cases[-1] else replays.execute(case))

@@ -484,6 +484,49 @@ def test_an_earlier_version_of_the_model_leaves_no_timeline(visit: Visit, earlie
     expect(shown(page).locator(".again")).to_have_count(0)
 
 
+def test_cases_over_nodes_are_told_from_simulated_ones_and_found(visit: Visit, over_nodes: Path) -> None:
+    page = visit.open(over_nodes, "#/cases")
+    expect(shown(page).get_by_role("columnheader", name="Ran")).to_have_count(1)
+    expect(shown(page).get_by_role("columnheader", name="Simulated")).to_have_count(0)
+    assert column(page, 6) == ["in simulation"] * 3 + ["over nodes, real: scanner"] * 2
+    page.get_by_label("over nodes only").check()
+    expect(page).to_have_url(re.compile("#/cases[?]nodes$"))
+    expect(shown(page).locator(".found")).to_have_text("2 of 5 cases")
+    page.get_by_label("failed only").check()
+    expect(page).to_have_url(re.compile("#/cases[?]nodes&failed$"))
+    expect(shown(page)).to_contain_text("No case is like that")
+    page.get_by_label("failed only").uncheck()
+    page.get_by_label("over nodes only").uncheck()
+    expect(shown(page).locator(".found")).to_have_text("5 cases")
+    page.get_by_label("Filter cases by name, goal or end").fill("dds domain 7")
+    expect(shown(page).locator(".found")).to_have_text("2 of 5 cases")
+
+
+def test_a_store_of_simulated_cases_says_nothing_of_nodes(visit: Visit, before: Path) -> None:
+    page = visit.open(before, "#/cases")
+    expect(shown(page).get_by_role("columnheader", name="Simulated")).to_have_count(1)
+    expect(shown(page)).not_to_contain_text("nodes")
+    page = visit.open(before, "#/case/seed-1-case-6")
+    expect(shown(page)).not_to_contain_text("nodes")
+
+
+def test_a_case_over_nodes_says_where_it_ran_and_shows_what_happened(visit: Visit, over_nodes: Path) -> None:
+    page = visit.open(over_nodes, "#/cases?nodes")
+    shown(page).locator("tbody a").first.click()
+    place = "over DDS domain 7; real: scanner"
+    expect(shown(page).locator(".ran")).to_contain_text(f"It ran {place}. That run cannot be had again")
+    expect(shown(page).get_by_role("heading", name=f"Timeline {place}")).to_be_visible()
+    expect(shown(page).locator(".again")).to_contain_text("Again, with all of its run: scbm test cell.yaml")
+    expect(shown(page).locator(".facts")).not_to_contain_text("Simulated")
+    expect(shown(page).locator(".of-timeline svg").first).to_be_visible()
+
+
+def test_a_log_that_does_not_give_its_run_again_leaves_no_timeline(visit: Visit, over_nodes: Path) -> None:
+    page = visit.open(over_nodes, "#/cases?nodes")
+    shown(page).locator("tbody a").last.click()
+    expect(shown(page).locator(".of-timeline")).to_contain_text("There is none: its log does not give its run again")
+
+
 def test_the_pictures_of_the_documentation_are_of_this_size(
     visit: Visit, before: Path, request: pytest.FixtureRequest
 ) -> None:

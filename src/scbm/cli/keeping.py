@@ -21,18 +21,27 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from scbm.cases import Case, Network
+    from scbm.cli.over_nodes import OverNodes
     from scbm.coverage import Coverage
     from scbm.model import BehaviorModel
     from scbm.storing import Recipe, StoreWriter
-    from scbm.testing import CaseResult, WrittenCase
+    from scbm.testing import CaseResult, Execution, WrittenCase
 
 
 @contextmanager
-def keeping(path: Path, model: BehaviorModel, model_file: Path) -> Iterator[Keeper]:
-    """A store to add the results of this command to. Raises `InputError` if it is none that can be added to."""
-    run = begin_run(["scbm", *sys.argv[1:]], str(model_file), read_file(model_file))
+def keeping(path: Path, model: BehaviorModel, model_file: Path, nodes: OverNodes | None = None) -> Iterator[Keeper]:
+    """A store to add the results of this command to. Raises `InputError` if it is none that can be added to.
+
+    Args:
+        path: the store.
+        model: what is tested.
+        model_file: its file.
+        nodes: what the cases run over; `None` for simulation.
+    """
+    where = None if nodes is None else nodes.words
+    run = begin_run(["scbm", *sys.argv[1:]], str(model_file), read_file(model_file), where)
     with write_store(path, model, run) as writer:
-        yield Keeper(writer, path, model)
+        yield Keeper(writer, path, model, nodes)
 
 
 class Keeper:
@@ -42,40 +51,50 @@ class Keeper:
         is_whole: whether everything was added; a full disk is told, and the campaign goes on without the store.
     """
 
-    def __init__(self, writer: StoreWriter, path: Path, model: BehaviorModel) -> None:
+    def __init__(self, writer: StoreWriter, path: Path, model: BehaviorModel, nodes: OverNodes | None) -> None:
         self.is_whole = True
         self._writer = writer
         self._path = path
         self._model = model
+        self._nodes = nodes
 
     def kept(
-        self, results: Iterable[CaseResult], written: Mapping[str, WrittenCase], network: Network | None
+        self, executions: Iterable[Execution], written: Mapping[str, WrittenCase], network: Network | None
     ) -> Iterator[CaseResult]:
         """The results, each after it was added.
 
         Args:
-            results: what comes of cases.
+            executions: what comes of cases.
             written: by their names, those that are from files, as the files say them; all others are drawn.
             network: what these are drawn with; `None` if another was drawn for each.
         """
         words = network_words(network)
-        for position, result in enumerate(results, start=1):
+        for position, execution in enumerate(executions, start=1):
             if self.is_whole:
-                self._add(position, self._recipe(result.case, written, words), result)
-            yield result
+                self._add(position, self._recipe(execution.case, written, words), execution)
+            yield execution.result
 
     def _recipe(self, case: Case, written: Mapping[str, WrittenCase], words: str) -> Recipe:
+        real = None if self._nodes is None else self._nodes.real
         if case.name not in written:
-            return drawn_recipe(case, words)
+            return drawn_recipe(case, words, real)
         from_file = written[case.name]
-        return written_recipe(from_file.case, self._model, sayable(str(from_file.path)), case)
+        return written_recipe(from_file.case, self._model, sayable(str(from_file.path)), case, real)
 
-    def _add(self, position: int, recipe: Recipe, result: CaseResult) -> None:
+    def _add(self, position: int, recipe: Recipe, execution: Execution) -> None:
         try:
-            self._writer.add(position, recipe, result)
+            self._writer.add(position, recipe, execution.result, self._log(execution))
         except InputError as error:
             errors().diagnostics(error.diagnostics)
             self.is_whole = False
+
+    def _log(self, execution: Execution) -> str | None:
+        """The text of the log of a run over nodes."""
+        if execution.log is None:
+            return None
+        from scbm.realtime.event_log import write_event_log  # noqa: PLC0415 - it takes long to load; few runs need it
+
+        return write_event_log(execution.log, self._model)
 
     def since(self, coverage: Coverage) -> Since:
         """What this run visits more and less than the last one, and what the whole store visits."""

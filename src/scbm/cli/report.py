@@ -11,14 +11,14 @@ from rich.text import Text
 from scbm.cli import thresholds
 from scbm.cli.formats import Wanted, write_formats
 from scbm.cli.output import errors, results, write_json
-from scbm.coverage import smallest_cover
+from scbm.coverage import Cover, smallest_cover
 from scbm.errors import Diagnostic, InputError, Place, Slug
 from scbm.reports import counted
 from scbm.reports.contexts import contexts_report, smallest_report
 from scbm.reports.history_json import history_json, smallest_json
 from scbm.reports.missing import told_missing
 from scbm.reports.stored import stored_report
-from scbm.storing import History, Replays, read_history
+from scbm.storing import History, Replays, StoredCase, read_history
 from scbm.testing import find_case_files, save_cases
 
 
@@ -61,7 +61,7 @@ def command(
         )
     history = read_history(store)
     wanted.refuse_clashes(store, history)
-    cover = smallest_cover([case.visited for case in history.cases]) if minimize else None
+    cover = _smallest(history) if minimize else None
     if json:
         write_json(history_json(history) | ({} if cover is None else {"smallest": smallest_json(history, cover)}))
     else:
@@ -75,6 +75,13 @@ def command(
     if written:
         errors().line(f"Written: {', '.join(written)}")
     return 0 if thresholds.meets(history.coverage, wanted_figures) and is_saved else 1
+
+
+def _smallest(history: History) -> Cover:
+    """The smallest suite that visits the same; of cases that visit the same, rather one that a file gives again."""
+    order = sorted(range(len(history.cases)), key=lambda place: history.cases[place].is_over_nodes)
+    cover = smallest_cover([history.cases[place].visited for place in order])
+    return replace(cover, chosen=tuple(sorted(order[place] for place in cover.chosen)))
 
 
 def _apart(parts: Iterable[Iterable[Text]]) -> Iterator[Text]:
@@ -94,16 +101,23 @@ def _save(history: History, chosen: Iterable[int], directory: Path) -> bool:
         raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--save"), remedy)])
     replays = Replays(history)
     comment = [f"one of the smallest suite that visits what all {len(history.cases)} cases of a store do"]
-    earlier = [history.labels[index] for index in chosen if history.cases[index].is_earlier]
+    kept_back = {history.labels[index]: why for index in chosen if (why := _unsaved(history.cases[index], history))}
     cases = [
         (replace(replays.recorded(history.cases[index]), name=history.labels[index]), comment)
         for index in chosen
-        if not history.cases[index].is_earlier
+        if history.labels[index] not in kept_back
     ]
     saved = save_cases(cases, directory, history.model, model, overwrite=False)
     others = len(find_case_files([directory])) - len(saved) if saved else 0
     if others:
         errors().line(f"{directory} has {counted(others, 'other case file')} too, so it is not the smallest suite.")
-    for label in earlier:
-        errors().line(f"{label} was run on an earlier version of the model, and is not saved.")
-    return not others and not earlier
+    for label, why in kept_back.items():
+        errors().line(f"{label} {why}, and is not saved.")
+    return not others and not kept_back
+
+
+def _unsaved(case: StoredCase, history: History) -> str:
+    """Why no file gives the run of a case again; empty if one does."""
+    if case.is_earlier:
+        return "was run on an earlier version of the model"
+    return f"ran {history.where(case)}, which no case file gives again" if case.is_over_nodes else ""

@@ -1,4 +1,4 @@
-"""The command that shows a stored case again."""
+"""The command that shows a stored case again; of one that ran over nodes, the command that all of its run was."""
 
 from __future__ import annotations
 
@@ -9,20 +9,26 @@ from scbm.model import format_duration
 from scbm.storing import Written
 
 if TYPE_CHECKING:
-    from scbm.storing import Recipe, StoredCase
+    from collections.abc import Sequence
+
+    from scbm.storing import Recipe, Run, StoredCase
 
 
-def again(stored: StoredCase, model_file: str) -> str:
+def again(stored: StoredCase, model_file: str, runs: Sequence[Run]) -> str:
     """The command line, for a shell; empty for a case that nothing runs again.
 
-    That is one of an earlier version of the model, or one that was lost with a node: its run was none of a simulation.
+    That is one of an earlier version of the model, or one that was lost with a node. One that ran over nodes has the
+    command of its run, as that is what led to it; it may come out differently.
 
     Args:
         stored: the case.
         model_file: where the model file is.
+        runs: those of its history.
     """
-    if not stored.is_repeatable:
+    if not stored.is_shown_again:
         return ""
+    if stored.is_over_nodes:
+        return runs[stored.run].command
     recipe = stored.recipe
     if isinstance(recipe, Written) and recipe.is_of_test:
         return f"pytest {shown_path(recipe.path)}"
@@ -30,6 +36,11 @@ def again(stored: StoredCase, model_file: str) -> str:
         return f"scbm replay {shown_path(recipe.path)} --model {shown_path(model_file)}{_added(recipe)}"
     network = f" --network {quote(recipe.network)}" if recipe.network else ""
     return f"scbm run {shown_path(model_file)} --seed {recipe.seed} --case {recipe.number}{network}{_added(recipe)}"
+
+
+def again_words(stored: StoredCase) -> str:
+    """What the command does, to be said before it."""
+    return "again, with all of its run" if stored.is_over_nodes else "again"
 
 
 def _added(recipe: Recipe) -> str:

@@ -87,7 +87,7 @@ def _cost(cases: Sequence[StoredCase], history: History) -> str:
     requests = sum(case.requests for case in cases)
     ended_ns = sum(case.ended_ns for case in cases)
     of_requests = counted(sum(case.requests for case in history.cases), "request")
-    return f"It takes {requests} of {of_requests}, {format_moment(ended_ns)} of {format_moment(history.simulated_ns)}"
+    return f"It takes {requests} of {of_requests}, {format_moment(ended_ns)} of {format_moment(history.ended_ns)}"
 
 
 def _rows(history: History, cover: Cover) -> Iterator[Text]:
@@ -114,12 +114,14 @@ def _commands(history: History, cases: Sequence[StoredCase]) -> Iterator[Text]:
         return
     yield Text()
     yield Text("Run them again", style="bold")
-    earlier = 0
-    for case in cases:
-        command = again(case, history.source.path)
-        earlier += not command
-        if command:
-            yield Text(f"  {command}", style="cyan")
+    commands = [again(case, history.source.path, history.runs) for case in cases]
+    for command in dict.fromkeys(filter(None, commands)):
+        yield Text(f"  {command}", style="cyan")
+    over_nodes = sum(bool(command) and case.is_over_nodes for case, command in zip(cases, commands, strict=True))
+    if over_nodes:
+        words = f"{counted(over_nodes, 'case')} ran over nodes: only all of a run can be made again"
+        yield Text(f"  {words}", style="yellow")
+    earlier = commands.count("")
     if earlier:
         yield Text(f"  {counted(earlier, 'case')} of an earlier model cannot be run again", style="yellow")
 

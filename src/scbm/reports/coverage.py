@@ -15,11 +15,12 @@ from scbm.reports.missing import told_missing
 from scbm.reports.words import counted
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from scbm.coverage import Coverage
-    from scbm.testing import Campaign, Finding
+    from scbm.testing import Answers, Campaign, Finding
 
+_REAL = "Real resources"
 _UNDISTURBED = "nothing came between a plan and its next operation: an injection of a case can"
 _UNFAILING = "no request fails: a case can force it under `outcomes`, and so can a share in the model's"
 _ANSWERED = "every request is answered: a case can force `timeout` under `outcomes`, or `--network` lose messages"
@@ -39,6 +40,8 @@ class Setting:
         groups: how many cases of each sort there are, in words; if empty, written ones and random ones.
         loses_messages: whether the network of the random cases may have done so.
         where: where the cases were run, in words; in simulation, if it is empty.
+        answers: how each real resource answered.
+        ended_early: how far the campaign came if something ended it before its last case, in words.
     """
 
     file: str
@@ -50,6 +53,8 @@ class Setting:
     groups: tuple[str, ...] = ()
     loses_messages: bool = False
     where: str = ""
+    answers: tuple[Answers, ...] = ()
+    ended_early: str = ""
 
 
 def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
@@ -60,8 +65,10 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     yield headline(coverage.figure)
     duration = f"{campaign.simulated_ns / 1e9:.2f} s {setting.where or 'simulated'}"
     yield Text(f"  Testing duration: {duration}, {_cases(campaign, setting)}")
+    yield from _early(setting)
     yield Text()
     yield from figures(coverage)
+    yield from _told_answers(setting.answers)
     yield from told_findings(campaign, setting.findings, setting.commands)
     yield from told_unused(campaign)
     yield from missed_table(campaign.model, coverage)
@@ -71,7 +78,26 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
 def missing_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     """Only what failed, what is missing, and why."""
     yield from told_missing(campaign.model, campaign.coverage, setting.file)
+    yield from _early(setting)
+    yield from _told_answers(setting.answers)
     yield from told_findings(campaign, setting.findings, setting.commands)
+
+
+def _early(setting: Setting) -> Iterator[Text]:
+    if setting.ended_early:
+        yield Text(f"  {setting.ended_early}", style="bold yellow")
+
+
+def _told_answers(answers: Sequence[Answers]) -> Iterator[Text]:
+    """What real resources were asked, and what came of it; nothing if all are simulated."""
+    if not answers:
+        return
+    width = max(len(_REAL), *(len(of_one.resource) + 2 for of_one in answers))
+    yield Text()
+    yield Text(f"{_REAL:<{width}}      sent  succeeded  failed  unanswered", style="bold")
+    for of_one in answers:
+        counts = f"{of_one.sent:>10}{of_one.succeeded:>11}{of_one.failed:>8}{of_one.unanswered:>12}"
+        yield Text(f"{'  ' + of_one.resource:<{width}}{counts}", style="bold red" if of_one.is_silent else "")
 
 
 def _cases(campaign: Campaign, setting: Setting) -> str:

@@ -27,7 +27,8 @@ def history_json(history: History) -> dict[str, Any]:
         "model_text": history.source.text,
         "passed": not history.failed,
         "coverage": coverage_json(history.coverage),
-        "simulated_seconds": history.simulated_ns / 1e9,
+        "simulated_seconds": history.ended_ns / 1e9,
+        "over_nodes_seconds": history.over_nodes_ns / 1e9,
         "outdated": history.outdated,
         "runs": [_run(run, names) for run in history.runs],
         "cases": [
@@ -71,6 +72,7 @@ def _run(run: Run, names: tuple[str, ...]) -> dict[str, Any]:
         "cases": run.cases,
         "failed": run.failed,
         "visited": _names(run.visited, names),
+        "nodes": run.nodes,
     }
 
 
@@ -80,7 +82,8 @@ def _case(label: str, case: StoredCase, history: History) -> dict[str, Any]:
         "name": case.name,
         "key": case.key.hex(),
         "recipe": _recipe(case.recipe),
-        "again": again(case, history.source.path) or None,
+        "again": again(case, history.source.path, history.runs) or None,
+        "nodes": _nodes(case, history),
         "goal": case.goal,
         "run": history.runs[case.run].id,
         "position": case.position,
@@ -94,6 +97,12 @@ def _case(label: str, case: StoredCase, history: History) -> dict[str, Any]:
         "simulated_seconds": case.ended_ns / 1e9,
         "requests": case.requests,
     }
+
+
+def _nodes(case: StoredCase, history: History) -> dict[str, Any] | None:
+    """What a case ran over; nothing for simulation."""
+    real = case.recipe.real
+    return None if real is None else {"where": history.where(case), "real": list(real)}
 
 
 def _recipe(recipe: Recipe) -> dict[str, Any]:

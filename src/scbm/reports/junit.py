@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement
 
-from scbm.reports.again import again
+from scbm.reports.again import again, again_words
 from scbm.reports.paths import portable
+from scbm.reports.places import place_of
 from scbm.reports.words import counted
 from scbm.reports.xml_text import xml_text
 from scbm.storing import Drawn
@@ -21,14 +22,14 @@ _SECONDS = len("2026-11-21T12:00:00")
 
 
 def junit_xml(history: History) -> str:
-    """A JUnit file: one suite, named as the model, with each case as a test. Times are simulated seconds.
+    """A JUnit file: one suite, named as the model, with each case as a test. Times are seconds of the runs.
 
     Valid against the schema of Jenkins' xUnit plugin. That allows several failures of one test, but Jenkins and GitLab
     show only one, so it tells of all.
     """
     lost = sum(case.is_lost for case in history.cases)
     counts = {"tests": str(len(history.cases)), "failures": str(len(history.failed) - lost), "errors": str(lost)}
-    time = _seconds(history.simulated_ns)
+    time = _seconds(history.ended_ns)
     root = Element("testsuites", {"name": "scbm", "time": time, **counts})
     suite = SubElement(root, "testsuite", {"name": history.model.name, "time": time, **counts, "skipped": "0"})
     suite.set("timestamp", history.runs[-1].started[:_SECONDS])
@@ -48,6 +49,9 @@ def _properties(history: History) -> Iterator[tuple[str, str]]:
     seeds = dict.fromkeys(case.recipe.seed for case in history.cases if isinstance(case.recipe, Drawn))
     if seeds:
         yield "seed", ", ".join(map(str, seeds))
+    over_nodes = sum(case.is_over_nodes for case in history.cases)
+    if over_nodes:
+        yield "cases_over_nodes", str(over_nodes)
     figure = history.coverage.figure
     yield "scbm_ias", str(figure)
     yield "obligations_visited", str(figure.visited)
@@ -57,24 +61,31 @@ def _properties(history: History) -> Iterator[tuple[str, str]]:
 def _add_case(suite: Element, label: str, case: StoredCase, history: History) -> None:
     test = SubElement(suite, "testcase", {"name": label, "classname": history.model.name})
     test.set("time", _seconds(case.ended_ns))
-    if case.verdict.passed:
-        return
+    place = place_of(case, history)
+    if not case.verdict.passed:
+        _add_failure(test, case, history)
+    if place:
+        SubElement(test, "system-out").text = f"ran {place}"
+
+
+def _add_failure(test: Element, case: StoredCase, history: History) -> None:
     first, *others = case.verdict.failures
     more = f" (and {counted(len(others), 'more failure')})" if others else ""
     tag = "error" if case.is_lost else "failure"  # that a test was not carried out is another thing to JUnit
     failure = SubElement(test, tag, {"type": first.kind.value, "message": f"{first}{more}"})
-    failure.text = "\n".join(_told(case, portable(history.source.path)))
+    failure.text = "\n".join(_told(case, history))
 
 
-def _told(case: StoredCase, model_file: str) -> Iterator[str]:
+def _told(case: StoredCase, history: History) -> Iterator[str]:
     """All that is to be said of a case that failed."""
     for failure in case.verdict.failures:
         yield f"{failure.kind.value} {failure.subject}: {failure}"
     yield f"goal: {case.goal}"
-    yield f"ended: {case.verdict.end.replace('_', ' ')} after {_seconds(case.ended_ns)} s simulated"
-    command = again(case, model_file)
+    where = place_of(case, history) or "simulated"
+    yield f"ended: {case.verdict.end.replace('_', ' ')} after {_seconds(case.ended_ns)} s {where}"
+    command = again(case, portable(history.source.path), history.runs)
     if command:
-        yield f"again: {command}"
+        yield f"{again_words(case)}: {command}"
 
 
 def _seconds(time_ns: int) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from scbm.coverage import STATE_ASPECTS, Aspect, Figure
 from scbm.reports.again import again
 from scbm.reports.causes import causes_of
+from scbm.reports.places import durations
 from scbm.reports.reasons import close_command, missed_reasons
 from scbm.reports.words import counted
 from scbm.reports.xml_text import visible
@@ -77,7 +78,7 @@ def _headline(history: History) -> str:
     return (
         f"## {mark} SCBM-IAS of {_code(history.model.name)}: {figure}\n\n"
         f"{bar}{figure.visited} of {figure.of} obligations visited\n\n"
-        f"{failed}{cases}; {history.simulated_ns / 1e9:.2f} s simulated\n"
+        f"{failed}{cases}; {durations(history)}\n"
     )
 
 
@@ -101,11 +102,12 @@ def _failed(causes: Sequence[Cause], history: History) -> Iterator[str]:
 def _cause(cause: Cause, history: History) -> tuple[str, str, str]:
     named = ", ".join(_cell(label) for label in cause.labels[:_MOST_NAMED])
     more = len(cause.labels) - _MOST_NAMED
-    command = again(cause.case, history.source.path)
+    command = again(cause.case, history.source.path, history.runs)
+    all_of_it = "all of its run: " if cause.case.is_over_nodes else ""
     return (
         f"**{cause.failure.kind.replace('_', ' ')}**: {_plain(cause.failure.message)}",
         f"{named} and {more} more" if more > 0 else named,
-        _cell(command) if command else "",
+        f"{all_of_it}{_cell(command)}" if command else "",
     )
 
 

@@ -10,9 +10,10 @@ from urllib.parse import quote
 from scbm import __version__
 from scbm.errors import Place
 from scbm.notation import read_located
-from scbm.reports.again import again
+from scbm.reports.again import again, again_words
 from scbm.reports.causes import asked_for, causes_of
 from scbm.reports.paths import is_absolute, portable
+from scbm.reports.places import place_of
 from scbm.reports.words import counted
 from scbm.storing import Written
 from scbm.testing import FailureKind
@@ -93,20 +94,23 @@ def _result(cause: Cause, history: History, places: Places) -> dict[str, Any]:
         "ruleId": kind.value,
         "ruleIndex": list(_RULES).index(kind),
         "level": "error",
-        "message": {"text": _message(cause, portable(history.source.path))},
+        "message": {"text": _message(cause, history)},
         "locations": [{"physicalLocation": _location(place)}],
         "partialFingerprints": {"scbmCause/v1": fingerprint, "primaryLocationLineHash": f"{fingerprint}:1"},
         "properties": {"subject": cause.failure.subject, "goal": cause.case.goal, "cases": list(cause.labels)},
     }
 
 
-def _message(cause: Cause, model_file: str) -> str:
+def _message(cause: Cause, history: History) -> str:
     """The failure, the cases that have it, and the command that shows the first one."""
     named = ", ".join(cause.labels[:_MOST_NAMED])
     more = len(cause.labels) - _MOST_NAMED
     others = f" and {counted(more, 'more case')}" if more > 0 else ""
-    command = again(cause.case, model_file)
-    return f"{cause.failure}\nin {named}{others}" + (f"\nagain: {command}" if command else "")
+    place = place_of(cause.case, history)
+    ran = f"\nran {place}" if place else ""
+    command = again(cause.case, portable(history.source.path), history.runs)
+    how = f"\n{again_words(cause.case)}: {command}" if command else ""
+    return f"{cause.failure}\nin {named}{others}{ran}{how}"
 
 
 def _place(cause: Cause, history: History, places: Places) -> Place:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.reports.again import again, shown_path
+from scbm.reports.again import again, again_words, shown_path
 from scbm.reports.figures import figures, headline, missed_table
+from scbm.reports.places import durations, place_of, told_places
 from scbm.reports.reasons import close_command
 from scbm.reports.since import since_last_run
 from scbm.reports.words import counted
@@ -32,7 +33,9 @@ def stored_report(history: History, store: str) -> Iterator[Text]:
     yield Text("Coverability report: ", style="bold").append(history.model.name)
     yield Text()
     yield headline(coverage.figure)
-    yield Text(f"  Testing duration: {history.simulated_ns / 1e9:.2f} s simulated, {_cases(history)}")
+    yield Text(f"  Testing duration: {durations(history)}, {_cases(history)}")
+    for place in told_places(history):
+        yield Text(f"  Over nodes: {place}")
     finished = [run for run in history.runs if run.is_finished]
     if len(finished) > 1:
         *_, before, last = finished
@@ -73,11 +76,18 @@ def _failed(history: History) -> Iterator[Text]:
     labels = [label for label, case in zip(history.labels, history.cases, strict=True) if not case.verdict.passed]
     yield Text()
     yield Text(f"Failed: {counted(len(labels), 'case')}", style="bold red")
+    runs: dict[str, str] = {}
     for label, case in islice(zip(labels, history.failed, strict=True), _MOST_FAILED):
         yield Text(f"  {label}")
         for failure in case.verdict.failures:
             yield Text(f"    {failure}", style="red")
-        if case.is_repeatable:
-            yield Text("    again: ").append(again(case, history.source.path), style="cyan")
+        command = again(case, history.source.path, history.runs)
+        if case.is_over_nodes:
+            yield Text(f"    ran {place_of(case, history)}")
+        if command in runs:
+            yield Text(f"    again, as {runs[command]}")
+        elif command:
+            yield Text(f"    {again_words(case)}: ").append(command, style="cyan")
+            runs |= {command: label} if case.is_over_nodes else {}
     if len(labels) > _MOST_FAILED:
         yield Text(f"  and {counted(len(labels) - _MOST_FAILED, 'more')}", style="dim")

@@ -74,6 +74,8 @@ def stretch(model: BehaviorModel, execution: Execution, begin: int, end: int, *,
     for index, record in enumerate(execution.trace.records[begin:end], start=begin):
         in_a_row = in_a_row + 1 if isinstance(record, AutomaticTaken) and record.failed is None else 0
         lines = list(_lines(record, shown, model)) if in_a_row <= _MOST_IN_A_ROW else []
+        if isinstance(record, ResourceChanged) and _is_of_a_node(record, execution):
+            lines = [_reached(record)]
         if in_a_row == _MOST_IN_A_ROW + 1:
             lines = [Text("│ automatic  … and more, without a pause", style="magenta")]
         broken = [violation for violation in execution.violations if violation.record == index]
@@ -82,6 +84,20 @@ def stretch(model: BehaviorModel, execution: Execution, begin: int, end: int, *,
             time = f"{record.at_ns / 1e9:9.3f} s" if record.at_ns != last_ns else " " * 11
             last_ns = record.at_ns
             yield Text(time, style="cyan").append("  ").append_text(line)
+
+
+def _is_of_a_node(record: ResourceChanged, execution: Execution) -> bool:
+    """Whether a resource came or was lost with its node or driver, and not as the case says."""
+    case = execution.case
+    said = [injection.name for injection in case.injections]
+    restarted = [restart.resource for restart in case.network.restarts]
+    return execution.log is not None and record.injection not in said and record.resource not in restarted
+
+
+def _reached(record: ResourceChanged) -> Text:
+    if record.condition == "down":
+        return Text(f"⚡ {record.resource} is not reached: its node or driver is not there", style="bold red")
+    return Text(f"⚡ {record.resource} is reached now: its node or driver is there", style="bold yellow")
 
 
 def _read(model: BehaviorModel) -> frozenset[str]:

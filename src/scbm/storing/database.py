@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from scbm.errors import Diagnostic, InputError, Place, Slug
-from scbm.storing.schema import APPLICATION_ID, TABLES, VERSION
+from scbm.storing.schema import APPLICATION_ID, FROM_VERSION_1, TABLES, VERSION, VERSION_1_AS_2
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -33,12 +33,13 @@ def open_for_reading(path: Path, *, alone: bool = False) -> Iterator[sqlite3.Con
         try:
             if alone:
                 _keep_others_away(connection, path)
-            with _one_moment(connection):
+            with one_moment(connection):
                 if not has_tables(connection, path):
                     remedy = "`scbm test MODEL --store FILE` adds to it"
                     raise problem(Slug.STORE_EMPTY, path, "no run has added anything to this store", remedy)
                 _refuse_cut_off(connection, path)
                 _refuse_damage(connection, path)
+                show_as_newest(connection)
                 yield connection
             _set_journal(connection, "DELETE")  # a writer that was killed has left it in write-ahead mode
         finally:
@@ -64,7 +65,7 @@ def open_for_writing(path: Path) -> Iterator[sqlite3.Connection]:
 
 
 def _prepare(connection: sqlite3.Connection, path: Path) -> None:
-    with _one_moment(connection):
+    with one_moment(connection):
         has_tables(connection, path)  # refuses a file of someone else before anything is written
         _refuse_cut_off(connection, path)
     with transaction(connection):
@@ -75,13 +76,26 @@ def _prepare(connection: sqlite3.Connection, path: Path) -> None:
 
 
 def make_tables(connection: sqlite3.Connection) -> None:
-    """The tables of a store, if the database is empty; to be called in the transaction that fills them first."""
-    if connection.execute("PRAGMA user_version").fetchone()[0]:
+    """The newest tables, also where there are none or older ones; to be called in the transaction that fills them."""
+    version = _version(connection)
+    if version == VERSION:
         return
     connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
     connection.execute(f"PRAGMA user_version = {VERSION}")
-    for statement in TABLES:
+    for statement in FROM_VERSION_1 if version else TABLES:
         connection.execute(statement)
+
+
+def show_as_newest(connection: sqlite3.Connection) -> None:
+    """Shows older tables as the newest ones, for reading alone, until the moment ends in which this is called."""
+    if _version(connection) < VERSION:
+        for statement in VERSION_1_AS_2:
+            connection.execute(statement)
+
+
+def _version(connection: sqlite3.Connection) -> int:
+    version: int = connection.execute("PRAGMA user_version").fetchone()[0]
+    return version
 
 
 @contextmanager
@@ -98,14 +112,14 @@ def transaction(connection: sqlite3.Connection) -> Iterator[None]:
 
 
 @contextmanager
-def _one_moment(connection: sqlite3.Connection) -> Iterator[None]:
+def one_moment(connection: sqlite3.Connection) -> Iterator[None]:
     """All that is read in it is the store as it was at one moment, whoever writes meanwhile."""
     connection.execute("BEGIN")
     try:
         yield
     finally:
         if connection.in_transaction:
-            connection.execute("ROLLBACK")  # nothing was written
+            connection.execute("ROLLBACK")  # nothing was written to the file
 
 
 def _keep_others_away(connection: sqlite3.Connection, path: Path) -> None:
@@ -191,7 +205,7 @@ def _not_a_store(path: Path) -> InputError:
 def has_tables(connection: sqlite3.Connection, path: Path) -> bool:
     """Whether this is a store with tables; an empty database is one without. Raises `InputError` for all others."""
     application = connection.execute("PRAGMA application_id").fetchone()[0]
-    version = connection.execute("PRAGMA user_version").fetchone()[0]
+    version = _version(connection)
     is_empty = connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0] == 0
     if is_empty and not application:
         return False

@@ -47,6 +47,7 @@ class Run:
         failed: how many of these failed.
         is_earlier: whether it tested an earlier version of the model.
         is_finished: whether it came to its end.
+        nodes: where its cases ran, in words: `over DDS domain 0`; `None` for simulation.
     """
 
     id: str
@@ -58,6 +59,7 @@ class Run:
     failed: int = 0
     is_earlier: bool = False
     is_finished: bool = False
+    nodes: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +71,14 @@ class Written:
         path: the file, as the command line named it.
         requirements: name and sentence of the requirements that the command line added.
         time_limit_ns: when its run is given up, if the command line said that and the case does not.
+        real: if it ran over nodes, the resources that were real, in the order of the model; `None` in simulation.
     """
 
     text: str
     path: str
     requirements: tuple[tuple[str, str], ...] = ()
     time_limit_ns: int | None = None
+    real: tuple[str, ...] | None = None
 
     @property
     def is_of_test(self) -> bool:
@@ -92,6 +96,7 @@ class Drawn:
         network: the faults of the network as `--network` says them; `drawn` for others in each case; empty for none.
         requirements: name and sentence of the requirements beside those of the model.
         time_limit_ns: when its run is given up, if that was said.
+        real: as of a written one.
     """
 
     seed: int
@@ -99,10 +104,11 @@ class Drawn:
     network: str = ""
     requirements: tuple[tuple[str, str], ...] = ()
     time_limit_ns: int | None = None
+    real: tuple[str, ...] | None = None
 
 
 Recipe: TypeAlias = Written | Drawn
-"""What decides a case, with its model."""
+"""What decides a case, with its model, and what tells its runs over nodes from those in simulation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,6 +127,7 @@ class StoredCase:
         requests: how many requests its run sent.
         visited: the obligations of the store's model that it visited, as bits.
         is_earlier: whether it was run on an earlier version of the model; it cannot be run again then.
+        log: if it ran over nodes, the log of that, packed: see `packed_log`.
     """
 
     key: bytes
@@ -134,6 +141,12 @@ class StoredCase:
     requests: int
     visited: int
     is_earlier: bool = False
+    log: bytes | None = None
+
+    @property
+    def is_over_nodes(self) -> bool:
+        """Whether it ran over nodes: then the case alone does not give its run again."""
+        return self.recipe.real is not None
 
     @property
     def is_lost(self) -> bool:
@@ -141,8 +154,8 @@ class StoredCase:
         return self.verdict.end is End.LOST
 
     @property
-    def is_repeatable(self) -> bool:
-        """Whether it can be run again, and that shows its run."""
+    def is_shown_again(self) -> bool:
+        """Whether its run can be had again: in simulation of the case, over nodes of its log."""
         return not (self.is_earlier or self.is_lost)
 
 
@@ -194,9 +207,18 @@ class History:
         return tuple(case for case in self.cases if not case.verdict.passed)
 
     @property
-    def simulated_ns(self) -> int:
-        """How long all runs took together, in simulated time."""
+    def ended_ns(self) -> int:
+        """How long all cases ran together, in time of their runs: simulated, and over nodes."""
         return sum(case.ended_ns for case in self.cases)
+
+    @property
+    def over_nodes_ns(self) -> int:
+        """How much of that was over nodes."""
+        return sum(case.ended_ns for case in self.cases if case.is_over_nodes)
+
+    def where(self, case: StoredCase) -> str | None:
+        """Where a case ran, in words that are those of its last run; `None` for simulation."""
+        return self.runs[case.run].nodes if case.is_over_nodes else None
 
 
 def sayable(text: str) -> str:
@@ -205,10 +227,14 @@ def sayable(text: str) -> str:
 
 
 def key_of(recipe: Recipe, model_digest: str) -> bytes:
-    """The key of a case: 16 bytes of the SHA-256 of its recipe and its model. Where its file is does not matter."""
+    """The key of a case: 16 bytes of the SHA-256 of its recipe and its model.
+
+    Where its file is does not matter, nor where its nodes met and how fast their time went.
+    """
     if isinstance(recipe, Written):
         parts: list[object] = ["written", recipe.text]
     else:
         parts = ["drawn", recipe.seed, recipe.number, recipe.network]
     parts += [recipe.requirements, recipe.time_limit_ns]
+    parts += [] if recipe.real is None else [recipe.real]
     return sha256(dumps([model_digest, *parts]).encode()).digest()[:_KEY_BYTES]

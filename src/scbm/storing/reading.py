@@ -32,10 +32,12 @@ def history_in(tables: Tables) -> History:
     cases = [
         StoredCase(
             row.key, row.name, row.recipe, row.goal, order[row.run], row.position,
-            row.verdict, row.ended_ns, row.requests, row.visited, row.model != current.id,
+            row.verdict, row.ended_ns, row.requests, row.visited, row.model != current.id, row.log,
         )
         for row in tables.cases()
         if row.key not in left_out
     ]  # fmt: skip
+    if any(case.is_over_nodes and runs[case.run].run.nodes is None for case in cases):
+        raise ValueError("a case over nodes of a run that was over none")
     cases.sort(key=lambda case: (case.run, case.position, case.key))
     return History(model, tuple(row.run for row in runs), tuple(cases), len(left_out))

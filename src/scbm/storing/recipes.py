@@ -17,7 +17,13 @@ DRAWN = "drawn"
 """What a recipe says for another network in each case."""
 
 
-def written_recipe(case: Case, model: BehaviorModel, path: str, completed: Case | None = None) -> Written:
+def written_recipe(
+    case: Case,
+    model: BehaviorModel,
+    path: str,
+    completed: Case | None = None,
+    real: tuple[str, ...] | None = None,
+) -> Written:
     """The recipe of a case from a file.
 
     Args:
@@ -25,11 +31,12 @@ def written_recipe(case: Case, model: BehaviorModel, path: str, completed: Case 
         model: its model.
         path: the file.
         completed: the case with what the command line added to it, if it did.
+        real: if it runs over nodes, the resources that are real.
     """
     completed = completed or case
     added = [requirement for requirement in completed.requirements if requirement not in case.requirements]
     limit_ns = completed.limits.time_ns if case.limits.time_ns is None else None
-    return Written(write_case(case, model, None), path, _said(added), limit_ns)
+    return Written(write_case(case, model, None), path, _said(added), limit_ns, real)
 
 
 def _said(requirements: Iterable[Requirement]) -> tuple[tuple[str, str], ...]:
@@ -41,13 +48,15 @@ def network_words(network: Network | None) -> str:
     return DRAWN if network is None else write_network(network)
 
 
-def drawn_recipe(case: Case, network: str) -> Drawn:
+def drawn_recipe(case: Case, network: str, real: tuple[str, ...] | None = None) -> Drawn:
     """The recipe of a random case.
 
     Args:
         case: the case, with what the command line added to it.
         network: the words for its network.
+        real: if it runs over nodes, the resources that are real.
     """
     if case.origin is None:
         raise ValueError(f"`{case.name}` is not drawn")
-    return Drawn(case.origin.seed, case.origin.number, network, _said(case.requirements), case.limits.time_ns)
+    origin = case.origin
+    return Drawn(origin.seed, origin.number, network, _said(case.requirements), case.limits.time_ns, real)

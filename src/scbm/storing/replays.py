@@ -1,19 +1,23 @@
-"""Cases of a store at work again: a case decides its run, so the store keeps no traces."""
+"""Cases of a store at work again: in simulation a case decides its run, over nodes its log does (decisions 20, 29)."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from scbm.cases import Network
+from scbm.errors import InputError
 from scbm.model import Requirement
-from scbm.notation import Scope, parse_requirement, read_case, read_network
+from scbm.notation import Scope, digest_of, parse_requirement, read_case, read_network
 from scbm.storing.history import Written
+from scbm.storing.packing import unpacked_log
 from scbm.storing.recipes import DRAWN
 from scbm.testing import RandomCases, Tester
 
 if TYPE_CHECKING:
     from scbm.cases import Case
+    from scbm.running import Program
     from scbm.storing.history import History, StoredCase
     from scbm.testing import Execution
 
@@ -28,11 +32,39 @@ class Replays:
         self._requirements: dict[str, Requirement] = {}
 
     def execute(self, stored: StoredCase) -> Execution | None:
-        """The run of a case; `None` for a case of an earlier version of the model, or one that was lost with a node."""
-        return self._tester.execute(self.case(stored)) if stored.is_repeatable else None
+        """The run of a case: in simulation the case is run again, over nodes its log is.
+
+        `None` for a case of an earlier version of the model, one that was lost with a node, and for a log that does
+        not give its run again, as another version of scbm made it.
+        """
+        if not stored.is_shown_again:
+            return None
+        return self._tester.execute(self.case(stored)) if stored.log is None else self._of_log(stored.log)
+
+    def _of_log(self, packed: bytes) -> Execution | None:
+        """The run of a log, if that is still the run that it was."""
+        from scbm.realtime.event_log import read_event_log, rerun  # noqa: PLC0415 - it takes long to load; few stores need it
+
+        try:
+            log = read_event_log(unpacked_log(packed), self._model, self._digest)
+            run = rerun(log, self._program)
+        except (InputError, ValueError):
+            return None
+        execution = self._tester.judged(log.case, run, log.reactions, log)
+        return execution if execution.digest == log.trace else None
+
+    @cached_property
+    def _digest(self) -> str:
+        return digest_of(self._model)
+
+    @cached_property
+    def _program(self) -> Program:
+        from scbm.running import Program  # noqa: PLC0415 - as above
+
+        return Program(self._model)
 
     def recorded(self, stored: StoredCase) -> Case:
-        """A case that can be run again, with nothing left to chance: a written one as it is, a drawn one closed."""
+        """A case of a simulation with nothing left to chance: a written one as it is, a drawn one closed."""
         case = self.case(stored)
         return case if isinstance(stored.recipe, Written) else self._tester.execute(case).recorded_case
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 APPLICATION_ID = 0x5343424D
 """`SCBM` in ASCII; SQLite keeps it in the header of the file."""
 
-VERSION = 1
+VERSION = 2
 """The version of these tables, which SQLite keeps in the header as `user_version`."""
 
 TABLES = (
@@ -37,7 +37,8 @@ TABLES = (
         visited BLOB NOT NULL,
         cases INTEGER NOT NULL,
         failed INTEGER NOT NULL,
-        is_finished INTEGER NOT NULL
+        is_finished INTEGER NOT NULL,
+        nodes TEXT
     )""",
     """CREATE TABLE setting (
         id INTEGER PRIMARY KEY,
@@ -59,7 +60,8 @@ TABLES = (
         failures TEXT,
         ended_ns INTEGER NOT NULL,
         requests INTEGER NOT NULL,
-        visited BLOB NOT NULL
+        visited BLOB NOT NULL,
+        log BLOB
     ) WITHOUT ROWID""",
     # the half of the byte that has the bit, as a hexadecimal digit, as a number, shifted; blobs know no arithmetic
     """CREATE VIEW visit AS
@@ -70,3 +72,15 @@ TABLES = (
             substr(hex(substr(test_case.visited, obligation.bit / 8 + 1, 1)), 1 + (obligation.bit % 8 < 4), 1)
         ) - 1) >> (obligation.bit % 4)) & 1""",
 )
+
+FROM_VERSION_1 = (
+    "ALTER TABLE run ADD COLUMN nodes TEXT",
+    "ALTER TABLE test_case ADD COLUMN log BLOB",
+)
+"""What makes the tables of version 1, which knew no nodes, those of version 2."""
+
+VERSION_1_AS_2 = (
+    "CREATE TEMP VIEW run AS SELECT *, NULL AS nodes FROM main.run",
+    "CREATE TEMP VIEW test_case AS SELECT *, NULL AS log FROM main.test_case",
+)
+"""What shows the one as the other to a single connection: names of its own stand before those of the file."""

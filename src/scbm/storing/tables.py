@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from scbm.coverage import Obligations
 from scbm.notation import digest_of, write_model
 from scbm.storing.history import Drawn, Recipe, Run, Source, Written
+from scbm.storing.packing import unpacked_log
 from scbm.testing import Failure, FailureKind, Verdict
 from scbm.trace import End
 
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 _CASE_COLUMNS = (
     "key, name, goal, model, run, position, setting, seed, number, text, path,"
-    " ended, failures, ended_ns, requests, visited"
+    " ended, failures, ended_ns, requests, visited, log"
 )
 
 _OPTIONS = ("network", "requirements", "time_limit_ns")
@@ -65,6 +66,7 @@ class CaseRow:
     ended_ns: int
     requests: int
     visited: int
+    log: bytes | None
 
 
 class Tables:
@@ -87,7 +89,7 @@ class Tables:
         count = self._obligations()
         rows = self._connection.execute(
             "SELECT run.id, model, is_current, token, started, command, path, source.text,"
-            " visited, cases, failed, is_finished"
+            " visited, cases, failed, is_finished, nodes"
             " FROM run JOIN source ON source.id = run.source JOIN model ON model.id = run.model"
             " ORDER BY started, token"
         )
@@ -96,18 +98,19 @@ class Tables:
                 id_,
                 model,
                 Run(
-                    token,
+                    _text(token),
                     _moment(began),
-                    command,
-                    Source(path, text),
+                    _text(command),
+                    Source(_text(path), _text(text)),
                     _known(visited, count),
-                    cases,
-                    failed,
+                    _number(cases),
+                    _number(failed),
                     is_earlier=not current,
                     is_finished=bool(finished),
+                    nodes=None if nodes is None else _text(nodes),
                 ),
             )
-            for id_, model, current, token, began, command, path, text, visited, cases, failed, finished in rows
+            for id_, model, current, token, began, command, path, text, visited, cases, failed, finished, nodes in rows
         )
 
     def cases(self) -> Iterator[CaseRow]:
@@ -120,9 +123,13 @@ class Tables:
         for row in rows:
             key, name, goal, model, run, position, setting, seed, number, text, path, *result = row
             recipe = _recipe(settings[setting], seed, number, text, path)
-            ended, failures, ended_ns, requests, visited = result
+            ended, failures, ended_ns, requests, visited, log = result
             verdict, bits = Verdict(End(ended), _failures(failures)), _known(visited, count)
-            yield CaseRow(key, name, goal, model, run, position, recipe, verdict, ended_ns, requests, bits)
+            _refuse_another_log(log, recipe)
+            yield CaseRow(
+                key, _text(name), _text(goal), model, run, _number(position), recipe,
+                verdict, _number(ended_ns), _number(requests), bits, log,
+            )  # fmt: skip
 
     def outdated(self) -> frozenset[bytes]:
         """The keys of written cases of which a later run has another version: of the same file, model and options."""
@@ -185,9 +192,9 @@ class Tables:
         row = self._connection.execute("SELECT id, visited FROM run WHERE token = ?", (run.id,)).fetchone()
         if row is None:
             self._connection.execute(
-                "INSERT INTO run (token, started, command, model, source, visited, cases, failed, is_finished)"
-                " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-                (*values, run.cases, run.failed, run.is_finished),
+                "INSERT INTO run (token, started, command, model, source, visited, cases, failed, is_finished, nodes)"
+                " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                (*values, run.cases, run.failed, run.is_finished, run.nodes),
             )
         else:
             self._connection.execute(
@@ -240,7 +247,7 @@ class Tables:
         else:
             how = (self._setting(recipe.network, recipe), str(recipe.seed), recipe.number, None, None)
         place = (case.key, case.name, case.goal, case.model, case.run, case.position)
-        result = (*_ended(case), self._bytes(case.visited))
+        result = (*_ended(case), self._bytes(case.visited), case.log)
         marks = ", ".join("?" * len((*place, *how, *result)))
         self._connection.execute(
             f"INSERT INTO test_case ({_CASE_COLUMNS}) VALUES ({marks})",  # noqa: S608 - our own columns
@@ -251,15 +258,16 @@ class Tables:
         path = case.recipe.path if isinstance(case.recipe, Written) else None
         self._connection.execute(
             "UPDATE test_case SET run = ?, position = ?, path = ?,"
-            " ended = ?, failures = ?, ended_ns = ?, requests = ? WHERE key = ?",
-            (case.run, case.position, path, *_ended(case), case.key),
+            " ended = ?, failures = ?, ended_ns = ?, requests = ?, log = ? WHERE key = ?",
+            (case.run, case.position, path, *_ended(case), case.log, case.key),
         )
 
     def _setting(self, network: str, recipe: Recipe) -> int:
         """The id of what the command line said beside a case."""
-        options = (network, recipe.requirements, recipe.time_limit_ns)
+        options = (network, recipe.requirements, recipe.time_limit_ns, recipe.real)
         if options not in self._settings:
-            said = dict(zip(_OPTIONS, options, strict=True))
+            said = dict(zip(_OPTIONS, options, strict=False))
+            said |= {} if recipe.real is None else {"real": recipe.real}
             text = json.dumps(said, ensure_ascii=False)
             self._connection.execute("INSERT OR IGNORE INTO setting (options) VALUES (?)", (text,))
             self._settings[options] = self._id("setting", "options", text)
@@ -276,6 +284,20 @@ class Tables:
 
 def _set(stored: bytes) -> int:
     return int.from_bytes(stored, "little")
+
+
+def _text(value: object) -> str:
+    """What a column of texts says. Raises `ValueError` if it is none, as after damage."""
+    if not isinstance(value, str):
+        raise ValueError("this is no text")  # noqa: TRY004 - it is data
+    return value
+
+
+def _number(value: object) -> int:
+    """What a column of numbers says. Raises `ValueError` if it is none."""
+    if not isinstance(value, int):
+        raise ValueError("this is no number")  # noqa: TRY004 - it is data
+    return value
 
 
 def _moment(text: str) -> str:
@@ -309,12 +331,32 @@ def _failures(text: str | None) -> tuple[Failure, ...]:
 
 
 def _options(text: str) -> Row:
-    """Network, requirements and time limit of a setting."""
+    """Network, requirements, time limit and real resources of a setting."""
     options: dict[str, Any] = json.loads(text)
     network, requirements, time_limit_ns = (options[name] for name in _OPTIONS)
-    return network, tuple((name, sentence) for name, sentence in requirements), time_limit_ns
+    real = _names(options["real"]) if "real" in options else None
+    return network, tuple((name, sentence) for name, sentence in requirements), time_limit_ns, real
+
+
+def _names(said: object) -> tuple[str, ...]:
+    """The names of resources. Raises `ValueError` if they are none."""
+    if not isinstance(said, list) or not all(isinstance(name, str) for name in said):
+        raise ValueError("these are no names")
+    return tuple(said)
+
+
+def _refuse_another_log(log: bytes | None, recipe: Recipe) -> None:
+    """Raises `ValueError` if a case over nodes has no log that can be unpacked, or another case has one."""
+    if (log is None) is not (recipe.real is None):
+        raise ValueError("runs over nodes have logs, and no others")
+    if log is not None:
+        unpacked_log(log)
 
 
 def _recipe(options: Row, seed: str | None, number: int, text: str | None, path: str) -> Recipe:
     network, *added = options
-    return Drawn(int(seed or ""), number, network, *added) if text is None else Written(text, path, *added)
+    return (
+        Drawn(int(seed or ""), _number(number), network, *added)
+        if text is None
+        else Written(_text(text), _text(path), *added)
+    )

@@ -11,14 +11,17 @@ from scbm.notation import digest_of
 from scbm.storing.database import (
     has_tables,
     make_tables,
+    one_moment,
     open_for_writing,
     problem,
+    show_as_newest,
     told,
     transaction,
     understood,
 )
 from scbm.storing.edits import difference
 from scbm.storing.history import key_of
+from scbm.storing.packing import MOST_BYTES, packed_log
 from scbm.storing.tables import CaseRow, ModelRow, Tables
 from scbm.trace import End
 
@@ -71,7 +74,7 @@ class StoreWriter:
         self._ids: tuple[int, int] | None = None
         self._is_whole = True
         self.lost = 0
-        with told(path), understood(path):
+        with told(path), understood(path), one_moment(connection):
             self.before = self._last_finished() if has_tables(connection, path) else None
 
     def _last_finished(self) -> Run | None:
@@ -79,10 +82,11 @@ class StoreWriter:
         known = next(row for row in self._tables.models() if row.is_current)
         if known.digest != self._digest:
             raise self._of_another_model(known)
+        show_as_newest(self._connection)
         runs = [row.run for row in self._tables.runs() if row.run.is_finished and row.run.id != self._run.id]
         return runs[-1] if runs else None
 
-    def add(self, position: int, recipe: Recipe, result: CaseResult) -> None:
+    def add(self, position: int, recipe: Recipe, result: CaseResult, log: str | None = None) -> None:
         """Adds a case that has been run, or unites it with what is known of it.
 
         One whose run was not finished is not added, and then the run of all of them is not finished either.
@@ -91,6 +95,7 @@ class StoreWriter:
             position: its place in the run, from 1.
             recipe: what decides it.
             result: what came of it.
+            log: of a run over nodes the text of its log.
 
         Raises:
             InputError: the store cannot be written any more.
@@ -102,12 +107,20 @@ class StoreWriter:
         if result.ended_ns > _MOST_NS:
             message = f"the run of `{result.case.name}` takes more than 292 years, which a store cannot hold"
             raise problem(Slug.STORE_UNUSABLE, self._path, message)
+        packed = None if log is None else self._packed(result.case.name, log)
         with told(self._path), understood(self._path), transaction(self._connection):
-            model, run = self._ids or self._begun()
-            self._tables.put_case(self._row(model, run, position, recipe, result))
-            self._tables.add_to_run(run, result.visited, failed=not result.verdict.passed)
-        self._ids = model, run
+            ids = self._ids or self._begun()
+            self._tables.put_case(self._row(ids, position, recipe, result, packed))
+            self._tables.add_to_run(ids[1], result.visited, failed=not result.verdict.passed)
+        self._ids = ids
         self._is_whole = True
+
+    def _packed(self, name: str, log: str) -> bytes:
+        try:
+            return packed_log(log)
+        except ValueError:
+            message = f"the log of `{name}` is larger than {MOST_BYTES // 1024**2} MiB, which a store cannot hold"
+            raise problem(Slug.STORE_UNUSABLE, self._path, message) from None
 
     def _begun(self) -> tuple[int, int]:
         """The ids of the model and of the run, which are there then. To be called in a transaction."""
@@ -118,11 +131,13 @@ class StoreWriter:
         model = self._tables.put_model(self._model)
         return model, self._tables.put_run(self._run, model)
 
-    def _row(self, model: int, run: int, position: int, recipe: Recipe, result: CaseResult) -> CaseRow:
+    def _row(
+        self, ids: tuple[int, int], position: int, recipe: Recipe, result: CaseResult, log: bytes | None
+    ) -> CaseRow:
         case = result.case
         return CaseRow(
-            key_of(recipe, self._digest), case.name, case.goal, model, run, position, recipe,
-            result.verdict, result.ended_ns, result.requests, result.visited,
+            key_of(recipe, self._digest), case.name, case.goal, *ids, position, recipe,
+            result.verdict, result.ended_ns, result.requests, result.visited, log,
         )  # fmt: skip
 
     def finish(self) -> None:

@@ -32,7 +32,7 @@ def drawn(recipe: Drawn) -> StoredCase:
 
 def test_a_drawn_case_is_drawn_again(scbm: Scbm) -> None:
     stored = history_of(EXAMPLE / "before.yaml", 3, seed=7).cases[2]
-    words = shlex.split(again(stored, MODEL))
+    words = shlex.split(again(stored, MODEL, ()))
     assert words == ["scbm", "run", MODEL, "--seed", "7", "--case", "3"]
     told = json.loads(scbm(*words[1:], "--json").out)
     assert (told["case"], told["simulated_seconds"]) == (stored.name, stored.ended_ns / 1e9)
@@ -44,7 +44,7 @@ def test_all_that_decides_a_drawn_case_is_said(scbm: Scbm) -> None:
         ("required_2", "always mounted == none || gripper_act == open"),
     )
     stored = drawn(Drawn(-3, 2, "loss: 2 %, jitter: 20 ms", requirements, 523_123_000_000))
-    words = shlex.split(again(stored, MODEL))
+    words = shlex.split(again(stored, MODEL, ()))
     assert words[2:] == [
         *(MODEL, "--seed", "-3", "--case", "2", "--network", "loss: 2 %, jitter: 20 ms"),
         *("--time-limit", "523.123 s", "--require", "never robot_at == home"),
@@ -58,28 +58,28 @@ def test_a_written_case_is_replayed_wherever_it_is(scbm: Scbm, tmp_path: Path) -
     path = tmp_path / "it's <here> & there.yaml"
     path.write_text(CASE, encoding="utf-8")
     stored = history_of(EXAMPLE / "before.yaml", 0, written=[path]).cases[0]
-    words = shlex.split(again(stored, MODEL))
+    words = shlex.split(again(stored, MODEL, ()))
     assert words == ["scbm", "replay", str(path), "--model", MODEL]
     assert json.loads(scbm(*words[1:], "--json").out)["case"] == stored.name
 
 
 def test_a_path_is_never_taken_for_an_option() -> None:
     stored = replace(drawn(Drawn(1, 1)), recipe=Written(CASE, "-x.yaml"))
-    assert shlex.split(again(stored, "-m.yaml")) == ["scbm", "replay", "./-x.yaml", "--model", "./-m.yaml"]
+    assert shlex.split(again(stored, "-m.yaml", ())) == ["scbm", "replay", "./-x.yaml", "--model", "./-m.yaml"]
 
 
 def test_nothing_runs_a_case_of_an_earlier_model_again() -> None:
-    assert not again(replace(drawn(Drawn(1, 1)), is_earlier=True), MODEL)
+    assert not again(replace(drawn(Drawn(1, 1)), is_earlier=True), MODEL, ())
 
 
 def test_a_case_that_a_test_says_is_run_again_by_that_test() -> None:
     stored = replace(history_of(EXAMPLE / "before.yaml", 1).cases[0], recipe=Written(CASE, "tests/test_cell.py"))
-    assert again(stored, MODEL) == "pytest tests/test_cell.py"
+    assert again(stored, MODEL, ()) == "pytest tests/test_cell.py"
 
 
 def test_nothing_shows_a_lost_case_again() -> None:
     history = with_lost_cases(history_of(EXAMPLE / "before.yaml", 2), 1)
-    assert [bool(again(case, MODEL)) for case in history.cases] == [False, True]
+    assert [bool(again(case, MODEL, history.runs)) for case in history.cases] == [False, True]
     shown = [str(line) for line in stored_report(history, "cov.db")]
     assert "    the run was not finished: the controller was lost" in shown
     assert not any("again:" in line for line in shown)

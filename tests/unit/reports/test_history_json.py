@@ -23,7 +23,7 @@ def test_it_holds_the_figures_the_runs_and_the_cases() -> None:
     assert told["model_file"] == "examples/robot_in_the_air/after.yaml"
     assert told["model_text"] == history.source.text
     assert told["coverage"] == coverage_json(history.coverage)
-    assert told["simulated_seconds"] == history.simulated_ns / 1e9
+    assert told["simulated_seconds"] == history.ended_ns / 1e9
     assert [run["id"] for run in told["runs"]] == [history.runs[0].id]
     assert told["runs"][0]["visited"] == list(history.obligations.names(history.runs[0].visited))
     assert [case["label"] for case in told["cases"]] == list(history.labels)

@@ -55,9 +55,9 @@ def test_the_database_of_someone_else(path: Path) -> None:
 
 def test_a_newer_store(path: Path) -> None:
     with sqlite3.connect(path) as newer:
-        newer.execute("PRAGMA user_version = 2")
+        newer.execute("PRAGMA user_version = 3")
     newer.close()
-    expected = "this store was written by a newer scbm: its version is 2, and this scbm knows 1"
+    expected = "this store was written by a newer scbm: its version is 3, and this scbm knows 2"
     assert _complaint(path) == (Slug.STORE_NEWER, expected)
     with pytest.raises(InputError) as caught, write_store(path, cell(), a_run(2, cell())):
         pass
@@ -160,6 +160,11 @@ def test_what_is_read_is_of_one_moment(path: Path, monkeypatch: pytest.MonkeyPat
         "UPDATE test_case SET visited = x'ffffffff'",
         "UPDATE run SET visited = x'ffffffff'",
         "UPDATE run SET started = 'yesterday'",
+        "UPDATE run SET command = x'ff'",
+        "UPDATE run SET cases = 'two'",
+        "UPDATE source SET path = x'ff'",
+        "UPDATE test_case SET name = x'ff'",
+        "UPDATE test_case SET ended_ns = x'ff'",
     ],
 )
 def test_rows_that_no_store_has_are_damage(path: Path, tmp_path: Path, change: str) -> None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from scbm.coverage import only_by
 from scbm.reports.again import again
 from scbm.reports.causes import causes_of
+from scbm.reports.places import place_of, sort_of_place
 from scbm.storing import Written
 
 if TYPE_CHECKING:
@@ -20,7 +21,8 @@ def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
     """All cases column by column, and what their numbers stand for.
 
     - `obligations`: `[subject, aspect]` for each, in the order of their bits;
-    - `goal`, `end`, `set`: indices into `goals`, `ends` and `sets`;
+    - `goal`, `end`, `set`, `place`: indices into `goals`, `ends`, `sets` and `places`;
+    - `places`: in few words and in all of them where cases ran; the latter are empty for simulation;
     - `sets`: what is visited, as hexadecimal digits, the lowest first; digit i says it of obligations 4 i to 4 i + 3;
     - `visits`, `only`: how many obligations of the figure a case visits, and how many of these no other case visits;
     - `visitors`: how many cases visit each obligation;
@@ -35,6 +37,7 @@ def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
     }
     goals, goal = _numbered(case.goal for case in cases)
     ends, end = _numbered(case.verdict.end.replace("_", " ") for case in cases)
+    places, place = _numbered((sort_of_place(case), place_of(case, history)) for case in cases)
     sets, visited = _numbered(f"{case.visited:x}"[::-1] for case in cases)
     return {
         "model": history.model.name,
@@ -43,10 +46,12 @@ def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
         "goals": goals,
         "ends": ends,
         "sets": sets,
+        "places": places,
         "label": history.labels,
         "goal": goal,
         "end": end,
         "set": visited,
+        "place": place,
         "ended_ns": [case.ended_ns for case in cases],
         "requests": [case.requests for case in cases],
         "visits": [(case.visited & counted).bit_count() for case in cases],
@@ -68,7 +73,7 @@ def case_details(history: History) -> dict[str, Any]:
     file = history.source.path
     texts = {str(i): c.recipe.text for i, c in enumerate(history.cases) if isinstance(c.recipe, Written)}
     paths = {str(i): c.recipe.path for i, c in enumerate(history.cases) if isinstance(c.recipe, Written)}
-    return {"commands": [again(case, file) for case in history.cases], "texts": texts, "paths": paths}
+    return {"commands": [again(case, file, history.runs) for case in history.cases], "texts": texts, "paths": paths}
 
 
 def _numbered(values: Iterable[Hashable]) -> tuple[list[Hashable], list[int]]:

@@ -54,13 +54,15 @@
   const bitOf = once(() => new Map(columns().obligations.map((obligation, bit) => [nameOf(obligation), bit])));
   const searched = once(() => {
     const c = columns();
-    return c.label.map((label, i) => `${label}\n${c.goals[c.goal[i]]}\n${c.ends[c.end[i]]}`.toLowerCase());
+    return c.label.map((label, i) => `${label}\n${c.goals[c.goal[i]]}\n${c.ends[c.end[i]]}\n${c.places[c.place[i]].join("\n")}`.toLowerCase());
   });
   const sourceLines = once(() => [...document.querySelectorAll('[id="/source"] .line')].map((line) => (
     { line, text: line.querySelector("code").textContent, number: line.querySelector(".no").textContent }
   )));
 
   const visits = (set, bit) => (parseInt(set[bit >> 2] ?? "0", 16) >> (bit & 3)) & 1;
+  const placeOf = (index) => columns().places[columns().place[index]][1]; // over which nodes it ran; empty in simulation
+  const isOverNodes = once(() => columns().places.some(([, place]) => place)); // whether any case was
   const failuresOf = (index) => columns().failures[index] ?? [];
 
   // ---- which page
@@ -162,14 +164,17 @@
     verdict: (c, i) => (c.failures[i] ? 0 : 1),
     goal: (c, i) => c.goals[c.goal[i]],
     end: (c, i) => c.ends[c.end[i]],
+    place: (c, i) => c.places[c.place[i]][0],
     simulated: (c, i) => c.ended_ns[i],
     requests: (c, i) => c.requests[i],
     visits: (c, i) => c.visits[i],
     only: (c, i) => c.only[i],
   };
-  const HEADS = [
+  const headsOfCases = () => [
     ["number", "No.", "number", "In the order in which they were run"], ["case", "Case"], ["verdict", "Verdict"],
-    ["goal", "Goal"], ["end", "Ended"], ["simulated", "Simulated", "number"], ["requests", "Requests", "number"],
+    ["goal", "Goal"], ["end", "Ended"],
+    ...(isOverNodes() ? [["place", "Ran"], ["simulated", "Time", "number", "In time of its run"]] : [["simulated", "Simulated", "number"]]),
+    ["requests", "Requests", "number"],
     ["visits", "Visits", "number", "How many obligations of the figure it visits"],
     ["only", "Only it", "number", "How many obligations no other case visits"],
   ];
@@ -184,11 +189,12 @@
     const names = query.getAll("visits");
     const bits = names.map((name) => bitOf().get(name));
     const failed = query.get("failed");
+    const nodes = query.has("nodes");
     const texts = words.length ? searched() : null;
     const hasSet = c.sets.map((set) => bits.every((bit) => bit !== undefined && visits(set, bit)));
     const found = [];
     for (let i = 0; i < c.label.length; i++) {
-      if (!hasSet[c.set[i]]) continue;
+      if (!hasSet[c.set[i]] || (nodes && !placeOf(i))) continue;
       if (failed !== null && !failuresOf(i).some(([, , , cause]) => !failed || failed === String(cause))) continue;
       if (words.every((word) => texts[i].includes(word))) found.push(i);
     }
@@ -218,7 +224,7 @@
       if (value === null || value === "") next.delete(name);
       else next.set(name, value);
     }
-    const text = next.toString().replace(/\+/g, "%20").replace(/failed=(?=&|$)/, "failed");
+    const text = next.toString().replace(/\+/g, "%20").replace(/(?<=^|&)(failed|nodes)=(?=&|$)/g, "$1");
     return `#/cases${text ? `?${text}` : ""}`;
   }
 
@@ -227,7 +233,10 @@
     if (!input) content.replaceChildren(...frameOfCases());
     const field = content.querySelector("input.of-cases");
     if (document.activeElement !== field) field.value = query.get("q") ?? "";
-    content.querySelector("input.only-failed").checked = query.has("failed");
+    for (const name of ["failed", "nodes"]) {
+      const box = content.querySelector(`input.only-${name}`);
+      if (box) box.checked = query.has(name);
+    }
     content.querySelector(".chips").replaceChildren(...chips(query));
     listCases(content, query);
   }
@@ -237,16 +246,17 @@
       rename(addressOf(shown.query, { q: event.target.value, page: null }));
       listCases(event.target.closest(".content"), shown.query);
     };
-    const failedOnly = (event) => {
+    const only = (name, words) => h("label", null, h("input", { type: "checkbox", class: `only-${name}`, onchange: (event) => {
       const next = new URLSearchParams(shown.query);
-      if (event.target.checked) next.set("failed", "");
-      else next.delete("failed");
-      go(addressOf(next, { page: null, ...(event.target.checked ? {} : { failed: null }) }));
-    };
+      if (event.target.checked) next.set(name, "");
+      else next.delete(name);
+      go(addressOf(next, { page: null }));
+    } }), words);
     return [
       h("div", { class: "controls" },
         h("input", { type: "search", class: "of-cases", placeholder: "Filter", "aria-label": "Filter cases by name, goal or end", oninput: typed }),
-        h("label", null, h("input", { type: "checkbox", class: "only-failed", onchange: failedOnly }), "failed only"),
+        only("failed", "failed only"),
+        isOverNodes() ? only("nodes", "over nodes only") : "",
         h("span", { class: "chips" })),
       h("div", { class: "pager" }),
       h("div", { class: "scroll" }),
@@ -296,7 +306,7 @@
 
   function headOfCases(query) {
     const [, sign, name] = /^(-?)(.*)$/.exec(query.get("sort") ?? "number");
-    return h("thead", null, h("tr", null, HEADS.map(([sort, words, kind, title]) => h("th", {
+    return h("thead", null, h("tr", null, headsOfCases().map(([sort, words, kind, title]) => h("th", {
       scope: "col", class: kind, title, "aria-sort": sort === name ? (sign ? "descending" : "ascending") : null,
     }, h("button", { type: "button", onclick: () => turnOrder(query, sort, sort === name, sign, kind) }, words)))));
   }
@@ -314,6 +324,7 @@
     const c = columns();
     return h("tr", null, number(i + 1), h("th", { scope: "row" }, h("a", { href: caseAddress(c.label[i]) }, c.label[i])),
       h("td", null, verdict(c.failures[i])), h("td", null, c.goals[c.goal[i]]), h("td", null, c.ends[c.end[i]]),
+      isOverNodes() ? h("td", { title: placeOf(i) || null }, c.places[c.place[i]][0]) : "",
       number(seconds(c.ended_ns[i])), number(c.requests[i]), number(c.visits[i]), number(c.only[i] || "–"));
   }
 
@@ -325,18 +336,20 @@
     const failures = failuresOf(index);
     const again = details().commands[index];
     const text = details().texts[index];
+    const ran = placeOf(index);
     const place = h("div", { class: "of-timeline" }, h("p", { class: "about" }, "Opening its timeline …"));
     content.replaceChildren(
       neighbours(index),
       h("h1", { tabindex: "-1" }, c.label[index]),
       h("p", null, verdict(failures.length), ` ${c.ends[c.end[index]]} after ${seconds(c.ended_ns[index])}`),
+      ran ? h("p", { class: "ran" }, `It ran ${ran}.${again ? " That run cannot be had again: the timeline is that of its log, which is what happened." : ""}`) : "",
       failures.length ? h("ul", { class: "failures" }, failures.map(([, , message]) => h("li", null, message))) : "",
       facts(index),
-      again ? h("p", { class: "again" }, "Again: ", command(again))
+      again ? h("p", { class: "again" }, ran ? "Again, with all of its run: " : "Again: ", command(again))
         : h("p", { class: "notice" }, c.ends[c.end[index]] === "lost" ? "Its run was not finished, as a node was lost."
           : "It was run on an earlier version of the model, so it cannot be run again."),
       ...visitsOf(index),
-      h("h2", null, "Timeline"), place,
+      h("h2", null, ran ? `Timeline ${ran}` : "Timeline"), place,
       ...(text === undefined ? [] : [h("h2", null, "The case"), h("p", { class: "about" }, h("code", null, details().paths[index])), h("pre", { tabindex: "0", class: "text" }, text)]),
     );
     return openTimeline(place, index);
@@ -350,7 +363,9 @@
       const data = await timelines().load(index);
       if (isLeft) return;
       place.replaceChildren();
-      if (data === null) put("There is none: the case was not run again for this report.");
+      if (data === null) put(placeOf(index) && details().commands[index]
+        ? "There is none: its log does not give its run again, as another version of scbm made it."
+        : "There is none: the case was not run again for this report.");
       else timeline = showTimeline(place, data, { label: columns().label[index] });
     };
     open().catch((error) => { if (!isLeft) put(`It cannot be shown by this browser: ${error.message}`); });
@@ -376,7 +391,7 @@
   function facts(index) {
     const c = columns();
     const fact = (name, value) => h("div", null, h("dt", null, name), h("dd", null, value));
-    return h("dl", { class: "facts" }, fact("Goal", c.goals[c.goal[index]]), fact("Simulated", seconds(c.ended_ns[index])),
+    return h("dl", { class: "facts" }, fact("Goal", c.goals[c.goal[index]]), fact(placeOf(index) ? "Time" : "Simulated", seconds(c.ended_ns[index])),
       fact("Requests", String(c.requests[index])), fact("Obligations visited", String(c.visits[index])),
       fact("Visited only by it", String(c.only[index])));
   }

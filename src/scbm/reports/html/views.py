@@ -15,6 +15,7 @@ from scbm.reports.again import again
 from scbm.reports.causes import causes_of
 from scbm.reports.html.diagrams import lifecycle_svg
 from scbm.reports.marked_lines import mark_lines
+from scbm.reports.places import durations, place_of
 from scbm.reports.reasons import close_command, missed_reasons
 
 if TYPE_CHECKING:
@@ -122,6 +123,7 @@ class FindingView:
         count: how many cases fail so.
         first: the first of them, each with what it says.
         again: the command that shows the first one again.
+        place: where the first one ran, if that was over nodes.
     """
 
     number: int
@@ -130,6 +132,7 @@ class FindingView:
     count: int
     first: tuple[tuple[str, str], ...]
     again: str
+    place: str
 
 
 class ReportView:
@@ -152,6 +155,11 @@ class ReportView:
         coverage = self.history.coverage
         figures = ((aspect, coverage.figure_of(aspect)) for aspect in (*STATE_ASPECTS, Aspect.TAKEN, Aspect.QUEUED))
         return tuple((aspect, figure) for aspect, figure in figures if figure.of)
+
+    @property
+    def durations(self) -> str:
+        """How long the cases ran, in words."""
+        return durations(self.history)
 
     @property
     def last_run(self) -> Run:
@@ -216,7 +224,8 @@ class ReportView:
                 cause.failure.subject,
                 len(cause.told),
                 cause.told[:_FIRST],
-                again(cause.case, self.history.source.path),
+                again(cause.case, self.history.source.path, self.history.runs),
+                place_of(cause.case, self.history),
             )
             for number, cause in enumerate(causes_of(self.history))
         )

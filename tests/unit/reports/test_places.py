@@ -1,0 +1,168 @@
+"""What reports of all sorts say of cases that ran over nodes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from pathlib import Path
+
+import pytest
+from lxml import etree
+
+from scbm.coverage import smallest_cover
+from scbm.reports.again import again, again_words
+from scbm.reports.contexts import smallest_report
+from scbm.reports.history_json import history_json
+from scbm.reports.html import html_report
+from scbm.reports.junit import junit_xml
+from scbm.reports.markdown import markdown
+from scbm.reports.places import durations, place_of, sort_of_place, told_places
+from scbm.reports.sarif import sarif_log
+from scbm.reports.stored import stored_report
+from scbm.storing import History, Replays
+from scbm.testing import Failure, FailureKind, RandomCases, Verdict
+from scbm.trace import End
+from support.histories import EXAMPLE, history_of
+from support.real_runs import with_real_runs
+
+SCHEMA = etree.XMLSchema(etree.parse(Path(__file__).parents[2] / "foreign/junit-10.xsd"))
+PLACE = "over DDS domain 7; real: scanner"
+COMMAND = "scbm test cell.yaml --cases 20 --transport dds --domain 7 --store cov.db"
+FAILURE = Failure(FailureKind.REQUIREMENT, "required_1", "required_1 is violated")
+
+
+@lru_cache
+def both(real: tuple[str, ...] = ("scanner",)) -> History:
+    """Three simulated cases, and the first two of them over nodes."""
+    history = history_of(EXAMPLE / "before.yaml", 3)
+    return with_real_runs(history, tuple(RandomCases(history.model).first(2, 1)), real)
+
+
+def only_nodes() -> History:
+    return replace(both(), cases=both().cases[3:])
+
+
+def failed(history: History) -> History:
+    """The history with all of its cases failed."""
+    verdict = Verdict(End.REACHED, (FAILURE,))
+    return replace(history, cases=tuple(replace(case, verdict=verdict) for case in history.cases))
+
+
+def terminal(history: History) -> list[str]:
+    return [line.plain for line in stored_report(history, "cov.db")]
+
+
+def test_where_a_case_ran_is_said_with_what_was_real() -> None:
+    simulated, over_nodes = both().cases[0], both().cases[3]
+    assert (place_of(simulated, both()), sort_of_place(simulated)) == ("", "in simulation")
+    assert (place_of(over_nodes, both()), sort_of_place(over_nodes)) == (PLACE, "over nodes, real: scanner")
+    none_real = both(())
+    assert place_of(none_real.cases[3], none_real) == "over DDS domain 7; all resources simulated"
+    assert sort_of_place(none_real.cases[3]) == "over nodes"
+
+
+def test_durations_are_told_apart() -> None:
+    history = both()
+    simulated = sum(case.ended_ns for case in history.cases[:3]) / 1e9
+    over_nodes = sum(case.ended_ns for case in history.cases[3:]) / 1e9
+    assert durations(history) == f"{simulated:.2f} s simulated, {over_nodes:.2f} s over nodes"
+    assert durations(only_nodes()) == f"{over_nodes:.2f} s over nodes"
+    assert durations(history_of(EXAMPLE / "before.yaml", 0)) == "0.00 s simulated"
+
+
+def test_places_are_counted_and_not_more_than_five_named() -> None:
+    history = both()
+    assert list(told_places(history)) == [f"2 cases {PLACE}"]
+    first, *_, last = history.cases
+    many = [replace(last, recipe=replace(last.recipe, real=("r",) * number)) for number in range(1, 8)]
+    told = list(told_places(replace(history, cases=(first, *many))))
+    assert len(told) == 6
+    assert told[-1] == "2 more at 2 other places"
+
+
+def test_the_terminal_says_where_cases_ran_and_the_command_of_a_run_once() -> None:
+    lines = terminal(failed(both()))
+    assert f"  Testing duration: {durations(both())}, 5 cases of 2 runs: 5 reached; 5 failed" in lines
+    assert f"  Over nodes: 2 cases {PLACE}" in lines
+    first, second = both().labels[3:]
+    assert lines[lines.index(f"  {first}") :][:8] == [
+        f"  {first}",
+        "    required_1 is violated",
+        f"    ran {PLACE}",
+        f"    again, with all of its run: {COMMAND}",
+        f"  {second}",
+        "    required_1 is violated",
+        f"    ran {PLACE}",
+        f"    again, as {first}",
+    ]
+
+
+def test_the_command_of_a_case_over_nodes_is_that_of_its_run() -> None:
+    history = both()
+    stored = history.cases[3]
+    assert again(stored, "cell.yaml", history.runs) == COMMAND
+    assert (again_words(stored), again_words(history.cases[0])) == ("again, with all of its run", "again")
+    assert again(replace(stored, is_earlier=True), "cell.yaml", history.runs) == ""
+
+
+def test_the_smallest_suite_has_the_command_of_a_run_once_and_says_that_it_is_of_all() -> None:
+    history = replace(only_nodes(), cases=tuple(replace(c, visited=1 << n) for n, c in enumerate(only_nodes().cases)))
+    lines = [line.plain for line in smallest_report(history, smallest_cover([1, 2]))]
+    assert lines[-2:] == [f"  {COMMAND}", "  2 cases ran over nodes: only all of a run can be made again"]
+    earlier = replace(history, cases=tuple(replace(case, is_earlier=True) for case in history.cases))
+    lines = [line.plain for line in smallest_report(earlier, smallest_cover([1, 2]))]
+    assert lines[-2:] == ["Run them again", "  2 cases of an earlier model cannot be run again"]
+
+
+def test_json_has_where_and_what_was_real() -> None:
+    told = history_json(both())
+    assert [case["nodes"] for case in told["cases"]] == [
+        *[None] * 3,
+        *[{"where": "over DDS domain 7", "real": ["scanner"]}] * 2,
+    ]
+    assert [run["nodes"] for run in told["runs"]] == [None, "over DDS domain 7"]
+    assert told["over_nodes_seconds"] == both().over_nodes_ns / 1e9
+    assert told["simulated_seconds"] == both().ended_ns / 1e9
+    assert told["cases"][3]["again"] == COMMAND
+
+
+@pytest.mark.parametrize("is_failed", [True, False])
+def test_junit_says_where_each_test_ran(is_failed: bool) -> None:  # noqa: FBT001
+    root = etree.fromstring(junit_xml(failed(both()) if is_failed else both()).encode())
+    SCHEMA.assertValid(root)
+    assert [test.findtext("system-out") for test in root.iter("testcase")] == [*[None] * 3, *[f"ran {PLACE}"] * 2]
+    assert root.findall(".//property[@name='cases_over_nodes'][@value='2']")
+    if is_failed:
+        texts = [failure.text or "" for failure in root.iter("failure")]
+        assert texts[0].splitlines()[2].endswith(" s simulated")
+        assert texts[3].splitlines()[2].endswith(f" s {PLACE}")
+        assert texts[3].splitlines()[3] == f"again, with all of its run: {COMMAND}"
+
+
+def test_junit_of_simulated_cases_has_none_of_it() -> None:
+    text = junit_xml(history_of(EXAMPLE / "before.yaml", 2))
+    assert "over_nodes" not in text
+    assert "system-out" not in text
+
+
+def test_sarif_says_how_to_see_it_again() -> None:
+    assert f"\\nran {PLACE}\\nagain, with all of its run: {COMMAND}" in sarif_log(failed(only_nodes()))
+    assert "\\nran " not in sarif_log(failed(history_of(EXAMPLE / "before.yaml", 2)))
+
+
+def test_markdown_says_how_to_see_it_again() -> None:
+    text = markdown(failed(only_nodes()))
+    assert f"| all of its run: `{COMMAND}` |" in text
+    assert f"; {durations(only_nodes())}\n" in text
+
+
+def test_the_page_has_where_cases_ran() -> None:
+    history = failed(both())
+    text = html_report(history, Replays(history).execute)
+    assert '"places":[["in simulation",""],["over nodes, real: scanner","over DDS domain 7; real: scanner"]]' in text
+    assert '"place":[0,0,0,1,1]' in text
+    assert f"visited by 5 cases, {durations(history)}</p>" in text
+    alone = html_report(failed(only_nodes()), lambda _: None)
+    assert f"The first one ran {PLACE}." in alone
+    assert "All of its run again:" in alone
+    assert "The first one again:" not in alone
