@@ -16,6 +16,7 @@ from scbm.notation.binding_types import RosFile
 from scbm.notation.reading_builder import ReadingBuilder
 from scbm.notation.ros_names import RosNames
 from scbm.notation.service_builder import ServiceBuilder
+from scbm.notation.topic_uses import TopicUses
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -46,6 +47,7 @@ class BindingBuilder:
         self._parts = parts
         self._model = model
         self._names = RosNames(parts)
+        self._uses = TopicUses(parts)
         self._readings = ReadingBuilder(parts)
         self._services = ServiceBuilder(parts, self._names, self._readings)
 
@@ -53,6 +55,7 @@ class BindingBuilder:
         """A resource keeps the binding that it has, which others must not contradict."""
         if resource.binding is not None:
             self._names.know(resource.name, resource.binding)
+            self._uses.know(resource.name, resource.binding)
 
     def binding(self, resource: Resource, node: Node, place: Place) -> Binding:
         """The binding of a resource; only good if the report is empty afterwards.
@@ -98,6 +101,9 @@ class BindingBuilder:
             return None
         names = [self._topic(node.get(key), MessageType.STRING) for key in ("request", "reply")]
         request, reply = names
+        for key, name in zip(("request", "reply"), dict.fromkeys(names), strict=False):
+            if name is not None:
+                self._uses.note(name, node.items[key].place, is_of_pair=True)
         if request is None or reply is None:
             return None
         if request == reply:
@@ -179,7 +185,10 @@ class BindingBuilder:
             if kind is None or type_node is None:
                 self._names.name(written.get("topic"))
                 continue
-            topic = self._topic(written.get("topic"), kind, type_node.place)
+            named = written.get("topic")
+            topic = self._topic(named, kind, type_node.place)
+            if topic is not None and named is not None and kind is MessageType.STRING:
+                self._uses.note(topic, named.place, is_of_pair=False)
             reading = self._readings.reading(name, resource, kind.data, written, node.key_places[name])
             is_best_effort = self._is_best_effort(written)
             if topic is not None and heard.setdefault(topic, is_best_effort) != is_best_effort:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 from typing import TYPE_CHECKING
 
 from scbm.errors import Diagnostic, InputError, Place, Slug
@@ -34,6 +36,7 @@ def read_tree(text: str, file: str, shape: Shape, start: str) -> tuple[Node, Sou
         InputError: the text is not YAML, or no mapping.
     """
     source = Source(text.removeprefix(_MARK), file)
+    _refuse_runs(source, shape)
     report = Report(source.lines)
     document = read_document(source, report, shape.noun)
     if document is None or (document.plain is None and not document.condemned):
@@ -46,6 +49,23 @@ def read_tree(text: str, file: str, shape: Shape, start: str) -> tuple[Node, Sou
             report.add(Slug.WRONG_SHAPE, f"a {shape.noun} file is a mapping of keys", document.place, start)
         raise report.error()
     return document, source, report
+
+
+_RUN = re.compile(r'\s*\{\s*"format"\s*:\s*"scbm-(events|trace)"')
+"""How the log of a run over nodes begins, and a trace: JSON Lines, which YAML has much to say of."""
+
+
+def _refuse_runs(source: Source, shape: Shape) -> None:
+    """What came of a run is no file that a run is made of. Raises `InputError`."""
+    match = _RUN.match(source.text)
+    if match is None:
+        return
+    if match[1] == "events":
+        message, remedy = "the log of a run over nodes", f"`scbm replay {shlex.quote(source.file)}` shows it"
+    else:
+        message, remedy = "the trace of a run", None
+    told = f"this is {message}, and a {shape.noun} file is needed here"
+    raise InputError([Diagnostic(Slug.WRONG_SHAPE, told, Place(source.file, 1), remedy)])
 
 
 _MARKS = {"model": "behavior_model", "case": "case", "bindings": "bindings_of"}

@@ -3,7 +3,7 @@
 Sees a model as the planner does: `g` and `a` of pre- and postconditions, and nothing that is only for running.
 """
 
-from scbm.planning.answers import Answer, Limit, LimitReached, PlanLimits, Solved, Unsolvable
+from scbm.planning.answers import Answer, Limit, LimitReached, PlanLimits, Solved, Unsolvable, UnwantedError
 from scbm.planning.planner import Planner
 from scbm.planning.policy import Policy
 from scbm.planning.reachability import Reach, explore
@@ -25,6 +25,7 @@ __all__ = [
     "Solved",
     "Task",
     "Unsolvable",
+    "UnwantedError",
     "explore",
     "find_flaw",
     "system_of",

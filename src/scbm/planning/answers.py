@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import ClassVar, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, TypeAlias
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    Wanted: TypeAlias = Callable[[], bool]
 
 
 class Limit(StrEnum):
@@ -68,3 +73,18 @@ class LimitReached:
 
 
 Answer: TypeAlias = Solved | Unsolvable | LimitReached
+
+
+class UnwantedError(Exception):
+    """A search was stopped, as nobody wants its answer any more. So there is none, and nothing is known by it."""
+
+
+def always() -> bool:
+    """Every answer is wanted."""
+    return True
+
+
+def refuse_unwanted(is_wanted: Wanted) -> None:
+    """Raises `UnwantedError` if nobody wants the answer any more."""
+    if not is_wanted():
+        raise UnwantedError

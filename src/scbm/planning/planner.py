@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.planning.answers import Answer, PlanLimits
+from scbm.planning.answers import Answer, PlanLimits, always
 from scbm.planning.policy import Policy
 from scbm.planning.problem import Problem
 from scbm.planning.search import breadth_first
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scbm.model import BehaviorModel, Predicate, Value
+    from scbm.planning.answers import Wanted
 
 _DEFAULT_LIMITS = PlanLimits()
 
@@ -32,16 +33,26 @@ class Planner:
         self._tasks: dict[tuple[str, ...], Task] = {}
         self._problems: dict[Predicate, Problem] = {}
 
-    def plan(self, state: Mapping[str, Value], goal: Predicate, limits: PlanLimits = _DEFAULT_LIMITS) -> Answer:
+    def plan(
+        self,
+        state: Mapping[str, Value],
+        goal: Predicate,
+        limits: PlanLimits = _DEFAULT_LIMITS,
+        is_wanted: Wanted = always,
+    ) -> Answer:
         """Answers the planning problem (state, goal, model, limits).
 
         Args:
             state: a value for each variable of the world; the runner's own stand still, at rest (semantics 4.1).
             goal: a predicate over the variables of the model.
             limits: when to give up.
+            is_wanted: asked now and then; once it says no, the search is stopped.
+
+        Raises:
+            UnwantedError: it was stopped.
         """
         problem = self.problem(goal)
-        return breadth_first(problem.task, problem.task.pack(state), problem.is_goal, limits)
+        return breadth_first(problem.task, problem.task.pack(state), problem.is_goal, limits, is_wanted)
 
     def policy(
         self, goal: Predicate, limits: PlanLimits = _DEFAULT_LIMITS, most: int | None = None, whole: int | None = None

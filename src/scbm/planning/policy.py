@@ -9,10 +9,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scbm.exploring import DistancesOnDemand
-from scbm.planning.answers import Answer, Limit, LimitReached, PlanLimits, Solved, Unsolvable
-from scbm.planning.search import breadth_first
+from scbm.planning.answers import Answer, Limit, LimitReached, PlanLimits, Solved, Unsolvable, always, refuse_unwanted
+from scbm.planning.search import LOOK, breadth_first
 
 if TYPE_CHECKING:
+    from scbm.planning.answers import Wanted
     from scbm.planning.everywhere import Everywhere
     from scbm.planning.problem import Problem
 
@@ -51,19 +52,32 @@ class Policy:
         self._everywhere: Everywhere | None = None
         self._has_tried_everywhere = self._most <= _MOST_ON_DEMAND
         self._answers: dict[int, Answer] = {}
+        self._is_wanted: Wanted = always
+        self._looks = 0
 
-    def plan(self, state: int) -> Answer:
-        """The canonical plan from a packed state, or why there is none."""
+    def plan(self, state: int, is_wanted: Wanted = always) -> Answer:
+        """The canonical plan from a packed state, or why there is none.
+
+        Raises `UnwantedError` once `is_wanted` says no, which is asked now and then.
+        """
         known = self._answers.get(state)
         if known is not None:
             return known
+        self._is_wanted = is_wanted
         answer = self._answer(state)
         if len(self._answers) < _MOST_REMEMBERED:
             self._answers[state] = replace(answer, expanded=0)
         return answer
 
     def _on_demand(self, most: int) -> DistancesOnDemand:
-        return DistancesOnDemand(self.task.successors, self._problem.is_goal, most)
+        return DistancesOnDemand(self._successors, self._problem.is_goal, most)
+
+    def _successors(self, state: int) -> tuple[tuple[int, int], ...]:
+        """Those of the task, as long as anybody wants to know: what distances know is whole, whenever this raises."""
+        self._looks += 1
+        if not self._looks % LOOK:
+            refuse_unwanted(self._is_wanted)
+        return self.task.successors(state)
 
     def _answer(self, state: int) -> Answer:
         if self._everywhere is not None:
@@ -92,7 +106,7 @@ class Policy:
         return Solved(plan, 0) if len(plan) <= self._limits.length else LimitReached(Limit.LENGTH, 0)
 
     def _searched(self, state: int) -> Answer:
-        return breadth_first(self.task, state, self._problem.is_goal, self._limits)
+        return breadth_first(self.task, state, self._problem.is_goal, self._limits, self._is_wanted)
 
     def _path(self, state: int) -> tuple[str, ...]:
         names = []

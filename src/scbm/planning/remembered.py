@@ -10,13 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.planning.answers import PlanLimits
+from scbm.planning.answers import PlanLimits, always
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scbm.model import Predicate, Value
-    from scbm.planning.answers import Answer
+    from scbm.planning.answers import Answer, Wanted
     from scbm.planning.planner import Planner
     from scbm.planning.policy import Policy
 
@@ -34,15 +34,24 @@ class RememberedPlans:
         self._first_budget = first_budget
         self._goals: dict[tuple[Predicate, PlanLimits], _Remembered] = {}
 
-    def plan(self, state: Mapping[str, Value], goal: Predicate, limits: PlanLimits = _DEFAULT_LIMITS) -> Answer:
-        """The canonical plan from a state of the world to a goal, or why there is none."""
+    def plan(
+        self,
+        state: Mapping[str, Value],
+        goal: Predicate,
+        limits: PlanLimits = _DEFAULT_LIMITS,
+        is_wanted: Wanted = always,
+    ) -> Answer:
+        """The canonical plan from a state of the world to a goal, or why there is none.
+
+        Raises `UnwantedError` once `is_wanted` says no, which is asked now and then. Nothing is remembered of that.
+        """
         key = (goal, limits)
         if key not in self._goals:
             self._goals[key] = _Remembered(
                 self._planner.policy(goal, limits, most=0), self._first_budget, self._first_budget
             )
         remembered = self._goals[key]
-        answer = remembered.policy.plan(remembered.policy.task.pack(state))
+        answer = remembered.policy.plan(remembered.policy.task.pack(state), is_wanted)
         remembered.budget -= answer.expanded
         if remembered.budget < 0:
             remembered.size = remembered.size * _GROWTH + 1

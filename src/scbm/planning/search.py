@@ -9,28 +9,44 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeAlias
 
-from scbm.planning.answers import Answer, Limit, LimitReached, PlanLimits, Solved, Unsolvable
+from scbm.planning.answers import Answer, Limit, LimitReached, PlanLimits, Solved, Unsolvable, always, refuse_unwanted
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from scbm.planning.answers import Wanted
     from scbm.planning.task import Task
 
     Parents: TypeAlias = dict[int, tuple[int, int] | None]
 
 
-def breadth_first(task: Task, start: int, is_goal: Callable[[int], bool], limits: PlanLimits) -> Answer:
-    """The canonical plan from a packed state to a state where `is_goal` holds."""
-    if is_goal(start):
-        return Solved((), 0)
+LOOK = 1_000
+"""After so many states it is asked again whether anybody wants the answer."""
+
+
+def breadth_first(
+    task: Task, start: int, is_goal: Callable[[int], bool], limits: PlanLimits, is_wanted: Wanted = always
+) -> Answer:
+    """The canonical plan from a packed state to a state where `is_goal` holds.
+
+    Raises `UnwantedError` once `is_wanted` says no.
+    """
+    return Solved((), 0) if is_goal(start) else _searched(task, start, is_goal, limits, is_wanted)
+
+
+def _searched(task: Task, start: int, is_goal: Callable[[int], bool], limits: PlanLimits, is_wanted: Wanted) -> Answer:
     parents: Parents = {start: None}
     frontier = [start]
     expanded = 0
+    pause = min(LOOK, limits.expansions)
     for length in range(1, limits.length + 2):
         found: list[int] = []
         for state in frontier:
-            if expanded == limits.expansions:
-                return LimitReached(Limit.EXPANSIONS, expanded)
+            if expanded == pause:
+                if expanded == limits.expansions:
+                    return LimitReached(Limit.EXPANSIONS, expanded)
+                refuse_unwanted(is_wanted)
+                pause = min(expanded + LOOK, limits.expansions)
             expanded += 1
             for operation, successor in task.successors(state):
                 if successor in parents:

@@ -27,17 +27,22 @@ class AbsenceWatch:
         self._loop = loop
         self._was_away = was_away
         self._is_over = Event()
+        self._last_ns = monotonic_ns()
         Thread(target=self._look, name="absence", daemon=True).start()
+
+    @property
+    def has_noticed(self) -> bool:
+        """Whether there was an absence, even if nobody was called yet."""
+        return monotonic_ns() - self._last_ns > MISSED_NS
 
     def close(self) -> None:
         """Looks no more."""
         self._is_over.set()
 
     def _look(self) -> None:
-        last_ns = monotonic_ns()
         while not self._is_over.wait(_LOOK_S):
             now_ns = monotonic_ns()
-            if now_ns - last_ns > MISSED_NS:
+            if now_ns - self._last_ns > MISSED_NS:
                 self._loop.call_soon_threadsafe(self._was_away)
                 return
-            last_ns = now_ns
+            self._last_ns = now_ns

@@ -16,7 +16,7 @@ T = TypeVar("T")
 class Background(Executor):
     """Does one piece of work after the other.
 
-    A `ThreadPoolExecutor` keeps the process until its work is done, and a search for a plan cannot be interrupted.
+    A `ThreadPoolExecutor` keeps the process until its work is done, and nobody can interrupt a thread.
     """
 
     def __init__(self, name: str) -> None:

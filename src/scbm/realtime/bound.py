@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import asyncio
-from time import monotonic_ns
 from typing import TYPE_CHECKING
 
 from scbm.model import TopicPair
-from scbm.realtime.bus import Topic
+from scbm.realtime.bus import Alone, Topic
 from scbm.realtime.links import Reply
 from scbm.realtime.measured import MeasuredTopics
 from scbm.realtime.service_link import ServiceLink
@@ -18,48 +17,91 @@ if TYPE_CHECKING:
 
     from scbm.model import Resource
     from scbm.realtime.bus import Bus
-    from scbm.realtime.links import Correlation, Hearer, Link
+    from scbm.realtime.links import Correlation, Hearer, Link, Measurement
     from scbm.trace import Changes
 
 
-def bound_link(bus: Bus, resource: Resource, hearer: Hearer, complain: Callable[[str], None]) -> Link:
-    """The link to a real driver, which also hears what that measures.
+class BoundLink:
+    """The link to a real driver: where its requests go, if it takes any, and the topics that it measures by.
 
-    Args:
-        bus: what drivers are reached by.
-        resource: one with a binding.
-        hearer: whom it tells what comes.
-        complain: gets a sentence about each message that cannot be taken.
+    The resource is there when all of these are. A request goes out as soon as it can be taken, whatever is measured;
+    one to a driver that takes none has failed, as nobody can carry it out.
     """
-    assert resource.binding is not None  # noqa: S101 - whoever calls has looked
-    measured = MeasuredTopics(bus, resource, hearer)
-    requests = resource.binding.requests
-    if requests is None:
-        return _OnlyMeasures(resource.name, measured, hearer)
-    if isinstance(requests, TopicPair):
-        topics = (Topic(requests.request), Topic(requests.reply))
-        return TopicLink(bus, resource.name, topics, hearer, complain)
-    return ServiceLink(bus, resource, hearer)
 
+    def __init__(
+        self, bus: Bus, resource: Resource, hearer: Hearer, complain: Callable[[str], None], now_ns: Callable[[], int]
+    ) -> None:
+        """Made once for each resource, on the event loop of the bus.
 
-class _OnlyMeasures:
-    """A resource that takes no requests; one that is sent all the same has failed, as nobody can carry it out."""
-
-    def __init__(self, resource: str, measured: MeasuredTopics, hearer: Hearer) -> None:
-        self._resource = resource
-        self._measured = measured
+        Args:
+            bus: what drivers are reached by.
+            resource: one with a binding.
+            hearer: whom it tells what comes.
+            complain: gets a sentence about each message that cannot be taken or sent.
+            now_ns: the clock that the bus stamps messages by.
+        """
+        self._resource = resource.name
         self._hearer = hearer
+        self._now_ns = now_ns
+        self._was_there = False
+        self._measured = MeasuredTopics(bus, resource, self)
+        self._requests = _requests(bus, resource, self, complain, now_ns)
 
     @property
     def is_there(self) -> bool:
-        return self._measured.is_there
+        """Whether all is there that the binding names."""
+        return not self.missing
 
-    def send(self, request: Correlation, values: Changes) -> None:  # noqa: ARG002 - nobody hears them
-        reply = Reply(request, succeeded=False, measured=(), stamp_ns=monotonic_ns())
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The services and topics where nobody is."""
+        requests = () if self._requests is None else self._requests.missing
+        return (*requests, *self._measured.missing)
+
+    def send(self, request: Correlation, values: Changes) -> None:
+        """Sends a request, as the binding says."""
+        if self._requests is not None:
+            self._requests.send(request, values)
+            return
+        reply = Reply(request, succeeded=False, measured=(), stamp_ns=self._now_ns())
         asyncio.get_running_loop().call_soon(self._hearer.heard_reply, self._resource, reply)
 
     def cancel(self, request: Correlation) -> None:
-        """It has failed already."""
+        """Nobody waits for this request any more."""
+        if self._requests is not None:
+            self._requests.cancel(request)
 
-    def why_alone(self) -> str | None:
-        return self._measured.why_alone()
+    def why_alone(self) -> Alone | None:
+        """Why some of it is not there, if it shows."""
+        requests = None if self._requests is None else self._requests.why_alone()
+        return Alone.by_all([requests, self._measured.why_alone()])
+
+    # what its parts tell
+
+    def heard_reply(self, resource: str, reply: Reply) -> None:
+        """A reply came."""
+        self._hearer.heard_reply(resource, reply)
+
+    def heard_values(self, resource: str, measurement: Measurement) -> None:
+        """Values came unasked."""
+        self._hearer.heard_values(resource, measurement)
+
+    def heard_presence(self, resource: str, *, is_there: bool) -> None:  # noqa: ARG002 - of a part
+        """A part of it came, or was lost."""
+        if self.is_there != self._was_there:
+            self._was_there = self.is_there
+            self._hearer.heard_presence(resource, is_there=self._was_there)
+
+
+def _requests(
+    bus: Bus, resource: Resource, hearer: Hearer, complain: Callable[[str], None], now_ns: Callable[[], int]
+) -> Link | None:
+    """The way of requests; `None` if there is none."""
+    assert resource.binding is not None  # noqa: S101 - whoever calls has looked
+    requests = resource.binding.requests
+    if requests is None:
+        return None
+    if isinstance(requests, TopicPair):
+        topics = (Topic(requests.request), Topic(requests.reply))
+        return TopicLink(bus, resource.name, topics, hearer, complain)
+    return ServiceLink(bus, resource, hearer, complain, now_ns)

@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Protocol
 from scbm.model import SET_BOOL, TRIGGER, FieldType, MessageType, Scalar, ServiceType
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
 __all__ = [
     "ONLY_BEST_EFFORT",
     "SET_BOOL",
     "TRIGGER",
+    "Alone",
     "Answered",
     "Bus",
     "BusError",
@@ -96,6 +97,27 @@ class Answered:
     stamp_ns: int
 
 
+@dataclass(frozen=True, slots=True)
+class Alone:
+    """Why nobody is matched.
+
+    Attributes:
+        why: a clause.
+        is_mismatch: whether somebody is there who does not go with us: that is mended there or here, not by waiting.
+    """
+
+    why: str
+    is_mismatch: bool
+
+    @staticmethod
+    def by_all(reasons: Iterable[Alone | None]) -> Alone | None:
+        """All reasons as one, which is a mismatch if one of them is; `None` if there are none."""
+        shown = [reason for reason in reasons if reason is not None]
+        if not shown:
+            return None
+        return Alone("; ".join(reason.why for reason in shown), any(reason.is_mismatch for reason in shown))
+
+
 class Publisher(Protocol):
     """Publishes on one topic; nothing is lost between it and those that are matched, unless that is best effort."""
 
@@ -170,8 +192,8 @@ class Bus(Protocol):
         """Serves a service: `answer` gets the fields of a request and returns those of the response."""
         ...
 
-    def why_alone(self, what: Topic | Service) -> str | None:
-        """Why nobody is matched there, if it shows: endpoints of another type, qualities that do not go together."""
+    def why_alone(self, what: Topic | Service) -> Alone | None:
+        """Why nobody is matched there, if it shows: another type, qualities that do not go together, a similar name."""
         ...
 
     async def close(self) -> None:

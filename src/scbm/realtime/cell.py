@@ -107,4 +107,4 @@ def is_of_tester(run: str) -> bool:
 def new_status(role: str, model: BehaviorModel, digest: str, resources: Iterable[str] = ()) -> Status:
     """What a node that begins now says of itself."""
     words = f"process {os.getpid()} on {socket.gethostname()}"
-    return Status(role, uuid4().hex, VERSION, model.name, digest, tuple(resources), (), time_ns(), words)
+    return Status(role, uuid4().hex, VERSION, model.name, digest, tuple(resources), (), (), time_ns(), words)

@@ -14,7 +14,7 @@ from scbm.errors import InputError
 from scbm.notation import read_case
 from scbm.planning import PlanLimits, Planner, RememberedPlans, Solved
 from scbm.realtime.background import Background
-from scbm.realtime.bound import bound_link
+from scbm.realtime.bound import BoundLink
 from scbm.realtime.bus import BusError
 from scbm.realtime.cell import GIVEN_UP, CellTopics
 from scbm.realtime.clock import Clock
@@ -23,6 +23,7 @@ from scbm.realtime.event_json import NETWORK, event_json, read_note
 from scbm.realtime.event_log import read_options
 from scbm.realtime.links import Correlation
 from scbm.realtime.membership import Membership
+from scbm.realtime.missing import MissingDrivers
 from scbm.realtime.topic_link import TopicLink, id_text
 from scbm.realtime.wire import (
     Abandon,
@@ -49,10 +50,10 @@ from scbm.running import (
     Runner,
     RunnerOptions,
 )
-from scbm.trace import ResourceChanged, Trace, write_trace
+from scbm.trace import InjectionApplied, ResourceChanged, Trace, write_trace
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator
     from fractions import Fraction
 
     from scbm.cases import Case
@@ -116,34 +117,29 @@ class ControllerNode:
         self._measured: dict[str, Value] = {}
         self._drivers = drivers or bus
         self._links = {resource.name: self._link(seat, topics, resource) for resource in model.resources}
-        self.membership = Membership(bus, topics, replace(seat.status, troubles=self._troubles()))
-        self._timer: asyncio.Handle | None = None
-        self._look_for_troubles()
+        self._missing = MissingDrivers({name: self._links[name] for name in self._real})
+        troubles, mismatched = self._missing.look()
+        self.membership = Membership(bus, topics, replace(seat.status, troubles=troubles, mismatched=mismatched))
+        self._timer: asyncio.Handle | None = self._look_later() if troubles else None
         bus.subscribe(topics.case, self._receive, left=self._lose_tester)
 
     def _link(self, seat: Seat, topics: CellTopics, resource: Resource) -> Link:
         if resource.name in self._real:
-            return bound_link(self._drivers, resource, self, seat.complain)
+            return BoundLink(self._drivers, resource, self, seat.complain, seat.now_ns)
         pair = (topics.request(resource.name), topics.reply(resource.name))
         return TopicLink(seat.bus, resource.name, pair, self, seat.complain)
 
     def _look_for_troubles(self) -> None:
         """Tells which real resources are not there, and why; that may show only after a while."""
-        troubles = self._troubles()
-        self.membership.tell_troubles(troubles)
-        self._timer = self._loop.call_later(_LOOK_S, self._look_for_troubles) if troubles else None
+        is_over = False
+        with self._complaining("what the controller lacks could not be told"):
+            troubles, mismatched = self._missing.look()
+            self.membership.tell_troubles(troubles, mismatched)
+            is_over = not troubles
+        self._timer = None if is_over else self._look_later()
 
-    def _troubles(self) -> tuple[str, ...]:
-        missing = [(name, self._links[name]) for name in self._real if not self._links[name].is_there]
-        reasons = ((name, link.why_alone() or f"nobody is at {self._places(name)}") for name, link in missing)
-        return tuple(f"`{name}` is not reached: {why}" for name, why in reasons)
-
-    def _places(self, resource: str) -> str:
-        """Where the driver of a resource should be."""
-        bound = next(other.binding for other in self._model.resources if other.name == resource)
-        assert bound is not None  # noqa: S101 - it is real
-        names = [call.name for call in bound.calls] + [name for name, _ in bound.topics()]
-        return ", ".join(f"`{name}`" for name in dict.fromkeys(names))
+    def _look_later(self) -> asyncio.TimerHandle:
+        return self._loop.call_later(_LOOK_S, self._look_for_troubles)
 
     async def close(self) -> None:
         """Gives up what goes on, with requests in flight cancelled. The bus is closed by who opened it."""
@@ -266,18 +262,19 @@ class ControllerNode:
     def plan(self, asked: AskPlan) -> None:
         """Plans in a thread, so that replies come in time meanwhile."""
         run = self._run
-        self._planning = self._loop.run_in_executor(self._thread, self._answer, asked)
+        is_wanted = lambda: run is self._run  # noqa: E731 - asked in the thread: a run that is over wants nothing
+        self._planning = self._loop.run_in_executor(self._thread, self._answer, asked, is_wanted)
         self._planning.add_done_callback(lambda done: self._planned(run, done))
 
-    def _answer(self, asked: AskPlan) -> PlanAnswered:
-        answer = self._plans.plan(asked.state, asked.goal, self._plan_limits)
+    def _answer(self, asked: AskPlan, is_wanted: Callable[[], bool]) -> PlanAnswered:
+        answer = self._plans.plan(asked.state, asked.goal, self._plan_limits, is_wanted)
         plan = answer.plan if isinstance(answer, Solved) else ()
         return PlanAnswered(asked.ask, PlanStatus(answer.status), plan)
 
     def _planned(self, run: _Run | None, done: asyncio.Future[PlanAnswered]) -> None:
+        error = None if done.cancelled() else done.exception()
         if run is None or run is not self._run or run.driver is None or done.cancelled():
             return
-        error = done.exception()
         if error is None:
             run.driver.give(done.result(), self._now_ns())
         else:
@@ -299,7 +296,9 @@ class ControllerNode:
         assert run is not None  # noqa: S101 - only a run ends
         trace = Trace(self._model.name, run.case.name, tuple(self._records))
         self._say(Ended(run.id, run.steps, sha256(write_trace(trace).encode()).hexdigest()))
-        self._tell(f"{run.case.name}: {end.end.replace('_', ' ')} after {self._records[-1].at_ns / 1e9:.3f} s")
+        applied = [record.injection for record in self._records if isinstance(record, InjectionApplied)]
+        how = GIVEN_UP if GIVEN_UP in applied else end.end.replace("_", " ")
+        self._tell(f"{run.case.name}: {how} after {self._records[-1].at_ns / 1e9:.3f} s")
         self._run = None
 
     # what links tell

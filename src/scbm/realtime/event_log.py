@@ -42,6 +42,9 @@ _MOST_TOLD = 20
 """So many wrong lines are told of; a log with more is something else."""
 
 _MOST_NS = 2**63 - 1
+
+_MOST_AT_ONCE = 1_000_000
+"""No livelock is awaited for longer: nothing else happens meanwhile, and all of it is kept."""
 _DIGEST = re.compile(r"[0-9a-f]{64}", re.ASCII)
 _SCALE = re.compile(r"[1-9]\d{0,8}(/[1-9]\d{0,8})?", re.ASCII)
 
@@ -376,6 +379,9 @@ def read_options(said: object) -> RunnerOptions:
             raise ValueError(
                 f"`{name}` of `options` is not {'a number from 0 on' if type_ is int else 'true or false'}"
             )
+    for name in ("livelock_bound", "instant_bound"):
+        if said[name] > _MOST_AT_ONCE:
+            raise ValueError(f"`{name}` of `options` is more than {_MOST_AT_ONCE}")
     return RunnerOptions(**said)
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
+    from scbm.realtime.bus import Alone
     from scbm.trace import Changes
 
 
@@ -19,7 +20,7 @@ class Correlation:
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """A resource answered a request; `stamp_ns` says when that came, by `time.monotonic_ns`."""
+    """A resource answered a request; `stamp_ns` says when that came, by the clock of the bus."""
 
     request: Correlation
     succeeded: bool
@@ -29,7 +30,7 @@ class Reply:
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """A resource published values unasked; `stamp_ns` says when that came, by `time.monotonic_ns`."""
+    """A resource published values unasked; `stamp_ns` says when that came, by the clock of the bus."""
 
     values: Changes
     stamp_ns: int
@@ -59,6 +60,11 @@ class Link(Protocol):
         """Whether requests reach the resource, and its replies come back."""
         ...
 
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The services and topics where nobody is; none while it is there."""
+        ...
+
     def send(self, request: Correlation, values: Changes) -> None:
         """Sends a request; one that nobody can take now waits until the resource is there."""
         ...
@@ -67,6 +73,6 @@ class Link(Protocol):
         """Nobody waits for this request any more; one that still waits here is forgotten."""
         ...
 
-    def why_alone(self) -> str | None:
+    def why_alone(self) -> Alone | None:
         """Why the resource is not there, if it shows."""
         ...

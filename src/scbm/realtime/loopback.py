@@ -8,7 +8,7 @@ from itertools import count
 from time import monotonic_ns
 from typing import TYPE_CHECKING
 
-from scbm.realtime.bus import ONLY_BEST_EFFORT, Answered, BusError, Received, Service, Topic
+from scbm.realtime.bus import ONLY_BEST_EFFORT, Alone, Answered, BusError, Received, Service, Topic
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -218,6 +218,10 @@ class _Client:
         self.known = _tell(self.bus, self.matched, self.known, self.peers)
 
 
+def _mismatch(why: str) -> Alone:
+    return Alone(why, is_mismatch=True)
+
+
 def _tell(bus: LoopbackBus, matched: Callable[[int], None] | None, known: int, peers: int) -> int:
     if matched is not None and peers != known:
         bus.later(matched, peers)
@@ -274,18 +278,18 @@ class LoopbackBus:
         self._hub.add_server(made)
         self._leave.append(lambda: self._hub.remove_server(made))
 
-    def why_alone(self, what: Topic | Service) -> str | None:
+    def why_alone(self, what: Topic | Service) -> Alone | None:
         """Whether others use it with another type, or are less reliable."""
         if isinstance(what, Topic):
             types = self._hub.types_of(what.name, but=self)
             others = [name for name in types if name != what.type.value]
             wanted = what.type.value
             if not others and self._hub.is_too_weak(what, but=self):
-                return f"`{what.name}` has a publication, but {ONLY_BEST_EFFORT}"
+                return _mismatch(f"`{what.name}` has a publication, but {ONLY_BEST_EFFORT}")
         else:
             others = [name for name in self._hub.server_types(what.name) if name != what.type.name]
             wanted = what.type.name
-        return f"`{what.name}` is of type {others[0]} there, and not of {wanted}" if others else None
+        return _mismatch(f"`{what.name}` is of type {others[0]} there, and not of {wanted}") if others else None
 
     def later(self, function: Callable[..., object], *arguments: object) -> None:
         """Calls back on the loop, unless this bus is closed by then."""

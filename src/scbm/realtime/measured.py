@@ -7,7 +7,7 @@ from functools import partial
 from math import isfinite
 from typing import TYPE_CHECKING
 
-from scbm.realtime.bus import Topic
+from scbm.realtime.bus import Alone, Topic
 from scbm.realtime.links import Measurement
 
 if TYPE_CHECKING:
@@ -17,10 +17,7 @@ if TYPE_CHECKING:
 
 
 class MeasuredTopics:
-    """Hears the topics that a resource measures by. Each message is one measurement, of all that it is read into.
-
-    Where the resource gets no requests there is no link to it, and this tells whether it is there.
-    """
+    """Hears the topics that a resource measures by. Each message is one measurement, of all that it is read into."""
 
     def __init__(self, bus: Bus, resource: Resource, hearer: Hearer) -> None:
         """Made once for each resource.
@@ -34,7 +31,6 @@ class MeasuredTopics:
         self._bus = bus
         self._resource = resource.name
         self._hearer = hearer
-        self._tells_presence = resource.binding.requests is None
         self._was_there = False
         grouped: dict[Topic, list[MeasuredTopic]] = {}
         for measured in resource.binding.measured:
@@ -51,11 +47,17 @@ class MeasuredTopics:
         """Whether each topic has somebody who publishes on it."""
         return len(self._subscriptions) == len(self._topics) and all(heard.peers for heard in self._subscriptions)
 
-    def why_alone(self) -> str | None:
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The topics that nobody publishes on."""
+        return tuple(topic.name for topic in self._silent())
+
+    def why_alone(self) -> Alone | None:
         """Why some topic has nobody who publishes on it, if it shows."""
-        pairs = zip(self._topics, self._subscriptions, strict=True)
-        reasons = filter(None, [self._bus.why_alone(topic) for topic, heard in pairs if not heard.peers])
-        return "; ".join(reasons) or None
+        return Alone.by_all(map(self._bus.why_alone, self._silent()))
+
+    def _silent(self) -> list[Topic]:
+        return [topic for topic, heard in zip(self._topics, self._subscriptions, strict=True) if not heard.peers]
 
     def _receive(self, readings: tuple[Reading, ...], received: Received) -> None:
         values = tuple((reading.variable, value_of(reading, received.data)) for reading in readings)
@@ -63,7 +65,7 @@ class MeasuredTopics:
 
     def _matched(self, _: int) -> None:
         is_there = self.is_there
-        if self._tells_presence and is_there != self._was_there:
+        if is_there != self._was_there:
             self._was_there = is_there
             self._hearer.heard_presence(self._resource, is_there=is_there)
 

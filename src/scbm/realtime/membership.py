@@ -34,11 +34,12 @@ class Membership:
         self._publisher.publish(encode(own))
         bus.subscribe(topics.status, self._receive, left=self._lose)
 
-    def tell_troubles(self, troubles: tuple[str, ...]) -> None:
-        """What this node lacks now."""
-        if troubles != self.own.troubles:
-            self.own = replace(self.own, troubles=troubles)
-            self._publisher.publish(encode(self.own))
+    def tell_troubles(self, troubles: tuple[str, ...], mismatched: tuple[str, ...] = ()) -> None:
+        """What this node lacks now, and what of that no waiting mends. Raises `BusError` if it cannot be told."""
+        own = replace(self.own, troubles=troubles, mismatched=mismatched)
+        if own != self.own:
+            self._publisher.publish(encode(own))
+            self.own = own
 
     @property
     def others(self) -> tuple[Status, ...]:
@@ -89,4 +90,8 @@ class Membership:
 
 
 def _age(status: Status) -> tuple[int, str]:
+    """Of two nodes all agree which is older, whatever their clocks say: each tells once when it began.
+
+    If a clock goes wrong it may be the one that came first who has to leave; never both, and never neither.
+    """
     return status.since_ns, status.node

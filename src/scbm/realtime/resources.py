@@ -44,6 +44,10 @@ _MOST_WAITING = 1_000
 """So many requests of a run that nobody has announced are kept; a run has one at a time for each resource."""
 
 
+_MOST_COPIES = 1_000
+"""No network makes more of one message."""
+
+
 class ResourcesNode:
     """Simulates resources of one model."""
 
@@ -292,6 +296,8 @@ class _Desk:
     def hear_tester(self, message: React | Fate | Become | Restart) -> None:
         """What the tester decided."""
         resource = self._state.resource
+        if isinstance(message, React | Fate) and len(message.copies) > _MOST_COPIES:
+            raise ValueError(f"more than {_MOST_COPIES} copies of one message")
         match message:
             case React():
                 self._react(message)

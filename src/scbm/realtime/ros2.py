@@ -12,7 +12,7 @@ from threading import Event, Thread
 from time import monotonic, monotonic_ns
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from scbm.realtime.bus import ONLY_BEST_EFFORT, Answered, BusError, FieldType, Received, Service, Topic
+from scbm.realtime.bus import ONLY_BEST_EFFORT, Alone, Answered, BusError, FieldType, Received, Service, Topic
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
@@ -157,7 +157,7 @@ class Ros2Bus:
             durability=qos.DurabilityPolicy.VOLATILE,
         )
 
-    def why_alone(self, what: Topic | Service) -> str | None:
+    def why_alone(self, what: Topic | Service) -> Alone | None:
         """Whether others use it with another type, or are less reliable."""
         if isinstance(what, Service):
             types = dict(self._node.get_service_names_and_types()).get(what.name, [])
@@ -168,7 +168,8 @@ class Ros2Bus:
         other = _of_another_type(what.name, [info.topic_type for info in (*heard, *hearers)], what.type.value)
         best_effort = self._rclpy.qos.ReliabilityPolicy.BEST_EFFORT
         is_too_weak = not what.is_best_effort and any(info.qos_profile.reliability == best_effort for info in heard)
-        return other or (f"`{what.name}` has a publication, but {ONLY_BEST_EFFORT}" if is_too_weak else None)
+        weak = Alone(f"`{what.name}` has a publication, but {ONLY_BEST_EFFORT}", is_mismatch=True)
+        return other or (weak if is_too_weak else None)
 
     def _look_at(self, look: Callable[[], int], matched: Callable[[int], None] | None) -> _Peers:
         peers = _Peers(look, matched)
@@ -286,9 +287,10 @@ class _Client:
         self.answered(Answered(number, fields, stamp_ns))
 
 
-def _of_another_type(name: str, types: list[str], wanted: str) -> str | None:
+def _of_another_type(name: str, types: list[str], wanted: str) -> Alone | None:
     other = next((there for there in types if there != wanted), None)
-    return None if other is None else f"`{name}` is of type {other} there, and not of {wanted}"
+    why = f"`{name}` is of type {other} there, and not of {wanted}"
+    return None if other is None else Alone(why, is_mismatch=True)
 
 
 def _class(name: str) -> Foreign:

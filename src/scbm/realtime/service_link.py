@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import dataclass, field
-from time import monotonic_ns
 from typing import TYPE_CHECKING
 
 from scbm.model import Reference, ServiceCall, ServiceChoice
-from scbm.realtime.bus import Service
+from scbm.realtime.bus import Alone, BusError, Service
 from scbm.realtime.links import Reply
 from scbm.realtime.measured import value_of
 
@@ -32,35 +31,51 @@ class ServiceLink:
       sends such a one, but an initial state or an injection may.
     """
 
-    def __init__(self, bus: Bus, resource: Resource, hearer: Hearer) -> None:
+    def __init__(
+        self,
+        bus: Bus,
+        resource: Resource,
+        hearer: Hearer,
+        complain: Callable[[str], None],
+        now_ns: Callable[[], int],
+    ) -> None:
         """Made once for each resource, on the event loop of the bus.
 
         Args:
             bus: what carries the calls.
             resource: one that is bound to services.
             hearer: whom it tells what comes.
+            complain: gets a sentence about each call that cannot be made.
+            now_ns: the clock that the bus stamps responses by.
         """
         assert resource.binding is not None  # noqa: S101 - whoever makes this has looked
         self._bus = bus
         self._resource = resource.name
         self._requests = resource.binding.requests
         self._hearer = hearer
+        self._complain = complain
+        self._now_ns = now_ns
         self._was_there = False
         services = dict.fromkeys(Service(call.name, call.type) for call in resource.binding.calls)
-        self._lines = {service.name: _Line(service, self._answered) for service in services}
+        self._lines = {service.name: _Line(service, self._answered, self._lost) for service in services}
         for line in self._lines.values():
             line.open(bus, self._matched)
 
     @property
     def is_there(self) -> bool:
         """Whether all of its services are there."""
-        return all(line.is_there for line in self._lines.values())
+        return not self.missing
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The services that are not there."""
+        return tuple(service.name for service in self._lonely())
 
     def send(self, request: Correlation, values: Changes) -> None:
         """Calls the service of a request, as soon as it is there."""
         call = self._call(values)
         if call is None:
-            reply = Reply(request, succeeded=False, measured=(), stamp_ns=monotonic_ns())
+            reply = Reply(request, succeeded=False, measured=(), stamp_ns=self._now_ns())
             # Later, as every reply: whoever sends is not in the midst of hearing.
             asyncio.get_running_loop().call_soon(self._hearer.heard_reply, self._resource, reply)
         else:
@@ -71,10 +86,12 @@ class ServiceLink:
         for line in self._lines.values():
             line.forget(request)
 
-    def why_alone(self) -> str | None:
+    def why_alone(self) -> Alone | None:
         """Why some of its services are not there, if it shows."""
-        missing = [line.service for line in self._lines.values() if not line.is_there]
-        return "; ".join(filter(None, map(self._bus.why_alone, missing))) or None
+        return Alone.by_all(map(self._bus.why_alone, self._lonely()))
+
+    def _lonely(self) -> list[Service]:
+        return [line.service for line in self._lines.values() if not line.is_there]
 
     def _call(self, values: Changes) -> ServiceCall | None:
         if not isinstance(self._requests, ServiceChoice):
@@ -90,6 +107,9 @@ class ServiceLink:
         measured = tuple((reading.variable, value_of(reading, fields[name])) for name, reading in readings)
         reply = Reply(asked.request, succeeded, measured, answered.stamp_ns)
         self._hearer.heard_reply(self._resource, reply)
+
+    def _lost(self, asked: _Asked, error: BusError) -> None:
+        self._complain(f"request {asked.request.number} to `{self._resource}` is lost: {error.message}")
 
     def _matched(self) -> None:
         is_there = self.is_there
@@ -127,6 +147,7 @@ class _Line:
     Attributes:
         service: the service.
         answered: gets a request that is still wanted, and the response to its call.
+        lost: gets a request that the bus does not take, and why; it keeps none of those behind it.
         waiting: in the order in which they came.
         called: by the number of the call.
         client: what calls it.
@@ -134,6 +155,7 @@ class _Line:
 
     service: Service
     answered: Callable[[_Asked, Answered], None]
+    lost: Callable[[_Asked, BusError], None]
     waiting: dict[Correlation, _Asked] = field(default_factory=dict)
     called: dict[int, _Asked] = field(default_factory=dict)
     client: Client | None = None
@@ -160,7 +182,10 @@ class _Line:
     def _call_waiting(self) -> None:
         while self.waiting and self.client is not None and self.client.peers:
             asked = self.waiting.pop(next(iter(self.waiting)))
-            self.called[self.client.call(asked.fields)] = asked
+            try:
+                self.called[self.client.call(asked.fields)] = asked
+            except BusError as error:
+                self.lost(asked, error)
 
     def _receive(self, answered: Answered) -> None:
         asked = self.called.pop(answered.call, None)

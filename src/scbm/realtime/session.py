@@ -8,6 +8,7 @@ from dataclasses import replace
 from threading import current_thread, main_thread
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
+from scbm.realtime.absence import AbsenceWatch
 from scbm.realtime.cell import Seat, new_status
 from scbm.realtime.controller import ControllerNode
 from scbm.realtime.loopback import LoopbackHub
@@ -44,12 +45,16 @@ class Cell(Protocol):
         """Whether all of its nodes are begun here."""
         ...
 
-    async def mend(self) -> None:
-        """Brings back what is lost, as far as that can be done from here. Raises `NotReadyError` if it never can."""
+    async def mend(self) -> Bus | None:
+        """Brings back what is lost, as far as that can be done from here. Raises `NotReadyError` if it never can.
+
+        Returns:
+            The bus from now on, if it had to join again.
+        """
         ...
 
     async def keep(self) -> None:
-        """The same, whenever something is lost, until this is cancelled."""
+        """Brings back nodes whenever they are lost, until this is cancelled."""
         ...
 
     async def close(self) -> None:
@@ -106,13 +111,14 @@ class RemoteCell:
         self._open_bus = open_bus
         self._children = children
         self._bus: Bus | None = None
+        self._watch: AbsenceWatch | None = None
         self._complain: Callable[[str], None] = lambda _: None
 
     async def open(self, model: BehaviorModel, complain: Callable[[str], None]) -> Bus:  # noqa: ARG002 - as all cells
         """Joins first, so that what keeps everybody out is told once."""
         self._complain = complain
-        self._bus = bus = await self._open_bus()
-        await self.mend()
+        bus = await self._join()
+        await self._start_children()
         return bus
 
     @property
@@ -120,8 +126,33 @@ class RemoteCell:
         """Whether they are children."""
         return self._children is not None
 
-    async def mend(self) -> None:
-        """Starts children that are not there. Raises `NotReadyError` if one of them cannot work."""
+    async def mend(self) -> Bus | None:
+        """Starts children that are not there. Raises `NotReadyError` if one of them cannot work.
+
+        Joins again, as a participant that nobody knows, if this process was stopped for so long that others missed it.
+        """
+        is_missed = self._watch is not None and self._watch.has_noticed
+        joined = await self._join_again() if is_missed else None
+        await self._start_children()
+        return joined
+
+    async def _join(self) -> Bus:
+        self._bus = bus = await self._open_bus()
+        self._watch = AbsenceWatch(asyncio.get_running_loop(), lambda: None)  # it is asked before each case
+        return bus
+
+    async def _join_again(self) -> Bus:
+        self._complain("the tester was stopped for a while, and joins again")
+        await self._leave()
+        return await self._join()
+
+    async def _leave(self) -> None:
+        if self._watch is not None:
+            self._watch.close()
+        if self._bus is not None:
+            await self._bus.close()
+
+    async def _start_children(self) -> None:
         if self._children is None:
             return
         if self._children.broken is not None:
@@ -133,15 +164,21 @@ class RemoteCell:
         """Starts children again whenever they end."""
         while self._children is not None:
             await self._children.one_ends()
-            await self.mend()
+            await self._start_children()
         await asyncio.Event().wait()
 
     async def close(self) -> None:
         """Ends the children."""
         if self._children is not None:
             await self._children.end()
-        if self._bus is not None:
-            await self._bus.close()
+        await self._leave()
+
+
+def _interrupt(*_: object) -> None:
+    """SIGTERM ends what goes on as SIGINT does, also where that is ignored, as of what a script starts with `&`."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.raise_signal(signal.SIGINT)
 
 
 class Session:
@@ -149,7 +186,7 @@ class Session:
 
     Attributes:
         complain: gets sentences about what went wrong and is mended.
-        waiting: gets what the first case waits for, once that takes long.
+        waiting: gets what a case waits for before it begins, once that takes long.
     """
 
     def __init__(self, cell: Cell, model: BehaviorModel, digest: str, time_scale: Fraction, wait_s: float) -> None:
@@ -170,6 +207,7 @@ class Session:
         self._runner = asyncio.Runner()
         self._tester: TesterNode | None = None
         self._was_lost = False
+        self._work: asyncio.Task[Any] | None = None
         self._before: Any = None
         self.complain: Callable[[str], None] = lambda _: None
         self.waiting: Callable[[tuple[Reason, ...]], None] = lambda _: None
@@ -177,9 +215,9 @@ class Session:
     def __enter__(self) -> Self:
         """Joins the cell and waits for all of it. Raises `BusError`, `NotReadyError`."""
         if current_thread() is main_thread():  # others cannot be interrupted
-            self._before = signal.signal(signal.SIGTERM, lambda *_: signal.raise_signal(signal.SIGINT))
+            self._before = signal.signal(signal.SIGTERM, _interrupt)
         try:
-            self._runner.run(self._open())
+            self._runner.run(self._noted(self._open()))
         except BaseException:
             self._close()
             raise
@@ -198,29 +236,43 @@ class Session:
 
     def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
         """Runs a case. Raises `LostError` if it is not finished."""
-        return self._runner.run(self._run(case, choices, options))
+        return self._runner.run(self._noted(self._run(case, choices, options)))
+
+    async def _noted(self, work: Coroutine[Any, Any, T]) -> T:
+        self._work = asyncio.current_task()
+        return await work
 
     async def _open(self) -> None:
         status = new_status("tester", self._model, self._digest)  # before others begin here: it is older than they
         bus = await self._cell.open(self._model, self.complain)
+        tester = self._sit(bus, status.since_ns)
+        await _beside(self._cell.keep(), tester.wait_for_cell(self._wait_s, self.waiting))
+
+    def _sit(self, bus: Bus, since_ns: int) -> TesterNode:
+        """A new tester, that says it is so old: older than all nodes that were begun for it."""
+        status = replace(new_status("tester", self._model, self._digest), since_ns=since_ns)
         seat = Seat(bus, self._model, status, self.complain)
         self._tester = TesterNode(seat, self._time_scale, is_first=self._cell.is_own)
-        await _beside(self._cell.keep(), self._tester.wait_for_cell(self._wait_s, self.waiting))
+        return self._tester
 
     async def _run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
         assert self._tester is not None  # noqa: S101 - `with` has opened it
-        await self._cell.mend()
+        tester = self._tester
+        bus = await self._cell.mend()
+        if bus is not None:
+            tester = self._sit(bus, tester.membership.own.since_ns)
+            self._was_lost = False
         try:
-            waiting = self._tester.wait_for_cell(0.0 if self._was_lost else self._wait_s)
-            await _beside(self._cell.keep(), waiting)
+            wait_s = 0.0 if self._was_lost else self._wait_s
+            await _beside(self._cell.keep(), tester.wait_for_cell(wait_s, self.waiting))
         except NotReadyError as error:
-            if self._tester.membership.rival() is not None:
+            if tester.membership.rival() is not None:
                 raise
             self._was_lost = True  # the next case does not wait as long again
             raise LostError(str(error)) from None
         self._was_lost = False
-        awaits = any(name in self._tester.real for name in self._measuring())
-        run = self._tester.run(case, choices, replace(options, awaits_measurements=awaits))
+        awaits = any(name in tester.real for name in self._measuring())
+        run = tester.run(case, choices, replace(options, awaits_measurements=awaits))
         return await _beside(self._cell.keep(), run)
 
     def _measuring(self) -> list[str]:
@@ -228,10 +280,17 @@ class Session:
         return [resource.name for resource in self._model.resources if resource.measures]
 
     def _close(self) -> None:
-        self._runner.run(self._cell.close())
+        self._runner.run(self._leave())
         self._runner.close()
         if self._before is not None:
             signal.signal(signal.SIGTERM, self._before)
+
+    async def _leave(self) -> None:
+        """Gives up first what an exception broke off from outside, as long as there is a bus to say so."""
+        if self._work is not None and not self._work.done():
+            self._work.cancel()
+            await asyncio.wait([self._work])
+        await self._cell.close()
 
 
 async def _beside(help_: Coroutine[Any, Any, None], work: Coroutine[Any, Any, T]) -> T:

@@ -166,7 +166,9 @@ class TesterNode:
         if self.real and self._time_scale != 1:
             message = f"`{self.real[0]}` is real, and cannot be made faster: no time scale goes with it"
             reasons.append(Reason(Lack.TIME_SCALE, message))
-        there = [self.membership.controller(), *map(self.membership.node_of, self._simulated())]
+        controller = self.membership.controller()
+        reasons += [Reason(Lack.DRIVER, message) for message in (controller.mismatched if controller else ())]
+        there = [controller, *map(self.membership.node_of, self._simulated())]
         for other in filter(None, dict.fromkeys(there)):
             node = self.words_of(other.node)
             if self._is_first and other.since_ns < self.membership.own.since_ns:
@@ -183,8 +185,8 @@ class TesterNode:
         controller = self.membership.controller()
         names = tuple(name for name in self._simulated() if not self.membership.node_of(name))
         if controller is None:
-            why = self._bus.why_alone(self._topics.status)
-            strangers = (*self.membership.strangers, *([why] if why else ()))
+            alone = self._bus.why_alone(self._topics.status)
+            strangers = (*self.membership.strangers, *(() if alone is None else (alone.why,)))
             first = Reason(Lack.CONTROLLER, f"no controller of `{self._model.name}`", names)
             return (first, *(Reason(Lack.STRANGER, message) for message in strangers))
         troubles = tuple(Reason(Lack.DRIVER, message) for message in controller.troubles)

@@ -6,6 +6,7 @@ import json
 import re
 from typing import TYPE_CHECKING, Any
 
+from scbm.realtime.bus import Alone, BusError
 from scbm.realtime.links import Correlation, Measurement, Reply
 from scbm.realtime.wire import NotAMessageError, read_object
 
@@ -32,7 +33,7 @@ class TopicLink:
             resource: its name in the model.
             topics: that of requests, and that of replies.
             hearer: whom it tells what comes.
-            complain: gets a sentence about each message that is none of the protocol.
+            complain: gets a sentence about each message that is none of the protocol, and each that cannot be sent.
         """
         self._bus = bus
         self._resource = resource
@@ -49,6 +50,11 @@ class TopicLink:
         """Whether somebody hears requests and somebody may answer."""
         return bool(self._requests.peers and self._replies.peers)
 
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The topics where nobody is."""
+        return tuple(topic.name for topic in self._lonely())
+
     def send(self, request: Correlation, values: Changes) -> None:
         """Sends a request, or keeps it until somebody is there."""
         text = json.dumps({"id": id_text(request), "request": dict(values)}, ensure_ascii=False)
@@ -62,9 +68,13 @@ class TopicLink:
         if self._waiting.pop(request, None) is None and self.is_there:
             self._requests.publish(json.dumps({"id": id_text(request), "cancel": True}))
 
-    def why_alone(self) -> str | None:
+    def why_alone(self) -> Alone | None:
         """Why nobody is there, if it shows."""
-        return next(filter(None, map(self._bus.why_alone, self._topics)), None)
+        return Alone.by_all(map(self._bus.why_alone, self._lonely()))
+
+    def _lonely(self) -> list[Topic]:
+        ends = zip(self._topics, (self._requests, self._replies), strict=True)
+        return [topic for topic, end in ends if not end.peers]
 
     def _matched(self, _: int) -> None:
         is_there = self.is_there
@@ -73,9 +83,16 @@ class TopicLink:
         self._was_there = is_there
         self._hearer.heard_presence(self._resource, is_there=is_there)
         if is_there:
-            waiting, self._waiting = self._waiting, {}
-            for text in waiting.values():
+            self._send_waiting()
+
+    def _send_waiting(self) -> None:
+        """One that the bus does not take is lost and told of, and keeps none of the others."""
+        waiting, self._waiting = self._waiting, {}
+        for request, text in waiting.items():
+            try:
                 self._requests.publish(text)
+            except BusError as error:
+                self._complain(f"request {request.number} to `{self._resource}` is lost: {error.message}")
 
     def _receive(self, received: Received) -> None:
         try:

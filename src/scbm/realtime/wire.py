@@ -36,6 +36,7 @@ class Status:
         model, digest: the name of its model, and its identity.
         resources: those that it simulates, or of a controller those that it reaches at real drivers.
         troubles: sentences about what it lacks to take part in a run.
+        mismatched: those of them that no waiting mends: a driver is there, and does not go with its binding.
         since_ns: when it began, in nanoseconds since 1970.
         words: its process and machine, for people.
     """
@@ -48,6 +49,7 @@ class Status:
     digest: str
     resources: tuple[str, ...]
     troubles: tuple[str, ...]
+    mismatched: tuple[str, ...]
     since_ns: int
     words: str
 

@@ -57,3 +57,21 @@ def test_who_was_away_as_long_as_a_lease_notices_it(monkeypatch: pytest.MonkeyPa
 
 def test_shorter_absences_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
     assert looked(monkeypatch, [MISSED_NS] * 20) == (False, 20)
+
+
+def test_whoever_asks_learns_of_an_absence_before_anybody_is_called(monkeypatch: pytest.MonkeyPatch) -> None:
+    now_ns = [7]
+    monkeypatch.setattr(absence, "monotonic_ns", lambda: now_ns[0])
+    monkeypatch.setattr(absence, "_LOOK_S", loops.GUARD_S)
+
+    async def scene() -> list[bool]:
+        away: list[None] = []
+        watch = AbsenceWatch(asyncio.get_running_loop(), lambda: away.append(None))
+        noticed = []
+        for passed_ns in (0, MISSED_NS, 1):
+            now_ns[0] += passed_ns
+            noticed.append(watch.has_noticed)
+        watch.close()
+        return [*noticed, bool(away)]
+
+    assert loops.run(scene()) == [False, False, True, False]

@@ -5,13 +5,17 @@ from __future__ import annotations
 import json
 from dataclasses import asdict
 
+from scbm.model import Binding, MeasuredTopic, MessageType, Reading, Resource, TopicPair
 from scbm.notation import read_bindings, read_case, write_case
 from scbm.realtime import Bus, ControllerNode
-from scbm.realtime.bus import Topic
+from scbm.realtime.bound import BoundLink
+from scbm.realtime.bus import Alone, Topic
 from scbm.realtime.cell import CellTopics
+from scbm.realtime.links import Correlation, Reply
 from scbm.realtime.loopback import LoopbackHub
 from scbm.realtime.wire import Go, Message, Prepare, encode
 from scbm.running import RunnerOptions
+from support.hearing import Heard
 from support.models import scan_cell
 from support.nodes import Stage
 from support.virtual_loop import VirtualLoop, run_virtually
@@ -65,5 +69,70 @@ def test_without_another_bus_drivers_are_in_the_cell() -> None:
         await loop.settle(10**9)
         assert node.membership.own.troubles == ()
         await node.close()
+
+    run_virtually(scene)
+
+
+# what is measured beside requests
+
+
+class Whole:
+    """A driver that takes requests and measures, what its link told, and what it is asked."""
+
+    def __init__(self, loop: VirtualLoop, binding: Binding) -> None:
+        self.hub = LoopbackHub(loop.now_ns)
+        self.heard = Heard()
+        resource = Resource("scan", ("command",), ("zone",), binding=binding)
+        self.link = BoundLink(self.hub.join("controller"), resource, self.heard, print, loop.now_ns)
+
+
+ZONE = MeasuredTopic("/scan/zone", MessageType.BOOL, Reading("zone"))
+BOTH = Binding(TopicPair(REQUEST.name, REPLY.name), (ZONE,))
+
+
+def test_a_driver_is_there_while_all_is_that_its_binding_names() -> None:
+    async def scene(loop: VirtualLoop) -> None:
+        whole = Whole(loop, BOTH)
+        missing = [whole.link.missing]
+        asked = open_driver(whole.hub.join("driver"))
+        whole.link.send(Correlation("run", 1), (("command", "scan"),))
+        await loop.settle()
+        assert len(asked) == 1  # whatever is measured
+        assert [*missing, whole.link.missing] == [(REQUEST.name, REPLY.name, ZONE.topic), (ZONE.topic,)]
+        assert whole.heard.presence == []
+        sensor = whole.hub.join("sensor")
+        sensor.publisher(Topic(ZONE.topic, MessageType.BOOL)).publish(data=True)
+        await loop.settle()
+        assert (whole.link.is_there, whole.heard.presence) == (True, [("scan", True)])
+        assert [told.values for _, told in whole.heard.values] == [(("zone", True),)]
+        await sensor.close()
+        await loop.settle()
+        assert (whole.link.is_there, whole.heard.presence) == (False, [("scan", True), ("scan", False)])
+
+    run_virtually(scene)
+
+
+def test_why_it_is_not_there_is_said_of_what_it_measures_too() -> None:
+    async def scene(loop: VirtualLoop) -> None:
+        whole = Whole(loop, BOTH)
+        open_driver(whole.hub.join("driver"))
+        whole.hub.join("sensor").publisher(Topic(ZONE.topic, MessageType.FLOAT64))
+        await loop.settle()
+        why = f"`{ZONE.topic}` is of type std_msgs/msg/Float64 there, and not of std_msgs/msg/Bool"
+        assert whole.link.why_alone() == Alone(why, is_mismatch=True)
+
+    run_virtually(scene)
+
+
+def test_a_request_to_what_only_measures_has_failed_by_the_clock_of_the_bus() -> None:
+    async def scene(loop: VirtualLoop) -> None:
+        whole = Whole(loop, Binding(None, (ZONE,)))
+        sent_ns = loop.now_ns()
+        whole.link.send(Correlation("run", 1), ())
+        assert whole.heard.replies == []  # not in the midst of sending
+        await loop.settle()
+        assert whole.heard.replies == [
+            ("scan", Reply(Correlation("run", 1), succeeded=False, measured=(), stamp_ns=sent_ns))
+        ]
 
     run_virtually(scene)

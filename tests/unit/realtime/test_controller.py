@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import json
 from collections.abc import Awaitable, Callable
 from dataclasses import asdict, dataclass, field, replace
@@ -13,14 +14,16 @@ from typing import Any
 import pytest
 
 from scbm.cases import Case
-from scbm.model import BehaviorModel
-from scbm.notation import read_case, write_case
-from scbm.planning import RememberedPlans
-from scbm.realtime.bus import BusError, Received, Topic
+from scbm.model import SET_BOOL, TRIGGER, BehaviorModel, ServiceType
+from scbm.notation import read_bindings, read_case, read_model, write_case
+from scbm.planning import PlanLimits, RememberedPlans, UnwantedError
+from scbm.realtime import Bus, ControllerNode, new_status
+from scbm.realtime.bus import BusError, Received, Service, Topic
 from scbm.realtime.cell import CellTopics
 from scbm.realtime.event_json import Note as NoteEvent
 from scbm.realtime.event_json import event_json, read_event
 from scbm.realtime.loopback import LoopbackBus, LoopbackHub
+from scbm.realtime.membership import Membership
 from scbm.realtime.wire import Abandon, Ended, Go, Message, Note, Prepare, Prepared, Refused, Stepped, decode, encode
 from scbm.running import (
     AskPlan,
@@ -55,15 +58,17 @@ class Bench:
 
     stage: Stage
     model: BehaviorModel = MODEL
+    plan_limits: PlanLimits | None = None
     told: list[Message] = field(default_factory=list)
     asked: list[dict[str, Any]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.news = asyncio.Event()
-        self.node = self.stage.controller()
+        topics = CellTopics.of(self.model)
+        self.node = self.stage.controller(self.plan_limits)
         self.tester = self.stage.join("tester")
-        self.tester.subscribe(TOPICS.run, self._hear)
-        self.cases = self.tester.publisher(TOPICS.case)
+        self.tester.subscribe(topics.run, self._hear)
+        self.cases = self.tester.publisher(topics.case)
 
     def open_driver(self) -> None:
         self.driver = self.stage.join("driver")
@@ -202,6 +207,8 @@ def test_what_is_meant_for_another_node_is_not_prepared() -> None:
         {"options": asdict(RunnerOptions()) | {"time_limit_ns": "long"}},
         {"options": asdict(RunnerOptions()) | {"plan_limit": -1}},
         {"options": asdict(RunnerOptions()) | {"more": 1}},
+        {"options": asdict(RunnerOptions()) | {"livelock_bound": 10**7}},
+        {"options": asdict(RunnerOptions()) | {"instant_bound": 10**7}},
         {"time_scale": "0"},
         {"time_scale": "-2"},
         {"time_scale": "1e999999999"},
@@ -618,3 +625,155 @@ def test_a_reply_to_a_run_that_was_never_here_is_told_of() -> None:
         assert bench.stage.complaints == [told]
 
     play(scene)
+
+
+# drivers that are not there
+
+
+SERVICE = "{service: {name: /scan, type: std_srvs/srv/Trigger}}"
+BOUND = read_bindings(f"bindings_of: scan_cell\nresources: {{scan: {SERVICE}}}\n", MODEL)
+SCAN = Service("/scan", TRIGGER)
+
+
+@dataclass
+class Looking:
+    """A controller whose `scan` is real, and what it tells of its driver."""
+
+    loop: VirtualLoop
+
+    def __post_init__(self) -> None:
+        self.stage = Stage.virtual(BOUND, self.loop)
+        self.node = ControllerNode(self.stage.seat("controller", ["scan"]))
+        self.other = Membership(self.stage.join("tester"), TOPICS, new_status("tester", BOUND, "d" * 64))
+
+    def serve(self, type_: ServiceType = TRIGGER) -> Bus:
+        driver = self.stage.join("driver")
+        driver.serve(Service(SCAN.name, type_), lambda _: {"success": True, "message": ""})
+        return driver
+
+    async def told(self, after_ns: int = SECOND_NS) -> tuple[int, int]:
+        """How many troubles everybody knows of, and how many of them no waiting mends."""
+        await self.loop.settle(after_ns)
+        controller = self.other.controller()
+        assert controller is not None
+        return len(controller.troubles), len(controller.mismatched)
+
+
+def look(scene: Callable[[Looking], Awaitable[None]]) -> None:
+    async def main(loop: VirtualLoop) -> None:
+        looking = Looking(loop)
+        await scene(looking)
+        await looking.node.close()
+
+    run_virtually(main)
+
+
+def test_a_driver_that_is_lost_is_told_of_and_so_is_one_that_comes_back() -> None:
+    async def scene(looking: Looking) -> None:
+        told = [await looking.told()]
+        driver = looking.serve()
+        told.append(await looking.told())
+        await driver.close()
+        told.append(await looking.told())
+        looking.serve()
+        told.append(await looking.told())
+        assert told == [(1, 0), (0, 0), (1, 0), (0, 0)]
+
+    look(scene)
+
+
+def test_a_driver_that_does_not_go_with_its_binding_is_told_of_unless_it_is_replaced_at_once() -> None:
+    async def scene(looking: Looking) -> None:
+        driver = looking.serve(SET_BOOL)
+        told = [await looking.told(SECOND_NS // 10), await looking.told(SECOND_NS // 2), await looking.told(SECOND_NS)]
+        await driver.close()
+        told.append(await looking.told())
+        assert told == [(1, 0), (1, 0), (1, 1), (1, 0)]
+
+    look(scene)
+
+
+def test_what_could_not_be_told_is_told_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    tell_troubles, is_full = Membership.tell_troubles, [True]
+
+    def tell_if_it_can(membership: Membership, *troubles: tuple[str, ...]) -> None:
+        if is_full[0]:
+            raise BusError("full")
+        tell_troubles(membership, *troubles)
+
+    async def scene(looking: Looking) -> None:
+        driver = looking.serve()
+        assert await looking.told() == (0, 0)
+        monkeypatch.setattr(Membership, "tell_troubles", tell_if_it_can)
+        await driver.close()
+        assert await looking.told(SECOND_NS // 4) == (0, 0)
+        assert looking.stage.complaints == ["what the controller lacks could not be told: full"]
+        is_full[0] = False
+        assert await looking.told() == (1, 0)
+
+    look(scene)
+
+
+# searches that nobody waits for
+
+
+DIGITS = "\n".join(f"  d{number}: {{domain: 0..9, initial: 0}}" for number in range(30))
+COUNTS = "\n".join(
+    f"  count_{n}: {{pre: {{g: d{n} < 9, a: [d{n} += 1]}}, post: {{g: true, a: []}}}}" for n in range(30)
+)
+ENDLESS = read_model(
+    f"""behavior_model: endless
+variables:
+{DIGITS}
+operations:
+{COUNTS}
+goals: {{all: {" && ".join(f"d{n} == 9" for n in range(30))}, one: d0 == 1}}
+"""
+)
+"""No search sees all of its states; to one of its goals it is one step."""
+
+
+@pytest.mark.parametrize("how", ["abandon", "tester", "close"])
+def test_a_search_that_nobody_waits_for_any_more_is_stopped(how: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan, has_begun, has_ended = RememberedPlans.plan, ThreadEvent(), ThreadEvent()
+    ends: list[BaseException] = []
+
+    def plan_and_tell(plans: RememberedPlans, *arguments: Any) -> Any:  # noqa: ANN401 - as the planner has it
+        has_begun.set()
+        try:
+            return plan(plans, *arguments)
+        except BaseException as error:
+            ends.append(error)
+            raise
+        finally:
+            has_ended.set()
+
+    monkeypatch.setattr(RememberedPlans, "plan", plan_and_tell)
+
+    async def scene() -> None:
+        stage = Stage(ENDLESS, LoopbackHub().join)
+        bench = Bench(stage, ENDLESS, PlanLimits(length=10**9, expansions=10**15))
+        unhandled: list[object] = []
+        asyncio.get_running_loop().set_exception_handler(lambda _, context: unhandled.append(context))
+        await asyncio.sleep(0)  # those who came learn of each other
+        bench.prepare(case=read_case("case: far\ngoal: all\n", ENDLESS))
+        bench.say(Go("run_1"))
+        await asyncio.to_thread(has_begun.wait, loops.GUARD_S)
+        match how:
+            case "abandon":
+                bench.say(Abandon("run_1"))
+            case "tester":
+                await bench.tester.close()
+            case _:
+                await bench.node.close()
+        assert await asyncio.to_thread(has_ended.wait, loops.GUARD_S)
+        assert [type(error) for error in ends] == [UnwantedError]
+        if how == "abandon":
+            bench.prepare("run_2", case=read_case("case: near\ngoal: one\n", ENDLESS))
+            bench.say(Go("run_2"))
+            await bench.until(lambda: bench.ended() == ["run_1", "run_2"])
+        await bench.node.close()
+        gc.collect()
+        assert (unhandled, bench.stage.complaints) == ([], [])
+
+    loops.run(scene())

@@ -190,3 +190,64 @@ def test_a_reply_that_the_case_stands_in_the_way_of_is_not_missed() -> None:
     directing.follow([sent(1), ChangeResource("scan", Condition(ConditionKind.DEAD)), sent(2)], 0)
     directing.follow([CancelRequest(1, "scan"), CancelRequest(2, "scan")], 100 * SECOND_NS)
     assert directing.reactions([]) == (expected, expected)
+
+
+def test_nothing_is_due_of_a_resource_that_is_down() -> None:
+    directing, _ = director()
+    directing.restart("scan", is_down=True)
+    directing.follow([sent(1)], 0)
+    directing.restart("scan", is_down=False)
+    directing.follow([sent(2)], 0)
+    directing.follow([CancelRequest(1, "scan"), CancelRequest(2, "scan")], 100 * SECOND_NS)
+    assert [reaction.outcome for reaction in directing.reactions([])] == [Outcome.SUCCEED, Outcome.TIMEOUT]
+
+
+def cancelled(directing: Director, request: int, at_ns: int) -> Reaction:
+    """What is said of the one request that was sent, once it is cancelled."""
+    directing.follow([CancelRequest(request, "scan")], at_ns)
+    return directing.reactions([])[request - 1]
+
+
+@pytest.mark.parametrize(
+    "lost",
+    [Forced("scan", 1, 1, request=LOST), Forced("scan", 1, 1, Outcome.TIMEOUT), Forced("scan", 1, 1, reply=LOST)],
+    ids=["request", "outcome", "reply"],
+)
+def test_a_reply_that_is_not_to_come_is_not_missed(lost: Forced) -> None:
+    directing, _ = director(lost)
+    directing.follow([sent(1)], 0)
+    if lost.reply is not None:
+        directing.answering(Answering("run_1", 1, "scan", 1), 0)
+    decided = directing.reactions([])[0]
+    assert cancelled(directing, 1, 100 * SECOND_NS) == decided
+
+
+@pytest.mark.parametrize(("cancelled_after_ns", "is_missed"), [(1, False), (2, True)])
+def test_a_reply_is_due_once_the_first_copy_of_the_request_has_come_and_been_worked_on(
+    cancelled_after_ns: int, *, is_missed: bool
+) -> None:
+    directing, _ = director(Forced("scan", 1, 1, latency_ns=5, request=(9, 3)))
+    directing.follow([sent(1)], 10)
+    reaction = cancelled(directing, 1, 10 + 3 + 5 - 1 + cancelled_after_ns)
+    assert (reaction.outcome is Outcome.TIMEOUT) == is_missed
+
+
+@pytest.mark.parametrize(("cancelled_after_ns", "is_missed"), [(1, False), (2, True)])
+def test_a_reply_that_is_on_its_way_is_due_when_its_first_copy_arrives(
+    cancelled_after_ns: int, *, is_missed: bool
+) -> None:
+    directing, _ = director(Forced("scan", 1, 1, latency_ns=5, reply=(9, 3)))
+    directing.follow([sent(1)], 0)
+    directing.answering(Answering("run_1", 1, "scan", 1), 5)
+    reaction = cancelled(directing, 1, 5 + 3 - 1 + cancelled_after_ns)
+    assert (reaction.outcome is Outcome.TIMEOUT) == is_missed
+
+
+def test_what_stands_in_the_way_of_one_resource_keeps_the_replies_of_no_other() -> None:
+    told = Told()
+    both = {resource.name: resource for resource in scan_cell(("resources:\n", "resources:\n  lamp: {}\n")).resources}
+    directing = Director("run_1", both, (), Choices(PlainReactions(), (), Network()), told)
+    directing.follow([sent(1), SendRequest(2, "lamp", ())], 0)
+    directing.restart("lamp", is_down=True)
+    directing.follow([CancelRequest(1, "scan"), CancelRequest(2, "lamp")], 100 * SECOND_NS)
+    assert [reaction.outcome for reaction in directing.reactions([])] == [Outcome.TIMEOUT, Outcome.SUCCEED]

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import pytest
 
 from scbm.model import SET_BOOL, TRIGGER, MessageType, Scalar
-from scbm.realtime.bus import Answered, BusError, Received, Service, Topic
+from scbm.realtime.bus import Alone, Answered, BusError, Received, Service, Topic
 from scbm.realtime.loopback import LoopbackHub
 from support.virtual_loop import VirtualLoop, run_virtually
 
@@ -235,10 +235,10 @@ def test_it_says_why_nobody_is_matched_if_others_use_another_type() -> None:
         other.subscribe(Topic("/talk", MessageType.FLOAT64), lambda _: None)
         other.serve(Service("/scan", SET_BOOL), lambda _: {})
         await settled()
-        assert (
-            own.why_alone(TALK) == f"`/talk` is of type {MessageType.FLOAT64.value} there, and not of {TALK.type.value}"
-        )
-        assert own.why_alone(SCAN) == "`/scan` is of type std_srvs/srv/SetBool there, and not of std_srvs/srv/Trigger"
+        talk = f"`/talk` is of type {MessageType.FLOAT64.value} there, and not of {TALK.type.value}"
+        assert own.why_alone(TALK) == Alone(talk, is_mismatch=True)
+        scan = "`/scan` is of type std_srvs/srv/SetBool there, and not of std_srvs/srv/Trigger"
+        assert own.why_alone(SCAN) == Alone(scan, is_mismatch=True)
         assert own.why_alone(Service("/scan", SET_BOOL)) is None
         assert other.why_alone(Topic("/talk", MessageType.FLOAT64)) is not None
 

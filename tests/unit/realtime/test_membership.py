@@ -170,14 +170,15 @@ def test_others_learn_what_a_node_lacks_now() -> None:
         own, _ = cell.join(status("tester", 1))
         controller, _ = cell.join(status("controller", 1, "scan"))
         await cell.loop.settle()
-        controller.tell_troubles(("`scan` is not reached: nobody is there",))
+        controller.tell_troubles(("`scan` is not reached: nobody is there",), ("`scan` is not reached",))
         await cell.loop.settle()
         told = own.controller()
         assert told is not None
         assert told.troubles == ("`scan` is not reached: nobody is there",)
+        assert told.mismatched == ("`scan` is not reached",)
         controller.tell_troubles(())
         await cell.loop.settle()
-        assert own.controller() == replace(told, troubles=())
+        assert own.controller() == replace(told, troubles=(), mismatched=())
         late, _ = cell.join(status("resources", 3))
         await cell.loop.settle()
         assert controller.own in late.others

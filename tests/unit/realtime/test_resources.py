@@ -646,6 +646,8 @@ def test_a_request_that_is_none_is_dropped_with_a_sentence(said: str) -> None:
     "wrong",
     [
         React("run_1", 1, "scan", "explode", 1, None, (0,)),
+        React("run_1", 1, "scan", "succeed", 1, None, (0,) * 1_001),
+        Fate("run_1", 1, "scan", 1, (0,) * 1_001),
         Become("run_1", "scan", "asleep", "1"),
         Become("run_1", "scan", "slower", "0"),
         Become("run_1", "scan", "slower", "1e999999999"),

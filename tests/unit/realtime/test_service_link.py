@@ -24,7 +24,7 @@ from scbm.model import (
     ServiceType,
     Value,
 )
-from scbm.realtime.bus import Answered, Client, Service
+from scbm.realtime.bus import Answered, BusError, Client, Service
 from scbm.realtime.links import Correlation
 from scbm.realtime.loopback import LoopbackBus, LoopbackHub
 from scbm.realtime.service_link import ServiceLink
@@ -83,13 +83,16 @@ class Bench:
     link: ServiceLink
     heard: Heard
     driver: Driver
+    complaints: list[str]
 
     @staticmethod
     def of(requests: ServiceCall | ServiceChoice, prepare: Callable[[Driver], object] = lambda _: None) -> Bench:
         hub = LoopbackHub()
-        driver, heard = Driver(hub), Heard()
+        driver, heard, complaints = Driver(hub), Heard(), list[str]()
         prepare(driver)
-        return Bench(ServiceLink(hub.join("controller"), resource(requests), heard), heard, driver)
+        bus = hub.join("controller")
+        link = ServiceLink(bus, resource(requests), heard, complaints.append, monotonic_ns)
+        return Bench(link, heard, driver, complaints)
 
     def send(self, number: int, **values: Value) -> None:
         self.link.send(Correlation("run", number), tuple(values.items()))
@@ -177,7 +180,7 @@ def test_a_response_of_which_nothing_is_asked_says_succeeded() -> None:
         empty = ServiceType("std_srvs/srv/Empty")
         hub, heard = LoopbackHub(), Heard()
         hub.join("driver").serve(Service("/reset", empty), lambda _: {})
-        link = ServiceLink(hub.join("controller"), resource(ServiceCall("/reset", empty)), heard)
+        link = ServiceLink(hub.join("controller"), resource(ServiceCall("/reset", empty)), heard, print, monotonic_ns)
         link.send(Correlation("run", 1), ())
         await heard.until(lambda: bool(heard.replies))
         assert heard.numbers() == [(1, True)]
@@ -275,7 +278,7 @@ def test_a_second_response_to_one_call_is_dropped() -> None:
         hub, heard = LoopbackHub(), Heard()
         hub.join("driver").serve(Service("/scan", TRIGGER), lambda _: {"success": True, "message": ""})
         bus = Repeating(hub, "controller", asyncio.get_running_loop())
-        link = ServiceLink(bus, resource(SCAN), heard)
+        link = ServiceLink(bus, resource(SCAN), heard, print, monotonic_ns)
         for number in (1, 2):
             link.send(Correlation("run", number), ())
         await heard.until(lambda: len(heard.replies) >= 2)
@@ -340,6 +343,56 @@ def test_a_resource_that_was_there_before_is_told_of_too() -> None:
     run(scene())
 
 
+class Refusing:
+    """A client of nobody, then of a server who does not take the first call."""
+
+    peers = 0
+
+    def __init__(self) -> None:
+        self.calls = 0
+
+    def call(self, _: Mapping[str, Scalar]) -> int:
+        self.calls += 1
+        if self.calls == 1:
+            raise BusError("full")
+        return self.calls
+
+
+def test_a_call_that_is_not_taken_keeps_none_of_those_that_wait_behind_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    client = Refusing()
+    opened: list[Callable[[int], None]] = []
+
+    def client_that_refuses(_: LoopbackBus, __: Service, ___: object, matched: Callable[[int], None]) -> Refusing:
+        opened.append(matched)
+        return client
+
+    monkeypatch.setattr(LoopbackBus, "client", client_that_refuses)
+
+    async def scene() -> None:
+        bench = Bench.of(SCAN)
+        for number in (1, 2, 3):
+            bench.send(number)
+        assert client.calls == 0
+        client.peers = 1
+        opened[0](1)
+        assert client.calls == 3
+        assert bench.complaints == ["request 1 to `scanner` is lost: full"]
+        assert bench.heard.presence == [("scanner", True)]
+
+    run(scene())
+
+
+def test_a_request_that_nobody_can_carry_out_fails_by_the_clock_of_the_bus() -> None:
+    async def scene() -> None:
+        heard = Heard()
+        link = ServiceLink(LoopbackHub().join("controller"), resource(LIGHT), heard, print, lambda: 7)
+        link.send(Correlation("run", 1), (("light", "none"),))
+        await heard.until(lambda: bool(heard.replies))
+        assert heard.replies[0][1].stamp_ns == 7
+
+    run(scene())
+
+
 def test_why_nobody_is_there_is_said_for_each_service_that_is_missing() -> None:
     async def scene() -> None:
         bench = Bench.of(LIGHT)
@@ -348,11 +401,11 @@ def test_why_nobody_is_there_is_said_for_each_service_that_is_missing() -> None:
         bench.driver.serve("/blink", SET_BOOL)
         said = bench.link.why_alone()
         assert said is not None
-        assert all(word in said for word in ("`/light`", "`/blink`", "; "))
+        assert all(word in said.why for word in ("`/light`", "`/blink`", "; "))
         bench.driver.serve("/blink")
         said = bench.link.why_alone()
         assert said is not None
-        assert "`/light`" in said
-        assert "`/blink`" not in said
+        assert "`/light`" in said.why
+        assert "`/blink`" not in said.why
 
     run(scene())

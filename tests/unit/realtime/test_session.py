@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from pathlib import Path
 from threading import Thread
 from typing import Any
 
@@ -26,13 +30,16 @@ from scbm.realtime import (
     TesterNode,
     new_status,
 )
-from scbm.realtime.loopback import LoopbackHub
+from scbm.realtime.cell import CellTopics
+from scbm.realtime.loopback import LoopbackBus, LoopbackHub
+from scbm.realtime.membership import Membership
 from scbm.realtime.session import Cell, RemoteCell
 from scbm.simulating import PlainReactions
 from scbm.testing import Tester
 from scbm.testing.on_nodes import NodeTester
 from scbm.testing.verdicts import FailureKind
 from scbm.trace import End
+from support.loops import GUARD_S
 from support.models import scan_cell
 
 MODEL = scan_cell(
@@ -40,6 +47,7 @@ MODEL = scan_cell(
     ("deadline: 10 seconds", "deadline: 10 h"),  # a thousand times faster, ten seconds pass before a busy machine looks
 )
 DIGEST = digest_of(MODEL)
+TESTS = Path(__file__).parents[2]
 CASE = read_case("case: scans\ngoal: scanned\n", MODEL)
 
 
@@ -106,10 +114,12 @@ def test_a_cell_that_is_mended_in_vain_loses_the_case_and_the_next_does_not_wait
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     waits: list[float] = []
+    tells: list[tuple[Any, ...]] = []
     wait_for_cell = TesterNode.wait_for_cell
 
     async def kept(node: TesterNode, wait_s: float, *more: Any) -> None:  # noqa: ANN401 - what it is given
         waits.append(wait_s)
+        tells.append(more)
         await wait_for_cell(node, wait_s, *more)
 
     monkeypatch.setattr(TesterNode, "wait_for_cell", kept)
@@ -126,6 +136,7 @@ def test_a_cell_that_is_mended_in_vain_loses_the_case_and_the_next_does_not_wait
         assert "no controller of `scan_cell`" in failure.message
         assert cell.mended == 3
         assert waits == [0.1, 0.1, 0.1, 0.0]
+        assert tells == [(opened.waiting,)] * 4  # not the first case alone waits aloud
         assert cell.is_closed
 
     in_thread(work)
@@ -204,3 +215,105 @@ def test_a_run_that_is_lost_says_why() -> None:
                 opened.run(CASE, tester.choices_of(CASE), tester.options_of(CASE))
 
     in_thread(work)
+
+
+class Joined(LoopbackCell):
+    """A cell that a tester joins before the second case, who says that it began long ago."""
+
+    def __init__(self) -> None:
+        super().__init__(DIGEST)
+        self.mended = 0
+
+    async def mend(self) -> None:
+        self.mended += 1
+        if self.mended == 2:
+            bus = self._hub.join("tester")
+            self._buses.append(bus)
+            status = replace(new_status("tester", MODEL, DIGEST), since_ns=1)
+            Membership(bus, CellTopics.of(MODEL), status)
+
+
+def test_a_tester_that_was_there_before_ends_the_session() -> None:
+    def work() -> None:
+        with session(Joined()) as opened:
+            tester = NodeTester(Tester(MODEL), opened)
+            assert tester.execute(CASE).verdict.passed
+            with pytest.raises(NotReadyError) as raised:
+                tester.execute(CASE)
+            assert [reason.lack for reason in raised.value.reasons] == [Lack.RIVAL]
+
+    in_thread(work)
+
+
+@dataclass
+class Watch:
+    """Notices an absence when a test says that there was one."""
+
+    has_noticed: bool = False
+    is_over: bool = False
+
+    def close(self) -> None:
+        self.is_over = True
+
+
+def test_a_tester_that_was_missed_joins_again_before_the_next_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    watches: list[Watch] = []
+
+    def watch(*_: object) -> Watch:
+        watches.append(Watch())
+        return watches[-1]
+
+    monkeypatch.setattr("scbm.realtime.session.AbsenceWatch", watch)
+
+    def work() -> None:
+        hub, buses = LoopbackHub(), list[LoopbackBus]()
+        complaints: list[str] = []
+
+        async def open_bus() -> Bus:
+            buses.append(hub.join("tester"))
+            if len(buses) == 1:
+                for role, names in (("controller", []), ("resources", ["scan"])):
+                    seat = Seat(hub.join(role), MODEL, new_status(role, MODEL, DIGEST, names), complaints.append)
+                    (ControllerNode(seat) if role == "controller" else ResourcesNode(seat, PlainReactions()))
+            return buses[-1]
+
+        opened = session(RemoteCell(open_bus))
+        opened.complain = complaints.append
+        with opened:
+            tester = NodeTester(Tester(MODEL), opened)
+            assert tester.execute(CASE).verdict.passed
+            buses[0].is_open = False  # it hears nobody any more, and nobody hears it
+            watches[0].has_noticed = True
+            assert [tester.execute(CASE).verdict.passed for _ in range(2)] == [True, True]
+            assert (len(buses), [watch.is_over for watch in watches]) == (2, [True, False])
+        assert complaints == ["the tester was stopped for a while, and joins again"]
+        assert [watch.is_over for watch in watches] == [True, True]
+        assert not buses[1].is_open
+
+    in_thread(work)
+
+
+SIGNALS = """
+from fractions import Fraction
+from signal import SIGTERM, getsignal
+from scbm.notation import digest_of
+from scbm.realtime import LoopbackCell, NotReadyError, Session
+from support.models import scan_cell
+
+model, before, seen = scan_cell(), getsignal(SIGTERM), []
+for digest in (digest_of(model), "other"):
+    try:
+        with Session(LoopbackCell(digest), model, digest_of(model), Fraction(1), 60.0):
+            seen.append(getsignal(SIGTERM) is before)
+    except NotReadyError:
+        pass
+    seen.append(getsignal(SIGTERM) is before)
+print(seen)
+"""
+
+
+def test_what_sigterm_does_is_as_it_was_before_once_a_session_is_over_or_could_not_begin() -> None:
+    ended = subprocess.run(
+        [sys.executable, "-c", SIGNALS], check=False, capture_output=True, text=True, timeout=GUARD_S, cwd=TESTS
+    )
+    assert (ended.stdout, ended.stderr) == ("[False, True, True]\n", "")

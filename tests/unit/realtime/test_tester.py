@@ -139,6 +139,7 @@ async def why_lost(task: asyncio.Task[NodeRun]) -> str:
 
 
 NO_CONTROLLER = Reason(Lack.CONTROLLER, "no controller of `scan_cell`", ("scan",))
+UNREACHED = "`scan` is not reached: `/scan` is of another type there"
 NO_SCAN = Reason(Lack.RESOURCES, "nobody simulates `scan`", ("scan",))
 
 
@@ -222,6 +223,7 @@ def test_after_that_it_says_who_is_missing(others: list[tuple[str, ...]], reason
         ("controller", {"version": 99}, Lack.VERSION, "the controller speaks version 99, this scbm version"),
         ("controller", {"digest": "other", "words": "far"}, Lack.MODEL, "has another version of the model: far"),
         ("resources", {"digest": "other", "words": "far"}, Lack.MODEL, "has another version of the model: far"),
+        ("controller", {"troubles": (UNREACHED,), "mismatched": (UNREACHED,)}, Lack.DRIVER, UNREACHED),
         ("tester", {"since_ns": 1, "words": "far"}, Lack.RIVAL, "another tester is at work: far"),
     ],
 )  # fmt: skip
@@ -256,8 +258,10 @@ def test_what_the_controller_lacks_is_missing() -> None:
         bench.play("controller", "scan", troubles=("`scan` is not reached: nobody is there",))
         await loop.settle()
         assert bench.node.real == ("scan",)
+        begun_ns = loop.now_ns()
         with pytest.raises(NotReadyError) as raised:
             await bench.node.wait_for_cell(1.0)
+        assert loop.now_ns() - begun_ns == SECOND_NS  # it might have come
         assert raised.value.reasons == (Reason(Lack.DRIVER, "`scan` is not reached: nobody is there"),)
 
     play(scene)

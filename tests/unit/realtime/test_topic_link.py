@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scbm.model import MessageType
-from scbm.realtime.bus import Publisher, Received, Topic
+from scbm.model import MessageType, Scalar
+from scbm.realtime.bus import Alone, BusError, Publisher, Received, Topic
 from scbm.realtime.links import Correlation, Measurement, Reply
 from scbm.realtime.loopback import LoopbackBus, LoopbackHub
 from scbm.realtime.topic_link import TopicLink, id_text, read_id, read_reply
@@ -142,6 +142,54 @@ def test_no_request_is_sent_twice_whoever_comes_and_goes() -> None:
     play(scene)
 
 
+class Refusing:
+    """A publisher to nobody, then to somebody who does not take the first message."""
+
+    def __init__(self) -> None:
+        self.peers = 0
+        self.sent: list[str] = []
+
+    def publish(self, data: Scalar) -> None:
+        said = json.loads(str(data))["id"]
+        if said == "run-1":
+            raise BusError("full")
+        self.sent.append(said)
+
+
+def test_a_request_that_is_not_taken_keeps_none_of_those_that_wait_behind_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    requests = Refusing()
+    publisher = LoopbackBus.publisher
+
+    def publisher_that_refuses(bus: LoopbackBus, topic: Topic, *others: Any) -> Any:  # noqa: ANN401 - as it is
+        return requests if topic == REQUEST else publisher(bus, topic, *others)
+
+    monkeypatch.setattr(LoopbackBus, "publisher", publisher_that_refuses)
+
+    async def scene(bench: Bench) -> None:
+        for number in (1, 2, 3):
+            bench.send(number)
+        requests.peers = 1
+        bench.hub.join("driver").publisher(REPLY)
+        await bench.loop.settle()
+        assert bench.complaints == ["request 1 to `scanner` is lost: full"]
+        assert requests.sent == ["run-2", "run-3"]
+        assert bench.heard.presence == [("scanner", True)]
+
+    play(scene)
+
+
+def test_what_is_missing_is_named_and_the_other_side_is_not_to_blame() -> None:
+    async def scene(bench: Bench) -> None:
+        missing = [bench.link.missing]
+        bench.driver(answers=False)
+        bench.hub.join("listener").subscribe(Topic(REQUEST.name, MessageType.BOOL), lambda _: None)
+        await bench.loop.settle()
+        assert [*missing, bench.link.missing] == [(REQUEST.name, REPLY.name), (REPLY.name,)]
+        assert bench.link.why_alone() is None
+
+    play(scene)
+
+
 def test_a_cancellation_that_nobody_can_hear_is_not_kept() -> None:
     async def scene(bench: Bench) -> None:
         bus, _ = bench.driver()
@@ -160,10 +208,8 @@ def test_why_nobody_is_there_is_said_if_it_shows() -> None:
     async def scene(bench: Bench) -> None:
         assert bench.link.why_alone() is None
         bench.hub.join("driver").publisher(Topic(REPLY.name, MessageType.FLOAT64))
-        assert (
-            bench.link.why_alone()
-            == "`/scanner/reply` is of type std_msgs/msg/Float64 there, and not of std_msgs/msg/String"
-        )
+        why = "`/scanner/reply` is of type std_msgs/msg/Float64 there, and not of std_msgs/msg/String"
+        assert bench.link.why_alone() == Alone(why, is_mismatch=True)
 
     play(scene)
 

@@ -10,7 +10,7 @@ from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, B
 from cyclonedds.core import Policy
 
 from scbm.notation import nearest
-from scbm.realtime.bus import ONLY_BEST_EFFORT
+from scbm.realtime.bus import ONLY_BEST_EFFORT, Alone
 from scbm.realtime.dds import names
 from scbm.realtime.dds.raw import delete
 
@@ -98,8 +98,8 @@ def client_of(service: Service) -> Wanted:
     return Wanted(service.name, service.type.name, Role.PUBLICATION, "client", names.request_name(service.name))
 
 
-def why_alone(wanted: Iterable[Wanted], there: list[Endpoint], known: list[str]) -> str | None:
-    """Why none of those that are wanted is matched, in a sentence; `None` if nothing shows.
+def why_alone(wanted: Iterable[Wanted], there: list[Endpoint], known: list[str]) -> Alone | None:
+    """Why none of those that are wanted is matched; `None` if nothing shows.
 
     Args:
         wanted: in the order in which they are looked at.
@@ -110,8 +110,10 @@ def why_alone(wanted: Iterable[Wanted], there: list[Endpoint], known: list[str])
     for wish in wishes:
         for endpoint in there:
             if endpoint.role is wish.role and endpoint.topic == wish.dds_topic:
-                return _why_not(wish, endpoint)
-    return next((hint for wish in wishes if (hint := _elsewhere(wish, there, known))), None)
+                why = _why_not(wish, endpoint)
+                return None if why is None else Alone(why, is_mismatch=True)
+    hint = next((hint for wish in wishes if (hint := _elsewhere(wish, there, known))), None)
+    return None if hint is None else Alone(hint, is_mismatch=False)
 
 
 def _why_not(wish: Wanted, endpoint: Endpoint) -> str | None:

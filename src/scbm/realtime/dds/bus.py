@@ -18,7 +18,7 @@ from scbm.realtime.dds.services import ServiceClient, ServiceServer
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
-    from scbm.realtime.bus import Answered, Received, Scalar, Service
+    from scbm.realtime.bus import Alone, Answered, Received, Scalar, Service
     from scbm.realtime.dds.alone import Wanted
 
 
@@ -111,7 +111,7 @@ class DdsBus:
         self._announcement.add_writer(made.pair.writer)
         self._announcement.add_reader(made.pair.reader)
 
-    def why_alone(self, what: Topic | Service) -> str | None:
+    def why_alone(self, what: Topic | Service) -> Alone | None:
         """Why nobody is matched with what this bus has there, if it shows."""
         wanted = [(where, wish()) for where, wish in self._wanted]
         known = [wish.dds_topic for _, wish in wanted]
