@@ -7,7 +7,7 @@ from typing import TypeAlias
 
 import pytest
 
-from scbm.realtime.bus import SET_BOOL, TRIGGER, Answered, Bus, MessageType, Received, Scalar, Service, Topic
+from scbm.realtime.bus import SET_BOOL, TRIGGER, Alone, Answered, Bus, MessageType, Received, Scalar, Service, Topic
 from scbm.realtime.dds import open_dds
 from scbm.realtime.loopback import LoopbackHub
 from support import loops
@@ -293,7 +293,7 @@ def test_closing_twice_is_closing(make_bus: MakeBus) -> None:
 
 
 def test_another_type_at_the_name_is_why_nobody_is_there(make_bus: MakeBus) -> None:
-    async def scenario() -> str | None:
+    async def scenario() -> Alone | None:
         ours, theirs = make_bus("ours"), make_bus("theirs")
         wrong, other = Topic(TALK.name, MessageType.BOOL), Topic("/cell/other")
         met = Kept[int]()
@@ -308,13 +308,14 @@ def test_another_type_at_the_name_is_why_nobody_is_there(make_bus: MakeBus) -> N
 
     why = loops.run(scenario())
     assert why is not None
-    assert "`/cell/talk`" in why
-    assert "std_msgs/msg/Bool" in why
-    assert "std_msgs/msg/String" in why
+    assert why.is_mismatch
+    assert "`/cell/talk`" in why.why
+    assert "std_msgs/msg/Bool" in why.why
+    assert "std_msgs/msg/String" in why.why
 
 
 def test_nothing_shows_where_nobody_is(make_bus: MakeBus) -> None:
-    async def scenario() -> str | None:
+    async def scenario() -> Alone | None:
         bus = make_bus("ours")
         bus.publisher(TALK)
         why = bus.why_alone(TALK)
@@ -350,7 +351,7 @@ def test_a_call_is_answered_once_with_the_number_it_had(make_bus: MakeBus) -> No
 
 
 def test_another_type_of_service_is_why_nobody_serves(make_bus: MakeBus) -> None:
-    async def scenario() -> str | None:
+    async def scenario() -> Alone | None:
         ours, theirs = make_bus("ours"), make_bus("theirs")
         met = Kept[int]()
         ours.client(SCAN, lambda _: None)
@@ -364,6 +365,7 @@ def test_another_type_of_service_is_why_nobody_serves(make_bus: MakeBus) -> None
 
     why = loops.run(scenario())
     assert why is not None
-    assert "`/scanner/scan`" in why
-    assert "std_srvs/srv/SetBool" in why
-    assert "std_srvs/srv/Trigger" in why
+    assert why.is_mismatch
+    assert "`/scanner/scan`" in why.why
+    assert "std_srvs/srv/SetBool" in why.why
+    assert "std_srvs/srv/Trigger" in why.why

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Callable, Coroutine
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from scbm.realtime.bus import TRIGGER, Answered, Bus, MessageType, Received, Service, Topic
-from scbm.realtime.dds import open_dds
-from support.loops import run
-from support.peers import LEASE_1S, scanner
+from scbm.realtime.bus import TRIGGER, Bus, MessageType, Service, Topic
+from support.peers import LEASE_1S, peer
 from support.peers import scanner_program as scanner_program  # noqa: PLC0414 - a fixture, for pytest to find here
+from support.telling import Told, over_bus
 
 SCAN = Service("/scanner/scan_item_a", TRIGGER)
 REQUESTS = Topic("/scanner/request")
@@ -22,58 +19,10 @@ REPLIES = Topic("/scanner/reply")
 DISTANCE = Topic("/scanner/distance", MessageType.FLOAT64, is_latched=True)
 
 
-class Told:
-    """What a bus called back, in its order, and a way to wait for it."""
-
-    def __init__(self) -> None:
-        self.answers: list[Answered] = []
-        self.messages: list[Received] = []
-        self.complaints: list[str] = []
-        self._changed = asyncio.Event()
-
-    def answered(self, answer: Answered) -> None:
-        self.answers.append(answer)
-        self._changed.set()
-
-    def received(self, message: Received) -> None:
-        self.messages.append(message)
-        self._changed.set()
-
-    def matched(self, _: int) -> None:
-        self._changed.set()
-
-    def complained(self, what: str) -> None:
-        self.complaints.append(what)
-        self._changed.set()
-
-    async def until_answers(self, count: int) -> None:
-        await self.until(lambda: len(self.answers) >= count)
-
-    async def until(self, is_so: Callable[[], bool]) -> None:
-        while not is_so():
-            self._changed.clear()
-            await self._changed.wait()
-
-
-def over_bus(domain: int, story: Callable[[Bus, Told], Coroutine[Any, Any, None]]) -> None:
-    """Tells a story with a bus of a domain, without a complaint."""
-
-    async def tell() -> None:
-        told = Told()
-        bus = open_dds("tester", domain, told.complained)
-        try:
-            await story(bus, told)
-        finally:
-            await bus.close()
-        assert told.complaints == []
-
-    run(tell())
-
-
 def test_it_answers_our_calls(domain: int, scanner_program: Path) -> None:
     async def story(bus: Bus, told: Told) -> None:
         client = bus.client(SCAN, told.answered, told.matched)
-        with scanner(scanner_program, domain, "--works-ms", 0) as there:
+        with peer(scanner_program, domain, "--works-ms", 0) as there:
             await told.until(lambda: client.peers == 1)
             calls = [client.call({}), client.call({})]
             await told.until_answers(2)
@@ -89,7 +38,7 @@ def test_it_answers_our_calls(domain: int, scanner_program: Path) -> None:
 def test_it_may_fail(domain: int, scanner_program: Path) -> None:
     async def story(bus: Bus, told: Told) -> None:
         client = bus.client(SCAN, told.answered, told.matched)
-        with scanner(scanner_program, domain, "--fails"):
+        with peer(scanner_program, domain, "--fails"):
             await told.until(lambda: client.peers == 1)
             client.call({})
             await told.until_answers(1)
@@ -103,7 +52,7 @@ def test_none_of_a_thousand_calls_is_lost(domain: int, scanner_program: Path) ->
 
     async def story(bus: Bus, told: Told) -> None:
         client = bus.client(SCAN, told.answered, told.matched)
-        with scanner(scanner_program, domain, "--works-ms", 0):
+        with peer(scanner_program, domain, "--works-ms", 0):
             await told.until(lambda: client.peers == 1)
             calls: list[int] = []
             while len(told.answers) < total:
@@ -121,7 +70,7 @@ def test_it_speaks_the_protocol_of_drivers(domain: int, scanner_program: Path) -
     async def story(bus: Bus, told: Told) -> None:
         requests = bus.publisher(REQUESTS, told.matched)
         replies = bus.subscribe(REPLIES, told.received, told.matched)
-        with scanner(scanner_program, domain, "--measured", json.dumps(measured)):
+        with peer(scanner_program, domain, "--measured", json.dumps(measured)):
             await told.until(lambda: requests.peers == 1 and replies.peers == 1)
             request = {
                 "id": "9f2c-7",
@@ -142,7 +91,7 @@ def test_a_request_that_is_cancelled_is_not_answered(domain: int, scanner_progra
         requests = bus.publisher(REQUESTS, told.matched)
         replies = bus.subscribe(REPLIES, told.received, told.matched)
         client = bus.client(SCAN, told.answered, told.matched)
-        with scanner(scanner_program, domain, "--works-ms", 3_600_000) as there:
+        with peer(scanner_program, domain, "--works-ms", 3_600_000) as there:
             await told.until(lambda: requests.peers == 1 and replies.peers == 1 and client.peers == 1)
             requests.publish('{"id": "a-1", "request": {"scanner_command": "scan_item_a"}}')
             await asyncio.to_thread(there.says, 'took "a-1"')
@@ -170,7 +119,7 @@ def test_a_request_that_is_cancelled_is_not_answered(domain: int, scanner_progra
 def test_it_takes_nothing_that_is_not_of_the_protocol(domain: int, scanner_program: Path, text: str) -> None:
     async def story(bus: Bus, told: Told) -> None:
         requests = bus.publisher(REQUESTS, told.matched)
-        with scanner(scanner_program, domain) as there:
+        with peer(scanner_program, domain) as there:
             await told.until(lambda: requests.peers == 1)
             requests.publish(text)
             await asyncio.to_thread(there.says, f"not of the protocol: {text}")
@@ -182,7 +131,7 @@ def test_its_measurements_arrive(domain: int, scanner_program: Path) -> None:
     async def story(bus: Bus, told: Told) -> None:
         bus.subscribe(DISTANCE, told.received, told.matched)
         client = bus.client(SCAN, told.answered, told.matched)
-        with scanner(scanner_program, domain, "--distance", 0.75):
+        with peer(scanner_program, domain, "--distance", 0.75):
             await told.until(lambda: len(told.messages) == 1 and client.peers == 1)
             client.call({})
             await told.until(lambda: len(told.messages) == 2)
@@ -194,7 +143,7 @@ def test_its_measurements_arrive(domain: int, scanner_program: Path) -> None:
 def test_it_leaves_after_so_many_replies_and_the_last_one_arrives(domain: int, scanner_program: Path) -> None:
     async def story(bus: Bus, told: Told) -> None:
         client = bus.client(SCAN, told.answered, told.matched)
-        with scanner(scanner_program, domain, "--exit-after", 2) as there:
+        with peer(scanner_program, domain, "--exit-after", 2) as there:
             await told.until(lambda: client.peers == 1)
             calls = [client.call({}) for _ in range(2)]
             await told.until(lambda: client.peers == 0)
@@ -209,7 +158,7 @@ def test_that_it_is_killed_is_noticed_after_its_lease(domain: int, scanner_progr
     async def story(bus: Bus, told: Told) -> None:
         client = bus.client(SCAN, told.answered, told.matched)
         replies = bus.subscribe(REPLIES, told.received, told.matched)
-        with scanner(scanner_program, domain, "--works-ms", 3_600_000, uri=LEASE_1S) as there:
+        with peer(scanner_program, domain, "--works-ms", 3_600_000, uri=LEASE_1S) as there:
             await told.until(lambda: client.peers == 1 and replies.peers == 1)
             client.call({})
             await asyncio.to_thread(there.says, "took call 1")

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from cyclonedds.core import Policy, Qos
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
 
+from scbm.model import MessageType
 from scbm.notation import digest_of, load_model
+from scbm.realtime.dds.raw import delete
+from scbm.realtime.dds.types import message_class
 from scbm.realtime.event_log import open_event_log, replay
 from scbm.running import Program
 from scbm.trace import (
@@ -274,8 +284,42 @@ def test_a_tester_that_is_ended_has_its_run_given_up_at_once(
         assert heard.cancel() == request
     ended = tester.ends()
     assert (ended.code, ended.out, ended.err) == (130, "", "")
-    controller.says("one: aborted after .*")
+    controller.says("one: given up after .*")
     assert verdicts(cell.tester(cell.case("two")).ends()) == {"two": REACHED}
+
+
+@pytest.mark.parametrize("stop", STOPS)
+def test_a_tester_that_is_ended_reports_the_cases_that_were_done(cell: ProcessCell, stop: signal.Signals) -> None:
+    _controller, arm = cell.controller(), cell.resources()
+    store = cell.directory / "cov.db"
+    tester = cell.tester(cell.case("one"), cell.case("two", "outcomes: {arm: timeout}"), "--store", store, scale=1)
+    arm.says("arm answers run_.*")
+    arm.says("arm gets run_.*-1")
+    tester.send(stop)
+    ended = tester.ends()
+    assert (ended.code, verdicts(ended)) == (130, {"one": REACHED})
+    assert json.loads(ended.out)["ended_early"] == "Interrupted after 1 of 2 cases"
+    assert ended.err == f"scbm: interrupted after 1 of 2 cases; their run in {store} is not finished\n"
+
+
+@pytest.fixture
+def background() -> Iterator[None]:
+    """What is started meanwhile ignores SIGINT, as what a script starts with `&` does."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("background")
+def test_a_tester_in_the_background_of_a_script_is_ended_by_sigterm(cell: ProcessCell) -> None:
+    _controller, arm = cell.controller(), cell.resources()
+    tester = cell.tester(cell.case("one"), cell.case("two", "outcomes: {arm: timeout}"), scale=1)
+    arm.says("arm answers run_.*")
+    arm.says("arm gets run_.*-1")
+    tester.send(signal.SIGTERM)
+    ended = tester.ends()
+    assert (ended.code, verdicts(ended)) == (130, {"one": REACHED})
+    assert ended.err == "scbm: interrupted after 1 of 2 cases\n"
 
 
 # who has no place
@@ -360,6 +404,29 @@ def test_resources_that_nobody_simulates_are_told(cell: ProcessCell) -> None:
     ended = cell.tester(cell.case("one"), "--wait", "2 s").ends()
     assert (ended.code, ended.out) == (2, "")
     assert "nobody simulates `lamp`" in ended.err
+
+
+@contextmanager
+def hearing(domain: int, name: str, type_: MessageType) -> Iterator[None]:
+    """A driver that hears a topic, of a type that may be wrong."""
+    peer = DomainParticipant(domain)
+    class_ = message_class(type_)
+    reader = DataReader(peer, Topic(peer, name, class_), Qos(Policy.Reliability.Reliable(duration(seconds=1))))
+    yield
+    for entity in (reader, peer):
+        delete(entity)
+
+
+def test_a_driver_of_another_type_is_told_however_long_nodes_may_take_to_come(cell: ProcessCell) -> None:
+    bindings = cell.directory / "bindings.yaml"
+    bindings.write_text("bindings_of: trouble\nresources: {arm: {topics: {request: /arm/ask, reply: /arm/tell}}}\n")
+    with hearing(cell.domain, "rt/arm/ask", MessageType.BOOL):
+        cell.start("node", "controller", cell.model, "--bindings", bindings, "--real", "arm").says("controller of .*")
+        cell.resources("lamp")
+        ended = cell.tester(cell.case("one"), "--wait", "1 h", scale=1).ends()
+    assert (ended.code, ended.out) == (2, "")
+    why = "`/arm/ask` has a subscription of type std_msgs/msg/Bool, and not std_msgs/msg/String"
+    assert f"`arm` is not reached: {why}" in ended.err
 
 
 # a tester that has nodes of its own

@@ -58,8 +58,8 @@ def _built(directory: Path) -> Path:
     return program
 
 
-class Scanner:
-    """The program at work.
+class Peer:
+    """A program at work.
 
     Attributes:
         process: of the operating system.
@@ -68,7 +68,7 @@ class Scanner:
     def __init__(self, process: subprocess.Popen[str]) -> None:
         self.process = process
         self._lines: Queue[str | None] = Queue()
-        self._reader = Thread(target=self._read, name="lines of the scanner", daemon=True)
+        self._reader = Thread(target=self._read, name="lines of a peer", daemon=True)
         self._reader.start()
 
     def _read(self) -> None:
@@ -83,23 +83,23 @@ class Scanner:
         self.process.wait()
         self._reader.join()
 
-    def says(self, text: str, guard_s: float = 60) -> None:
-        """Waits until it says so. What it said before that is forgotten; if it ends first, that is a failure."""
-        said = []
-        while (line := self._lines.get(timeout=guard_s)) is not None:
+    def says(self, *texts: str, guard_s: float = 60) -> None:
+        """Waits until it has said these, in any order. What it said meanwhile is forgotten; if it ends, that fails."""
+        said: list[str] = []
+        while not all(text in said for text in texts):
+            line = self._lines.get(timeout=guard_s)
+            if line is None:
+                raise AssertionError(f"the peer ended, and said {said} and not {texts}")
             said.append(line)
-            if line == text:
-                return
-        raise AssertionError(f"the scanner ended, and said {said} and not {text}")
 
 
 @contextmanager
-def scanner(program: Path, domain: int, *options: object, uri: str = LOOPBACK) -> Iterator[Scanner]:
+def peer(program: Path, domain: int, *options: object, uri: str = LOOPBACK) -> Iterator[Peer]:
     """Starts it in a domain, and kills it at the end."""
     command = [str(program), "--domain", str(domain), *map(str, options)]
     environment = {**os.environ, "CYCLONEDDS_URI": uri}
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
-        started = Scanner(process)
+        started = Peer(process)
         try:
             yield started
         finally:
