@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING
 
 from scbm.cli import thresholds
 from scbm.cli.arguments import complete, read_faults, read_requirements, read_time_limit
-from scbm.cli.output import errors, results, write_json
+from scbm.cli.output import errors, in_one_line, results, write_json
 from scbm.cli.progress import bar, with_lines
 from scbm.errors import Diagnostic, InputError, Place, Slug
 from scbm.model import format_duration
 from scbm.notation import load_model
-from scbm.reports import Setting, coverage_report, missing_report
+from scbm.reports import Setting, counted, coverage_report, missing_report
 from scbm.testing import (
     MOST_SHRUNK,
     Campaign,
@@ -37,12 +37,16 @@ if TYPE_CHECKING:
     from scbm.cases import Case, Network
     from scbm.cli.keeping import Keeper, Since
     from scbm.cli.node_options import Asked
+    from scbm.cli.over_nodes import OverNodes
     from scbm.coverage import Threshold
     from scbm.model import BehaviorModel, Requirement
-    from scbm.testing import CaseResult, Finding, WrittenCase
+    from scbm.testing import CaseResult, Execution, Finding, WrittenCase
 
 _SLOW = 500
 """From so many simulated cases on, progress is shown on a terminal; over nodes it always is."""
+
+INTERRUPTED = 130
+"""The exit code after Ctrl-C, as shells have it."""
 
 _RANDOM = 20
 """So many random cases are drawn if neither a number nor files are given."""
@@ -108,13 +112,14 @@ class Telling:
 def simulate(suite: Suite, telling: Telling) -> int:
     """Runs the cases in virtual time, and tells what came of them; the exit code."""
     tester = Tester(suite.model)
-    campaign, since = _carry_out(suite, telling, lambda cases, _: tester.results(cases), over_nodes=False)
-    is_saved = telling.save is None or suite.save_random(tester, telling.save)
-    findings = find_causes(tester, campaign, MOST_SHRUNK if telling.shrink else 0)
+    done = _carry_out(suite, telling, lambda cases, _: map(tester.execute, cases), None)
+    is_whole = done.ended is None  # who interrupts it does not wait for files and small cases
+    is_saved = telling.save is None or not is_whole or suite.save_random(tester, telling.save)
+    findings = find_causes(tester, done.campaign, MOST_SHRUNK if telling.shrink and is_whole else 0)
     saved = [suite.save_small(finding, telling.failures) for finding in findings]
     commands = tuple(suite.again(finding, path) for finding, path in zip(findings, saved, strict=True))
-    setting = suite.setting(findings, commands)
-    return _tell(campaign, setting, telling, since) if is_saved else max(2, _tell(campaign, setting, telling, since))
+    code = _tell(done, suite.setting(findings, commands), telling)
+    return code if is_saved else max(2, code)
 
 
 def run_over_nodes(suite: Suite, telling: Telling, asked: Asked, command: str) -> int:
@@ -134,56 +139,117 @@ def run_over_nodes(suite: Suite, telling: Telling, asked: Asked, command: str) -
     with over_nodes(asked, tester) as nodes:
         if not asked.starts:  # what is real, its controller says
             refuse_beyond_reach(suite, nodes.real, "--network")
-        campaign, since = _carry_out(suite, telling, nodes.results, over_nodes=True)
-    findings = find_causes(tester, campaign, 0)  # what fails over nodes need not fail in simulation
+        done = _carry_out(suite, telling, nodes.executions, nodes)
+    findings = find_causes(tester, done.campaign, 0)  # what fails over nodes need not fail in simulation
     logs = (nodes.logs.files.get(finding.results[0].case.name) for finding in findings)
     commands = tuple(command if log is None else f"scbm replay {shlex.quote(str(log))}" for log in logs)
-    setting = replace(suite.setting(findings, commands), where=asked.words)
-    code = _tell(campaign, setting, telling, since)
+    setting = replace(suite.setting(findings, commands), where=asked.words, answers=nodes.answers)
+    code = _tell(done, setting, telling)
     if nodes.logs.words is not None and not telling.json:
         errors().line(f"scbm: {nodes.logs.words}")
+    for complaint in nodes.complaints:
+        errors().line(f"scbm: {complaint}")
+    if any(answers.is_silent for answers in nodes.answers):
+        code = max(code, 1)
     return code if nodes.logs.is_whole else max(2, code)
 
 
 def _carry_out(
     suite: Suite,
     telling: Telling,
-    run: Callable[[Iterable[Case], Callable[[str], None]], Iterator[CaseResult]],
-    *,
-    over_nodes: bool,
-) -> tuple[Campaign, Since | None]:
-    """Runs the cases, keeps them in the store, and shows how far that is; and what the store says then."""
-    progress = _progress(suite.count, is_bar=over_nodes or suite.count >= _SLOW, is_told=over_nodes)
-    with _store(telling.store, suite) as keeper, progress as (said, done):
-        came = run(suite.cases(), said)
-        kept = came if keeper is None else keeper.kept(came, suite.by_name, suite.network)
-        campaign = Campaign.of(suite.model, done(kept))
-        return campaign, None if keeper is None else keeper.since(campaign.coverage)
+    run: Callable[[Iterable[Case], Callable[[str], None]], Iterator[Execution]],
+    nodes: OverNodes | None,
+) -> _Done:
+    """Runs the cases, keeps them in the store, and shows how far that is; what came until something ended it.
+
+    Raises `InputError` and `KeyboardInterrupt` only if that was before the first case was done.
+    """
+    is_over_nodes = nodes is not None
+    progress = _progress(suite.count, is_bar=is_over_nodes or suite.count >= _SLOW, is_told=is_over_nodes)
+    came: list[CaseResult] = []
+    try:
+        with _store(telling.store, suite, nodes) as keeper, progress as (said, done):
+            executions = run(suite.cases(), said)
+            results = (execution.result for execution in executions)
+            for result in done(results if keeper is None else keeper.kept(executions, suite.by_name, suite.network)):
+                came.append(result)  # noqa: PERF402 - what came before an interruption is kept
+            campaign = Campaign.of(suite.model, came)
+            return _Done(campaign, None if keeper is None else keeper.since(campaign.coverage))
+    except (InputError, KeyboardInterrupt) as ended:
+        if not came:
+            raise
+        return _Done(Campaign.of(suite.model, came), None, ended, suite.count)
 
 
-def _tell(campaign: Campaign, setting: Setting, telling: Telling, since: Since | None) -> int:
+@dataclass(frozen=True, slots=True)
+class _Done:
+    """What came of a campaign.
+
+    Attributes:
+        campaign: the cases that were run.
+        since: what the store says then; nothing if there is none, or its run is not finished.
+        ended: what ended the campaign before all cases were run.
+        asked: how many cases there would have been otherwise.
+    """
+
+    campaign: Campaign
+    since: Since | None
+    ended: InputError | KeyboardInterrupt | None = None
+    asked: int = 0
+
+    @property
+    def words(self) -> str:
+        """How far it came, if it was ended; for the report."""
+        if self.ended is None:
+            return ""
+        how = "Interrupted" if isinstance(self.ended, KeyboardInterrupt) else "Ended by an error"
+        return f"{how} after {len(self.campaign.results)} of {counted(self.asked, 'case')}"
+
+    def random(self, asked: int) -> int:
+        """How many random cases were run of those that were asked for; they come last."""
+        missed = 0 if self.ended is None else self.asked - len(self.campaign.results)
+        return max(0, asked - missed)
+
+
+def _tell(done: _Done, setting: Setting, telling: Telling) -> int:
+    campaign, since = done.campaign, done.since
     if telling.json:
         stored = {} if since is None else {"store": since.as_json}
-        write_json(campaign_json(campaign, setting.seed, setting.findings, setting.commands) | stored)
+        early = {"ended_early": done.words} if done.words else {}
+        report = campaign_json(campaign, setting.seed, setting.findings, setting.commands, setting.answers)
+        write_json(report | stored | early)
     else:
-        results().lines((missing_report if telling.missing else coverage_report)(campaign, setting))
+        shown = replace(setting, random=done.random(setting.random), ended_early=done.words)
+        results().lines((missing_report if telling.missing else coverage_report)(campaign, shown))
         results().lines([] if since is None else since.lines)
+    if done.words:
+        return _tell_early(done, telling)
     if since is not None and not since.is_whole:
         return 2
     return 0 if thresholds.meets(campaign.coverage, telling.thresholds) and not campaign.failed else 1
 
 
+def _tell_early(done: _Done, telling: Telling) -> int:
+    """Tells what ended a campaign; the exit code."""
+    stored = "" if telling.store is None else f"; their run in {telling.store} is not finished"
+    errors().line(f"scbm: {done.words[0].lower()}{done.words[1:]}{stored}")
+    if isinstance(done.ended, InputError):
+        errors().diagnostics(done.ended.diagnostics)
+        return 2
+    return INTERRUPTED
+
+
 def _tell_progress(words: str) -> None:
-    errors().line(f"scbm: {words}")
+    errors().line(f"scbm: {in_one_line(words)}")
 
 
-def _store(path: Path | None, suite: Suite) -> AbstractContextManager[Keeper | None]:
+def _store(path: Path | None, suite: Suite, nodes: OverNodes | None) -> AbstractContextManager[Keeper | None]:
     """The store that results are added to, if one is asked for."""
     if path is None:
         return nullcontext()
     from scbm.cli.keeping import keeping  # noqa: PLC0415 - a database, which few runs need
 
-    return keeping(path, suite.model, suite.file)
+    return keeping(path, suite.model, suite.file, nodes)
 
 
 def _progress(

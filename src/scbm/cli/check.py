@@ -6,11 +6,12 @@ from typing import Annotated, Any
 import typer
 
 from scbm.checking import Checked, Doubt, check_model
+from scbm.cli.node_options import Bindings
 from scbm.cli.output import count_of, errors, results, write_json
 from scbm.coverage import Obligations
-from scbm.errors import Diagnostic, InputError, Severity
+from scbm.errors import Diagnostic, InputError, Place, Severity, Slug
 from scbm.model import BehaviorModel
-from scbm.notation import Places, load_located
+from scbm.notation import Places, load_bindings, load_located
 from scbm.reports import counted
 
 FORMAT_VERSION = 1
@@ -20,18 +21,23 @@ def command(
     models: Annotated[list[Path], typer.Argument(metavar="MODEL...", help="Model files.", show_default=False)],
     *,
     strict: Annotated[bool, typer.Option("--strict", help="Exit with 1 if there are warnings.")] = False,
+    bindings: Bindings = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
     """Tell the errors of model files, and what is doubtful about those that have none."""
-    reports = [_check(path, quiet=json) for path in models]
+    if bindings is not None and len(models) > 1:
+        message = f"bindings are of one model, and these are {len(models)}"
+        remedy = "check each model with its own bindings"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--bindings"), remedy)])
+    reports = [_check(path, bindings, quiet=json) for path in models]
     if json:
         write_json({"format_version": FORMAT_VERSION, "models": reports})
-    if any(report["errors"] for report in reports):
+    if any(report["errors"] or report.get("bindings", {}).get("errors") for report in reports):
         return 2
     return 1 if strict and any(report["warnings"] for report in reports) else 0
 
 
-def _check(path: Path, *, quiet: bool) -> dict[str, Any]:
+def _check(path: Path, bindings: Path | None, *, quiet: bool) -> dict[str, Any]:
     try:
         model, places = load_located(path)
     except InputError as error:
@@ -46,6 +52,7 @@ def _check(path: Path, *, quiet: bool) -> dict[str, Any]:
             out.diagnostics([warning])
         out.line(f"{path}: {count_of(warnings) or 'good'}")
         out.line(_summary(model, checked))
+    bound = {} if bindings is None else {"bindings": _check_bindings(bindings, model, quiet=quiet)}
     return {
         "file": str(path),
         "errors": [],
@@ -54,7 +61,24 @@ def _check(path: Path, *, quiet: bool) -> dict[str, Any]:
         "initial_states": checked.initial_states,
         "reachable": checked.reachable,
         "complete": checked.complete,
+        **bound,
     }
+
+
+def _check_bindings(path: Path, model: BehaviorModel, *, quiet: bool) -> dict[str, Any]:
+    """What is wrong with bindings beside a model that loads, or what they and the model bind together."""
+    try:
+        bound = load_bindings(path, model)
+    except InputError as error:
+        if not quiet:
+            errors().diagnostics(error.diagnostics)
+        return {"file": str(path), "errors": [_json(fault) for fault in error.diagnostics]}
+    real = [resource.name for resource in bound.resources if resource.binding is not None]
+    if not quiet:
+        out = results()
+        out.line(f"{path}: good")
+        out.line(f"  {model.name}: {counted(len(real), 'bound resource')} of {len(model.resources)}: {', '.join(real)}")
+    return {"file": str(path), "errors": [], "bound": real}
 
 
 def _warning(doubt: Doubt, places: Places) -> Diagnostic:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from scbm.model import BehaviorModel
 
+_ENVIRONMENT = "ROS_DOMAIN_ID"
 _MOST_DIGITS = 9
 _MOST_SCALE = 10_000
 _SCALE = re.compile(r"\d{1,9}(\.\d{0,9})?|\.\d{1,9}|\d{1,9}/\d{1,9}", re.ASCII)
@@ -104,16 +105,20 @@ def load_bound(model: Path, bindings: Path | None) -> BehaviorModel:
 
 def read_domain(domain: int | None) -> int:
     """The domain that is asked for. Raises `InputError`."""
-    named = os.environ.get("ROS_DOMAIN_ID", "").strip()
+    named = os.environ.get(_ENVIRONMENT, "").strip()
     if domain is None and named:
         if not named.isascii() or not named.isdigit() or len(named) > _MOST_DIGITS:
-            message = f"the environment says ROS_DOMAIN_ID={named[:40]}, which is no number"
-            raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--domain"), "set it to 0 to 232")])
-        domain = int(named)
-    if domain is not None and not 0 <= domain <= 232:  # noqa: PLR2004 - ports run out there (RTPS 9.6.1.1)
+            message = f"the environment says {named[:40]}, which is no number"
+            raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(_ENVIRONMENT), "set it to 0 to 232")])
+        return _known_domain(int(named), _ENVIRONMENT)
+    return _known_domain(domain or 0, "--domain")
+
+
+def _known_domain(domain: int, said: str) -> int:
+    if not 0 <= domain <= 232:  # noqa: PLR2004 - ports run out there (RTPS 9.6.1.1)
         message = f"there is no DDS domain {domain}"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--domain"), "they are 0 to 232")])
-    return domain or 0
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(said), "they are 0 to 232")])
+    return domain
 
 
 def read_time_scale(text: str | None) -> Fraction:

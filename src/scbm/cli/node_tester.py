@@ -7,38 +7,25 @@ from typing import Annotated
 import typer
 
 from scbm.cli import thresholds
+from scbm.cli.campaign_options import Cases, FailUnder, Files, Json, Missing, Model, Network, Require, Seed, Store
 from scbm.cli.campaigns import Telling, Wanted, run_over_nodes
 from scbm.cli.node_options import Asked, Domain, Logs, TimeScale, Via, read_domain, read_time_scale, read_wait
 
 
 def command(
-    model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
-    files: Annotated[
-        list[Path] | None,
-        typer.Argument(metavar="CASES", help="Case files, and directories of them.", show_default=False),
-    ] = None,
+    model: Model,
+    files: Files = None,
     *,
-    cases: Annotated[
-        int | None,
-        typer.Option("--cases", min=0, max=10_000_000, help="How many random cases. [20; 0 beside case files]"),
-    ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Decides everything that is drawn.")] = 0,
-    network: Annotated[
-        str | None, typer.Option("--network", help="Faults in random cases: `loss: 2 %, jitter: 20 ms`, or `drawn`.")
-    ] = None,
-    require: Annotated[
-        list[str] | None, typer.Option("--require", metavar="SENTENCE", help="A requirement beside the model's.")
-    ] = None,
+    cases: Cases = None,
+    seed: Seed = 0,
+    network: Network = None,
+    require: Require = None,
     failures: Annotated[
         Path, typer.Option("--failures", metavar="DIRECTORY", help="Where the logs of failing cases are saved.")
     ] = Path("scbm-failures"),
-    store: Annotated[
-        Path | None, typer.Option("--store", metavar="FILE", help="Add the cases to this coverage store.")
-    ] = None,
-    missing: Annotated[bool, typer.Option("--missing", help="Show only what is missing, and why.")] = False,
-    fail_under: Annotated[
-        list[str] | None, typer.Option(thresholds.OPTION, metavar="PERCENT", help=thresholds.HELP)
-    ] = None,
+    store: Store = None,
+    missing: Missing = False,
+    fail_under: FailUnder = None,
     time_limit: Annotated[
         str | None, typer.Option("--time-limit", metavar="DURATION", help="Time of the run for each case. [1 h]")
     ] = None,
@@ -48,7 +35,7 @@ def command(
         str, typer.Option("--wait", metavar="DURATION", help="So long controller and resources may take to come.")
     ] = "10 s",
     logs: Logs = None,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    json: Json = False,
 ) -> int:
     """Run cases in a cell whose controller and resources run elsewhere, and report as `scbm test` does."""
     suite = Wanted(model, files or [], cases, seed, network, require or [], time_limit).suite({})

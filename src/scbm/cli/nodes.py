@@ -7,7 +7,7 @@ import sys
 from functools import partial
 from typing import TYPE_CHECKING
 
-from scbm.cli.output import errors, results
+from scbm.cli.output import errors, in_one_line, results
 from scbm.errors import Diagnostic, InputError, Place, Slug
 from scbm.notation import digest_of
 from scbm.realtime import Bus, BusError, Node, Seat, new_status, serve
@@ -34,7 +34,7 @@ def open_rclpy(domain: int) -> Bus:
 
 def complain(words: str) -> None:
     """Tells of a message that was dropped, or a node that was lost."""
-    errors().line(f"scbm: {words}")
+    errors().line(f"scbm: {in_one_line(words)}")
 
 
 def serve_node(
@@ -51,7 +51,7 @@ def serve_node(
     output = results()
 
     def tell(words: str) -> None:
-        output.line(words)
+        output.line(in_one_line(words))
         sys.stdout.flush()
 
     def seated(drivers: Bus | None, bus: Bus) -> Node:
@@ -81,4 +81,4 @@ def serve_node(
 
 def bus_error(error: BusError) -> InputError:
     """What a user reads if a middleware cannot be used."""
-    return InputError([Diagnostic(Slug.BUS_UNUSABLE, error.message, Place(error.where), error.remedy)])
+    return InputError([Diagnostic(Slug.BUS_UNUSABLE, in_one_line(error.message), Place(error.where), error.remedy)])

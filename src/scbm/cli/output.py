@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import sys
 from typing import IO, TYPE_CHECKING, Any
 
@@ -17,6 +18,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from scbm.errors import Diagnostic
+
+_CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
+"""What a terminal acts on and does not show, and what makes text run backwards; not tabs and ends of lines."""
+
+_IN_A_LINE = re.compile(rf"{_CONTROLS.pattern}|\n")
+"""The same within one line."""
 
 _STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
 
@@ -36,6 +43,32 @@ def leave_to_nobody(stream: IO[str]) -> None:
     os.close(nowhere)
 
 
+def escaped(text: str) -> str:
+    """The text with what would act on a terminal shown by its number: it comes from files and peers."""
+    return _CONTROLS.sub(_visible, text)
+
+
+def in_one_line(text: str) -> str:
+    """The same, and without ends of lines: what a peer says is no line of ours."""
+    return _IN_A_LINE.sub(_visible, text)
+
+
+def _visible(match: re.Match[str]) -> str:
+    number = ord(match[0])
+    if match[0] == "\n":
+        return "\\n"
+    return f"\\x{number:02x}" if number < 0x100 else f"\\u{number:04x}"  # noqa: PLR2004 - what two digits can say
+
+
+def _shown(text: Text, acting: re.Pattern[str]) -> Text:
+    """The same for text with styles, which stay where they are."""
+    shown, end = text.blank_copy(), 0
+    for match in acting.finditer(text.plain):
+        shown.append_text(text[end : match.start()]).append(_visible(match))
+        end = match.end()
+    return shown.append_text(text[end:]) if end else text
+
+
 class Output:
     """One stream. Lines are as long as they are: who reads them decides on wrapping."""
 
@@ -44,13 +77,13 @@ class Output:
 
     def line(self, text: Text | str = "") -> None:
         """One line of text, or several."""
-        shown = Text(text) if isinstance(text, str) else text
+        shown = Text(escaped(text)) if isinstance(text, str) else _shown(text, _CONTROLS)
         self._console.print(shown, soft_wrap=True, highlight=False, markup=False)
 
     def lines(self, texts: Iterable[Text]) -> None:
-        """Line after line."""
+        """Line after line; an end of a line within one of them comes from a file or a peer, and is shown."""
         for text in texts:
-            self.line(text)
+            self.line(_shown(text, _IN_A_LINE))
 
     def diagnostics(self, diagnostics: Sequence[Diagnostic]) -> None:
         """Each with its place, its line and its remedy; then how many there are."""
@@ -73,7 +106,8 @@ def errors() -> Output:
 def write_json(data: dict[str, Any]) -> None:
     """Data for machines."""
     try:
-        sys.stdout.write(json.dumps(data, indent=2, ensure_ascii=False) + "\n")
+        text = json.dumps(data, indent=2, ensure_ascii=False)
+        sys.stdout.write(_CONTROLS.sub(lambda match: f"\\u{ord(match[0]):04x}", text) + "\n")
         sys.stdout.flush()
     except BrokenPipeError:
         leave_to_nobody(sys.stdout)
@@ -88,7 +122,7 @@ def count_of(diagnostics: Sequence[Diagnostic]) -> str:
 
 
 def _coloured(diagnostic: Diagnostic) -> Text:
-    head, *rest = str(diagnostic).split("\n")
+    head, *rest = escaped(str(diagnostic)).split("\n")
     text = Text(head)
     label = f"{diagnostic.severity}[{diagnostic.slug}]:"
     begin = head.find(label)

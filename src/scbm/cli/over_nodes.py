@@ -8,11 +8,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scbm.cli.nodes import bus_error, complain, open_dds
-from scbm.cli.remedies import Waiting, cell_error
+from scbm.cli.remedies import Waiting, cell_error, silent_driver, too_fast
 from scbm.cli.saved_logs import SavedLogs
 from scbm.notation import digest_of
 from scbm.realtime import BusError, Children, LoopbackCell, NotReadyError, RemoteCell, Session
+from scbm.testing import count_answers, slowest_plan_ns
 from scbm.testing.on_nodes import NodeTester
+from scbm.trace import End
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
     from scbm.cases import Case
     from scbm.cli.node_options import Asked
     from scbm.realtime.session import Cell
-    from scbm.testing import CaseResult, Tester
+    from scbm.testing import Answers, Execution, Tester
 
 
 @contextmanager
@@ -34,9 +36,15 @@ def over_nodes(asked: Asked, tester: Tester) -> Iterator[OverNodes]:
     session = Session(_cell(asked), asked.model, digest_of(asked.model), asked.time_scale, asked.wait_s)
     session.complain = complain
     session.waiting = Waiting(asked, complain)
+    with _told(asked), session:
+        yield OverNodes(asked, logs, session, NodeTester(tester, session))
+
+
+@contextmanager
+def _told(asked: Asked) -> Iterator[None]:
+    """What is wrong with a bus or a cell, as an `InputError`."""
     try:
-        with session:
-            yield OverNodes(logs, session, NodeTester(tester, session))
+        yield
     except BusError as error:
         raise bus_error(error) from None
     except NotReadyError as error:
@@ -71,21 +79,52 @@ class OverNodes:
 
     Attributes:
         logs: where logs were saved.
+        answers: how the real resources answered until now.
     """
 
+    _asked: Asked
     logs: SavedLogs
     _session: Session
     _tester: NodeTester
+    answers: tuple[Answers, ...] = ()
+    _behind_ns: int = 0
 
     @property
     def real(self) -> tuple[str, ...]:
         """The resources that are reached at real drivers."""
         return self._session.real
 
-    def results(self, cases: Iterable[Case], said: Callable[[str], None]) -> Iterator[CaseResult]:
-        """What comes of each; `said` gets the name of the one that runs."""
+    @property
+    def words(self) -> str:
+        """Where they run."""
+        return self._asked.words
+
+    def executions(self, cases: Iterable[Case], said: Callable[[str], None]) -> Iterator[Execution]:
+        """What comes of each; `said` gets the name of the one that runs.
+
+        Raises `InputError` if the cell cannot be brought back, or the bus cannot be used.
+        """
+        self.answers = count_answers(self.real, ())
         for case in cases:
             said(case.name)
-            execution = self._tester.execute(case)
+            with _told(self._asked):
+                execution = self._tester.execute(case)
             self.logs.keep(execution)
-            yield execution.result
+            self._count(execution)
+            yield execution
+
+    def _count(self, execution: Execution) -> None:
+        records = execution.trace.records
+        self.answers = tuple(answers.after(records) for answers in self.answers)
+        if execution.verdict.end is not End.REACHED:
+            self._behind_ns = max(self._behind_ns, slowest_plan_ns(records))
+
+    @property
+    def complaints(self) -> Iterator[str]:
+        """What is to be said of the nodes when all is done, besides the report."""
+        for answers in self.answers:
+            if answers.is_silent:
+                yield silent_driver(answers, self._asked)
+        hint = too_fast(self._behind_ns, self._asked)
+        if hint is not None:
+            yield hint

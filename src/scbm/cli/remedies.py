@@ -7,14 +7,18 @@ import shlex
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from scbm.cli.output import in_one_line
 from scbm.errors import Diagnostic, InputError, Place, Slug
+from scbm.model import format_duration
 from scbm.realtime import Lack
+from scbm.reports import counted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from scbm.cli.node_options import Asked
     from scbm.realtime import NotReadyError, Reason
+    from scbm.testing import Answers
 
 _PLAIN = {
     Lack.RIVAL: "wait for it, or stop it",
@@ -36,7 +40,9 @@ def cell_error(error: NotReadyError, asked: Asked) -> InputError:
     """What a user reads."""
     place = Place(asked.where)
     reasons = error.reasons
-    return InputError([Diagnostic(Slug.CELL_INCOMPLETE, r.message, place, _remedy(r, asked)) for r in reasons])
+    return InputError(
+        [Diagnostic(Slug.CELL_INCOMPLETE, in_one_line(r.message), place, _remedy(r, asked)) for r in reasons]
+    )
 
 
 def _remedy(reason: Reason, asked: Asked) -> str:
@@ -59,6 +65,42 @@ def _node(role: str, asked: Asked, resources: Sequence[str] = ()) -> str:
     is_default = asked.domain == 0 and not os.environ.get("ROS_DOMAIN_ID")
     domain = "" if is_default else f" --domain {asked.domain}"
     return f"`scbm node {role} {shlex.quote(str(asked.file))}{names}{domain}`"
+
+
+def silent_driver(answers: Answers, asked: Asked) -> str:
+    """What is said of a real resource that did nothing of what it was asked, and where to look."""
+    asked_for = counted(answers.sent, "request")
+    done = f"`{answers.resource}` is real, and did nothing of {asked_for}"
+    if answers.failed == answers.sent:
+        return f"{done}: its driver refused or failed each; see what it says itself"
+    if not answers.failed:
+        return f"{done}: nothing came back in time; {_look(answers.resource, asked)}"
+    return (
+        f"{done}: {answers.failed} failed, {answers.unanswered} got no reply in time; {_look(answers.resource, asked)}"
+    )
+
+
+def _look(resource: str, asked: Asked) -> str:
+    where = f"the binding of `{resource}`" + ("" if asked.bindings is None else f" in {asked.bindings}")
+    return f"look at what its driver says, at {where}, and at its deadlines"
+
+
+def too_fast(behind_ns: int, asked: Asked) -> str | None:
+    """What is said if time was scaled beyond what the machine can do; `None` if nothing speaks for that.
+
+    Args:
+        behind_ns: the longest that a run that did not reach its goal waited for a plan, in time of the run.
+        asked: what was asked for.
+    """
+    deadlines_ns = [op.deadline_ns for op in asked.model.operations if op.deadline_ns is not None]
+    if asked.time_scale <= 1 or not deadlines_ns or 2 * behind_ns < min(deadlines_ns):
+        return None
+    scale = f"{float(asked.time_scale):g}"
+    waited = f"a plan took {behind_ns / 1e9:.3g} s of a run, and the shortest deadline is"
+    return (
+        f"the machine did not keep up with --time-scale {scale}: {waited} {format_duration(min(deadlines_ns))}; "
+        "try a smaller one"
+    )
 
 
 @dataclass

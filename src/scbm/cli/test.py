@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from scbm.cli import thresholds
+from scbm.cli.campaign_options import Cases, FailUnder, Files, Json, Missing, Model, Network, Require, Seed, Store
 from scbm.cli.campaigns import Telling, Wanted, run_over_nodes, simulate
 from scbm.cli.node_options import (
     Asked,
@@ -30,23 +31,13 @@ from scbm.cli.node_options import (
 
 
 def command(
-    model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
-    files: Annotated[
-        list[Path] | None,
-        typer.Argument(metavar="CASES", help="Case files, and directories of them.", show_default=False),
-    ] = None,
+    model: Model,
+    files: Files = None,
     *,
-    cases: Annotated[
-        int | None,
-        typer.Option("--cases", min=0, max=10_000_000, help="How many random cases. [20; 0 beside case files]"),
-    ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Decides everything that is drawn.")] = 0,
-    network: Annotated[
-        str | None, typer.Option("--network", help="Faults in random cases: `loss: 2 %, jitter: 20 ms`, or `drawn`.")
-    ] = None,
-    require: Annotated[
-        list[str] | None, typer.Option("--require", metavar="SENTENCE", help="A requirement beside the model's.")
-    ] = None,
+    cases: Cases = None,
+    seed: Seed = 0,
+    network: Network = None,
+    require: Require = None,
     save: Annotated[
         Path | None, typer.Option("--save", metavar="DIRECTORY", help="Save every random case as a file.")
     ] = None,
@@ -54,13 +45,9 @@ def command(
     failures: Annotated[
         Path, typer.Option("--failures", metavar="DIRECTORY", help="Where small failing cases are saved.")
     ] = Path("scbm-failures"),
-    store: Annotated[
-        Path | None, typer.Option("--store", metavar="FILE", help="Add the cases to this coverage store.")
-    ] = None,
-    missing: Annotated[bool, typer.Option("--missing", help="Show only what is missing, and why.")] = False,
-    fail_under: Annotated[
-        list[str] | None, typer.Option(thresholds.OPTION, metavar="PERCENT", help=thresholds.HELP)
-    ] = None,
+    store: Store = None,
+    missing: Missing = False,
+    fail_under: FailUnder = None,
     time_limit: Annotated[
         str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time for each case. [1 h]")
     ] = None,
@@ -77,7 +64,7 @@ def command(
         typer.Option("--wait", metavar="DURATION", help="So long nodes and drivers may take to come. [10 s]"),
     ] = None,
     logs: Logs = None,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    json: Json = False,
 ) -> int:
     """Run case files and random cases, judge them, and report how much of the model they visited."""
     wanted = Wanted(model, files or [], cases, seed, network, require or [], time_limit)

@@ -10,10 +10,11 @@ import typer
 
 from scbm.cli.arguments import complete, read_faults, read_requirements, read_time_limit
 from scbm.cli.files import refuse_clashes, write_whole
+from scbm.cli.logs import Asked, rerun
 from scbm.cli.output import results, write_json
 from scbm.errors import Diagnostic, InputError, Place, Slug
 from scbm.model import BehaviorModel, format_moment
-from scbm.notation import load_model, open_case
+from scbm.notation import load_model
 from scbm.testing import Execution, RandomCases, Tester
 
 FORMAT_VERSION = 1
@@ -39,14 +40,19 @@ class _Output:
 
 
 def command(
-    file: Annotated[Path, typer.Argument(help="The case file; the model file beside `--case`.", show_default=False)],
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="The case file, or the log of a real run; the model file beside `--case`.", show_default=False
+        ),
+    ],
     *,
     perfetto: Annotated[
         Path | None, typer.Option("--perfetto", metavar="FILE", help="Write JSON for ui.perfetto.dev.")
     ] = None,
     mcap: Annotated[Path | None, typer.Option("--mcap", metavar="FILE", help="Write MCAP for Foxglove.")] = None,
     model: Annotated[
-        Path | None, typer.Option("--model", help="The model file; the one that the case names, if missing.")
+        Path | None, typer.Option("--model", help="The model file; the one that the file names, if missing.")
     ] = None,
     seed: Annotated[int | None, typer.Option("--seed", help="Decides what is drawn beside `--case`. [0]")] = None,
     case: Annotated[
@@ -63,23 +69,20 @@ def command(
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print what was written as JSON.")] = False,
 ) -> int:
-    """Run a case again, and write what happens as a file that Perfetto or Foxglove opens."""
+    """Run a case or the log of a real run again, and write what happens as a file that Perfetto or Foxglove opens."""
     outputs = _outputs(perfetto, mcap)
     files = {output.option: output.path for output in outputs}
     if case is None:
         _refuse({"--seed": seed, "--network": network}, "this is for random cases", "add for example `--case 1`")
-        document = open_case(file)
-        model_file = model or document.required_model_path()
-        refuse_clashes(files, [(file, "the case"), (model_file, "the model")])
-        loaded = load_model(model_file)
-        asked = document.read(loaded)
+        done = rerun(Asked(file, model, require or [], time_limit, files))
+        loaded, execution = done.model, done.execution
     else:
         _refuse({"--model": model}, "`--case` draws from the model that comes first", None)
         refuse_clashes(files, [(file, "the model")])
         loaded = load_model(file)
-        asked = RandomCases(loaded, str(file), read_faults(network, loaded)).case(seed or 0, case)
-    requirements = read_requirements(require or [], loaded)
-    execution = Tester(loaded).execute(complete(asked, requirements, read_time_limit(time_limit), loaded))
+        drawn = RandomCases(loaded, str(file), read_faults(network, loaded)).case(seed or 0, case)
+        requirements = read_requirements(require or [], loaded)
+        execution = Tester(loaded).execute(complete(drawn, requirements, read_time_limit(time_limit), loaded))
     counts = [_write(output, loaded, execution) for output in outputs]
     _tell(execution, outputs, counts, json=json)
     return 0
@@ -132,7 +135,8 @@ def _tell(execution: Execution, outputs: list[_Output], counts: list[int], *, js
         return
     verdict = execution.verdict
     failed = "" if verdict.passed else ", failed"
-    ended = f"{verdict.end.replace('_', ' ')} after {format_moment(execution.ended_ns)}{failed}"
+    real = "" if execution.log is None else ", over nodes"
+    ended = f"{verdict.end.replace('_', ' ')} after {format_moment(execution.ended_ns)}{real}{failed}"
     out = results()
     out.line(f"{execution.case.name}: {ended}")
     for output, count in zip(outputs, counts, strict=True):
@@ -146,6 +150,7 @@ def _json(execution: Execution, outputs: list[_Output], counts: list[int]) -> di
         "case": execution.case.name,
         "verdict": execution.verdict.end.value,
         "passed": execution.verdict.passed,
+        "is_real_run": execution.log is not None,
         "simulated_seconds": execution.ended_ns / 1e9,
         "written": [
             {"format": output.option.removeprefix("--"), "file": str(output.path), output.noun: count}

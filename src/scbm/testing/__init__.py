@@ -3,6 +3,7 @@
 Paper, Section VI; semantics 7.
 """
 
+from scbm.testing.answers import Answers, count_answers
 from scbm.testing.campaign import Campaign, CaseResult
 from scbm.testing.chance import reaction_stream
 from scbm.testing.choices import Choice
@@ -10,6 +11,7 @@ from scbm.testing.faults import draw_network
 from scbm.testing.findings import MOST_SHRUNK, Finding, find_causes
 from scbm.testing.generation import RandomCases
 from scbm.testing.json_report import FORMAT_VERSION, campaign_json, coverage_json
+from scbm.testing.lateness import slowest_plan_ns
 from scbm.testing.requirements import Violation, find_violations
 from scbm.testing.shrinking import Shrinker, Shrunk
 from scbm.testing.sizes import Size
@@ -20,6 +22,7 @@ from scbm.testing.verdicts import Failure, FailureKind, Outcomes, Verdict, judge
 __all__ = [
     "FORMAT_VERSION",
     "MOST_SHRUNK",
+    "Answers",
     "Campaign",
     "CaseResult",
     "Choice",
@@ -37,6 +40,7 @@ __all__ = [
     "Violation",
     "WrittenCase",
     "campaign_json",
+    "count_answers",
     "coverage_json",
     "draw_network",
     "find_case_files",
@@ -46,4 +50,5 @@ __all__ = [
     "load_suite",
     "reaction_stream",
     "save_cases",
+    "slowest_plan_ns",
 ]

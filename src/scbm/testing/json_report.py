@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from scbm.coverage import Coverage, Figure
+    from scbm.testing.answers import Answers
     from scbm.testing.campaign import Campaign, CaseResult
     from scbm.testing.findings import Finding
     from scbm.testing.shrinking import Shrunk
@@ -19,9 +20,22 @@ FORMAT_VERSION = 1
 
 
 def campaign_json(
-    campaign: Campaign, seed: int, findings: Sequence[Finding], commands: Sequence[str]
+    campaign: Campaign,
+    seed: int,
+    findings: Sequence[Finding],
+    commands: Sequence[str],
+    answers: Sequence[Answers] = (),
 ) -> dict[str, Any]:
-    """The campaign as data that `json` can write; equal campaigns of one seed give equal bytes."""
+    """The campaign as data that `json` can write; equal campaigns of one seed give equal bytes.
+
+    Args:
+        campaign: what was run.
+        seed: what random cases were drawn from.
+        findings: what failed.
+        commands: for each finding the command that shows it again.
+        answers: how real resources answered, if there are any.
+    """
+    real = {"real_resources": [_answers(of_one) for of_one in answers]} if answers else {}
     return {
         "format_version": FORMAT_VERSION,
         "model": campaign.model.name,
@@ -30,8 +44,13 @@ def campaign_json(
         "coverage": coverage_json(campaign.coverage),
         "simulated_seconds": campaign.simulated_ns / 1e9,
         "findings": [_finding(*pair) for pair in zip(findings, commands, strict=True)],
+        **real,
         "cases": [_case(result, campaign) for result in campaign.results],
     }
+
+
+def _answers(answers: Answers) -> dict[str, Any]:
+    return asdict(answers) | {"unanswered": answers.unanswered}
 
 
 def _finding(finding: Finding, command: str) -> dict[str, Any]:

@@ -55,9 +55,18 @@ def test_what_is_no_factor_of_time_is_refused_at_once(text: str) -> None:
 @pytest.mark.parametrize("named", ["x", "-1", "¹", "9" * 5_000])
 def test_a_domain_of_the_environment_that_is_no_number_is_refused(named: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", named)
-    with pytest.raises(InputError, match="which is no number"):
+    with pytest.raises(InputError, match="which is no number") as refused:
         read_domain(None)
+    assert str(refused.value.diagnostics[0].place) == "ROS_DOMAIN_ID"
     assert read_domain(7) == 7
+
+
+def test_a_domain_that_does_not_exist_is_told_where_it_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", "233")
+    for domain, place in ((None, "ROS_DOMAIN_ID"), (-1, "--domain")):
+        with pytest.raises(InputError, match="there is no DDS domain") as refused:
+            read_domain(domain)
+        assert str(refused.value.diagnostics[0].place) == place
 
 
 @pytest.fixture

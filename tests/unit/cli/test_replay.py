@@ -114,13 +114,50 @@ def test_the_model_of_a_log_is_seen_from_where_the_log_is(scbm: Scbm, tmp_path: 
     assert (ran.code, "error[model-missing]: the log does not say where its model is" in ran.err) == (2, True)
     assert scbm("replay", nowhere, "--model", AFTER).code == 0
     lost = _save(replace(_log(), model_file="gone.yaml"), tmp_path / "logs/run.jsonl")
-    assert "error[file-missing]" in scbm("replay", lost).err
+    ran = scbm("replay", lost)
+    told = f"error[file-missing]: the model of the log is not there: `{lost.parent / 'gone.yaml'}`"
+    assert (ran.code, ran.err) == (2, f"{lost}:1: {told}\n    = say where it is: `--model FILE`\n")
+    assert scbm("replay", lost, "--model", AFTER).code == 0
 
 
 def test_a_log_of_another_version_of_the_model_is_refused(scbm: Scbm, tmp_path: Path) -> None:
     ran = scbm("replay", _save(_log(), tmp_path / "run.jsonl"), "--model", BEFORE)
     assert ran.code == 2
     assert "error[log-other-model]: this log is of another model than this one" in ran.err
+
+
+def test_a_log_is_written_for_other_tools_as_its_case_is(scbm: Scbm, tmp_path: Path) -> None:
+    log = _log()
+    path, case = _save(log, tmp_path / "run.log"), tmp_path / "case.yaml"
+    case.write_text(write_case(log.case, MODEL, str(AFTER)), encoding="utf-8")
+    written = [tmp_path / "log.json", tmp_path / "case.json"]
+    real = scbm("trace", path, "--perfetto", written[0], "--require", "never robot_at == home")
+    simulated = scbm("trace", case, "--perfetto", written[1], "--require", "never robot_at == home")
+    assert (real.code, real.err) == (0, "")
+    assert written[0].read_bytes() == written[1].read_bytes()
+    (head, *_), (of_case, *_) = real.out.splitlines(), simulated.out.splitlines()
+    assert head == of_case.replace(" s", " s, over nodes", 1)
+    told = json.loads(scbm("trace", path, "--mcap", tmp_path / "run.mcap", "--json").out)
+    assert (told["is_real_run"], told["case"]) == (True, log.case.name)
+    ran = scbm("trace", path, "--perfetto", path)
+    assert (ran.code, f"{path} is also the log" in ran.err) == (2, True)
+    assert "error[bad-option]: this is for random cases" in scbm("trace", path, "--perfetto", "y", "--seed", 1).err
+
+
+@pytest.mark.parametrize(
+    ("command", "noun"),
+    [(("test", AFTER), "case"), (("check",), "model"), (("check", AFTER, "--bindings"), "bindings")],
+)
+def test_a_log_where_a_file_is_needed_that_a_run_is_made_of_is_told_to_be_one(
+    scbm: Scbm, tmp_path: Path, command: tuple[object, ...], noun: str
+) -> None:
+    path, trace = _save(_log(), tmp_path / "the run.log"), tmp_path / "trace.jsonl"
+    ran = scbm(*command, path)
+    told = f"{path}:1: error[wrong-shape]: this is the log of a run over nodes, and a {noun} file is needed here\n"
+    assert (ran.code, ran.err) == (2, f"{told}    = `scbm replay '{path}'` shows it\n")
+    scbm("replay", path, "--trace", trace)
+    told = f"{trace}:1: error[wrong-shape]: this is the trace of a run, and a {noun} file is needed here\n"
+    assert scbm(*command, trace).err == told
 
 
 def test_events_that_do_not_end_the_run_are_refused(scbm: Scbm, tmp_path: Path) -> None:
@@ -149,7 +186,7 @@ def test_the_trace_replaces_nothing_that_is_read(scbm: Scbm, tmp_path: Path) -> 
     path = _save(_log(), tmp_path / "run.jsonl")
     before = path.read_bytes()
     ran = scbm("replay", path, "--trace", path)
-    assert (ran.code, "is also the run to show" in ran.err) == (2, True)
+    assert (ran.code, "is also the log" in ran.err) == (2, True)
     assert path.read_bytes() == before
 
 

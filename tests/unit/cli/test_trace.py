@@ -72,6 +72,7 @@ def test_json_says_what_was_written(scbm: Scbm, tmp_path: Path) -> None:
         "case": "seed-1-case-6",
         "verdict": "reached",
         "passed": True,
+        "is_real_run": False,
         "simulated_seconds": 15.555291,
         "written": [
             {"format": "perfetto", "file": str(perfetto), "events": count_of(perfetto)},

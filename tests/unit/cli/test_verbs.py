@@ -34,6 +34,26 @@ def test_check_tells_all_errors_of_all_files(scbm: Scbm, tmp_path: Path) -> None
     assert "good" in ran.out
 
 
+def test_check_looks_at_bindings_beside_a_model(scbm: Scbm, tmp_path: Path) -> None:
+    bindings = "examples/robot_in_the_air/ros2/bindings.yaml"
+    ran = scbm("check", AFTER, "--bindings", bindings)
+    assert (ran.code, ran.err) == (0, "")
+    assert ran.out.endswith(f"\n{bindings}: good\n  robot_in_the_air: 1 bound resource of 4: scanner\n")
+    (told,) = json.loads(scbm("check", AFTER, "--bindings", bindings, "--json").out)["models"]
+    assert told["bindings"] == {"file": bindings, "errors": [], "bound": ["scanner"]}
+    wrong = tmp_path / "wrong.yaml"
+    wrong.write_text("bindings_of: robot_in_the_air\nresources: {skanner: {}}\n", encoding="utf-8")
+    ran = scbm("check", AFTER, "--bindings", wrong)
+    assert (ran.code, f"{wrong}:2:13: error[unknown-resource]" in ran.err) == (2, True)
+    assert ran.out.startswith(f"{AFTER}: good\n")
+    ran = scbm("check", AFTER, "--bindings", wrong, "--json")
+    (error,) = json.loads(ran.out)["models"][0]["bindings"]["errors"]
+    assert (ran.code, error["slug"], error["line"]) == (2, "unknown-resource", 2)
+    ran = scbm("check", BEFORE, AFTER, "--bindings", bindings)
+    assert (ran.code, ran.out) == (2, "")
+    assert ran.err.startswith("--bindings: error[bad-option]: bindings are of one model, and these are 2\n")
+
+
 def test_check_exits_with_1_for_warnings_only_if_asked(scbm: Scbm, tmp_path: Path) -> None:
     doubtful = tmp_path / "doubtful.yaml"
     doubtful.write_text("behavior_model: x\nvariables: {a: {domain: bool, initial: false}}\noperations: {}\n")

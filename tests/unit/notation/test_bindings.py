@@ -292,6 +292,28 @@ def test_bindings_of_a_file_do_not_contradict_those_that_the_model_keeps() -> No
     read_bindings(f"bindings_of: cell\nresources: {{{arm}, {scanner}}}\n", measuring)  # that one is replaced
 
 
+def test_topics_of_requests_are_not_shared_with_a_resource_that_keeps_its_own() -> None:
+    arm = "arm: {topics: {request: /arm/request, reply: /scanner/reply}}"
+    (told,) = diagnostics_of(f"bindings_of: cell\nresources: {{{arm}}}\n", MODEL)
+    assert (told.slug, told.message) == (
+        Slug.BAD_BINDING,
+        "`/scanner/reply` carries requests or replies for `scanner`, too",
+    )
+    scanner = "scanner: {topics: {request: /a, reply: /b}}"
+    read_bindings(f"bindings_of: cell\nresources: {{{arm}, {scanner}}}\n", MODEL)  # that one is replaced
+
+
+def test_measured_topics_and_services_may_be_shared() -> None:
+    service = "service: {name: /robot, type: std_srvs/srv/Trigger}"
+    measured = "measured: {lit: {topic: /lit, type: std_msgs/msg/String, values: {ON: true}}}"
+    both = replace(MODEL, resources=(MODEL.resources[0], Resource("arm", ("lit",), ("lit",))))
+    bound = read_bindings(
+        f"bindings_of: cell\nresources: {{scanner: {{{service}, {measured}}}, arm: {{{service}, {measured}}}}}\n", both
+    )
+    first, second = (resource.binding for resource in bound.resources)
+    assert first == second
+
+
 def test_a_type_of_services_has_the_fields_that_it_has_in_the_model() -> None:
     bound = read_bindings(RIGHT, MODEL)
     service = "{name: /x, type: {name: my_robot/srv/Light, response: {success: bool}}}"

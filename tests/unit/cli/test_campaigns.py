@@ -1,0 +1,53 @@
+"""Campaigns in simulation that somebody interrupts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from scbm.cases import Case
+from scbm.testing import Execution, Tester
+
+FAILS = "tests/models/fails_at_run/livelock.yaml"
+
+
+@pytest.fixture
+def interrupted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Somebody interrupts the third case; the names of those that were begun."""
+    begun: list[str] = []
+    execute = Tester.execute
+
+    def interrupt(self: Tester, case: Case, most_records: int | None = None) -> Execution:
+        begun.append(case.name)
+        if len(begun) == 3:
+            raise KeyboardInterrupt
+        return execute(self, case, most_records)
+
+    monkeypatch.setattr(Tester, "execute", interrupt)
+    return begun
+
+
+def test_the_cases_that_were_done_are_reported_and_nothing_more_is_run(
+    scbm: Callable[..., Any], interrupted: list[str], tmp_path: Path
+) -> None:
+    saved, failures = tmp_path / "saved", tmp_path / "failures"
+    ran = scbm("test", FAILS, "--cases", 9, "--save", saved, "--failures", failures)
+    assert (ran.code, ran.err) == (130, "scbm: interrupted after 2 of 9 cases\n")
+    assert "2 random cases of seed 0: 2 livelock; 2 failed\n  Interrupted after 2 of 9 cases\n" in ran.out
+    assert interrupted == [f"seed-0-case-{number}" for number in (1, 2, 3)]
+    assert list(tmp_path.iterdir()) == []
+    assert f"again: scbm run {FAILS} --seed 0 --case 1" in ran.out
+
+
+@pytest.mark.usefixtures("interrupted")
+def test_only_cases_that_were_run_are_counted(scbm: Callable[..., Any], tmp_path: Path) -> None:
+    model = "examples/robot_in_the_air/before.yaml"
+    saved = tmp_path / "saved"
+    drawn = "case: scans\ngoal: item_a_scanned\ndrawn: {seed: 4}\n"
+    saved.mkdir()
+    (saved / "scans.yaml").write_text(drawn, encoding="utf-8")
+    ran = scbm("test", model, saved, "--cases", 5)
+    assert ", 1 written case and 1 random case of seed 0: 2 reached\n  Interrupted after 2 of 6 cases\n" in ran.out

@@ -1,0 +1,84 @@
+"""What is printed: text of files and peers is shown as it is, and nothing in it acts on the terminal."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import pytest
+from rich.console import Console
+from rich.text import Text
+
+from scbm.cli.nodes import complain
+from scbm.cli.output import Output, escaped, in_one_line, write_json
+from scbm.errors import Diagnostic, Place, Slug
+
+CLEAR, RED_C1, BACKWARDS = "\x1b[2J", "\x9b31m", "\u202e"
+ACTING = [chr(number) for number in (*range(32), *range(0x7F, 0xA0), 0x200E, 0x2028, 0x202E, 0x2066, 0x2069)]
+
+
+@pytest.mark.parametrize("character", [character for character in ACTING if character not in "\t\n"])
+def test_what_acts_on_a_terminal_is_shown_by_its_number(character: str) -> None:
+    number = ord(character)
+    shown = f"\\x{number:02x}" if number < 256 else f"\\u{number:04x}"
+    assert escaped(f"a{character}b") == f"a{shown}b"
+    out = StringIO()
+    Output(Console(file=out)).line(f"a{character}b")
+    assert out.getvalue() == f"a{shown}b\n"
+
+
+@pytest.mark.parametrize("text", ["", "plain", "größer → [bold]x[/bold] :smile:", "two\nlines"])
+def test_all_else_stays_as_it_is_and_markup_is_no_markup(text: str) -> None:
+    assert escaped(text) == text
+    out = StringIO()
+    Output(Console(file=out, force_terminal=True, color_system="standard")).line(text)
+    assert out.getvalue() == f"{text}\n"
+
+
+def test_styles_stay_where_they_are_around_what_is_made_visible() -> None:
+    out = StringIO()
+    text = Text(f"a{CLEAR}b ").append(f"red{BACKWARDS}", style="red").append("plain")
+    Output(Console(file=out, force_terminal=True, color_system="standard")).line(text)
+    assert out.getvalue() == "a\\x1b[2Jb \x1b[31mred\x1b[0m\\u202eplain\n"
+
+
+def test_each_line_of_a_report_stays_one_line() -> None:
+    out = StringIO()
+    Output(Console(file=out)).lines([Text("refused: no\nFAILED nothing"), Text("next")])
+    assert out.getvalue() == "refused: no\\nFAILED nothing\nnext\n"
+
+
+def test_a_diagnostic_shows_what_a_file_says_of_controls() -> None:
+    out = StringIO()
+    diagnostic = Diagnostic(Slug.BAD_OPTION, f"`{CLEAR}` is no name", Place(f"a{RED_C1}.yaml", 1, 1), "x\x07", "y")
+    Output(Console(file=out)).diagnostics([diagnostic])
+    assert out.getvalue() == (
+        "a\\x9b31m.yaml:1:1: error[bad-option]: `\\x1b[2J` is no name\n    y\n    ^\n    = x\\x07\n"
+    )
+
+
+def test_what_a_peer_says_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    complain(f"it is\nscbm: {CLEAR}all is good")
+    assert capsys.readouterr().err == "scbm: it is\\nscbm: \\x1b[2Jall is good\n"
+    assert in_one_line("a\r\nb") == "a\\x0d\\nb"
+
+
+def test_json_has_no_controls_either_and_says_the_same(capsys: pytest.CaptureFixture[str]) -> None:
+    data: dict[str, Any] = {"text": f"{CLEAR}{RED_C1}{BACKWARDS} größer\n"}
+    write_json(data)
+    written = capsys.readouterr().out
+    assert json.loads(written) == data
+    assert escaped(written) == written
+    assert "größer" in written
+
+
+def test_a_model_file_cannot_clear_the_screen(scbm: Callable[..., Any], tmp_path: Path) -> None:
+    path = tmp_path / "model.yaml"
+    path.write_text('behavior_model: "\\e[2J"\nvariables: {"\\e[31m": {domain: bool}}\n', encoding="utf-8")
+    ran = scbm("check", path)
+    assert ran.code == 2
+    assert "\\x1b[2J" in ran.err
+    assert "\x1b" not in ran.err
