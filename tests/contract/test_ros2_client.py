@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from scbm.realtime.bus import SET_BOOL, TRIGGER, Bus, Client, MessageType, Scalar, Service, Topic
+from support.loops import GUARD_S
 from support.peers import Peer, peer
 from support.ros2_peers import ros2_peer_program as ros2_peer_program  # noqa: PLC0414 - a fixture, for pytest to find
 from support.telling import Told, over_bus
@@ -178,7 +179,9 @@ def test_a_cell_is_listed_and_works_with_it(domain: int, ros2_peer_program: Path
     with peer(ros2_peer_program, domain, "nodes", *names) as lists, peer(ros2_peer_program, domain, "driver") as driver:
         lists.says("ready")
         driver.says("ready")
-        tested = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
+        tested = subprocess.run(
+            [str(word) for word in command], capture_output=True, text=True, timeout=2 * GUARD_S, check=False
+        )
 
         assert "1 reached" in tested.stdout, tested.stderr
         lists.says(*names)

@@ -35,7 +35,7 @@ def captured(
     run = simulator.run(case, choices)
     trace = sha256(write_trace(Trace(model.name, case.name, run.records)).encode()).hexdigest()
     steps, in_force = tuple(simulator.steps), simulator.options_in_force
-    log = EventLog(model.name, DIGEST, case, in_force, Fraction(20), steps, choices.taken, run.end, trace)
+    log = EventLog(model.name, DIGEST, case, in_force, Fraction(20), (), steps, choices.taken, run.end, trace)
     return log, run.records
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cli import thresholds
 from scbm.cli.arguments import complete, read_faults, read_requirements, read_time_limit
+from scbm.cli.exit_codes import INTERRUPTED
 from scbm.cli.output import errors, in_one_line, results, write_json
 from scbm.cli.progress import bar, with_lines
 from scbm.errors import Diagnostic, InputError, Place, Slug
@@ -37,16 +38,12 @@ if TYPE_CHECKING:
     from scbm.cases import Case, Network
     from scbm.cli.keeping import Keeper, Since
     from scbm.cli.node_options import Asked
-    from scbm.cli.over_nodes import OverNodes
     from scbm.coverage import Threshold
     from scbm.model import BehaviorModel, Requirement
     from scbm.testing import CaseResult, Execution, Finding, WrittenCase
 
 _SLOW = 500
 """From so many simulated cases on, progress is shown on a terminal; over nodes it always is."""
-
-INTERRUPTED = 130
-"""The exit code after Ctrl-C, as shells have it."""
 
 _RANDOM = 20
 """So many random cases are drawn if neither a number nor files are given."""
@@ -139,7 +136,7 @@ def run_over_nodes(suite: Suite, telling: Telling, asked: Asked, command: str) -
     with over_nodes(asked, tester) as nodes:
         if not asked.starts:  # what is real, its controller says
             refuse_beyond_reach(suite, nodes.real, "--network")
-        done = _carry_out(suite, telling, nodes.executions, nodes)
+        done = _carry_out(suite, telling, nodes.executions, asked.words)
     findings = find_causes(tester, done.campaign, 0)  # what fails over nodes need not fail in simulation
     logs = (nodes.logs.files.get(finding.results[0].case.name) for finding in findings)
     commands = tuple(command if log is None else f"scbm replay {shlex.quote(str(log))}" for log in logs)
@@ -158,27 +155,36 @@ def _carry_out(
     suite: Suite,
     telling: Telling,
     run: Callable[[Iterable[Case], Callable[[str], None]], Iterator[Execution]],
-    nodes: OverNodes | None,
+    where: str | None,
 ) -> _Done:
     """Runs the cases, keeps them in the store, and shows how far that is; what came until something ended it.
 
-    Raises `InputError` and `KeyboardInterrupt` only if that was before the first case was done.
+    Args:
+        suite: the cases.
+        telling: what is told and kept.
+        run: gives what comes of cases, and calls with the name of the one that runs.
+        where: the nodes that they run over, in words; `None` for simulation.
+
+    Raises:
+        InputError: it was ended before the first case was done.
+        KeyboardInterrupt: the same, by somebody.
     """
-    is_over_nodes = nodes is not None
+    is_over_nodes = where is not None
     progress = _progress(suite.count, is_bar=is_over_nodes or suite.count >= _SLOW, is_told=is_over_nodes)
     came: list[CaseResult] = []
+    keeper: Keeper | None = None
+    ended: InputError | KeyboardInterrupt | None = None
     try:
-        with _store(telling.store, suite, nodes) as keeper, progress as (said, done):
+        with _store(telling.store, suite, where) as keeper, progress as (said, done):
             executions = run(suite.cases(), said)
             results = (execution.result for execution in executions)
             for result in done(results if keeper is None else keeper.kept(executions, suite.by_name, suite.network)):
                 came.append(result)  # noqa: PERF402 - what came before an interruption is kept
-            campaign = Campaign.of(suite.model, came)
-            return _Done(campaign, None if keeper is None else keeper.since(campaign.coverage))
-    except (InputError, KeyboardInterrupt) as ended:
+    except (InputError, KeyboardInterrupt) as error:
         if not came:
             raise
-        return _Done(Campaign.of(suite.model, came), None, ended, suite.count)
+        ended = error
+    return _Done(Campaign.of(suite.model, came), suite.count, keeper, ended)
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,15 +193,22 @@ class _Done:
 
     Attributes:
         campaign: the cases that were run.
-        since: what the store says then; nothing if there is none, or its run is not finished.
-        ended: what ended the campaign before all cases were run.
-        asked: how many cases there would have been otherwise.
+        count: how many cases there were to run.
+        keeper: what added them to a store, if there is one.
+        ended: what ended the campaign early, if something did.
     """
 
     campaign: Campaign
-    since: Since | None
-    ended: InputError | KeyboardInterrupt | None = None
-    asked: int = 0
+    count: int
+    keeper: Keeper | None
+    ended: InputError | KeyboardInterrupt | None
+
+    @property
+    def since(self) -> Since | None:
+        """What the store says then; nothing if there is none, or the campaign was ended early."""
+        if self.keeper is None or self.ended is not None:
+            return None
+        return self.keeper.since(self.campaign.coverage)
 
     @property
     def words(self) -> str:
@@ -203,12 +216,11 @@ class _Done:
         if self.ended is None:
             return ""
         how = "Interrupted" if isinstance(self.ended, KeyboardInterrupt) else "Ended by an error"
-        return f"{how} after {len(self.campaign.results)} of {counted(self.asked, 'case')}"
+        return f"{how} after {len(self.campaign.results)} of {counted(self.count, 'case')}"
 
-    def random(self, asked: int) -> int:
-        """How many random cases were run of those that were asked for; they come last."""
-        missed = 0 if self.ended is None else self.asked - len(self.campaign.results)
-        return max(0, asked - missed)
+    def drawn(self, random: int) -> int:
+        """How many of so many random cases were run; they come last."""
+        return max(0, random - (self.count - len(self.campaign.results)))
 
 
 def _tell(done: _Done, setting: Setting, telling: Telling) -> int:
@@ -219,7 +231,7 @@ def _tell(done: _Done, setting: Setting, telling: Telling) -> int:
         report = campaign_json(campaign, setting.seed, setting.findings, setting.commands, setting.answers)
         write_json(report | stored | early)
     else:
-        shown = replace(setting, random=done.random(setting.random), ended_early=done.words)
+        shown = replace(setting, random=done.drawn(setting.random), ended_early=done.words)
         results().lines((missing_report if telling.missing else coverage_report)(campaign, shown))
         results().lines([] if since is None else since.lines)
     if done.words:
@@ -231,8 +243,11 @@ def _tell(done: _Done, setting: Setting, telling: Telling) -> int:
 
 def _tell_early(done: _Done, telling: Telling) -> int:
     """Tells what ended a campaign; the exit code."""
-    stored = "" if telling.store is None else f"; their run in {telling.store} is not finished"
+    is_unfinished = done.keeper is not None and done.keeper.is_unfinished
+    stored = f"; their run in {telling.store} is not finished" if is_unfinished else ""
     errors().line(f"scbm: {done.words[0].lower()}{done.words[1:]}{stored}")
+    if telling.save is not None:
+        errors().line(f"scbm: nothing is saved in {telling.save}: that comes behind the last case")
     if isinstance(done.ended, InputError):
         errors().diagnostics(done.ended.diagnostics)
         return 2
@@ -243,13 +258,13 @@ def _tell_progress(words: str) -> None:
     errors().line(f"scbm: {in_one_line(words)}")
 
 
-def _store(path: Path | None, suite: Suite, nodes: OverNodes | None) -> AbstractContextManager[Keeper | None]:
+def _store(path: Path | None, suite: Suite, where: str | None) -> AbstractContextManager[Keeper | None]:
     """The store that results are added to, if one is asked for."""
     if path is None:
         return nullcontext()
     from scbm.cli.keeping import keeping  # noqa: PLC0415 - a database, which few runs need
 
-    return keeping(path, suite.model, suite.file, nodes)
+    return keeping(path, suite.model, suite.file, where)
 
 
 def _progress(

@@ -77,7 +77,8 @@ def _check_bindings(path: Path, model: BehaviorModel, *, quiet: bool) -> dict[st
     if not quiet:
         out = results()
         out.line(f"{path}: good")
-        out.line(f"  {model.name}: {counted(len(real), 'bound resource')} of {len(model.resources)}: {', '.join(real)}")
+        listed = f": {', '.join(real)}" if real else ""
+        out.line(f"  {model.name}: {counted(len(real), 'bound resource')} of {len(model.resources)}{listed}")
     return {"file": str(path), "errors": [], "bound": real}
 
 

@@ -27,7 +27,7 @@ _LONGEST_BEGINNING = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class AskedRun:
     """One run, as a command line asks for it.
 
     Attributes:
@@ -69,7 +69,7 @@ class Rerun:
     remedy: str
 
 
-def rerun(asked: Asked) -> Rerun:
+def rerun(asked: AskedRun) -> Rerun:
     """The run of a case in simulation, or that of a log, again. Raises `InputError`."""
     return _of_log(asked) if _is_log(asked.file) else _of_case(asked)
 
@@ -85,7 +85,7 @@ def _is_log(path: Path) -> bool:
         return False  # whoever reads it as a case says why it cannot
 
 
-def _of_case(asked: Asked) -> Rerun:
+def _of_case(asked: AskedRun) -> Rerun:
     """A case, run again in simulation."""
     document = open_case(asked.file)
     model = asked.load(asked.model or document.required_model_path(), "the case")
@@ -96,7 +96,7 @@ def _of_case(asked: Asked) -> Rerun:
     return Rerun(model, Tester(model).execute(case), recorded, "case", remedy)
 
 
-def _of_log(asked: Asked) -> Rerun:
+def _of_log(asked: AskedRun) -> Rerun:
     """A real run, by giving its events to a runner again."""
     from scbm.realtime import event_log  # noqa: PLC0415 - it takes long to load, and few runs need it
     from scbm.running import Program  # noqa: PLC0415 - the same

@@ -14,6 +14,7 @@ import typer
 import typer.core
 
 import scbm
+from scbm.cli.exit_codes import GOOD, INTERRUPTED, OWN_FAULT, WRONG_INPUT
 from scbm.errors import Diagnostic, InputError, Place, ScbmError, Slug
 
 if TYPE_CHECKING:
@@ -26,8 +27,6 @@ VERBS = (
 """In the order of the help. Module `scbm.cli.<verb>` has the function `command`, which returns an exit code."""
 
 _GROUPS = {"node": "A controller, resources or a tester as a process of its own."}
-
-GOOD, FAILED, WRONG_INPUT, OWN_FAULT, INTERRUPTED = 0, 1, 2, 3, 130
 
 _HELP = "Plan, run, test and cover behavior models of automation systems (SCBM-IAS)."
 

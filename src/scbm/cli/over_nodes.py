@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import sys
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from scbm.cli.nodes import bus_error, complain, open_dds
-from scbm.cli.remedies import Waiting, cell_error, silent_driver, too_fast
+from scbm.cli.remedies import Waiting, cell_error, silent_driver
 from scbm.cli.saved_logs import SavedLogs
 from scbm.notation import digest_of
 from scbm.realtime import BusError, Children, LoopbackCell, NotReadyError, RemoteCell, Session
-from scbm.testing import count_answers, slowest_plan_ns
+from scbm.testing import Answers
 from scbm.testing.on_nodes import NodeTester
-from scbm.trace import End
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from scbm.cases import Case
     from scbm.cli.node_options import Asked
     from scbm.realtime.session import Cell
-    from scbm.testing import Answers, Execution, Tester
+    from scbm.testing import Execution, Tester
 
 
 @contextmanager
@@ -79,15 +78,13 @@ class OverNodes:
 
     Attributes:
         logs: where logs were saved.
-        answers: how the real resources answered until now.
     """
 
     _asked: Asked
     logs: SavedLogs
     _session: Session
     _tester: NodeTester
-    answers: tuple[Answers, ...] = ()
-    _behind_ns: int = 0
+    _answers: dict[str, Answers] = field(default_factory=dict)
 
     @property
     def real(self) -> tuple[str, ...]:
@@ -95,16 +92,17 @@ class OverNodes:
         return self._session.real
 
     @property
-    def words(self) -> str:
-        """Where they run."""
-        return self._asked.words
+    def answers(self) -> tuple[Answers, ...]:
+        """How the resources answered until now that were real, in the order of the model."""
+        names = [resource.name for resource in self._asked.model.resources]
+        return tuple(self._answers[name] for name in names if name in self._answers)
 
     def executions(self, cases: Iterable[Case], said: Callable[[str], None]) -> Iterator[Execution]:
         """What comes of each; `said` gets the name of the one that runs.
 
         Raises `InputError` if the cell cannot be brought back, or the bus cannot be used.
         """
-        self.answers = count_answers(self.real, ())
+        self._answers = {name: Answers(name) for name in self.real}
         for case in cases:
             said(case.name)
             with _told(self._asked):
@@ -114,17 +112,11 @@ class OverNodes:
             yield execution
 
     def _count(self, execution: Execution) -> None:
-        records = execution.trace.records
-        self.answers = tuple(answers.after(records) for answers in self.answers)
-        if execution.verdict.end is not End.REACHED:
-            self._behind_ns = max(self._behind_ns, slowest_plan_ns(records))
+        """A case that was lost has no log, and nobody knows how it was answered."""
+        for name in () if execution.log is None else execution.log.real:
+            self._answers[name] = self._answers.get(name, Answers(name)).after(execution.trace.records)
 
     @property
     def complaints(self) -> Iterator[str]:
         """What is to be said of the nodes when all is done, besides the report."""
-        for answers in self.answers:
-            if answers.is_silent:
-                yield silent_driver(answers, self._asked)
-        hint = too_fast(self._behind_ns, self._asked)
-        if hint is not None:
-            yield hint
+        return (silent_driver(answers, self._asked) for answers in self.answers if answers.is_silent)

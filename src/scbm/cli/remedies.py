@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from scbm.cli.output import in_one_line
 from scbm.errors import Diagnostic, InputError, Place, Slug
-from scbm.model import format_duration
 from scbm.realtime import Lack
 from scbm.reports import counted
 
@@ -68,39 +67,30 @@ def _node(role: str, asked: Asked, resources: Sequence[str] = ()) -> str:
 
 
 def silent_driver(answers: Answers, asked: Asked) -> str:
-    """What is said of a real resource that did nothing of what it was asked, and where to look."""
-    asked_for = counted(answers.sent, "request")
-    done = f"`{answers.resource}` is real, and did nothing of {asked_for}"
+    """What is said of a real resource that did nothing of what it had to do, and where to look."""
+    sent = counted(answers.sent, "request")
+    return f"`{answers.resource}` is real, and of {sent} none succeeded: {_missed(answers)}; {_look(answers, asked)}"
+
+
+def _missed(answers: Answers) -> str:
+    """What became of the requests to a resource that did nothing."""
     if answers.failed == answers.sent:
-        return f"{done}: its driver refused or failed each; see what it says itself"
-    if not answers.failed:
-        return f"{done}: nothing came back in time; {_look(answers.resource, asked)}"
-    return (
-        f"{done}: {answers.failed} failed, {answers.unanswered} got no reply in time; {_look(answers.resource, asked)}"
-    )
+        return "each was refused or failed"
+    if answers.timed_out == answers.sent:
+        return "nothing came back in time"
+    parts = [
+        (answers.failed, "failed"),
+        (answers.timed_out, "got no reply in time"),
+        (answers.given_up, f"{'was' if answers.given_up == 1 else 'were'} given up"),
+    ]
+    return ", ".join(f"{count} {words}" for count, words in parts if count)
 
 
-def _look(resource: str, asked: Asked) -> str:
-    where = f"the binding of `{resource}`" + ("" if asked.bindings is None else f" in {asked.bindings}")
+def _look(answers: Answers, asked: Asked) -> str:
+    if not answers.timed_out:
+        return "see what its driver says itself"
+    where = f"the binding of `{answers.resource}`" + ("" if asked.bindings is None else f" in {asked.bindings}")
     return f"look at what its driver says, at {where}, and at its deadlines"
-
-
-def too_fast(behind_ns: int, asked: Asked) -> str | None:
-    """What is said if time was scaled beyond what the machine can do; `None` if nothing speaks for that.
-
-    Args:
-        behind_ns: the longest that a run that did not reach its goal waited for a plan, in time of the run.
-        asked: what was asked for.
-    """
-    deadlines_ns = [op.deadline_ns for op in asked.model.operations if op.deadline_ns is not None]
-    if asked.time_scale <= 1 or not deadlines_ns or 2 * behind_ns < min(deadlines_ns):
-        return None
-    scale = f"{float(asked.time_scale):g}"
-    waited = f"a plan took {behind_ns / 1e9:.3g} s of a run, and the shortest deadline is"
-    return (
-        f"the machine did not keep up with --time-scale {scale}: {waited} {format_duration(min(deadlines_ns))}; "
-        "try a smaller one"
-    )
 
 
 @dataclass

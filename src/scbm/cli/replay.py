@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from scbm.cli.logs import Asked, rerun
+from scbm.cli.logs import AskedRun, rerun
 from scbm.cli.output import errors
 from scbm.cli.showing import show_run
 from scbm.errors import Diagnostic, Place, Slug
@@ -30,7 +30,7 @@ def command(
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
     """Run a case file or the log of a real run again, draw what happens, and say whether it is the recorded run."""
-    replayed = rerun(Asked(file, model, require or [], time_limit, {} if trace is None else {"--trace": trace}))
+    replayed = rerun(AskedRun(file, model, require or [], time_limit, {} if trace is None else {"--trace": trace}))
     execution = replayed.execution
     is_same = None if replayed.recorded is None else replayed.recorded == execution.digest
     show_run(replayed.model, execution, trace=trace, json=json, every=every, more={"is_recorded_run": is_same})

@@ -10,7 +10,7 @@ import typer
 
 from scbm.cli.arguments import complete, read_faults, read_requirements, read_time_limit
 from scbm.cli.files import refuse_clashes, write_whole
-from scbm.cli.logs import Asked, rerun
+from scbm.cli.logs import AskedRun, rerun
 from scbm.cli.output import results, write_json
 from scbm.errors import Diagnostic, InputError, Place, Slug
 from scbm.model import BehaviorModel, format_moment
@@ -74,7 +74,7 @@ def command(
     files = {output.option: output.path for output in outputs}
     if case is None:
         _refuse({"--seed": seed, "--network": network}, "this is for random cases", "add for example `--case 1`")
-        done = rerun(Asked(file, model, require or [], time_limit, files))
+        done = rerun(AskedRun(file, model, require or [], time_limit, files))
         loaded, execution = done.model, done.execution
     else:
         _refuse({"--model": model}, "`--case` draws from the model that comes first", None)

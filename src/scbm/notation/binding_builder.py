@@ -121,26 +121,28 @@ class BindingBuilder:
         services = node.get("services")
         if services is None or not isinstance(services.plain, dict):
             return None
-        if len(services.items) != 1:
-            if not services.incomplete:
-                found = "here are several" if services.items else "here is none"
-                message = f"services are chosen by one variable that requests carry, and {found}"
-                remedy = "write `services: {<variable>: {<value>: {name: …, type: …}}}`"
-                self._parts.add(Slug.BAD_BINDING, message, node.key_places["services"], remedy)
-            return None
-        name, chosen = next(iter(services.items.items()))
-        place = services.key_places[name]
-        if not self._services.is_carried(name, resource, place):
-            return None
-        variable = self._parts.scope.variables.get(name)
+        if len(services.items) != 1 and not services.incomplete:
+            found = "here are several" if services.items else "here is none"
+            message = f"services are chosen by one variable that requests carry, and {found}"
+            remedy = "write `services: {<variable>: {<value>: {name: …, type: …}}}`"
+            self._parts.add(Slug.BAD_BINDING, message, node.key_places["services"], remedy)
+        choices = [self._chosen(resource, services, name) for name in services.items]
+        return choices[0] if len(choices) == 1 else None
+
+    def _chosen(self, resource: Resource, services: Node, name: str) -> ServiceChoice | None:
+        """The services for the values of one variable; they are read even if the variable cannot be."""
+        chosen, place = services.items[name], services.key_places[name]
+        is_carried = self._services.is_carried(name, resource, place)
+        variable = self._parts.scope.variables.get(name) if is_carried else None
         calls = []
         for text, written in chosen.items.items():
             value = self._readings.value(text, variable, chosen.key_places[text])
             call = self._services.call(resource, written)
             calls += [] if value is None or call is None else [(value, call)]
-        if variable is not None and isinstance(chosen.plain, dict) and not chosen.incomplete:
+        is_whole = len(services.items) == 1 and isinstance(chosen.plain, dict) and not chosen.incomplete
+        if variable is not None and is_whole:
             self._refuse_unbound(resource, variable, chosen, place)
-        return ServiceChoice(name, tuple(calls))
+        return ServiceChoice(name, tuple(calls)) if is_carried else None
 
     # what is sent
 

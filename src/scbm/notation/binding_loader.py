@@ -43,20 +43,25 @@ def read_bindings(text: str, model: BehaviorModel, file: str = "bindings") -> Be
     document, _, report = read_tree(text, file, BINDINGS_SHAPE, _START)
     check_shape(document, report, BINDINGS_SHAPE)
     parts = Parts(report, Scope.of(model))
-    bindings = _bindings(document, parts, model) if _is_of(document, parts, model) else {}
+    _refuse_other_models(document, parts, model)
+    bindings = _bindings(document, parts, model)
     report.raise_any()
     resources = (replace(r, binding=bindings.get(r.name, r.binding)) for r in model.resources)
     return replace(model, resources=tuple(resources))
 
 
-def _is_of(document: Node, parts: Parts, model: BehaviorModel) -> bool:
-    """Whether the file is one for this model; if it is not, nothing in it means anything."""
-    node = document.get("bindings_of")
+def _refuse_other_models(document: Node, parts: Parts, model: BehaviorModel) -> None:
+    """Complains of a file for another model; if it has no resource of this one, that is all that there is to say.
+
+    Raises `InputError` then.
+    """
+    node, section = document.get("bindings_of"), document.get("resources")
     if node is None or node.text is None or node.plain is None or node.text == model.name:
-        return True
+        return
     message = f"these are bindings of `{node.text}`, and the model is `{model.name}`"
     parts.add(Slug.BAD_BINDING, message, node.place)
-    return False
+    if section is None or all(resource.name not in section.items for resource in model.resources):
+        parts.report.raise_any()
 
 
 def _bindings(document: Node, parts: Parts, model: BehaviorModel) -> dict[str, Binding]:

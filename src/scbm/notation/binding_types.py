@@ -13,7 +13,7 @@ from scbm.model.bindings import SET_BOOL, TRIGGER, FieldType, MessageType
 from scbm.notation.pieces import Editors, FileType, Name, Shape, scalar, scalar_or_mapping, text_schema
 
 _SCALAR: dict[str, Any] = {"type": ["boolean", "number", "string"]}
-_ROS_NAME = r"^(/[A-Za-z_][A-Za-z0-9_]*)+$"
+_ROS_NAME = r"^(?!/scbm(/|$))(/[A-Za-z_][A-Za-z0-9_]*)+$"
 
 RosName: TypeAlias = Annotated[
     Any, scalar("a name such as `/scanner/scan`"), text_schema("A name of ROS 2, from the root.", pattern=_ROS_NAME)

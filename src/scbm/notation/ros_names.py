@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 _MOST_CHARACTERS = 247
 """So long may a name be: 255 in DDS, and a prefix and a suffix of ROS 2."""
 
+_CELLS = "scbm"
+"""What the names of all topics begin with that the nodes of cells have for themselves."""
+
 _NAME = re.compile(r"(/(?!\w*__)[A-Za-z_]\w*)+", re.ASCII)
 _TYPE = re.compile(r"[a-z](_?[a-z0-9])*/srv/[A-Z][A-Za-z0-9]*", re.ASCII)
 _FIELD = re.compile(r"[a-z](_?[a-z0-9])*", re.ASCII)
@@ -39,11 +42,14 @@ class RosNames:
         if len(node.text) > _MOST_CHARACTERS:
             message = f"a name in ROS 2 has {_MOST_CHARACTERS} characters at most, and this one {len(node.text)}"
             self._parts.add(Slug.BAD_ROS_NAME, message, node.place)
-        elif _NAME.fullmatch(node.text):
-            return node.text
-        else:
+        elif not _NAME.fullmatch(node.text):
             message = f"`{node.text}` is not a name in ROS 2" if node.text else "a name is missing"
             self._parts.add(Slug.BAD_ROS_NAME, message, node.place, _remedy(node.text))
+        elif node.text.split("/")[1] == _CELLS:
+            message = f"`{node.text}` is among the names of the nodes of cells, and no driver's"
+            self._parts.add(Slug.BAD_BINDING, message, node.place, f"write a name that does not begin with `/{_CELLS}`")
+        else:
+            return node.text
         return None
 
     # types

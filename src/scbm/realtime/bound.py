@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 from typing import TYPE_CHECKING
 
 from scbm.model import TopicPair
@@ -20,12 +21,17 @@ if TYPE_CHECKING:
     from scbm.realtime.links import Correlation, Hearer, Link, Measurement
     from scbm.trace import Changes
 
+_MOST_ANSWERED = 100
+"""So many answered requests are remembered: who answers twice does so soon."""
+
 
 class BoundLink:
     """The link to a real driver: where its requests go, if it takes any, and the topics that it measures by.
 
     The resource is there when all of these are. A request goes out as soon as it can be taken, whatever is measured;
     one to a driver that takes none has failed, as nobody can carry it out.
+
+    A second reply to a request is told of, once in each run; that it changes nothing is up to whoever hears it.
     """
 
     def __init__(
@@ -43,7 +49,10 @@ class BoundLink:
         self._resource = resource.name
         self._hearer = hearer
         self._now_ns = now_ns
+        self._complain = complain
         self._was_there = False
+        self._answered: deque[Correlation] = deque(maxlen=_MOST_ANSWERED)
+        self._answered_twice: deque[str] = deque(maxlen=_MOST_ANSWERED)
         self._measured = MeasuredTopics(bus, resource, self)
         self._requests = _requests(bus, resource, self, complain, now_ns)
 
@@ -80,7 +89,17 @@ class BoundLink:
 
     def heard_reply(self, resource: str, reply: Reply) -> None:
         """A reply came."""
+        if reply.request in self._answered:
+            self._tell_second(reply.request)
+        else:
+            self._answered.append(reply.request)
         self._hearer.heard_reply(resource, reply)
+
+    def _tell_second(self, request: Correlation) -> None:
+        if request.run not in self._answered_twice:
+            self._answered_twice.append(request.run)
+            which = f"a second reply of `{self._resource}` to request {request.number} is dropped"
+            self._complain(f"{which}: a driver answers twice, or two drivers answer")
 
     def heard_values(self, resource: str, measurement: Measurement) -> None:
         """Values came unasked."""

@@ -34,7 +34,10 @@ class Children:
                 continue
             if process is not None:
                 ended.append(f"{name} {_end(process.returncode)}")
-            self._running[name] = await asyncio.create_subprocess_exec(*command, stdin=PIPE, stdout=DEVNULL)
+            # In a process group of its own: Ctrl-C at the terminal is for this process alone, which ends its children.
+            self._running[name] = await asyncio.create_subprocess_exec(
+                *command, stdin=PIPE, stdout=DEVNULL, process_group=0
+            )
         return tuple(ended)
 
     @property

@@ -24,6 +24,7 @@ from scbm.realtime.event_log import read_options
 from scbm.realtime.links import Correlation
 from scbm.realtime.membership import Membership
 from scbm.realtime.missing import MissingDrivers
+from scbm.realtime.refusals import Refusals
 from scbm.realtime.topic_link import TopicLink, id_text
 from scbm.realtime.wire import (
     Abandon,
@@ -103,6 +104,7 @@ class ControllerNode:
         self._tell = seat.tell
         self._now_ns = seat.now_ns
         self._program = Program(model)
+        self._refusals = Refusals(self._program, seat.complain)
         self._plans = RememberedPlans(Planner(model))
         self._plan_limits = plan_limits or PlanLimits()
         self._thread = Background("planner")
@@ -115,9 +117,11 @@ class ControllerNode:
         self._to_tester = bus.publisher(topics.run)
         self._real = seat.status.resources
         self._measured: dict[str, Value] = {}
+        self._measures = {resource.name: resource.measures for resource in model.resources}
         self._drivers = drivers or bus
         self._links = {resource.name: self._link(seat, topics, resource) for resource in model.resources}
         self._missing = MissingDrivers({name: self._links[name] for name in self._real})
+        self._told_troubles: tuple[str, ...] | None = None
         troubles, mismatched = self._missing.look()
         self.membership = Membership(bus, topics, replace(seat.status, troubles=troubles, mismatched=mismatched))
         self._timer: asyncio.Handle | None = self._look_later() if troubles else None
@@ -134,9 +138,15 @@ class ControllerNode:
         is_over = False
         with self._complaining("what the controller lacks could not be told"):
             troubles, mismatched = self._missing.look()
+            self._tell_troubles(troubles)
             self.membership.tell_troubles(troubles, mismatched)
             is_over = not troubles
         self._timer = None if is_over else self._look_later()
+
+    def _tell_troubles(self, troubles: tuple[str, ...]) -> None:
+        if troubles != self._told_troubles:
+            self._told_troubles = troubles
+            self._tell("; ".join(troubles) or "all real resources are there")
 
     def _look_later(self) -> asyncio.TimerHandle:
         return self._loop.call_later(_LOOK_S, self._look_for_troubles)
@@ -316,12 +326,14 @@ class ControllerNode:
         if asked != resource:
             self._complain(f"a reply of `{resource}` to request {number} was dropped: that went to `{asked}`")
             return
+        self._refusals.look(resource, reply.measured, self._measures[resource])
         self._remember((name, value) for name, value in reply.measured if name in self._measured)
         run.driver.give(ReplyArrived(number, reply.succeeded, reply.measured), reply.stamp_ns)
 
-    def heard_values(self, resource: str, measurement: Measurement) -> None:  # noqa: ARG002 - one model, one state
+    def heard_values(self, resource: str, measurement: Measurement) -> None:
         """Values came unasked."""
         run = self._run
+        self._refusals.look(resource, measurement.values, self._program.measured)
         self._remember(measurement.values)
         if run is not None and run.driver is not None:
             run.driver.give(Measured(measurement.values), measurement.stamp_ns)

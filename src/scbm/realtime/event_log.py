@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from scbm.trace import Record
 
 FORMAT = "scbm-events"
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 """Grows with every change that a reader must know of; `docs/event-logs.md` describes each version."""
 
 MOST_BYTES = 256 * 1024 * 1024
@@ -74,6 +74,7 @@ class EventLog:
         case: the case that was run.
         options: those of the runner, the limits of the case among them.
         time_scale: how many seconds of the run passed in one of the wall.
+        real: the resources that were reached at real drivers.
         steps: what happened, in order.
         reactions: what happened to the requests, in the order in which they were sent.
         end: how the run ended.
@@ -86,6 +87,7 @@ class EventLog:
     case: Case
     options: RunnerOptions
     time_scale: Fraction
+    real: tuple[str, ...]
     steps: tuple[Step, ...]
     reactions: tuple[Reaction, ...]
     end: End
@@ -144,6 +146,7 @@ def write_event_log(log: EventLog, model: BehaviorModel) -> str:
         "model_file": log.model_file,
         "case": write_case(log.case, model, None),
         "time_scale": str(log.time_scale),
+        "real": log.real,
         "options": asdict(log.options),
         "end": _of_a_trace(log.end).value,
         "trace": log.trace,
@@ -243,14 +246,15 @@ class LogDocument:
         header = self._header
         self._refuse_another_model(model, digest)
         case = read_case(header.case, model, f"{self._file} (case)")
+        self._refuse_others(header.real, model)
         wrong: list[Diagnostic] = []
         steps = tuple(self._read_steps(model, wrong))
         reactions = tuple(self._read_reactions(model, wrong))
         if wrong:
             raise InputError(wrong[:_MOST_TOLD])
         return EventLog(
-            model.name, digest, case, header.options, header.time_scale, steps, reactions, header.end, header.trace,
-            header.model_file,
+            model.name, digest, case, header.options, header.time_scale, header.real, steps, reactions, header.end,
+            header.trace, header.model_file,
         )  # fmt: skip
 
     def _refuse_another_model(self, model: BehaviorModel, digest: str) -> None:
@@ -261,6 +265,11 @@ class LogDocument:
         message = f"this log is of another model than this one: {what}"
         remedy = "a log can be run again with the very model that it was made with"
         raise InputError([Diagnostic(Slug.LOG_OTHER_MODEL, message, Place(self._file, 1), remedy)])
+
+    def _refuse_others(self, real: tuple[str, ...], model: BehaviorModel) -> None:
+        names = [resource.name for resource in model.resources]
+        if list(real) != [name for name in names if name in real]:
+            raise _bad("`real` is not some resources of the model, in its order", Place(self._file, 1))
 
     def _read_steps(self, model: BehaviorModel, wrong: list[Diagnostic]) -> Iterator[Step]:
         now_ns = 0
@@ -326,6 +335,7 @@ class _Header:
         self.model_file = None if self._said["model_file"] is None else self._text("model_file")
         self.case = self._text("case")
         self.time_scale = Fraction(self._matched("time_scale", _SCALE))
+        self.real = self._names("real")
         self.options = read_options(self._said["options"])
         self.end = self._end()
         self.trace = self._matched("trace", _DIGEST)
@@ -336,6 +346,12 @@ class _Header:
         if not isinstance(value, str):
             raise ValueError(f"`{name}` is not a text")  # noqa: TRY004 - it is data
         return value
+
+    def _names(self, name: str) -> tuple[str, ...]:
+        value = self._said[name]
+        if not isinstance(value, list) or not all(isinstance(one, str) for one in value):
+            raise ValueError(f"`{name}` is not a list of names")
+        return tuple(value)
 
     def _matched(self, name: str, pattern: re.Pattern[str]) -> str:
         value = self._text(name)
@@ -357,8 +373,8 @@ class _Header:
 
 
 _HEADER = (
-    "format", "version", "model", "model_digest", "model_file", "case", "time_scale", "options", "end", "trace",
-    "steps", "reactions",
+    "format", "version", "model", "model_digest", "model_file", "case", "time_scale", "real", "options", "end",
+    "trace", "steps", "reactions",
 )  # fmt: skip
 
 _WORDS = {

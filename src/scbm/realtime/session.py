@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from scbm.realtime.bus import Bus
     from scbm.realtime.children import Children
     from scbm.realtime.tester import NodeRun
+    from scbm.realtime.wire import Status
     from scbm.running import RunnerOptions
     from scbm.simulating import Choices
 
@@ -245,12 +246,10 @@ class Session:
     async def _open(self) -> None:
         status = new_status("tester", self._model, self._digest)  # before others begin here: it is older than they
         bus = await self._cell.open(self._model, self.complain)
-        tester = self._sit(bus, status.since_ns)
+        tester = self._sit(bus, status)
         await _beside(self._cell.keep(), tester.wait_for_cell(self._wait_s, self.waiting))
 
-    def _sit(self, bus: Bus, since_ns: int) -> TesterNode:
-        """A new tester, that says it is so old: older than all nodes that were begun for it."""
-        status = replace(new_status("tester", self._model, self._digest), since_ns=since_ns)
+    def _sit(self, bus: Bus, status: Status) -> TesterNode:
         seat = Seat(bus, self._model, status, self.complain)
         self._tester = TesterNode(seat, self._time_scale, is_first=self._cell.is_own)
         return self._tester
@@ -260,7 +259,7 @@ class Session:
         tester = self._tester
         bus = await self._cell.mend()
         if bus is not None:
-            tester = self._sit(bus, tester.membership.own.since_ns)
+            tester = self._sit(bus, self._status_again(tester.membership.own))
             self._was_lost = False
         try:
             wait_s = 0.0 if self._was_lost else self._wait_s
@@ -274,6 +273,14 @@ class Session:
         awaits = any(name in tester.real for name in self._measuring())
         run = tester.run(case, choices, replace(options, awaits_measurements=awaits))
         return await _beside(self._cell.keep(), run)
+
+    def _status_again(self, before: Status) -> Status:
+        """Of a tester that joins again. It is as old as before only among its own nodes, which are not older than it.
+
+        Elsewhere another one may have taken its place.
+        """
+        status = new_status("tester", self._model, self._digest)
+        return replace(status, since_ns=before.since_ns) if self._cell.is_own else status
 
     def _measuring(self) -> list[str]:
         """The resources that may publish values unasked."""

@@ -35,7 +35,7 @@ from scbm.realtime.wire import (
 from scbm.realtime.wire import Note as NoteMessage
 from scbm.running import InjectionGiven, Program, RunFinished, Runner, records_of
 from scbm.simulating import Simulated
-from scbm.trace import MessageDisturbed, ResourceChanged, Trace, write_trace
+from scbm.trace import End, MessageDisturbed, ResourceChanged, Trace, write_trace
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -110,6 +110,7 @@ class TesterNode:
         self._resources = {resource.name: resource for resource in model.resources}
         self._topics = topics = CellTopics.of(model)
         self._run: _Run | None = None
+        self._told: tuple[str, ...] = ()
         self._changed = asyncio.Event()
         self.membership = Membership(bus, topics, seat.status)
         self.membership.changed = self._look
@@ -208,6 +209,22 @@ class TesterNode:
         self._changed.set()
         if self._run is not None:
             self._run.look()
+            if self._run.is_going and self.membership.controller() is not None:
+                self._tell_lacks()
+
+    def _tell_lacks(self) -> None:
+        """Resources that are lost in a run are told of once: the run goes on, and may wait for them for long."""
+        lacks = self.lacks()
+        for message in lacks:
+            if message not in self._told:
+                self.complain(f"{message}; the run goes on, by the deadlines of the model")
+        if self._told and not lacks:
+            self.complain("all resources are there again")
+        self._told = lacks
+
+    def lacks(self) -> tuple[str, ...]:
+        """Which resources are not there, as far as the controller is."""
+        return tuple(r.message for r in self._missing() if r.lack in (Lack.RESOURCES, Lack.DRIVER))
 
     # runs
 
@@ -217,6 +234,7 @@ class TesterNode:
             raise LostError(f"the case {why}")
         run = _Run(self, case, choices, options, self._time_scale)
         self._run = run
+        self._told = ()
         try:
             return await run.finish()
         except (LostError, asyncio.CancelledError):
@@ -287,7 +305,8 @@ class _Run:
         self._scale = time_scale
         self._runner = Runner(node.program, case.initial, options)
         resources = {resource.name: resource for resource in node.model.resources}
-        self._director = Director(self.id, resources, node.real, choices, self)
+        self._real = tuple(name for name in resources if name in node.real)
+        self._director = Director(self.id, resources, self._real, choices, self)
         self._loop = asyncio.get_running_loop()
         self._done: asyncio.Future[Ended] = self._loop.create_future()
         self._ready: dict[str, bool] = {}
@@ -316,12 +335,15 @@ class _Run:
         digest = sha256(write_trace(Trace(model.name, self._case.name, records)).encode()).hexdigest()
         if digest != ended.trace:
             raise LostError("the steps of the controller do not give the trace that it has")
+        if finished.end is not End.REACHED and (lacks := self._node.lacks()):
+            raise LostError(lacks[0])
         log = EventLog(
             model.name,
             self._node.membership.own.digest,
             self._case,
             self._options,
             self._scale,
+            self._real,
             tuple(self._steps),
             self._director.reactions(records),
             finished.end,
@@ -342,8 +364,8 @@ class _Run:
     async def _prepare(self) -> None:
         """Nothing has begun yet: whoever goes meanwhile is waited for, and whoever comes takes part."""
         text = write_case(self._case, self._node.model, None)
-        relayed, real = self._director.is_relayed, self._node.real
-        prepare = Prepare(self.id, (), text, asdict(self._options), str(self._scale), relayed, real)
+        relayed = self._director.is_relayed
+        prepare = Prepare(self.id, (), text, asdict(self._options), str(self._scale), relayed, self._real)
         self.look()
         self._say_until_ready(prepare)
         try:
@@ -367,9 +389,16 @@ class _Run:
         rival = self._node.membership.rival()
         if rival is not None:
             self.fail(f"another tester is at work: {rival.words}")
+        self._look_at_real()
         expected = self._node.simulating() if self.is_going else self._node.expected()
         self._ready = {node: self._ready.get(node, False) for node in expected}
         self._see_who_is_ready()
+
+    def _look_at_real(self) -> None:
+        """Nothing is decided for real resources, so they are the same from the beginning."""
+        is_led = self._node.membership.controller() is not None
+        if is_led and not self.is_going and set(self._node.real) != set(self._real):
+            self.fail("another controller came, with other real resources")
 
     def _see_who_is_ready(self) -> None:
         if self._controller is not None and all(self._ready.values()) and self._node.why_not() is None:

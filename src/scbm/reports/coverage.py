@@ -94,9 +94,9 @@ def _told_answers(answers: Sequence[Answers]) -> Iterator[Text]:
         return
     width = max(len(_REAL), *(len(of_one.resource) + 2 for of_one in answers))
     yield Text()
-    yield Text(f"{_REAL:<{width}}      sent  succeeded  failed  unanswered", style="bold")
+    yield Text(f"{_REAL:<{width}}      sent  succeeded  failed  timed out  given up", style="bold")
     for of_one in answers:
-        counts = f"{of_one.sent:>10}{of_one.succeeded:>11}{of_one.failed:>8}{of_one.unanswered:>12}"
+        counts = f"{of_one.sent:>10}{of_one.succeeded:>11}{of_one.failed:>8}{of_one.timed_out:>11}{of_one.given_up:>10}"
         yield Text(f"{'  ' + of_one.resource:<{width}}{counts}", style="bold red" if of_one.is_silent else "")
 
 

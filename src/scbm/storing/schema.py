@@ -77,7 +77,7 @@ FROM_VERSION_1 = (
     "ALTER TABLE run ADD COLUMN nodes TEXT",
     "ALTER TABLE test_case ADD COLUMN log BLOB",
 )
-"""What makes the tables of version 1, which knew no nodes, those of version 2."""
+"""What makes the tables of version 1, which did not tell runs over nodes from simulated ones, those of version 2."""
 
 VERSION_1_AS_2 = (
     "CREATE TEMP VIEW run AS SELECT *, NULL AS nodes FROM main.run",

@@ -3,7 +3,7 @@
 Paper, Section VI; semantics 7.
 """
 
-from scbm.testing.answers import Answers, count_answers
+from scbm.testing.answers import Answers
 from scbm.testing.campaign import Campaign, CaseResult
 from scbm.testing.chance import reaction_stream
 from scbm.testing.choices import Choice
@@ -40,7 +40,6 @@ __all__ = [
     "Violation",
     "WrittenCase",
     "campaign_json",
-    "count_answers",
     "coverage_json",
     "draw_network",
     "find_case_files",

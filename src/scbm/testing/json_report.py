@@ -50,7 +50,7 @@ def campaign_json(
 
 
 def _answers(answers: Answers) -> dict[str, Any]:
-    return asdict(answers) | {"unanswered": answers.unanswered}
+    return asdict(answers) | {"given_up": answers.given_up, "silent": answers.is_silent}
 
 
 def _finding(finding: Finding, command: str) -> dict[str, Any]:

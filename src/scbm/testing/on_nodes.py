@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Protocol
 
 from scbm.realtime import LostError
+from scbm.testing.lateness import too_late
+from scbm.trace import End
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -34,12 +36,15 @@ class NodeTester:
         self._session = session
 
     def execute(self, case: Case) -> Execution:
-        """Runs one case; it is lost if a node is."""
+        """Runs one case; it is lost if a node is, or if the machine is too slow for its goal."""
         choices, options = self._tester.choices_of(case), self._tester.options_of(case)
         try:
             done = self._session.run(case, choices, options)
         except LostError as error:
             return self._tester.lost(case, str(error))
+        late = too_late(done.run.records, self._tester.model, done.log.time_scale)
+        if late is not None and done.run.end is not End.REACHED:
+            return self._tester.lost(case, late)
         return self._tester.judged(case, done.run, done.log.reactions, done.log)
 
     def executions(self, cases: Iterable[Case]) -> Iterator[Execution]:

@@ -126,7 +126,7 @@ class Tester:
         violations = find_violations((*self.model.requirements, *case.requirements), run.records)
         visited = visited_by(run.records, self.obligations)
         names = self.obligations.names(visited) if case.expect.visits else ()
-        verdict = judge(case, Outcomes(run.end, run.records, reactions, violations, names))
+        verdict = judge(case, Outcomes(run.end, run.records, reactions, violations, names, log.real if log else ()))
         trace = Trace(self.model.name, case.name, run.records)
         unused = find_unused(case, run.records)
         return Execution(case, tuple(reactions), trace, verdict, run.ended_ns, violations, visited, unused, log)

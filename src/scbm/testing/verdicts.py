@@ -80,6 +80,7 @@ class Outcomes:
         reactions: what happened to its requests.
         violations: the requirements that were broken.
         visited: the names of the obligations that it visited.
+        real: the resources that were real: what these did, nobody made them do.
     """
 
     end: End
@@ -87,6 +88,7 @@ class Outcomes:
     reactions: Sequence[Reaction]
     violations: Sequence[Violation]
     visited: Sequence[str]
+    real: Sequence[str] = ()
 
 
 def lost(why: str) -> Verdict:
@@ -110,25 +112,40 @@ def _failures(case: Case, run: Outcomes) -> Iterator[Failure]:
         yield Failure(FailureKind(run.end.value), run.end.value, _described(run.end, run.records))
     elif run.end is not End.REACHED and not _disturbed(case, run):
         ended = run.end.replace("_", " ")
-        message = f"the goal was not reached ({ended}), and nothing was made to go wrong"
+        message = f"the goal was not reached ({ended}), and nothing was made to go wrong{_but_for_real(run)}"
         yield Failure(FailureKind.NOT_REACHED, run.end.value, message)
 
 
 def _disturbed(case: Case, run: Outcomes) -> bool:
     """Whether anything was made to go wrong: an injection, a fault of the network, a failure, a missing reply.
 
-    In a real run a resource may be lost and come back, though the case does not say so. That a message or a reaction
-    takes its time is no fault.
+    Over nodes, one that simulates a resource may be lost and come back, though the case does not say so. That a message
+    or a reaction takes its time is no fault. Nobody makes a real resource go wrong (decision 30).
     """
     if case.injections or case.network.partitions or case.network.restarts:
         return True
-    if any(isinstance(record, ResourceChanged) and record.injection == "network" for record in run.records):
-        return True
-    return any(
-        reaction.outcome is not Outcome.SUCCEED
-        or any(d is not None and len(d) != 1 for d in (reaction.request, reaction.reply, reaction.cancel))
-        for reaction in run.reactions
-    )
+    return any(name not in run.real for name in _went_wrong(run))
+
+
+def _went_wrong(run: Outcomes) -> Iterator[str]:
+    """The resources that failed, gave no reply, or were lost, and those of which messages were."""
+    for record in run.records:
+        if isinstance(record, ResourceChanged) and record.injection == "network":
+            yield record.resource
+    for reaction in run.reactions:
+        if reaction.outcome is not Outcome.SUCCEED or any(
+            d is not None and len(d) != 1 for d in (reaction.request, reaction.reply, reaction.cancel)
+        ):
+            yield reaction.resource
+
+
+def _but_for_real(run: Outcomes) -> str:
+    """What real resources did, to be said behind a sentence."""
+    names = [f"`{name}`" for name in dict.fromkeys(_went_wrong(run))]
+    if not names:
+        return ""
+    was, is_ = ("was", "is") if len(names) == 1 else ("were", "are")
+    return f"; {', '.join(names)} failed, did not answer, or {was} lost, and {is_} real"
 
 
 def _described(end: End, records: Sequence[Record]) -> str:

@@ -35,7 +35,8 @@ def test_the_cases_that_were_done_are_reported_and_nothing_more_is_run(
 ) -> None:
     saved, failures = tmp_path / "saved", tmp_path / "failures"
     ran = scbm("test", FAILS, "--cases", 9, "--save", saved, "--failures", failures)
-    assert (ran.code, ran.err) == (130, "scbm: interrupted after 2 of 9 cases\n")
+    not_saved = f"scbm: nothing is saved in {saved}: that comes behind the last case\n"
+    assert (ran.code, ran.err) == (130, f"scbm: interrupted after 2 of 9 cases\n{not_saved}")
     assert "2 random cases of seed 0: 2 livelock; 2 failed\n  Interrupted after 2 of 9 cases\n" in ran.out
     assert interrupted == [f"seed-0-case-{number}" for number in (1, 2, 3)]
     assert list(tmp_path.iterdir()) == []
@@ -43,11 +44,18 @@ def test_the_cases_that_were_done_are_reported_and_nothing_more_is_run(
 
 
 @pytest.mark.usefixtures("interrupted")
-def test_only_cases_that_were_run_are_counted(scbm: Callable[..., Any], tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("written", "told"),
+    [(1, "1 written case and 1 random case of seed 0"), (2, "2 written cases"), (4, "2 written cases")],
+)
+def test_only_cases_that_were_run_are_counted(
+    scbm: Callable[..., Any], tmp_path: Path, written: int, told: str
+) -> None:
     model = "examples/robot_in_the_air/before.yaml"
     saved = tmp_path / "saved"
-    drawn = "case: scans\ngoal: item_a_scanned\ndrawn: {seed: 4}\n"
     saved.mkdir()
-    (saved / "scans.yaml").write_text(drawn, encoding="utf-8")
+    for number in range(written):
+        drawn = f"case: scans_{number}\ngoal: item_a_scanned\ndrawn: {{seed: 4}}\n"
+        (saved / f"scans_{number}.yaml").write_text(drawn, encoding="utf-8")
     ran = scbm("test", model, saved, "--cases", 5)
-    assert ", 1 written case and 1 random case of seed 0: 2 reached\n  Interrupted after 2 of 6 cases\n" in ran.out
+    assert f", {told}: 2 reached\n  Interrupted after 2 of {written + 5} cases\n" in ran.out

@@ -45,6 +45,14 @@ def test_styles_stay_where_they_are_around_what_is_made_visible() -> None:
     assert out.getvalue() == "a\\x1b[2Jb \x1b[31mred\x1b[0m\\u202eplain\n"
 
 
+@pytest.mark.parametrize("number", [7, 8, 11, 12, 13])
+def test_in_text_with_styles_some_controls_are_left_out(number: int) -> None:
+    """Rich does that: bells, backspaces, vertical tabs, form feeds, carriage returns."""
+    out = StringIO()
+    Output(Console(file=out)).line(Text(f"a{chr(number)}b").append(f"c{chr(number)}d"))
+    assert out.getvalue() == "abcd\n"
+
+
 def test_each_line_of_a_report_stays_one_line() -> None:
     out = StringIO()
     Output(Console(file=out)).lines([Text("refused: no\nFAILED nothing"), Text("next")])

@@ -107,6 +107,77 @@ def test_a_store_that_cannot_be_written_any_more_does_not_end_the_campaign(
     assert len(read_history(store).cases) == 2
 
 
+FAILS = "tests/models/fails_at_run/livelock.yaml"
+
+
+@pytest.fixture
+def broken(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The store breaks behind the last case: its run cannot be finished."""
+    finish = StoreWriter.finish
+
+    def break_first(self: StoreWriter) -> None:
+        self._connection.execute("CREATE TEMP TRIGGER full BEFORE UPDATE OF is_finished ON main.run BEGIN"
+                                 " SELECT RAISE(ABORT, 'database or disk is full'); END")  # fmt: skip
+        finish(self)
+
+    monkeypatch.setattr(StoreWriter, "finish", break_first)
+
+
+@pytest.mark.usefixtures("broken")
+def test_a_store_that_breaks_behind_the_last_case_takes_nothing_from_the_campaign(
+    scbm: Scbm, store: Path, tmp_path: Path
+) -> None:
+    saved, failures = tmp_path / "saved", tmp_path / "failures"
+    command = ("test", FAILS, "--cases", 2, "--store", store, "--save", saved, "--failures", failures)
+    ran = scbm(*command)
+    assert ran.code == 2
+    told = f"{store}: error[store-unusable]: this store cannot be used: database or disk is full\n"
+    assert ran.err == told
+    assert "2 random cases of seed 0: 2 livelock; 2 failed\n" in ran.out
+    assert f"again: scbm replay {failures}" in ran.out
+    assert len(list(saved.iterdir())) == 2
+    assert [run.is_finished for run in read_history(store).runs] == [False]
+
+
+@pytest.mark.usefixtures("broken")
+def test_machines_are_told_that_the_store_broke(scbm: Scbm, store: Path) -> None:
+    told = json.loads(scbm("test", BEFORE, "--cases", 2, "--store", store, "--json").out)
+    assert told["store"] == {"file": str(store), "is_whole": False}
+    assert "ended_early" not in told
+
+
+def test_a_store_whose_sums_cannot_be_read_takes_nothing_from_the_campaign(
+    scbm: Scbm, store: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    totals = StoreWriter.totals
+
+    def damaged(self: StoreWriter) -> Any:  # noqa: ANN401 - what it gives is of no matter
+        self._connection.execute("DROP TABLE test_case")
+        return totals(self)
+
+    monkeypatch.setattr(StoreWriter, "totals", damaged)
+    ran = scbm("test", BEFORE, "--cases", 2, "--store", store)
+    assert (ran.code, ran.err.count("error[")) == (2, 1)
+    assert "2 random cases of seed 0: 2 reached\n" in ran.out
+
+
+@pytest.mark.parametrize("is_first", [True, False])
+def test_who_interrupts_a_store_at_its_end_is_told_nothing_that_may_be_false(
+    scbm: Scbm, store: Path, monkeypatch: pytest.MonkeyPatch, *, is_first: bool
+) -> None:
+    finish = StoreWriter.finish
+
+    def interrupted(self: StoreWriter) -> None:
+        if not is_first:
+            finish(self)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(StoreWriter, "finish", interrupted)
+    ran = scbm("test", BEFORE, "--cases", 2, "--store", store)
+    assert (ran.code, ran.err) == (130, "scbm: interrupted after 2 of 2 cases\n")
+    assert [run.is_finished for run in read_history(store).runs] == [not is_first]
+
+
 def test_stores_are_combined(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
     other, target = tmp_path / "other.db", tmp_path / "all.db"
     scbm("test", BEFORE, "--cases", 20, "--seed", 2, "--store", other)

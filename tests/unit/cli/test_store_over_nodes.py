@@ -83,7 +83,7 @@ def test_the_report_says_which_cases_ran_over_nodes(scbm: Scbm, store: Path) -> 
 class RealScanner:
     """Stands for a session of nodes, of which the scanner is real."""
 
-    real = ("scan",)
+    real: tuple[str, ...] = ("scan",)
 
     def __enter__(self) -> Self:
         return self
@@ -93,7 +93,7 @@ class RealScanner:
 
     def run(self, case: Case, *_: object) -> NodeRun:
         """A run in which resources react otherwise than in simulation."""
-        log = log_of(real_run(SCANS, case))
+        log = replace(log_of(real_run(SCANS, case)), real=self.real)
         return NodeRun(rerun(log, Program(SCANS)), log)
 
 
@@ -115,6 +115,27 @@ def test_the_store_says_which_resources_were_real(
         execution = replays.execute(stored)
         assert execution is not None
         assert execution.trace == real_run(SCANS, RandomCases(SCANS).case(0, number)).trace
+
+
+class AnotherController(RealScanner):
+    """Behind the first run another controller comes, which has nothing real."""
+
+    def run(self, case: Case, *rest: object) -> NodeRun:
+        """A run with what was real in it."""
+        done = super().run(case, *rest)
+        self.real = ()
+        return done
+
+
+def test_each_case_is_stored_with_what_was_real_in_its_own_run(
+    scbm: Scbm, model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    session = AnotherController()
+    monkeypatch.setattr("scbm.cli.over_nodes.Session", lambda *_: session)
+    path = tmp_path / "cov.db"
+    scbm("test", model, "--cases", 2, "--transport", "dds", "--domain", 7, "--store", path)
+    told = json.loads(scbm("report", path, "--json").out)
+    assert [case["nodes"]["real"] for case in told["cases"]] == [["scan"], []]
 
 
 def test_of_cases_that_visit_the_same_the_simulated_one_is_in_the_smallest_suite(scbm: Scbm, tmp_path: Path) -> None:

@@ -41,6 +41,10 @@ def test_check_looks_at_bindings_beside_a_model(scbm: Scbm, tmp_path: Path) -> N
     assert ran.out.endswith(f"\n{bindings}: good\n  robot_in_the_air: 1 bound resource of 4: scanner\n")
     (told,) = json.loads(scbm("check", AFTER, "--bindings", bindings, "--json").out)["models"]
     assert told["bindings"] == {"file": bindings, "errors": [], "bound": ["scanner"]}
+    empty = tmp_path / "empty.yaml"
+    empty.write_text("bindings_of: robot_in_the_air\nresources: {}\n", encoding="utf-8")
+    ran = scbm("check", AFTER, "--bindings", empty)
+    assert ran.out.endswith(f"\n{empty}: good\n  robot_in_the_air: 0 bound resources of 4\n")
     wrong = tmp_path / "wrong.yaml"
     wrong.write_text("bindings_of: robot_in_the_air\nresources: {skanner: {}}\n", encoding="utf-8")
     ran = scbm("check", AFTER, "--bindings", wrong)

@@ -193,7 +193,9 @@ def test_bindings_are_read_from_a_file(tmp_path: Path) -> None:
 
 def test_the_bindings_of_the_documentation_are_bindings_of_its_model() -> None:
     page = (Path(__file__).parents[3] / "docs" / "ros2-bindings.md").read_text(encoding="utf-8")
-    model, beside = (block.partition("```")[0] for block in page.split("```yaml\n")[1:])
+    blocks = [block.partition("```")[0] for block in page.split("```yaml\n")[1:]]
+    (model,) = (block for block in blocks if block.startswith("# model: picking\n"))
+    (beside,) = (block for block in blocks if block.startswith("# file: bench.yaml\n"))
     bound = read_bindings(beside, read_model(model))
     ways = [type(getattr(resource.binding, "requests", None)) for resource in bound.resources]
     assert ways == [ServiceCall, TopicPair, TopicPair, type(None)]
@@ -228,6 +230,11 @@ more: 1
 @pytest.mark.parametrize(
     ("text", "slug", "message"),
     [
+        (
+            "bindings_of: cel\nresources: {gripper: {topics: {request: a, reply: /b}}}\n",
+            Slug.BAD_BINDING,
+            "these are bindings of `cel`, and the model is `cell`",
+        ),
         (
             RIGHT.replace("of: cell", "of: cel"),
             Slug.BAD_BINDING,
@@ -272,6 +279,55 @@ more: 1
 )
 def test_one_mistake_is_told_once(text: str, slug: Slug, message: str) -> None:
     assert [(diagnostic.slug, diagnostic.message) for diagnostic in diagnostics_of(text)] == [(slug, message)]
+
+
+def test_a_wrong_name_of_the_model_does_not_hide_what_else_is_wrong() -> None:
+    text = RIGHT.replace("of: cell", "of: cel").replace("name: /scanner/scan", "name: scan") + "  arn: {}\n"
+    assert [(d.slug, d.remedy) for d in diagnostics_of(text)] == [
+        (Slug.BAD_BINDING, None),
+        (Slug.BAD_ROS_NAME, "write `/scan`"),
+        (Slug.UNKNOWN_RESOURCE, "did you mean `arm`?"),
+    ]
+
+
+def test_a_variable_that_cannot_choose_does_not_hide_what_is_wrong_with_services() -> None:
+    text = RIGHT.replace("      command:", "      comand:").replace("type: std_srvs/srv/Trigger", "type: Trigger")
+    assert [d.slug for d in diagnostics_of(text)] == [Slug.UNKNOWN_VARIABLE, Slug.BAD_ROS_TYPE]
+    text = RIGHT.replace("type: std_srvs/srv/Trigger", "type: Trigger").replace(
+        "      command:", "      lit: {true: {name: on, type: std_srvs/srv/Trigger}}\n      command:"
+    )
+    assert [d.slug for d in diagnostics_of(text)] == [Slug.BAD_BINDING, Slug.BAD_ROS_NAME, Slug.BAD_ROS_TYPE]
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("name: /scanner/scan", "name: /scbm/cell/scanner/request"),
+        ("topic: /scanner/zone", "topic: /scbm/zone"),
+        ("topic: /scanner/zone", "topic: /scbm"),
+    ],
+)
+def test_names_of_the_nodes_of_cells_are_no_drivers(right: str, wrong: str) -> None:
+    text, name = RIGHT.replace(right, wrong), wrong.partition(" ")[2]
+    (told,) = diagnostics_of(text)
+    assert (told.slug, told.remedy) == (Slug.BAD_BINDING, "write a name that does not begin with `/scbm`")
+    assert told.message == f"`{name}` is among the names of the nodes of cells, and no driver's"
+    assert text.splitlines()[told.place.line - 1][told.place.column - 1 :].startswith(name)
+
+
+def test_names_that_only_look_like_those_of_the_nodes_of_cells_are_fine() -> None:
+    names = "{topics: {request: /scbm_bench/request, reply: /bench/scbm/reply}}"
+    read_bindings(f"bindings_of: cell\nresources: {{arm: {names}}}\n", MODEL)
+
+
+@pytest.mark.parametrize("name", ["class", "from", "self", "serialize", "guid", "seq"])
+def test_fields_may_have_all_names_that_ros_2_allows(name: str) -> None:
+    type_ = f"type: {{name: some/srv/Odd, request: {{{name}: bool}}, response: {{}}}}"
+    service = f"{{name: /odd, {type_}, request: {{{name}: true}}, succeeded: {{}}}}"
+    bound = read_bindings(f"bindings_of: cell\nresources: {{arm: {{service: {service}}}}}\n", MODEL)
+    type_of_fields = ServiceType("some/srv/Odd", ((name, FieldType.BOOL),), ())
+    call = ServiceCall("/odd", type_of_fields, ((name, True),), (), ())
+    assert resource(bound, "arm").binding == Binding(call, ())
 
 
 def test_a_model_file_is_no_file_of_bindings_and_the_other_way_round() -> None:
@@ -498,6 +554,7 @@ def test_the_bindings_that_the_mistakes_are_made_in_satisfy_the_schema() -> None
         ("services:", "service:"),
         ("name: /scanner/scan,", ""),
         ("name: /scanner/scan,", "name: scan,"),
+        ("name: /scanner/scan,", "name: /scbm/scan,"),
         ("std_srvs/srv/Trigger", "std_srvs/srv/Triger"),
         ("level: float32", "level: float"),
         ("level: 0.5", "level: [0.5]"),

@@ -9,11 +9,11 @@ from scbm.model import Binding, MeasuredTopic, MessageType, Reading, Resource, T
 from scbm.notation import read_bindings, read_case, write_case
 from scbm.realtime import Bus, ControllerNode
 from scbm.realtime.bound import BoundLink
-from scbm.realtime.bus import Alone, Topic
+from scbm.realtime.bus import Alone, Publisher, Topic
 from scbm.realtime.cell import CellTopics
 from scbm.realtime.links import Correlation, Reply
 from scbm.realtime.loopback import LoopbackHub
-from scbm.realtime.wire import Go, Message, Prepare, encode
+from scbm.realtime.wire import Abandon, Go, Message, Prepare, encode
 from scbm.running import RunnerOptions
 from support.hearing import Heard
 from support.models import scan_cell
@@ -35,6 +35,16 @@ def open_driver(bus: Bus) -> list[str]:
     return asked
 
 
+async def begin_run(node: ControllerNode, cases: Publisher, loop: VirtualLoop) -> None:
+    """A run that goes on until the driver replies."""
+    case = write_case(read_case("case: scans\ngoal: scanned\n", MODEL), MODEL, None)
+    prepare = Prepare("run_1", (node.membership.own.node,), case, asdict(RunnerOptions()), "1", False)
+    messages: list[Message] = [prepare, Go("run_1")]
+    for message in messages:
+        cases.publish(encode(message))
+        await loop.settle()
+
+
 def test_a_driver_at_the_bus_of_drivers_is_reached_and_one_in_the_cell_is_not() -> None:
     async def scene(loop: VirtualLoop) -> None:
         cell, drivers = LoopbackHub(loop.now_ns), LoopbackHub(loop.now_ns)
@@ -47,13 +57,7 @@ def test_a_driver_at_the_bus_of_drivers_is_reached_and_one_in_the_cell_is_not() 
         await loop.settle(10**9)
         assert node.membership.own.troubles == ()
 
-        cases = cell.join("tester").publisher(TOPICS.case)
-        case = write_case(read_case("case: scans\ngoal: scanned\n", MODEL), MODEL, None)
-        prepare = Prepare("run_1", (node.membership.own.node,), case, asdict(RunnerOptions()), "1", False)
-        messages: list[Message] = [prepare, Go("run_1")]
-        for message in messages:
-            cases.publish(encode(message))
-            await loop.settle()
+        await begin_run(node, cell.join("tester").publisher(TOPICS.case), loop)
         assert [json.loads(text)["request"] for text in asked] == [{"scan_command": "scan_box"}]
         assert asked_in_cell == []
         await node.close()
@@ -73,6 +77,23 @@ def test_without_another_bus_drivers_are_in_the_cell() -> None:
     run_virtually(scene)
 
 
+def test_a_driver_hears_that_nobody_waits_for_its_reply_any_more() -> None:
+    async def scene(loop: VirtualLoop) -> None:
+        cell = LoopbackHub(loop.now_ns)
+        node = ControllerNode(Stage(MODEL, cell.join, loop.now_ns).seat("controller", ["scan"]))
+        asked = open_driver(cell.join("driver"))
+        await loop.settle(10**9)
+        cases = cell.join("tester").publisher(TOPICS.case)
+        await begin_run(node, cases, loop)
+        assert [json.loads(text)["id"] for text in asked] == ["run_1-1"]
+        cases.publish(encode(Abandon("run_1")))
+        await loop.settle()
+        assert [json.loads(text) for text in asked[1:]] == [{"id": "run_1-1", "cancel": True}]
+        await node.close()
+
+    run_virtually(scene)
+
+
 # what is measured beside requests
 
 
@@ -82,8 +103,9 @@ class Whole:
     def __init__(self, loop: VirtualLoop, binding: Binding) -> None:
         self.hub = LoopbackHub(loop.now_ns)
         self.heard = Heard()
+        self.complaints: list[str] = []
         resource = Resource("scan", ("command",), ("zone",), binding=binding)
-        self.link = BoundLink(self.hub.join("controller"), resource, self.heard, print, loop.now_ns)
+        self.link = BoundLink(self.hub.join("controller"), resource, self.heard, self.complaints.append, loop.now_ns)
 
 
 ZONE = MeasuredTopic("/scan/zone", MessageType.BOOL, Reading("zone"))
@@ -134,5 +156,30 @@ def test_a_request_to_what_only_measures_has_failed_by_the_clock_of_the_bus() ->
         assert whole.heard.replies == [
             ("scan", Reply(Correlation("run", 1), succeeded=False, measured=(), stamp_ns=sent_ns))
         ]
+
+    run_virtually(scene)
+
+
+# drivers that answer twice
+
+
+def test_a_second_reply_is_told_of_once_in_a_run_and_so_is_one_that_comes_behind_the_end() -> None:
+    async def scene(loop: VirtualLoop) -> None:
+        whole = Whole(loop, BOTH)
+        driver = whole.hub.join("driver")
+        driver.subscribe(REQUEST, lambda _: None)
+        replies = driver.publisher(REPLY)
+        for request in ("run-1", "run-2", "other-1"):
+            replies.publish(json.dumps({"id": request, "succeeded": True}))
+        await loop.settle()
+        assert whole.complaints == []
+        for request in ("run-1", "run-2", "run-1", "other-1"):
+            replies.publish(json.dumps({"id": request, "succeeded": True}))
+        await loop.settle()
+        assert whole.complaints == [
+            "a second reply of `scan` to request 1 is dropped: a driver answers twice, or two drivers answer",
+            "a second reply of `scan` to request 1 is dropped: a driver answers twice, or two drivers answer",
+        ]
+        assert whole.heard.numbers() == [(number, True) for number in (1, 2, 1, 1, 2, 1, 1)]
 
     run_virtually(scene)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import signal
 import sys
 from pathlib import Path
@@ -40,6 +41,18 @@ def test_all_are_started_once_and_end_when_their_standard_input_does(tmp_path: P
         await children.end()
         assert (len(pids(first)), len(pids(second))) == (1, 1)
         assert children.broken is None
+
+    run(scene())
+
+
+def test_a_terminal_interrupts_none_of_them(tmp_path: Path) -> None:
+    async def scene() -> None:
+        path = tmp_path / "pids"
+        children = Children({"one": writes(path), "two": writes(path)})
+        await children.start()
+        groups = [os.getpgid(process.pid) for process in children._running.values()]
+        assert os.getpgrp() not in groups  # the terminal of ours sends SIGINT to all of this group
+        await children.end()
 
     run(scene())
 

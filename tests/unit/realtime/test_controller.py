@@ -318,6 +318,24 @@ def test_what_cannot_be_measured_is_not_remembered() -> None:
     play(scene)
 
 
+def test_what_is_refused_of_measured_values_is_told_in_a_run_and_before_it() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.replies.publish('{"measured": {"temperature": 99}}')
+        await loop.settle()
+        refused = ["`temperature`: 99 is refused: not in its domain"]
+        assert bench.stage.complaints == refused
+        await going(bench, loop)
+        bench.replies.publish('{"measured": {"temperature": 99}}')
+        reply = {"id": "run_1-1", "succeeded": True, "measured": {"temperature": 98, "light": "red"}}
+        bench.replies.publish(json.dumps(reply))
+        await loop.settle()
+        refused += ["`light`: red is refused: that is no variable that `scan` may measure"]
+        assert bench.stage.complaints == refused
+        assert bench.ended() == ["run_1"]
+
+    play(scene)
+
+
 def test_a_reply_that_measures_replaces_what_was_measured_before() -> None:
     async def scene(bench: Bench, loop: VirtualLoop) -> None:
         bench.replies.publish('{"measured": {"temperature": 2}}')
@@ -693,6 +711,29 @@ def test_a_driver_that_does_not_go_with_its_binding_is_told_of_unless_it_is_repl
     look(scene)
 
 
+def test_people_are_told_who_is_not_there_and_why_whenever_that_changes() -> None:
+    async def scene(looking: Looking) -> None:
+        said = looking.stage.told
+        await looking.loop.settle(SECOND_NS // 4)
+        assert said == []  # who is there is found out first
+        await looking.loop.settle(5 * SECOND_NS)
+        wrong = looking.serve(SET_BOOL)
+        await looking.loop.settle(5 * SECOND_NS)
+        await wrong.close()
+        driver = looking.serve()
+        await looking.loop.settle(5 * SECOND_NS)
+        await driver.close()
+        await looking.loop.settle(5 * SECOND_NS)
+        missing = "`scan` is not reached: nobody is at `/scan`"
+        mismatch = (
+            "`scan` is not reached: `/scan` is of type std_srvs/srv/SetBool there, and not of std_srvs/srv/Trigger"
+        )
+        there = ["scan is there", "all real resources are there"]
+        assert said == [missing, mismatch, *there, "scan is not there", missing]
+
+    look(scene)
+
+
 def test_what_could_not_be_told_is_told_again(monkeypatch: pytest.MonkeyPatch) -> None:
     tell_troubles, is_full = Membership.tell_troubles, [True]
 
@@ -733,7 +774,7 @@ goals: {{all: {" && ".join(f"d{n} == 9" for n in range(30))}, one: d0 == 1}}
 """No search sees all of its states; to one of its goals it is one step."""
 
 
-@pytest.mark.parametrize("how", ["abandon", "tester", "close"])
+@pytest.mark.parametrize("how", ["abandon", "end", "tester", "close"])
 def test_a_search_that_nobody_waits_for_any_more_is_stopped(how: str, monkeypatch: pytest.MonkeyPatch) -> None:
     plan, has_begun, has_ended = RememberedPlans.plan, ThreadEvent(), ThreadEvent()
     ends: list[BaseException] = []
@@ -756,19 +797,22 @@ def test_a_search_that_nobody_waits_for_any_more_is_stopped(how: str, monkeypatc
         unhandled: list[object] = []
         asyncio.get_running_loop().set_exception_handler(lambda _, context: unhandled.append(context))
         await asyncio.sleep(0)  # those who came learn of each other
-        bench.prepare(case=read_case("case: far\ngoal: all\n", ENDLESS))
+        options = RunnerOptions(time_limit_ns=SECOND_NS // 10) if how == "end" else RunnerOptions()
+        bench.prepare(case=read_case("case: far\ngoal: all\n", ENDLESS), options=asdict(options))
         bench.say(Go("run_1"))
         await asyncio.to_thread(has_begun.wait, loops.GUARD_S)
         match how:
             case "abandon":
                 bench.say(Abandon("run_1"))
+            case "end":
+                await bench.until(lambda: bench.ended() == ["run_1"])
             case "tester":
                 await bench.tester.close()
             case _:
                 await bench.node.close()
         assert await asyncio.to_thread(has_ended.wait, loops.GUARD_S)
         assert [type(error) for error in ends] == [UnwantedError]
-        if how == "abandon":
+        if how in ("abandon", "end"):
             bench.prepare("run_2", case=read_case("case: near\ngoal: one\n", ENDLESS))
             bench.say(Go("run_2"))
             await bench.until(lambda: bench.ended() == ["run_1", "run_2"])
@@ -777,3 +821,26 @@ def test_a_search_that_nobody_waits_for_any_more_is_stopped(how: str, monkeypatc
         assert (unhandled, bench.stage.complaints) == ([], [])
 
     loops.run(scene())
+
+
+def test_a_search_that_was_stopped_as_its_run_was_over_is_nothing_to_log(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def main(loop: VirtualLoop) -> None:
+        unhandled: list[object] = []
+        loop.set_exception_handler(lambda _, context: unhandled.append(context))
+        searches: list[asyncio.Future[Any]] = [loop.create_future()]
+        monkeypatch.setattr(loop, "run_in_executor", lambda *_: searches[0])
+        bench = Bench(Stage.virtual(MODEL, loop))
+        bench.open_driver()
+        await loop.settle()
+        bench.prepare(options=asdict(RunnerOptions(time_limit_ns=SECOND_NS)))
+        bench.say(Go("run_1"))
+        await loop.settle(2 * SECOND_NS)
+        assert bench.ended() == ["run_1"]
+        searches.pop().set_exception(UnwantedError())
+        await loop.settle()
+        assert bench.stage.complaints == []
+        del bench  # not closed: that would cancel the search, and of what is cancelled a loop logs nothing
+        gc.collect()
+        assert unhandled == []
+
+    run_virtually(main)

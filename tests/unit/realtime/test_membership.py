@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from scbm.realtime.bus import BusError
 from scbm.realtime.cell import CellTopics, new_status
 from scbm.realtime.loopback import LoopbackBus, LoopbackHub
 from scbm.realtime.membership import Membership
@@ -182,6 +183,24 @@ def test_others_learn_what_a_node_lacks_now() -> None:
         late, _ = cell.join(status("resources", 3))
         await cell.loop.settle()
         assert controller.own in late.others
+
+    play(scene)
+
+
+def test_what_could_not_be_told_is_told_when_it_is_tried_again() -> None:
+    async def scene(cell: Cell) -> None:
+        own, _ = cell.join(status("tester", 1))
+        controller, bus = cell.join(status("controller", 1, "scan"))
+        lacks = (("`scan` is not reached: nobody is there",), ("`scan` is not reached",))
+        bus.is_open = False
+        with pytest.raises(BusError):
+            controller.tell_troubles(*lacks)
+        bus.is_open = True
+        controller.tell_troubles(*lacks)
+        await cell.loop.settle()
+        told = own.controller()
+        assert told is not None
+        assert (told.troubles, told.mismatched) == lacks
 
     play(scene)
 

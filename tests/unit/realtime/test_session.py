@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import subprocess
 import sys
 from collections.abc import Callable
@@ -31,6 +32,7 @@ from scbm.realtime import (
     new_status,
 )
 from scbm.realtime.cell import CellTopics
+from scbm.realtime.children import Children
 from scbm.realtime.loopback import LoopbackBus, LoopbackHub
 from scbm.realtime.membership import Membership
 from scbm.realtime.session import Cell, RemoteCell
@@ -293,6 +295,78 @@ def test_a_tester_that_was_missed_joins_again_before_the_next_case(monkeypatch: 
     in_thread(work)
 
 
+class Ending(Children):
+    """Nodes on a hub instead of processes. Of one that ends between cases learns who starts it again, and nobody else.
+
+    Attributes:
+        starts: who had ended at each start, in order; then one of them cannot work any more.
+    """
+
+    def __init__(self, hub: LoopbackHub, *starts: tuple[str, ...]) -> None:
+        super().__init__({})
+        self.starts = list(starts)
+        self._hub = hub
+        self._nodes: list[ControllerNode | ResourcesNode] = []
+
+    async def start(self) -> tuple[str, ...]:
+        if not self._nodes:
+            seats = [
+                Seat(self._hub.join(role), MODEL, new_status(role, MODEL, DIGEST, names), print)
+                for role, names in (("controller", []), ("resources", ["scan"]))
+            ]
+            self._nodes = [ControllerNode(seats[0]), ResourcesNode(seats[1], PlainReactions())]
+        return self.starts.pop(0)
+
+    @property
+    def broken(self) -> str | None:
+        return None if self.starts else "the controller ended with 3"
+
+    async def one_ends(self) -> None:
+        await asyncio.Event().wait()
+
+    async def end(self) -> None:
+        for node in self._nodes:
+            await node.close()
+
+
+def test_a_child_that_ended_between_cases_is_started_again_before_the_next() -> None:
+    def work() -> None:
+        hub = LoopbackHub()
+        complaints: list[str] = []
+
+        async def open_bus() -> Bus:
+            return hub.join("tester")
+
+        opened = session(RemoteCell(open_bus, Ending(hub, (), (), ("the controller was ended by SIGKILL",))))
+        opened.complain = complaints.append
+        told = []
+        with opened:
+            tester = NodeTester(Tester(MODEL), opened)
+            for _ in range(2):
+                assert tester.execute(CASE).verdict.passed
+                told.append(list(complaints))
+        assert told == [[], ["the controller was ended by SIGKILL, and was started again"]]
+
+    in_thread(work)
+
+
+def test_a_child_that_cannot_work_any_more_ends_the_session() -> None:
+    def work() -> None:
+        hub = LoopbackHub()
+
+        async def open_bus() -> Bus:
+            return hub.join("tester")
+
+        with session(RemoteCell(open_bus, Ending(hub, (), ()))) as opened:
+            tester = NodeTester(Tester(MODEL), opened)
+            assert tester.execute(CASE).verdict.passed
+            with pytest.raises(NotReadyError) as raised:
+                tester.execute(CASE)
+            assert raised.value.reasons == (Reason(Lack.CHILD, "the controller ended with 3"),)
+
+    in_thread(work)
+
+
 SIGNALS = """
 from fractions import Fraction
 from signal import SIGTERM, getsignal
@@ -317,3 +391,42 @@ def test_what_sigterm_does_is_as_it_was_before_once_a_session_is_over_or_could_n
         [sys.executable, "-c", SIGNALS], check=False, capture_output=True, text=True, timeout=GUARD_S, cwd=TESTS
     )
     assert (ended.stdout, ended.stderr) == ("[False, True, True]\n", "")
+
+
+@pytest.mark.parametrize("is_own", [True, False])
+def test_a_tester_that_joins_again_is_older_than_nodes_of_its_own_alone(
+    *, is_own: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    watches: list[Watch] = []
+
+    def watch(*_: object) -> Watch:
+        watches.append(Watch())
+        return watches[-1]
+
+    monkeypatch.setattr("scbm.realtime.session.AbsenceWatch", watch)
+
+    def work() -> None:
+        hub, buses = LoopbackHub(), list[LoopbackBus]()
+
+        async def open_bus() -> Bus:
+            buses.append(hub.join("tester"))
+            if not is_own and len(buses) == 1:
+                await nodes.start()
+            if len(buses) == 2:  # another tester has come meanwhile
+                Membership(hub.join("another"), CellTopics.of(MODEL), new_status("tester", MODEL, DIGEST))
+            return buses[-1]
+
+        nodes = Ending(hub, *[()] * 5)
+        with session(RemoteCell(open_bus, nodes if is_own else None)) as opened:
+            tester = NodeTester(Tester(MODEL), opened)
+            assert tester.execute(CASE).verdict.passed
+            buses[0].is_open = False
+            watches[0].has_noticed = True
+            if is_own:
+                assert tester.execute(CASE).verdict.passed
+            else:
+                with pytest.raises(NotReadyError) as raised:
+                    tester.execute(CASE)
+                assert [reason.lack for reason in raised.value.reasons] == [Lack.RIVAL]
+
+    in_thread(work)

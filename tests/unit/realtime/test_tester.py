@@ -94,7 +94,8 @@ class Played:
         self.bus = bench.stage.join(status.role)
         self.speaks = self.bus.publisher(TOPICS.run if status.role == "controller" else TOPICS.simulated)
         self.bus.subscribe(TOPICS.case, self._hear)
-        self.bus.publisher(TOPICS.status).publish(encode(status))
+        self.statuses = self.bus.publisher(TOPICS.status)
+        self.statuses.publish(encode(status))
 
     def _hear(self, received: Received) -> None:
         message = decode(received.data)
@@ -531,13 +532,69 @@ def test_it_may_say_nothing_until_a_deadline_of_its_run_has_passed() -> None:
     play(scene)
 
 
-def test_resources_that_are_lost_are_no_reason_to_stop() -> None:
+NO_SCAN_NOW = f"{NO_SCAN.message}; the run goes on, by the deadlines of the model"
+
+
+def test_resources_that_are_lost_are_no_reason_to_stop_and_told_of() -> None:
     async def scene(bench: Bench, loop: VirtualLoop) -> None:
         _, resources, task = await going(bench, loop)
         await resources.bus.close()
         await loop.settle(5 * SECOND_NS)
         assert not task.done()
+        assert bench.stage.complaints == [NO_SCAN_NOW]
+        bench.play("resources", "scan")
+        await loop.settle()
+        assert bench.stage.complaints == [NO_SCAN_NOW, "all resources are there again"]
         task.cancel()
+
+    play(scene)
+
+
+def test_a_driver_that_is_lost_in_a_run_is_told_of() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller = bench.play("controller", "scan")
+        await loop.settle()
+        task = bench.begin()
+        await loop.settle()
+        lacking = replace(controller.status, troubles=(UNREACHED,))
+        assert bench.said(Go) == [Go(controller.run)]
+        controller.statuses.publish(encode(lacking))
+        await loop.settle()
+        assert bench.stage.complaints == [f"{UNREACHED}; the run goes on, by the deadlines of the model"]
+        task.cancel()
+
+    play(scene)
+
+
+def test_a_run_that_ends_short_of_its_goal_while_nobody_simulates_a_resource_is_lost() -> None:
+    limited = read_case("case: x\ngoal: scanned\nlimits: {time: 20 s}\n", MODEL)
+
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        stage = bench.stage
+        stage.controller()
+        resources = stage.resources()
+        lost = stage.seats["resources"].bus
+        await bench.node.wait_for_cell(1.0)
+        task = asyncio.ensure_future(run_case(bench.node, Tester(MODEL), limited))
+        await loop.settle(SECOND_NS // 2)
+        await resources.close()
+        await lost.close()
+        with pytest.raises(LostError, match="nobody simulates `scan`"):
+            await task
+
+    play(scene)
+
+
+def test_a_controller_that_comes_with_other_real_resources_loses_the_case() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, resources = bench.cell()
+        resources.is_ready = False
+        await loop.settle()
+        task = bench.begin()
+        await loop.settle(SECOND_NS)
+        await controller.bus.close()
+        bench.play("controller", "scan")
+        assert await why_lost(task) == "another controller came, with other real resources"
 
     play(scene)
 
@@ -663,7 +720,7 @@ def test_a_resource_that_is_lost_with_a_request_leaves_it_to_the_deadline_and_th
         assert [reaction.outcome for reaction in execution.reactions] == [Outcome.TIMEOUT, Outcome.SUCCEED]
         changes = [record.condition for record in execution.trace.records if isinstance(record, ResourceChanged)]
         assert changes == ["down", "well"]
-        assert stage.complaints == []
+        assert stage.complaints == [NO_SCAN_NOW, "all resources are there again"]
 
     play(scene)
 

@@ -1,4 +1,4 @@
-"""What a store keeps of cases that ran over nodes, and stores of version 1, which knew none."""
+"""What a store keeps of cases that ran over nodes, and stores of version 1, which did not tell them apart."""
 
 from __future__ import annotations
 
@@ -136,12 +136,17 @@ def test_a_case_in_simulation_and_over_nodes_is_two_and_with_other_real_resource
     )
 
 
-def test_where_nodes_met_and_how_fast_makes_no_other_case_and_the_later_run_is_shown(path: Path) -> None:
+@pytest.mark.parametrize("is_later_added_last", [True, False])
+def test_where_nodes_met_and_how_fast_makes_no_other_case_and_the_later_run_is_shown(
+    path: Path,
+    is_later_added_last: bool,  # noqa: FBT001 - a case
+) -> None:
     (case,) = drawn()
     one, two = real_run(MODEL, case), real_run(MODEL, case, chance=78)
     assert one.digest != two.digest
-    add(path, nodes_run(2, "over loopback, 20 times faster than the wall"), two)
-    add(path, nodes_run(1), one)
+    added = [(nodes_run(1), one), (nodes_run(2, "over loopback, 20 times faster than the wall"), two)]
+    for run, execution in added if is_later_added_last else reversed(added):
+        add(path, run, execution)
     history = read_history(path)
     (stored,) = history.cases
     assert stored.visited == one.visited | two.visited

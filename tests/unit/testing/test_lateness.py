@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
+import pytest
+
 from scbm.notation import read_case, read_model
 from scbm.testing import Tester, slowest_plan_ns
+from scbm.testing.lateness import too_late
 from scbm.trace import PlanAsked, PlanReceived, Record
 from support.models import SCAN_CELL
 
@@ -16,6 +21,8 @@ def test_the_longest_wait_for_a_plan_counts() -> None:
         PlanAsked(11, 3, ()),
         PlanReceived(18, 3, "solved", (), ()),
         PlanAsked(20, 4, ()),
+        PlanReceived(22, 4, "solved", (), ()),
+        PlanAsked(30, 5, ()),
     ]
     assert slowest_plan_ns(records) == 7
 
@@ -24,3 +31,24 @@ def test_in_simulation_nobody_waits_for_a_plan() -> None:
     model = read_model(SCAN_CELL)
     execution = Tester(model).execute(read_case("case: scans\ngoal: scanned\noutcomes: {scan: [timeout]}\n", model))
     assert slowest_plan_ns(execution.trace.records) == 0
+
+
+LATE: list[Record] = [PlanAsked(0, 1, ()), PlanReceived(5_000_000_000, 1, "solved", (), ())]
+
+
+def test_a_run_is_too_late_if_a_plan_took_half_of_a_deadline() -> None:
+    model = read_model(SCAN_CELL)  # whose deadline is 10 s
+    assert too_late(LATE, model, Fraction(1000)) == (
+        "the machine did not keep up with a time scale of 1000: a plan took 5 s of the run,"
+        " and the shortest deadline is 10 s; try a smaller one"
+    )
+
+
+@pytest.mark.parametrize("scale", ["1", "1/2"])
+def test_time_that_is_not_scaled_is_the_models_to_cope_with(scale: str) -> None:
+    assert too_late(LATE, read_model(SCAN_CELL), Fraction(scale)) is None
+
+
+def test_a_plan_that_took_less_does_not_count() -> None:
+    records = [LATE[0], PlanReceived(4_999_999_999, 1, "solved", (), ())]
+    assert too_late(records, read_model(SCAN_CELL), Fraction(1000)) is None

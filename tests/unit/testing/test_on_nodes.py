@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from scbm.cases import Case
@@ -13,7 +13,7 @@ from scbm.running import RunnerOptions
 from scbm.simulating import Choices, Simulator
 from scbm.testing import FailureKind, Tester
 from scbm.testing.on_nodes import NodeTester
-from scbm.trace import End
+from scbm.trace import End, PlanAsked, PlanReceived
 from support.models import scan_cell
 
 MODEL = scan_cell()
@@ -38,7 +38,7 @@ class Simulates:
         if case.name == self.loses:
             raise LostError("the controller was lost")
         run = Simulator(MODEL, options).run(case, choices)
-        log = EventLog(MODEL.name, "d" * 64, case, options, Fraction(1), (), choices.taken, run.end, "t" * 64)
+        log = EventLog(MODEL.name, "d" * 64, case, options, Fraction(1), (), (), choices.taken, run.end, "t" * 64)
         return NodeRun(run, log)
 
 
@@ -63,3 +63,20 @@ def test_a_run_that_is_lost_is_not_passed_visited_nothing_and_the_next_goes_on()
     assert failure.kind is FailureKind.LOST
     assert "the controller was lost" in failure.message
     assert third.verdict.end is not End.LOST
+
+
+class Late(Simulates):
+    """Runs cases with a plan that takes five seconds, a thousand times faster than the wall."""
+
+    def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
+        done = super().run(case, choices, options)
+        late = (PlanAsked(0, 1, ()), PlanReceived(5_000_000_000, 1, "solved", (), ()))
+        records = (*late, *done.run.records)
+        return NodeRun(replace(done.run, records=records), replace(done.log, time_scale=Fraction(1000)))
+
+
+def test_a_run_that_the_machine_could_not_keep_up_with_says_nothing_of_its_goal() -> None:
+    reached, limited, _ = NodeTester(Tester(MODEL), Late()).executions(CASES)
+    assert reached.verdict.passed
+    assert limited.verdict.end is End.LOST
+    assert "did not keep up with a time scale of 1000" in limited.verdict.failures[0].message

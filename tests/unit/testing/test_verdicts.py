@@ -12,7 +12,7 @@ from scbm.model import Always, BehaviorModel, Constant, Equal, Outcome, Referenc
 from scbm.notation import read_case
 from scbm.running import RunnerOptions
 from scbm.simulating import Simulated
-from scbm.testing import CaseResult, Execution, FailureKind, Tester
+from scbm.testing import CaseResult, Execution, FailureKind, Outcomes, Tester, judge
 from scbm.trace import End, Record, ResourceChanged
 from support.models import scan_cell
 
@@ -155,10 +155,29 @@ def test_a_goal_not_reached_when_a_resource_was_lost_is_a_verdict_and_no_failure
     assert not _not_reached(by_an_injection).verdict.passed
 
 
-@pytest.mark.parametrize("outcome", Outcome)
-def test_a_real_resource_that_fails_or_never_answers_excuses_what_comes_of_it(outcome: Outcome) -> None:
-    done = _not_reached(reactions=(Reaction("scan", outcome, 0),))
-    assert done.verdict.passed is (outcome is not Outcome.SUCCEED)
+WRONG = {
+    "failed": (Reaction("scan", Outcome.FAIL, 0),),
+    "silent": (Reaction("scan", Outcome.TIMEOUT, 0),),
+    "lost": (ResourceChanged(60 * S, "network", "scan", "down"),),
+}
+
+
+@pytest.mark.parametrize("wrong", WRONG.values(), ids=WRONG)
+def test_nobody_makes_a_real_resource_go_wrong(wrong: tuple[Reaction | ResourceChanged, ...]) -> None:
+    reactions = [one for one in wrong if isinstance(one, Reaction)]
+    records = [one for one in wrong if isinstance(one, ResourceChanged)]
+    model = scan_cell()
+    case = Case("case", *model.goals[0], model.nominal_state)
+    simulated = Outcomes(End.ABORTED, records, reactions, (), ())
+    assert judge(case, simulated).passed
+    (failure,) = judge(case, replace(simulated, real=("scan",))).failures
+    assert failure.kind is FailureKind.NOT_REACHED
+    assert failure.message == (
+        "the goal was not reached (aborted), and nothing was made to go wrong;"
+        " `scan` failed, did not answer, or was lost, and is real"
+    )
+    assert judge(replace(case, expect=Expectations(End.ABORTED)), replace(simulated, real=("scan",))).passed
+    assert judge(case, replace(simulated, real=("lamp",))).passed
 
 
 def test_a_case_that_was_lost_failed_and_nothing_is_known_of_it() -> None:

@@ -12,7 +12,7 @@ from cyclonedds.core import Policy
 from scbm.notation import nearest
 from scbm.realtime.bus import ONLY_BEST_EFFORT, Alone
 from scbm.realtime.dds import names
-from scbm.realtime.dds.raw import delete
+from scbm.realtime.dds.raw import delete, refused_policy
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from cyclonedds.domain import DomainParticipant
 
     from scbm.realtime.bus import Service
+    from scbm.realtime.dds.pairs import Pair
 
 _MOST = 10_000
 """So many endpoints of each role are looked at."""
@@ -75,7 +76,7 @@ class Wanted:
         role: the side that is looked for.
         who: what that is for people: `publication`, `server`.
         dds_topic: the name of its topic in DDS.
-        qos: ours, or `None` where all have the same.
+        qos: ours.
         policy: the number of the policy that kept others away most recently; 0 if none did.
     """
 
@@ -84,18 +85,38 @@ class Wanted:
     role: Role
     who: str
     dds_topic: str
-    qos: Qos | None = None
+    qos: Qos
     policy: int = 0
 
 
-def server_of(service: Service) -> Wanted:
-    """Whom a client looks for: who takes requests."""
-    return Wanted(service.name, service.type.name, Role.SUBSCRIPTION, "server", names.request_name(service.name))
+def taker_of_requests(service: Service, pair: Pair) -> Wanted:
+    """Whom a client looks for to be asked."""
+    return _reader(service, "server", names.request_name(service.name), pair)
 
 
-def client_of(service: Service) -> Wanted:
-    """Whom a server looks for: who sends requests."""
-    return Wanted(service.name, service.type.name, Role.PUBLICATION, "client", names.request_name(service.name))
+def giver_of_responses(service: Service, pair: Pair) -> Wanted:
+    """Whom a client looks for to be answered."""
+    return _writer(service, "server", names.reply_name(service.name), pair)
+
+
+def giver_of_requests(service: Service, pair: Pair) -> Wanted:
+    """Whom a server looks for to be asked."""
+    return _writer(service, "client", names.request_name(service.name), pair)
+
+
+def taker_of_responses(service: Service, pair: Pair) -> Wanted:
+    """Whom a server looks for to answer."""
+    return _reader(service, "client", names.reply_name(service.name), pair)
+
+
+def _reader(service: Service, who: str, dds_topic: str, pair: Pair) -> Wanted:
+    policy = refused_policy(pair.writer)
+    return Wanted(service.name, service.type.name, Role.SUBSCRIPTION, who, dds_topic, pair.qos, policy)
+
+
+def _writer(service: Service, who: str, dds_topic: str, pair: Pair) -> Wanted:
+    policy = refused_policy(pair.reader)
+    return Wanted(service.name, service.type.name, Role.PUBLICATION, who, dds_topic, pair.qos, policy)
 
 
 def why_alone(wanted: Iterable[Wanted], there: list[Endpoint], known: list[str]) -> Alone | None:
@@ -107,11 +128,15 @@ def why_alone(wanted: Iterable[Wanted], there: list[Endpoint], known: list[str])
         known: topics in DDS that we use ourselves, so that nobody means another one by them.
     """
     wishes = list(wanted)
-    for wish in wishes:
-        for endpoint in there:
-            if endpoint.role is wish.role and endpoint.topic == wish.dds_topic:
-                why = _why_not(wish, endpoint)
-                return None if why is None else Alone(why, is_mismatch=True)
+    found = [
+        _why_not(wish, endpoint)
+        for wish in wishes
+        for endpoint in there
+        if endpoint.role is wish.role and endpoint.topic == wish.dds_topic
+    ]
+    if found:
+        why = next((why for why in found if why is not None), None)
+        return None if why is None else Alone(why, is_mismatch=True)
     hint = next((hint for wish in wishes if (hint := _elsewhere(wish, there, known))), None)
     return None if hint is None else Alone(hint, is_mismatch=False)
 
@@ -121,7 +146,7 @@ def _why_not(wish: Wanted, endpoint: Endpoint) -> str | None:
     type_ = names.ros_type(endpoint.type)
     if type_ != wish.type:
         return f"`{wish.name}` has a {wish.who} of type {type_}, and not {wish.type}"
-    reason = None if wish.qos is None else next(_differences(wish.role, endpoint.qos, wish.qos), None)
+    reason = next(_differences(wish, endpoint.qos), None)
     if reason is None and wish.policy:
         reason = f"its {_POLICIES.get(wish.policy, f'policy {wish.policy}')} does not go with ours"
     return None if reason is None else f"`{wish.name}` has a {wish.who}, but {reason}"
@@ -143,16 +168,17 @@ _POLICIES = {
 """The names of policies by the numbers that Cyclone DDS has for them."""
 
 
-def _differences(role: Role, theirs: Qos, ours: Qos) -> Iterator[str]:
+def _differences(wish: Wanted, theirs: Qos) -> Iterator[str]:
     """What does not go together, with both sides in words."""
-    they_in, we_in = _partitions(theirs), _partitions(ours)
+    they_in, we_in = _partitions(theirs), _partitions(wish.qos)
     if they_in != we_in:
         yield f"it is in {they_in}, and we are in {we_in}"
     for what, strength in (("reliability", _reliability), ("durability", _durability)):
-        (their_rank, they_say), (our_rank, we_say) = strength(theirs), strength(ours)
-        if role is Role.PUBLICATION and their_rank < our_rank:
-            yield ONLY_BEST_EFFORT if what == "reliability" else f"its {what} is {they_say}, and we ask for {we_say}"
-        if role is Role.SUBSCRIPTION and their_rank > our_rank:
+        (their_rank, they_say), (our_rank, we_say) = strength(theirs), strength(wish.qos)
+        if wish.role is Role.PUBLICATION and their_rank < our_rank:
+            is_measured = what == "reliability" and wish.who == Role.PUBLICATION  # a binding may ask for less
+            yield ONLY_BEST_EFFORT if is_measured else f"its {what} is {they_say}, and we ask for {we_say}"
+        if wish.role is Role.SUBSCRIPTION and their_rank > our_rank:
             yield f"it asks for the {what} {they_say}, and ours is {we_say}"
 
 

@@ -8,7 +8,14 @@ from threading import Lock
 from typing import TYPE_CHECKING
 
 from scbm.realtime.bus import BusError, Topic
-from scbm.realtime.dds.alone import client_of, others, server_of, why_alone
+from scbm.realtime.dds.alone import (
+    giver_of_requests,
+    giver_of_responses,
+    others,
+    taker_of_requests,
+    taker_of_responses,
+    why_alone,
+)
 from scbm.realtime.dds.discovery import NodeAnnouncement
 from scbm.realtime.dds.endpoints import DdsPublisher, DdsSubscription, Heard
 from scbm.realtime.dds.hand_over import HandOver
@@ -93,8 +100,10 @@ class DdsBus:
             made = ServiceClient(entity, service, self._hand_over, receive, matched, self._complain)
         except ValueError as error:
             raise BusError(str(error)) from error
-        self._wanted.append((service, partial(server_of, service)))
         self._announce(made)
+        self._wanted += [
+            (service, partial(whom, service, made.pair)) for whom in (taker_of_requests, giver_of_responses)
+        ]
         return made
 
     def serve(self, service: Service, answer: Callable[[Mapping[str, Scalar]], Mapping[str, Scalar]]) -> None:
@@ -103,8 +112,10 @@ class DdsBus:
             made = ServiceServer(self._participant.entity, service, self._hand_over, answer, self._complain)
         except ValueError as error:
             raise BusError(str(error)) from error
-        self._wanted.append((service, partial(client_of, service)))
         self._announce(made)
+        self._wanted += [
+            (service, partial(whom, service, made.pair)) for whom in (giver_of_requests, taker_of_responses)
+        ]
 
     def _announce(self, made: ServiceClient | ServiceServer) -> None:
         self._services.append(made)

@@ -66,7 +66,13 @@ class Match:
 
 
 class Pair:
-    """A writer and a reader, reliable and volatile, that keep all: the ten that ROS 2 keeps are lost without a word."""
+    """A writer and a reader, reliable and volatile, that keep all: the ten that ROS 2 keeps are lost without a word.
+
+    Attributes:
+        qos: of both.
+        writer: of the one topic.
+        reader: of the other.
+    """
 
     def __init__(  # noqa: PLR0913 - what it writes, what it reads, and whom it tells
         self,
@@ -95,10 +101,10 @@ class Pair:
         self._read_class = read[1]
         self._is_closed = False
         self._order = Lock()
-        qos = _qos(user_data)
+        self.qos = _qos(user_data)
         try:
-            self.writer = RawWriter(participant, Topic(participant, *written), qos)
-            self.reader = RawReader(participant, Topic(participant, *read), qos)
+            self.writer = RawWriter(participant, Topic(participant, *written), self.qos)
+            self.reader = RawReader(participant, Topic(participant, *read), self.qos)
         except DDSException as error:
             raise BusError(f"DDS refuses `{written[0]}` or `{read[0]}`: {error}") from error
         # A listener that is there from the start may be called before Python knows the reader.
@@ -109,7 +115,7 @@ class Pair:
 
     def write(self, sample: IdlStruct) -> None:
         """Sends a sample. Raises `BusError` if the middleware cannot take it."""
-        payload = sample.serialize(use_version_2=False)
+        payload = type(sample).serialize(sample, use_version_2=False)  # a field may be called `serialize`
         try:
             self.writer.write_payload(payload + bytes(-len(payload) % _PADDED_TO))
         except DDSException as error:

@@ -3,7 +3,7 @@
 `IdlStruct` reads annotations while the program runs, so this module has no `from __future__ import annotations`.
 """
 
-import keyword
+import re
 import struct
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -52,13 +52,16 @@ _DATA: dict[MessageType, FieldType] = {
 }
 
 _HEADER: Fields = (("guid", FieldType.UINT64), ("seq", FieldType.INT64))
-"""What rmw_cyclonedds puts in front of requests and responses: which client, and which of its calls."""
+"""What rmw_cyclonedds puts in front of requests and responses: which client, and which of its calls.
+
+A service may have such fields of its own. The header is called `guid_` and `seq_` then, as no field in ROS 2 is: the
+layout is the same, and ROS 2 tells nobody what members are called.
+"""
 
 _NOTHING: Fields = (("structure_needs_at_least_one_member", FieldType.UINT8),)
 """What stands for no fields at all, as IDL has no empty structures."""
 
-_TAKEN = (*dir(IdlStruct), "sample_info")
-"""Attributes that a sample has already."""
+_FIELD_NAME = re.compile(r"[a-z](_?[a-z0-9])*")
 
 
 @cache
@@ -69,24 +72,29 @@ def message_class(type_: MessageType) -> type[IdlStruct]:
 
 @cache
 def service_classes(type_: ServiceType) -> tuple[type[IdlStruct], type[IdlStruct]]:
-    """The classes of requests and responses, each with `guid` and `seq` before its fields.
+    """The classes of requests and responses, each with which call it is before its fields.
 
-    Raises `ValueError` if a field has a name that it cannot have.
+    Raises `ValueError` if a field has a name that no field has, or that of another.
     """
     for name, fields in (
         (f"the request of {type_.name}", type_.request),
         (f"the response of {type_.name}", type_.response),
     ):
         _check_names(name, [field_name for field_name, _ in fields])
-    request = _class(names.request_type(type_.name), (*_HEADER, *(type_.request or _NOTHING)))
-    response = _class(names.response_type(type_.name), (*_HEADER, *(type_.response or _NOTHING)))
+    request = _class(names.request_type(type_.name), _with_header(type_.request))
+    response = _class(names.response_type(type_.name), _with_header(type_.response))
     return request, response
 
 
+def _with_header(fields: Fields) -> Fields:
+    own = [name for name, _ in fields]
+    header = tuple((f"{name}_" if name in own else name, type_) for name, type_ in _HEADER)
+    return (*header, *(fields or _NOTHING))
+
+
 def _check_names(of: str, field_names: list[str]) -> None:
-    header = [name for name, _ in _HEADER]
     for position, name in enumerate(field_names):
-        if not name.isidentifier() or keyword.iskeyword(name) or name in _TAKEN or name in header:
+        if not _FIELD_NAME.fullmatch(name):
             raise ValueError(f"{of} cannot have a field `{name}`")
         if name in field_names[:position]:
             raise ValueError(f"{of} has two fields `{name}`")
@@ -95,23 +103,30 @@ def _check_names(of: str, field_names: list[str]) -> None:
 def request(type_: ServiceType, guid: int, seq: int, values: Mapping[str, Scalar]) -> IdlStruct:
     """A request: the call `seq` of the client `guid`. Raises `ValueError` if the values are not those of the fields."""
     made = _values(f"the request of {type_.name}", type_.request, values)
-    return _sample(service_classes(type_)[0], {"guid": guid, "seq": seq, **made})
+    return _call(service_classes(type_)[0], guid, seq, made)
 
 
 def response(type_: ServiceType, guid: int, seq: int, values: Mapping[str, Scalar]) -> IdlStruct:
     """The response to such a request. Raises `ValueError` if the values are not those of the fields."""
     made = _values(f"the response of {type_.name}", type_.response, values)
-    return _sample(service_classes(type_)[1], {"guid": guid, "seq": seq, **made})
+    return _call(service_classes(type_)[1], guid, seq, made)
+
+
+def _call(class_: type[IdlStruct], guid: int, seq: int, values: Mapping[str, Scalar]) -> IdlStruct:
+    which = zip(class_.__annotations__, (guid, seq), strict=False)
+    return _sample(class_, {**dict(which), **values})
 
 
 def call_of(sample: IdlStruct) -> tuple[int, int]:
-    """The client and its call that a request or a response belongs to: `guid` and `seq`."""
-    return getattr(sample, "guid"), getattr(sample, "seq")  # noqa: B009 - as in `data_of`
+    """The client and its call that a request or a response belongs to."""
+    guid, seq, *_ = vars(sample).values()
+    return guid, seq
 
 
 def fields_of(sample: IdlStruct, fields: Fields) -> dict[str, Scalar]:
     """The values of the fields of a request or a response."""
-    return {name: getattr(sample, name) for name, _ in fields}
+    values = vars(sample)
+    return {name: values[name] for name, _ in fields}
 
 
 def _values(of: str, fields: Fields, values: Mapping[str, Scalar]) -> dict[str, Scalar]:
@@ -184,8 +199,15 @@ def _checked_float(value: float, type_: FieldType, what: str) -> float:
 
 @cache
 def _class(dds_type: str, fields: Fields) -> type[IdlStruct]:
+    """Its samples are no dataclasses, which cannot have every field that ROS 2 can: a `class`, `from`, or `self`."""
     idl_types = {name: _IDL_TYPES[type_] for name, type_ in fields}
-    return final(make_idl_struct(dds_type.rpartition("::")[2], dds_type, idl_types))
+    class_ = make_idl_struct(dds_type.rpartition("::")[2], dds_type, idl_types, dataclassify=False)
+    class_.__init__ = _have  # type: ignore[assignment, method-assign]  # cyclonedds gives it no types
+    return final(class_)
+
+
+def _have(sample: IdlStruct, /, **values: object) -> None:
+    vars(sample).update(values)
 
 
 def _sample(class_: type[IdlStruct], values: Mapping[str, object]) -> IdlStruct:

@@ -13,10 +13,10 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic as DdsTopic
 from cyclonedds.util import duration
 
-from scbm.realtime.bus import SET_BOOL, TRIGGER, Alone, MessageType, Scalar, Service, Topic
+from scbm.realtime.bus import SET_BOOL, TRIGGER, Alone, FieldType, MessageType, Scalar, Service, ServiceType, Topic
 from scbm.realtime.dds.bus import DdsBus
 from scbm.realtime.dds.raw import delete
-from scbm.realtime.dds.types import message_class
+from scbm.realtime.dds.types import message_class, service_classes
 from support import loops
 from support.kept import Kept
 
@@ -191,3 +191,56 @@ def test_similar_names_of_services_are_proposed(domain: int) -> None:
         Alone("no server is at `/scanner/scan`, but one is at `/scaner/scan`", is_mismatch=False),
         Alone("`/lamp` has a client of type std_srvs/srv/Trigger, and not std_srvs/srv/SetBool", is_mismatch=True),
     )
+
+
+# services that are there and do not go with ours
+
+
+GO = ServiceType("cell_msgs/srv/Go", (("speed", FieldType.FLOAT64),), (("ok", FieldType.BOOL),))
+OTHER_REQUEST = ServiceType(GO.name, (("speed", FieldType.INT32), ("label", FieldType.STRING)), GO.response)
+OTHER_RESPONSE = ServiceType(GO.name, GO.request, (("ok", FieldType.BOOL), ("message", FieldType.STRING)))
+CALL: Use = lambda bus: bus.client(Service("/go", GO), _ignore)  # noqa: E731 - a row says it at a glance
+SERVE: Use = lambda bus: bus.serve(Service("/go", GO), _nothing)  # noqa: E731 - the same
+
+
+def half(
+    take: object = RELIABLE, say: object = RELIABLE, type_: ServiceType = GO, *, serves: bool = True
+) -> Callable[[DomainParticipant], list[Entity]]:
+    """The endpoints of a server, or of a client."""
+
+    def made(peer: DomainParticipant) -> list[Entity]:
+        request, response = service_classes(type_)
+        requests, responses = DdsTopic(peer, "rq/goRequest", request), DdsTopic(peer, "rr/goReply", response)
+        taken, said = (requests, responses) if serves else (responses, requests)
+        return [DataReader(peer, taken, Qos(take)), DataWriter(peer, said, Qos(say))]
+
+    return made
+
+
+@pytest.mark.parametrize(
+    ("use", "theirs", "why"),
+    [
+        (CALL, half(type_=OTHER_REQUEST), "`/go` has a server, but its type does not go with ours"),
+        (CALL, half(type_=OTHER_RESPONSE), "`/go` has a server, but its type does not go with ours"),
+        (
+            CALL,
+            half(say=Policy.Reliability.BestEffort),
+            "`/go` has a server, but its reliability is best effort, and we ask for reliable",
+        ),
+        (SERVE, half(type_=OTHER_REQUEST, serves=False), "`/go` has a client, but its type does not go with ours"),
+        (SERVE, half(type_=OTHER_RESPONSE, serves=False), "`/go` has a client, but its type does not go with ours"),
+        (CALL, half(), None),
+        (SERVE, half(serves=False), None),
+    ],
+)
+def test_a_service_that_does_not_go_with_ours_is_a_mismatch(
+    domain: int, use: Use, theirs: Callable[[DomainParticipant], list[Entity]], why: str | None
+) -> None:
+    kept: list[Entity] = []
+
+    def keep(peer: DomainParticipant) -> Entity:
+        kept.extend(theirs(peer))
+        return kept[0]
+
+    told = why_alone(domain, use, Service("/go", GO), keep)
+    assert told == (None if why is None else Alone(why, is_mismatch=True))

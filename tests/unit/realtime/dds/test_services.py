@@ -227,6 +227,27 @@ def test_fields_of_all_kinds_pass(domain: int) -> None:
     told(domain, calls)
 
 
+def test_fields_of_any_name_pass(domain: int) -> None:
+    fields = tuple((name, FieldType.STRING) for name in ("class", "self", "serialize", "guid", "seq"))
+    odd = Service("/odd", ServiceType("some_srvs/srv/Odd", fields, fields))
+    values = {name: f"<{name}>" for name, _ in fields}
+
+    async def calls(cell: Cell) -> None:
+        here, there = cell.side(), cell.side()
+        client = here.client(odd)
+        there.server(odd, lambda asked: {name: f"{value}!" for name, value in asked.items()})
+        await here.until_there(client)
+
+        call = client.call(values)
+        await here.until_answers(1)
+
+        assert here.answers[0].call == call
+        assert here.answers[0].fields == {name: f"{value}!" for name, value in values.items()}
+        assert here.complaints == there.complaints == []
+
+    told(domain, calls)
+
+
 @pytest.mark.parametrize("in_flight", [50, 200])
 def test_none_of_many_calls_is_lost(domain: int, in_flight: int) -> None:
     total = 1000

@@ -9,6 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cyclonedds.idl import IdlStruct, make_idl_struct
+from cyclonedds.idl import types as idl_types
+from cyclonedds.idl.annotations import final
 from hypothesis import given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
@@ -245,7 +248,39 @@ def test_fields_that_are_missing_or_unknown_are_refused() -> None:
         types.request(TRIGGER, 0, 0, {"data": True})
 
 
-@pytest.mark.parametrize("name", ["guid", "seq", "serialize", "sample_info", "class", "", "a-b", "1a"])
+ODD_NAMES = ("class", "from", "self", "serialize", "deserialize", "sample_info", "guid", "seq")
+
+
+@pytest.mark.parametrize("names", [(name,) for name in ODD_NAMES] + [ODD_NAMES])
+def test_fields_may_be_called_what_python_and_the_middleware_call_other_things(names: tuple[str, ...]) -> None:
+    fields = tuple((name, FieldType.INT64) for name in names)
+    values: dict[str, Scalar] = {name: number for number, name in enumerate(names)}
+    odd = ServiceType("some_srvs/srv/Odd", fields, fields)
+    plain = ServiceType("some_srvs/srv/Odd", *[tuple((f"a{name}", type_) for name, type_ in fields)] * 2)
+    others = {f"a{name}": value for name, value in values.items()}
+
+    for make, class_ in zip((types.request, types.response), types.service_classes(odd), strict=True):
+        encoded = _encoded(make(odd, 5, 6, values))
+        decoded = class_.deserialize(encoded)
+
+        assert encoded == _encoded(make(plain, 5, 6, others))
+        assert types.call_of(decoded) == (5, 6)
+        assert types.fields_of(decoded, fields) == values
+
+
+def _encoded(sample: IdlStruct) -> bytes:
+    return type(sample).serialize(sample, use_version_2=False)
+
+
+def test_a_type_is_the_same_for_peers_that_compare_members() -> None:
+    theirs = {"guid": idl_types.uint64, "seq": idl_types.int64, "a": idl_types.int64, "b": idl_types.int64}
+    name = "example_interfaces::srv::dds_::AddTwoInts_Request_"
+    made_by_others = final(make_idl_struct("AddTwoInts_Request_", name, theirs))
+
+    assert types.service_classes(ADD)[0].__idl__.get_type_info() == made_by_others.__idl__.get_type_info()
+
+
+@pytest.mark.parametrize("name", ["", "a-b", "1a", "a_", "a__b", "A"])
 def test_a_field_that_cannot_have_its_name_is_refused(name: str) -> None:
     with pytest.raises(ValueError, match=f"^the response of some_srvs/srv/One cannot have a field `{name}`$"):
         types.service_classes(ServiceType("some_srvs/srv/One", (), ((name, FieldType.BOOL),)))

@@ -1,0 +1,6 @@
+"""How commands end; `docs/command-line.md` says what each code means."""
+
+GOOD, FAILED, WRONG_INPUT, OWN_FAULT = 0, 1, 2, 3
+
+INTERRUPTED = 130
+"""As shells have it for Ctrl-C."""

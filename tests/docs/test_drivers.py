@@ -1,0 +1,46 @@
+"""The driver that docs/ros2-bindings.md shows is one: a cell is tested with it."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "docs" / "ros2-bindings.md"
+MODEL = ROOT / "examples" / "robot_in_the_air" / "after.yaml"
+GUARD_S = 120
+
+
+def written(name: str, directory: Path) -> Path:
+    """The block of the page that begins with this name, as a file."""
+    pattern = re.compile(rf"^```\w+\n(# file: {re.escape(name)}\n.*?)^```$", re.DOTALL | re.MULTILINE)
+    (block,) = pattern.findall(PAGE.read_text(encoding="utf-8"))
+    path = directory / name
+    path.write_text(block, encoding="utf-8")
+    return path
+
+
+def test_a_cell_works_with_a_driver_of_nothing_but_cyclonedds(domain: int, tmp_path: Path) -> None:
+    program, bindings = written("scanner_driver.py", tmp_path), written("scanner_driver.yaml", tmp_path)
+    environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
+    words = ["--cases", "1", "--seed", "1", "--transport", "dds", "--bindings", str(bindings), "--real", "scanner"]
+
+    with subprocess.Popen([sys.executable, program], env=environment, stdout=subprocess.PIPE, text=True) as driver:
+        try:
+            tested = subprocess.run(
+                [sys.executable, "-m", "scbm", "test", str(MODEL), *words],
+                env=environment,
+                capture_output=True,
+                text=True,
+                timeout=GUARD_S,
+                check=False,
+            )
+        finally:
+            driver.kill()
+        said, _ = driver.communicate()
+
+    assert "1 reached" in tested.stdout, tested.stderr
+    assert re.fullmatch(r"(scanning for run_[0-9a-f]{32}-\d+\n)+", said), said
