@@ -35,8 +35,8 @@ from support.domains import LOOPBACK
 from support.node_processes import MODEL, ProcessCell, process_cell, process_of, verdicts, wait_for_end
 from support.overhearing import Overheard, overhearing
 
-SLOW = "outcomes: {arm: {outcome: succeed, after: 9 s}}"
-"""The arm answers a second before its deadline: at the usual scale, 20, after 450 ms."""
+SLOW = "outcomes: {arm: [{outcome: succeed, after: 9 s}]}"
+"""The first time the arm answers a second before its deadline: at the usual scale, 20, after 450 ms. Then at once."""
 
 LEASE, LONG_LEASE = (
     LOOPBACK.replace("</Discovery>", f"<LeaseDuration>{lease}</LeaseDuration></Discovery>") for lease in ("2s", "10min")

@@ -222,7 +222,8 @@ class _Desk:
         self._run: str | None = None
         self._early: dict[Correlation, int] = {}
         self._state = _State(SimulatedResource(resource.name))
-        self._replies = bus.publisher(topics.reply(resource.name))
+        self._unheard: list[str] = []
+        self._replies = bus.publisher(topics.reply(resource.name), self._matched)
         self._topic = topics.request(resource.name).name
         self._requests = bus.subscribe(topics.request(resource.name), self._hear_controller, left=self._lose_controller)
 
@@ -235,6 +236,7 @@ class _Desk:
         """Forgets everything; what came for this run already is what it begins with."""
         self._state = _State(SimulatedResource(self._resource.name))
         self._run = run
+        self._unheard.clear()
         early, self._early = self._early, {}
         for request, source in early.items():
             if request.run == run:
@@ -353,7 +355,7 @@ class _Desk:
         text = json.dumps({**said, "measured": measured} if measured else said, ensure_ascii=False)
         self._node.tell(f"{self._resource.name} answers {id_text(request)}: {_word(job)}")
         if not self._is_relayed(request):
-            self._replies.publish(text)
+            self._answer(request, text)
             return
         state.jobs += 1
         state.answers[state.jobs] = _Answer(request, text)
@@ -367,7 +369,22 @@ class _Desk:
         answer = self._state.answers.pop(fate.job, None)
         if answer is not None:
             for delay_ns in fate.copies:
-                self._after(delay_ns, lambda: self._replies.publish(answer.text))
+                self._after(delay_ns, lambda: self._answer(answer.request, answer.text))
+
+    def _answer(self, request: Correlation, text: str) -> None:
+        """Says it to the controller once that hears it: who comes in the middle of a run may be asked before that."""
+        if self._replies.peers or not is_of_tester(request.run):
+            self._replies.publish(text)
+        elif len(self._unheard) < _MOST_WAITING:
+            self._unheard.append(text)
+        else:
+            self._node.complain(f"the answer to {id_text(request)} was dropped: too many that nobody hears")
+
+    def _matched(self, _: int) -> None:
+        if self._replies.peers:
+            unheard, self._unheard = self._unheard, []
+            for text in unheard:
+                self._replies.publish(text)
 
     def _after(self, delay_ns: int, work: Callable[[], None]) -> None:
         """Does some work after a time of the run, if that is not over by then."""

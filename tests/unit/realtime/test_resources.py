@@ -388,6 +388,39 @@ def test_a_relayed_cancellation_arrives_when_the_tester_says() -> None:
 # other runs, other controllers
 
 
+def test_an_answer_waits_until_the_controller_hears_it() -> None:
+    async def scene(bench: Bench) -> None:
+        await bench.controller.close()
+        late = bench.stage.join("controller")
+        bench.requests = late.publisher(TOPICS.request("scan"))
+        bench.prepare("run_2")
+        for number in (1, 2):
+            bench.send(number, "run_2")
+            bench.react(number, run="run_2")
+        assert await bench.after(5) == []
+        late.subscribe(TOPICS.reply("scan"), bench._answered)
+        assert await bench.after(0.1) == [("run_2-1", True), ("run_2-2", True)]
+
+    play(scene)
+
+
+def test_an_answer_that_nobody_heard_is_forgotten_with_its_run() -> None:
+    async def scene(bench: Bench) -> None:
+        await bench.controller.close()
+        late = bench.stage.join("controller")
+        bench.requests = late.publisher(TOPICS.request("scan"))
+        bench.prepare("run_2")
+        bench.send(1, "run_2")
+        bench.react(1, run="run_2")
+        await bench.after(5)
+        bench.prepare("run_3")
+        await bench.after(1)
+        late.subscribe(TOPICS.reply("scan"), bench._answered)
+        assert await bench.after(5) == []
+
+    play(scene)
+
+
 def test_requests_of_others_are_answered_alone_each_once() -> None:
     async def scene(bench: Bench) -> None:
         bench.send(1, run="me")
