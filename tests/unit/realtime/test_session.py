@@ -258,15 +258,20 @@ class Watch:
         self.is_over = True
 
 
-def test_a_tester_that_was_missed_joins_again_before_the_next_case(monkeypatch: pytest.MonkeyPatch) -> None:
-    watches: list[Watch] = []
+@pytest.fixture
+def watches(monkeypatch: pytest.MonkeyPatch) -> list[Watch]:
+    """Those of all testers, in the order in which they joined."""
+    made: list[Watch] = []
 
     def watch(*_: object) -> Watch:
-        watches.append(Watch())
-        return watches[-1]
+        made.append(Watch())
+        return made[-1]
 
     monkeypatch.setattr("scbm.realtime.session.AbsenceWatch", watch)
+    return made
 
+
+def test_a_tester_that_was_missed_joins_again_before_the_next_case(watches: list[Watch]) -> None:
     def work() -> None:
         hub, buses = LoopbackHub(), list[LoopbackBus]()
         complaints: list[str] = []
@@ -394,17 +399,7 @@ def test_what_sigterm_does_is_as_it_was_before_once_a_session_is_over_or_could_n
 
 
 @pytest.mark.parametrize("is_own", [True, False])
-def test_a_tester_that_joins_again_is_older_than_nodes_of_its_own_alone(
-    *, is_own: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    watches: list[Watch] = []
-
-    def watch(*_: object) -> Watch:
-        watches.append(Watch())
-        return watches[-1]
-
-    monkeypatch.setattr("scbm.realtime.session.AbsenceWatch", watch)
-
+def test_a_tester_that_joins_again_is_older_than_nodes_of_its_own_alone(*, is_own: bool, watches: list[Watch]) -> None:
     def work() -> None:
         hub, buses = LoopbackHub(), list[LoopbackBus]()
 
