@@ -316,12 +316,12 @@ async def measure() -> None:
     for count, in_flight in BURSTS:
         seconds = await asker.burst(count, in_flight)
         print(f"{count} requests with {in_flight} under way: {count / seconds:,.0f} a second, none lost")
-    await bus.close()
-    bus = open_dds("controller", DOMAIN, print)
+    at_door = open_dds("controller_with_a_runner", DOMAIN, print)
     count, in_flight = BURSTS[0]
-    seconds = await Door(bus, in_flight, count // in_flight).run()
+    seconds = await Door(at_door, in_flight, count // in_flight).run()
+    await at_door.close()
     print(f"the same at the runner's door: {count / seconds:,.0f} a second, none lost")
-    await bus.close()
+    await bus.close()  # and the other side ends
 
 
 def main() -> None:
