@@ -11,7 +11,6 @@ from scbm.testing.faults import draw_network
 from scbm.testing.findings import MOST_SHRUNK, Finding, find_causes
 from scbm.testing.generation import RandomCases
 from scbm.testing.json_report import FORMAT_VERSION, campaign_json, coverage_json
-from scbm.testing.lateness import slowest_plan_ns
 from scbm.testing.requirements import Violation, find_violations
 from scbm.testing.shrinking import Shrinker, Shrunk
 from scbm.testing.sizes import Size
@@ -49,5 +48,4 @@ __all__ = [
     "load_suite",
     "reaction_stream",
     "save_cases",
-    "slowest_plan_ns",
 ]

@@ -7,8 +7,8 @@ from fractions import Fraction
 import pytest
 
 from scbm.notation import read_case, read_model
-from scbm.testing import Tester, slowest_plan_ns
-from scbm.testing.lateness import too_late
+from scbm.testing import Tester
+from scbm.testing.lateness import slowest_plan_ns, too_late
 from scbm.trace import PlanAsked, PlanReceived, Record
 from support.models import SCAN_CELL
 
