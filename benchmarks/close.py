@@ -17,8 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scbm.certifying import RunsArgument
 from scbm.closing import Closer, Decision
+from scbm.proofcheck import RunsArgument
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,7 +40,7 @@ from support.enumeration import enumerate_runs  # noqa: E402
 from support.random_models import random_model  # noqa: E402
 
 IN_TIME_S = 10
-MOST_TOLD = 5
+MAX_TOLD = 5
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Result:
         enumerated = "" if self.wrong is None else "  all runs" if self.complete else "  some runs"
         wrong = "?" if self.wrong is None else len(self.wrong)
         line = f"{self.number:>5} {self.seconds:>7.2f} s {self.situations:>8} {decisions} {wrong:>6} wrong{enumerated}"
-        return "\n".join((line, *(f"      {text}" for text in (*(self.wrong or ()), *self.complaints)[:MOST_TOLD])))
+        return "\n".join((line, *(f"      {text}" for text in (*(self.wrong or ()), *self.complaints)[:MAX_TOLD])))
 
 
 def close(number: int, *, enumerates: bool, checks: bool) -> Result:

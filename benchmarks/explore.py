@@ -15,8 +15,6 @@ from math import prod
 from multiprocessing import get_context
 from typing import TYPE_CHECKING
 
-from scbm.exploring import Limits, Region
-from scbm.exploring.exploration import Distances, EngineKind, Exploration, Reached
 from scbm.model import (
     Action,
     Add,
@@ -34,12 +32,14 @@ from scbm.model import (
     Variable,
 )
 from scbm.planning import PlanLimits, Planner, Unsolvable, system_of
+from scbm.planning.engines import ExplorationLimits, Region
+from scbm.planning.engines.exploration import Distances, EngineKind, Exploration, Reached
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
 GIB = 1 << 30
-LIMITS = Limits(states=20_000_000, bytes=4 * GIB)
+LIMITS = ExplorationLimits(states=20_000_000, bytes=4 * GIB)
 
 
 @dataclass(frozen=True)

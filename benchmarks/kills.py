@@ -28,18 +28,18 @@ from statistics import median
 from threading import Event, Thread
 from typing import IO, TYPE_CHECKING, Any
 
-from scbm.notation import digest_of, load_model
-from scbm.realtime.cell import CellTopics
-from scbm.realtime.dds import open_dds
-from scbm.realtime.event_log import open_event_log, replay
+from scbm.cases.trace import ReplyReceived, RequestSent, Trace, write_trace
+from scbm.files import digest_of, load_model
+from scbm.nodes.buses.dds import open_dds
+from scbm.nodes.log.event_log import open_event_log, replay
+from scbm.nodes.roles.cell_topics import CellTopics
 from scbm.running import Program
-from scbm.trace import ReplyReceived, RequestSent, Trace, write_trace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.model import BehaviorModel
-    from scbm.realtime.bus import Received
+    from scbm.nodes.buses.bus import Received
 
 MODEL = Path(__file__).parents[1] / "examples" / "robot_in_the_air" / "after.yaml"
 LOOPBACK = (

@@ -7,7 +7,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scbm.notation import load_model
+from scbm.files import load_model
 from scbm.planning import Planner, Solved
 
 if TYPE_CHECKING:

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 
 from playwright.sync_api import sync_playwright
 
-from scbm.notation import load_model
+from scbm.files import load_model
 from scbm.reports.html import html_report
-from scbm.storing import Drawn, History, Replays, Run, Source, StoredCase, digest_of, key_of
+from scbm.store import Drawn, History, ModelSource, Replays, StoredCase, StoredRun, digest_of, key_of
 from scbm.testing import RandomCases, Tester
 
 if TYPE_CHECKING:
@@ -45,8 +45,10 @@ def history(model: BehaviorModel, cases: int) -> History:
         key, place = key_of(recipe, digest), number
         told = (ran.case.goal, 0, place, ran.verdict, ran.ended_ns, ran.requests, ran.visited)
         kept.append(StoredCase(key, ran.case.name, recipe, *told))
-    source = Source(str(MODEL.relative_to(ROOT)), MODEL.read_text(encoding="utf-8"))
-    run = Run("0" * 32, "2026-01-01T00:00:00.000000Z", f"scbm test {source.path} --cases {cases}", source, 0, cases)
+    source = ModelSource(str(MODEL.relative_to(ROOT)), MODEL.read_text(encoding="utf-8"))
+    run = StoredRun(
+        "0" * 32, "2026-01-01T00:00:00.000000Z", f"scbm test {source.path} --cases {cases}", source, 0, cases
+    )
     return History(model, (run,), tuple(kept))
 
 

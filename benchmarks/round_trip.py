@@ -24,20 +24,19 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic as DdsTopic
 from cyclonedds.util import duration
 
-from scbm.notation import read_model
-from scbm.realtime.bus import MessageType, Topic
-from scbm.realtime.clock import Clock
-from scbm.realtime.dds import open_dds
-from scbm.realtime.dds.names import topic_name
-from scbm.realtime.dds.types import message_class
-from scbm.realtime.driver import Driver
-from scbm.realtime.links import Correlation
-from scbm.realtime.topic_link import TopicLink
+from scbm.files import read_model
+from scbm.nodes.buses.bus import MessageType, Topic
+from scbm.nodes.buses.dds import open_dds
+from scbm.nodes.buses.dds.dds_names import topic_name
+from scbm.nodes.buses.dds.message_types import message_class
+from scbm.nodes.links.link import Correlation
+from scbm.nodes.links.topic_link import TopicLink
+from scbm.nodes.roles.wall_clock import Clock, Driver
 from scbm.running import GoalGiven, PlanAnswered, PlanStatus, Program, ReplyArrived, Runner, RunnerOptions
 
 if TYPE_CHECKING:
-    from scbm.realtime.bus import Bus, Received
-    from scbm.realtime.links import Measurement, Reply
+    from scbm.nodes.buses.bus import Bus, Received
+    from scbm.nodes.links.link import Measurement, Reply
     from scbm.running import AskPlan, CancelRequest, RunFinished, SendRequest
 
 DOMAIN = 231

@@ -16,17 +16,17 @@ from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
 
-from scbm.notation import digest_of, load_model, read_network
-from scbm.realtime import Bus, Children, LoopbackCell, RemoteCell, Session
+from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged
+from scbm.files import digest_of, load_model, read_network
+from scbm.nodes import Bus, Children, LoopbackCell, RemoteCell, Session
 from scbm.testing import Execution, RandomCases, Tester
-from scbm.testing.on_nodes import NodeTester
-from scbm.trace import End, MessageDisturbed, Record, ResourceChanged
+from scbm.testing.node_runs import NodeTester
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
     from scbm.model import BehaviorModel
-    from scbm.realtime.session import Cell
+    from scbm.nodes.roles.session import Cell
 
 ROOT = Path(__file__).parents[1]
 _MS_NS = 1_000_000
@@ -74,7 +74,7 @@ def _cell(options: argparse.Namespace, model: BehaviorModel) -> Cell:
         return LoopbackCell(digest_of(model))
 
     async def open_bus() -> Bus:
-        from scbm.realtime.dds import open_dds  # noqa: PLC0415 - cyclonedds may be missing
+        from scbm.nodes.buses.dds import open_dds  # noqa: PLC0415 - cyclonedds may be missing
 
         return open_dds("scbm_tester", options.domain, print)
 

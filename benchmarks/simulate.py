@@ -12,7 +12,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scbm.notation import load_model
+from scbm.files import load_model
 from scbm.testing import Campaign, RandomCases, Tester
 
 if TYPE_CHECKING:

@@ -12,8 +12,8 @@ from itertools import cycle, islice
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from scbm.notation import load_model
-from scbm.storing import Run, Source, combine_stores, drawn_recipe, read_history, write_store
+from scbm.files import load_model
+from scbm.store import ModelSource, StoredRun, combine_stores, drawn_recipe, read_history, write_store
 from scbm.testing import RandomCases, Tester
 
 MODEL = Path(__file__).parents[1] / "examples/robot_in_the_air/before.yaml"
@@ -32,7 +32,9 @@ def main() -> None:
     running_s = (time.perf_counter() - begin) / DISTINCT
     with TemporaryDirectory() as name:
         stores = [Path(name) / "a.db", Path(name) / "b.db"]
-        run = Run("0" * 32, "2026-11-21T12:00:00.000000Z", "scbm test", Source(MODEL.name, MODEL.read_text()))
+        run = StoredRun(
+            "0" * 32, "2026-11-21T12:00:00.000000Z", "scbm test", ModelSource(MODEL.name, MODEL.read_text())
+        )
         begin = time.perf_counter()
         for seed, path in enumerate(stores):
             with write_store(path, model, replace(run, id=f"{seed:032}")) as writer:

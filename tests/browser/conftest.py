@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from scbm.reports.html import html_report
-from scbm.storing import History, Replays, StoredCase
+from scbm.store import History, Replays, StoredCase
 from scbm.testing import Execution, RandomCases
 from support.histories import EXAMPLE, history_of
 from support.real_runs import with_real_runs

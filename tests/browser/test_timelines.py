@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from scbm.cases.trace import Record, state_after
+from scbm.files import load_model
 from scbm.model import format_value
-from scbm.notation import load_model
 from scbm.testing import Execution, RandomCases, Tester, load_suite
-from scbm.trace import Record, state_after
 from support.histories import EXAMPLE, history_of
 
 pytest.importorskip("playwright.sync_api", reason="there is no Playwright")

@@ -7,9 +7,20 @@ from typing import TypeAlias
 
 import pytest
 
-from scbm.realtime.bus import SET_BOOL, TRIGGER, Alone, Answered, Bus, MessageType, Received, Scalar, Service, Topic
-from scbm.realtime.dds import open_dds
-from scbm.realtime.loopback import LoopbackHub
+from scbm.nodes.buses.bus import (
+    SET_BOOL,
+    TRIGGER,
+    Answered,
+    Bus,
+    MessageType,
+    Received,
+    Scalar,
+    Service,
+    Topic,
+    Unmatched,
+)
+from scbm.nodes.buses.dds import open_dds
+from scbm.nodes.buses.loopback import LoopbackHub
 from support import loops
 from support.kept import Kept
 
@@ -293,7 +304,7 @@ def test_closing_twice_is_closing(make_bus: MakeBus) -> None:
 
 
 def test_another_type_at_the_name_is_why_nobody_is_there(make_bus: MakeBus) -> None:
-    async def scenario() -> Alone | None:
+    async def scenario() -> Unmatched | None:
         ours, theirs = make_bus("ours"), make_bus("theirs")
         wrong, other = Topic(TALK.name, MessageType.BOOL), Topic("/cell/other")
         met = Kept[int]()
@@ -315,7 +326,7 @@ def test_another_type_at_the_name_is_why_nobody_is_there(make_bus: MakeBus) -> N
 
 
 def test_nothing_shows_where_nobody_is(make_bus: MakeBus) -> None:
-    async def scenario() -> Alone | None:
+    async def scenario() -> Unmatched | None:
         bus = make_bus("ours")
         bus.publisher(TALK)
         why = bus.why_alone(TALK)
@@ -351,7 +362,7 @@ def test_a_call_is_answered_once_with_the_number_it_had(make_bus: MakeBus) -> No
 
 
 def test_another_type_of_service_is_why_nobody_serves(make_bus: MakeBus) -> None:
-    async def scenario() -> Alone | None:
+    async def scenario() -> Unmatched | None:
         ours, theirs = make_bus("ours"), make_bus("theirs")
         met = Kept[int]()
         ours.client(SCAN, lambda _: None)

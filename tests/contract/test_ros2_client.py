@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-from scbm.realtime.bus import SET_BOOL, TRIGGER, Bus, Client, MessageType, Scalar, Service, Topic
+from scbm.nodes.buses.bus import SET_BOOL, TRIGGER, Bus, Client, MessageType, Scalar, Service, Topic
 from support.loops import GUARD_S
 from support.peers import Peer, peer
 from support.ros2_peers import ros2_peer_program as ros2_peer_program  # noqa: PLC0414 - a fixture, for pytest to find

@@ -12,14 +12,14 @@ from fractions import Fraction
 import pytest
 
 from scbm.cases import Case
+from scbm.cases.trace import Trace, write_trace
+from scbm.files import read_case, read_network
 from scbm.model import BehaviorModel
-from scbm.notation import read_case, read_network
-from scbm.realtime import Bus
-from scbm.realtime.event_log import read_event_log, replay, write_event_log
-from scbm.realtime.loopback import LoopbackHub
+from scbm.nodes import Bus
+from scbm.nodes.buses.loopback import LoopbackHub
+from scbm.nodes.log.event_log import read_event_log, replay, write_event_log
 from scbm.running import Program
 from scbm.testing import Execution, RandomCases, Tester
-from scbm.trace import Trace, write_trace
 from support.loops import run
 from support.nodes import Stage, notes, run_cases, without_notes, without_times
 from support.runs import AFTER, BEFORE, ROOT
@@ -64,7 +64,7 @@ def over_loopback(model: BehaviorModel, cases: Sequence[Case]) -> list[Execution
 
 def over_dds(model: BehaviorModel, cases: Sequence[Case], domain: int) -> list[Execution]:
     async def scene() -> list[Execution]:
-        from scbm.realtime.dds import open_dds  # noqa: PLC0415 - cyclonedds may be missing
+        from scbm.nodes.buses.dds import open_dds  # noqa: PLC0415 - cyclonedds may be missing
 
         complaints: list[str] = []
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from scbm.realtime.bus import TRIGGER, Bus, MessageType, Service, Topic
+from scbm.nodes.buses.bus import TRIGGER, Bus, MessageType, Service, Topic
 from support.peers import LEASE_1S, peer
 from support.peers import scanner_program as scanner_program  # noqa: PLC0414 - a fixture, for pytest to find here
 from support.telling import Told, over_bus

@@ -18,19 +18,13 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
+from scbm.cases.trace import Record, ReplyReceived, RequestCancelled, RequestSent, ResourceChanged
+from scbm.files import digest_of, load_model
 from scbm.model import MessageType
-from scbm.notation import digest_of, load_model
-from scbm.realtime.dds.raw import delete
-from scbm.realtime.dds.types import message_class
-from scbm.realtime.event_log import open_event_log, replay
+from scbm.nodes.buses.dds.message_types import message_class
+from scbm.nodes.buses.dds.raw_samples import delete
+from scbm.nodes.log.event_log import open_event_log, replay
 from scbm.running import Program
-from scbm.trace import (
-    Record,
-    ReplyReceived,
-    RequestCancelled,
-    RequestSent,
-    ResourceChanged,
-)
 from support.domains import LOOPBACK
 from support.node_processes import MODEL, ProcessCell, process_cell, process_of, verdicts, wait_for_end
 from support.overhearing import Overheard, overhearing

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from scbm.errors import InputError
-from scbm.notation import is_model_text, load_model, open_case, read_model
+from scbm.files import is_model_text, load_model, open_case, read_model
+from scbm.model import InputError
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "messages.md").read_text(encoding="utf-8")

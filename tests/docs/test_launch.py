@@ -9,7 +9,7 @@ from types import ModuleType, SimpleNamespace
 
 import pytest
 
-from scbm.cli.node_options import load_bound, read_real
+from scbm.cli.options.node_options import load_bound, read_real
 
 ROOT = Path(__file__).parents[2]
 LAUNCH = ROOT / "examples/robot_in_the_air/ros2/cell.launch.py"

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from scbm.errors import ScbmError, Slug
-from scbm.notation import load_model
-from scbm.realtime.event_log import open_event_log, write_event_log
-from scbm.storing import read_history
+from scbm.cases.trace import read_trace
+from scbm.files import load_model
+from scbm.model import ScbmError, Slug
+from scbm.nodes.log.event_log import open_event_log, write_event_log
+from scbm.store import read_history
 from scbm.testing import RandomCases
-from scbm.trace import read_trace
 from support.capturing import captured
 from support.stores import cell, results, store
 

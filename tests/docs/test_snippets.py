@@ -23,7 +23,7 @@ from pathlib import Path
 
 import pytest
 
-from scbm.notation import read_model
+from scbm.files import read_model
 
 ROOT = Path(__file__).parents[2]
 PAGES = tuple(page for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))) if page.is_file())
@@ -34,7 +34,7 @@ PROGRAMS = {
     "cat": ["cat"],
     "diff": ["diff"],
 }
-MOST_SECONDS = 600
+MAX_SECONDS = 600
 CHANGE_OUTPUT = ("FORCE_COLOR", "PY_COLORS", "CI", "BUILD_NUMBER", "PYTEST_ADDOPTS")
 
 FENCE = re.compile(r"```(\w*)")
@@ -153,7 +153,7 @@ def run(words: tuple[str, ...], directory: Path) -> tuple[list[str], int]:
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         encoding="utf-8",
-        timeout=MOST_SECONDS,
+        timeout=MAX_SECONDS,
         check=False,
     )
     lines = [line.rstrip() for line in done.stdout.splitlines()]

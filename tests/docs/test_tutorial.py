@@ -8,9 +8,9 @@ from statistics import median
 
 import pytest
 
-from scbm.coverage import STATE_ASPECTS, Aspect
+from scbm.cases.coverage import STATE_ASPECTS, Aspect
+from scbm.files import read_model
 from scbm.model import BehaviorModel
-from scbm.notation import read_model
 from scbm.testing import Campaign, RandomCases, Tester
 
 ROOT = Path(__file__).parents[2]

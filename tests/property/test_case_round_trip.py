@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scbm.notation import read_case, read_network, write_case, write_network
+from scbm.files import read_case, read_network, write_case, write_network
 from support.case_strategies import cases, networks
 from support.strategies import running_models
 

@@ -10,7 +10,11 @@ from dataclasses import dataclass, replace
 from hypothesis import assume, given, reject, settings
 from hypothesis import strategies as st
 
-from scbm.certifying import (
+from scbm.cases.coverage import Obligations, visited_by
+from scbm.files import read_model
+from scbm.model import BehaviorModel, InputError, Role, Value
+from scbm.planning import Planner, Solved
+from scbm.proofcheck import (
     Argument,
     Awaits,
     Certificate,
@@ -24,17 +28,11 @@ from scbm.certifying import (
     check_certificate,
     read_certificate,
 )
-from scbm.certifying.interpreter import Interpreter
-from scbm.certifying.relaxation import while_running
-from scbm.certifying.relevance import check_variables
-from scbm.certifying.runs import initial_states
-from scbm.certifying.steps import Deadline, Event, PlannerAnswer, Reply, Step
-from scbm.certifying.values import check_values
-from scbm.coverage import Obligations, visited_by
-from scbm.errors import InputError
-from scbm.model import BehaviorModel, Role, Value
-from scbm.notation import read_model
-from scbm.planning import Planner, Solved
+from scbm.proofcheck.checked_run import CheckedStep, DeadlineEvent, Event, PlannerAnswer, ReplyEvent
+from scbm.proofcheck.interpreter import Interpreter
+from scbm.proofcheck.runs_check import check_variables, initial_states
+from scbm.proofcheck.value_propagation import while_running
+from scbm.proofcheck.values_check import check_values
 from scbm.running import (
     AskPlan,
     CancelRequest,
@@ -133,7 +131,7 @@ def cell_operations(draw: st.DrawFn, index: int) -> str:
     return f"  o{index}:\n" + "".join(f"    {line}\n" for line in lines)
 
 
-MOST_SITUATIONS = 400
+MAX_SITUATIONS = 400
 FACTS = {Fact.NO_DEADLINE: "timedout", Fact.CANNOT_FAIL: "failed", Fact.ALWAYS_ENABLED: "disabled"}
 TIME_LIMIT_NS = 10**15
 OPTIONS = RunnerOptions(time_limit_ns=TIME_LIMIT_NS, plan_limit=10**9, instant_bound=10**9)
@@ -201,14 +199,14 @@ class Real:
     def happen(self, data: st.DataObject, event: Event, variables: tuple[str, ...]) -> None:
         """What the interpreter calls an event; what is not looked at is measured, too."""
         match event:
-            case Reply(resource, succeeded, measured):
+            case ReplyEvent(resource, succeeded, measured):
                 others = [
                     (name, data.draw(st.sampled_from(self.model.space[name].domain.values)))
                     for name in self._measures(resource)
                     if name not in variables and succeeded
                 ]
                 self.give(ReplyArrived(self.in_flight[resource], succeeded, (*measured, *others)))
-            case Deadline():
+            case DeadlineEvent():
                 self.give(TimePassed())
             case PlannerAnswer():
                 self.give(self.answer())
@@ -242,7 +240,7 @@ def variables_that_matter(model: BehaviorModel) -> tuple[str, ...]:
         kept += missing
 
 
-def check_same(step: Step, real: Real) -> None:
+def check_same(step: CheckedStep, real: Real) -> None:
     assert sorted(step.visited) == sorted(real.visited)
     if real.goes_round:
         assert step.situation is None
@@ -266,7 +264,7 @@ def drive(model: BehaviorModel, data: st.DataObject, state: dict[str, Value], va
         if step.situation is None:
             return
         events = list(interpreter.events(step.situation))
-        assert (Deadline() in events) == (real.runner.deadline_ns != TIME_LIMIT_NS)
+        assert (DeadlineEvent() in events) == (real.runner.deadline_ns != TIME_LIMIT_NS)
         if not events:
             break
         event = data.draw(st.sampled_from(events))
@@ -338,7 +336,7 @@ def _situations(
         yield step.situation
         visited.update(dict.fromkeys(interpreter.cut_off(step.situation)))
         steps.extend(interpreter.after(step.situation, event) for event in interpreter.events(step.situation))
-        if len(seen) > MOST_SITUATIONS:
+        if len(seen) > MAX_SITUATIONS:
             reject()
 
 

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from scbm.certifying import certificate_text, check_certificate
+from scbm.cases.trace import End
 from scbm.closing import Closer, Closing, Decision
+from scbm.files import read_case, write_case
 from scbm.model import BehaviorModel
-from scbm.notation import read_case, write_case
+from scbm.proofcheck import certificate_text, check_certificate
 from scbm.testing import Campaign, RandomCases, Tester
-from scbm.trace import End
 from support.enumeration import Enumeration, enumerate_runs
 from support.random_models import random_model
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from scbm.coverage import smallest_cover
+from scbm.cases.coverage import smallest_cover
 
 SMALL = st.integers(1, 9).flatmap(lambda width: st.lists(st.integers(0, (1 << width) - 1), max_size=10))
 SPARSE = st.lists(

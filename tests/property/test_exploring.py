@@ -10,21 +10,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scbm.exploring import Exceeded, Limits, Move, Part, Region, System
-from scbm.exploring.exploration import Distances, EngineKind, Exploration, Found, Reached, Unreachable
 from scbm.model import Predicate, State, StateSpace, Truth, Value
-from scbm.model.actions import apply
+from scbm.model.operations import apply
+from scbm.planning.engines import Exceeded, ExplorationLimits, Move, MovePart, Region, TransitionSystem
+from scbm.planning.engines.exploration import Distances, EngineKind, Exploration, Found, Reached, Unreachable
 from support.strategies import actions, predicates, variables
 
 ENGINES = pytest.mark.parametrize("engine", list(EngineKind))
 
 
 @st.composite
-def systems(draw: st.DrawFn) -> System:
+def systems(draw: st.DrawFn) -> TransitionSystem:
     space = draw(variables())
-    parts = st.builds(Part, predicates(space, 2), actions(space))
+    parts = st.builds(MovePart, predicates(space, 2), actions(space))
     moves = draw(st.lists(st.lists(parts, min_size=1, max_size=3).map(tuple), max_size=5))
-    return System(StateSpace(space), tuple(Move(f"m{index}", parts) for index, parts in enumerate(moves)))
+    return TransitionSystem(StateSpace(space), tuple(Move(f"m{index}", parts) for index, parts in enumerate(moves)))
 
 
 @st.composite
@@ -34,7 +34,7 @@ def regions(draw: st.DrawFn, space: StateSpace) -> Region:
 
 
 @st.composite
-def problems(draw: st.DrawFn) -> tuple[System, list[Region], Predicate]:
+def problems(draw: st.DrawFn) -> tuple[TransitionSystem, list[Region], Predicate]:
     system = draw(systems())
     starts = draw(st.lists(regions(system.space), max_size=3))
     return system, starts, draw(predicates(system.space.variables, 2))
@@ -43,7 +43,7 @@ def problems(draw: st.DrawFn) -> tuple[System, list[Region], Predicate]:
 class Reference:
     """Everything on named states, one after the other."""
 
-    def __init__(self, system: System, starts: list[Region]) -> None:
+    def __init__(self, system: TransitionSystem, starts: list[Region]) -> None:
         self.system = system
         self.starts = list(dict.fromkeys(state for region in starts for state in self._states(region)))
         self.reached = self._reach()
@@ -94,7 +94,7 @@ class Reference:
         return [variable.domain.index(state[variable.name]) for variable in reversed(self.system.space.variables)]
 
 
-def _explored(system: System, starts: list[Region], engine: EngineKind) -> Exploration:
+def _explored(system: TransitionSystem, starts: list[Region], engine: EngineKind) -> Exploration:
     return Exploration(system, starts, observed=system.space.names, engine=engine)
 
 
@@ -102,7 +102,7 @@ def _explored(system: System, starts: list[Region], engine: EngineKind) -> Explo
 @given(problem=problems())
 @settings(deadline=None, max_examples=80)
 def test_what_is_reached_is_what_the_reference_reaches(
-    problem: tuple[System, list[Region], Predicate], engine: EngineKind
+    problem: tuple[TransitionSystem, list[Region], Predicate], engine: EngineKind
 ) -> None:
     system, starts, predicate = problem
     reference = Reference(system, starts)
@@ -122,7 +122,7 @@ def test_what_is_reached_is_what_the_reference_reaches(
 @given(problem=problems())
 @settings(deadline=None, max_examples=80)
 def test_distances_and_first_moves_are_those_of_the_reference(
-    problem: tuple[System, list[Region], Predicate], engine: EngineKind
+    problem: tuple[TransitionSystem, list[Region], Predicate], engine: EngineKind
 ) -> None:
     system, starts, goal = problem
     reference = Reference(system, starts)
@@ -146,7 +146,9 @@ def test_distances_and_first_moves_are_those_of_the_reference(
 
 @given(problems())
 @settings(deadline=None, max_examples=80)
-def test_variables_that_do_not_matter_change_no_answer(problem: tuple[System, list[Region], Predicate]) -> None:
+def test_variables_that_do_not_matter_change_no_answer(
+    problem: tuple[TransitionSystem, list[Region], Predicate],
+) -> None:
     system, starts, predicate = problem
     reference = Reference(system, starts)
     exploration = Exploration(system, starts, observed=predicate.reads())
@@ -165,7 +167,9 @@ def test_variables_that_do_not_matter_change_no_answer(problem: tuple[System, li
 
 @given(problems())
 @settings(deadline=None, max_examples=80)
-def test_the_values_ever_are_a_superset_of_those_reached(problem: tuple[System, list[Region], Predicate]) -> None:
+def test_the_values_ever_are_a_superset_of_those_reached(
+    problem: tuple[TransitionSystem, list[Region], Predicate],
+) -> None:
     system, starts, _ = problem
     exploration = Exploration(system, starts, observed=system.space.names)
     for state in Reference(system, starts).reached:
@@ -175,13 +179,14 @@ def test_the_values_ever_are_a_superset_of_those_reached(problem: tuple[System, 
 @given(problems(), st.integers(0, 12))
 @settings(deadline=None, max_examples=80)
 def test_a_limit_of_states_is_the_same_in_every_engine_and_never_a_guess(
-    problem: tuple[System, list[Region], Predicate], most: int
+    problem: tuple[TransitionSystem, list[Region], Predicate], most: int
 ) -> None:
     system, starts, _ = problem
     full = _explored(system, starts, EngineKind.HASHED).reached
     assert isinstance(full, Reached)
     answers = [
-        Exploration(system, starts, system.space.names, Limits(states=most), engine).reached for engine in EngineKind
+        Exploration(system, starts, system.space.names, ExplorationLimits(states=most), engine).reached
+        for engine in EngineKind
     ]
     exceeded = [isinstance(answer, Exceeded) for answer in answers]
     assert exceeded in ([True] * 3, [False] * 3)

@@ -14,12 +14,12 @@ from random import Random
 from hypothesis import given, settings
 
 from scbm.cases import Case, Condition, ConditionKind, Injection
+from scbm.cases.trace import End, ReplyDropped, ReplyReceived, RequestCancelled, RequestSent, RunEnded
+from scbm.files import load_model
 from scbm.model import BehaviorModel, Outcome
-from scbm.notation import load_model
 from scbm.planning import PlanLimits
 from scbm.running import RunnerOptions
 from scbm.testing import Execution, RandomCases, Tester
-from scbm.trace import End, ReplyDropped, ReplyReceived, RequestCancelled, RequestSent, RunEnded
 from support.strategies import SECOND_NS, running_models
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "robot_in_the_air" / "after.yaml"

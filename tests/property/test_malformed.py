@@ -9,12 +9,12 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from scbm.errors import InputError
-from scbm.notation import read_model
+from scbm.files import read_model
+from scbm.model import InputError
 from support.mutations import CHARACTERS, MUTATIONS, check_diagnostics, malformed
 
 if TYPE_CHECKING:
-    from scbm.errors import Diagnostic
+    from scbm.model import Diagnostic
     from support.mutations import Mutation
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples" / "robot_in_the_air"

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scbm.errors import InputError
-from scbm.notation import load_model, read_case, read_network, write_case
+from scbm.files import load_model, read_case, read_network, write_case
+from scbm.model import InputError
 from support.mutations import MUTATIONS, VALUES, check_diagnostics, malformed
 
 if TYPE_CHECKING:

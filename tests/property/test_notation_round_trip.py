@@ -5,8 +5,7 @@ from __future__ import annotations
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scbm.model import BehaviorModel, State, StateSpace
-from scbm.notation import (
+from scbm.files import (
     Scope,
     parse_action,
     parse_predicate,
@@ -16,6 +15,7 @@ from scbm.notation import (
     write_model,
     write_operation,
 )
+from scbm.model import BehaviorModel, State, StateSpace
 from support.strategies import actions, planning_models, predicates, running_models, sentences, variables
 
 

@@ -7,9 +7,9 @@ from itertools import product
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scbm.checking import is_satisfiable
+from scbm.closing.advice import is_satisfiable
 from scbm.model import Packing, State, StateSpace
-from scbm.model.actions import apply
+from scbm.model.operations import apply
 from support.strategies import actions, predicates, variables
 
 

@@ -8,16 +8,14 @@ from itertools import product
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scbm.exploring import Region
-from scbm.exploring.exploration import Distances, Exploration
 from scbm.model import BehaviorModel, State
 from scbm.planning import (
     Answer,
     Limit,
     LimitReached,
+    PlanCache,
     PlanLimits,
     Planner,
-    RememberedPlans,
     Solved,
     Task,
     Unsolvable,
@@ -25,7 +23,9 @@ from scbm.planning import (
     find_flaw,
     system_of,
 )
-from scbm.planning.everywhere import plans_everywhere
+from scbm.planning.engines import Region
+from scbm.planning.engines.exploration import Distances, Exploration
+from scbm.planning.policy import plans_everywhere
 from support.reference import canonical_plan, reachable
 from support.strategies import planning_models
 
@@ -125,7 +125,7 @@ def test_remembered_plans_are_those_of_the_search_however_often_they_are_asked_f
     model: BehaviorModel, data: st.DataObject, limits: PlanLimits
 ) -> None:
     planner = Planner(model)
-    remembered = RememberedPlans(planner, first_budget=data.draw(st.integers(0, 12)))
+    remembered = PlanCache(planner, first_budget=data.draw(st.integers(0, 12)))
     for state in data.draw(_any_states(model)):
         for _, goal in model.goals:
             answer = remembered.plan(state, goal, limits)

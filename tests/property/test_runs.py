@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from scbm.cases import Case, Condition, ConditionKind, Injection, Network, Origin
-from scbm.coverage import Coverage, Obligations, visited_by
+from scbm.cases.coverage import Coverage, Obligations, visited_by
+from scbm.cases.trace import End, ReplyReceived, RequestSent, RunEnded, RunStarted, Trace, read_trace, write_trace
 from scbm.model import (
     AfterAlways,
     Always,
@@ -27,18 +28,8 @@ from scbm.model import (
 )
 from scbm.planning import PlanLimits
 from scbm.running import RunnerOptions
-from scbm.simulating import Choices, DrawnReactions, PlainReactions, Simulated, Simulator, leave_nothing_open
+from scbm.running.simulation import Choices, DrawnReactions, PlainReactions, Simulated, Simulator, leave_nothing_open
 from scbm.testing import draw_network, find_violations
-from scbm.trace import (
-    End,
-    ReplyReceived,
-    RequestSent,
-    RunEnded,
-    RunStarted,
-    Trace,
-    read_trace,
-    write_trace,
-)
 from support.strategies import SECOND_NS, running_models, sentences
 
 OPTIONS = RunnerOptions(time_limit_ns=100 * SECOND_NS, plan_limit=12, livelock_bound=60)

@@ -7,13 +7,14 @@ from dataclasses import replace
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scbm.certifying import Awaits
-from scbm.closing.graph import Edge, RunGraph
-from scbm.closing.runs import CloseLimits, Runs
-from scbm.closing.situations import TIME_LIMIT, Happening, Kind, Position
-from scbm.coverage import Obligations, visited_by
+from scbm.cases.coverage import Obligations, visited_by
+from scbm.cases.trace import Record
+from scbm.closing.runs.all_runs import AllRuns, CloseLimits
+from scbm.closing.runs.run_graph import Edge, RunGraph
+from scbm.closing.runs.situations import TIME_LIMIT, Happening, HappeningKind, Position
 from scbm.model import BehaviorModel, Predicate, State
 from scbm.planning import Planner, Solved
+from scbm.proofcheck import Awaits
 from scbm.running import (
     AskPlan,
     CancelRequest,
@@ -31,11 +32,10 @@ from scbm.running import (
     SendRequest,
     TimePassed,
 )
-from scbm.trace import Record
 from support.random_models import random_model
 from support.strategies import running_models
 
-MOST_PLANS = 50
+MAX_PLANS = 50
 FEW = CloseLimits(situations=200, starts=16)
 
 
@@ -43,7 +43,7 @@ class Led:
     """A real runner, led along happenings."""
 
     def __init__(self, model: BehaviorModel, state: State, goal: tuple[str, Predicate]) -> None:
-        self.runner = Runner(Program(model), state, RunnerOptions(10**30, MOST_PLANS))
+        self.runner = Runner(Program(model), state, RunnerOptions(10**30, MAX_PLANS))
         self.obligations = Obligations.of(model)
         self.planner = Planner(model)
         self.in_flight: dict[str, int] = {}
@@ -85,16 +85,16 @@ class Led:
 
     def happen(self, happening: Happening) -> None:
         self.visited = 0
-        if happening.kind is Kind.REPLY:
+        if happening.kind is HappeningKind.REPLY:
             request = self.in_flight.pop(happening.resource)
             self.give(ReplyArrived(request, happening.succeeded, happening.measured))
-        elif happening.kind is Kind.DEADLINE:
+        elif happening.kind is HappeningKind.DEADLINE:
             self.now_ns = self.runner.deadline_ns or 0
             self.give(TimePassed())
         else:
             self.answer()
 
-    def agrees(self, position: Position, runs: Runs) -> bool:
+    def agrees(self, position: Position, runs: AllRuns) -> bool:
         packed = self.runner.program.packing.pack(self.runner.state) & runs.relevance.mask
         resources = [resource.name for resource in self.runner.program.model.resources]
         in_flight = tuple(resources[number] for number in position.in_flight)
@@ -117,7 +117,7 @@ _NO_RECORDS = (SendRequest, CancelRequest, AskPlan, RunFinished)
 @given(st.one_of(running_models(), st.integers(0, 199).map(random_model)), st.data())
 def test_the_graph_of_runs_goes_where_the_runner_goes(model: BehaviorModel, data: st.DataObject) -> None:
     goal = data.draw(st.sampled_from(model.goals))
-    runs = Runs(replace(model, goals=(goal,)), FEW, lambda _: None)
+    runs = AllRuns(replace(model, goals=(goal,)), FEW, lambda _: None)
     for graph in runs.graphs:
         if not any(graph.edges(0)):
             return  # no initial state is allowed
@@ -126,7 +126,7 @@ def test_the_graph_of_runs_goes_where_the_runner_goes(model: BehaviorModel, data
         assert not isinstance(start, Happening)
         led = Led(model, State(model.space, dict(start.values)), graph.goal)
         for _ in range(15):
-            if led.plans >= MOST_PLANS:
+            if led.plans >= MAX_PLANS:
                 return  # closing knows no limit of plans
             assert edge.visits & runs.visits.mask == led.visited
             if edge.target < 0:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from hypothesis import given, settings
 
+from scbm.files import read_case, write_case
 from scbm.model import BehaviorModel
-from scbm.notation import read_case, write_case
 from scbm.planning import PlanLimits
 from scbm.running import RunnerOptions
 from scbm.testing import RandomCases, Shrinker, Tester

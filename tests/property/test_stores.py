@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
-from scbm.coverage import Coverage, Obligations
-from scbm.storing import History, Recipe, combine_stores, read_history
+from scbm.cases.coverage import Coverage, Obligations
+from scbm.cases.trace import End
+from scbm.store import History, Recipe, combine_stores, read_history
 from scbm.testing import CaseResult, Verdict
-from scbm.trace import End
 from support.stores import cell, results, store
 
 Pairs = Sequence[tuple[Recipe, CaseResult]]

@@ -8,18 +8,17 @@ from __future__ import annotations
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from scbm.certifying import StructureArgument, ValuesArgument
-from scbm.certifying.structure import check_structure
-from scbm.certifying.values import check_values
-from scbm.closing.structure import structural_facts
-from scbm.closing.values import possible_values, ruled_out
-from scbm.coverage import Obligations
-from scbm.errors import InputError
-from scbm.model import BehaviorModel, Value
+from scbm.cases.coverage import Obligations
+from scbm.cases.trace import Record, RunStarted
+from scbm.closing.proofs.possible_values import possible_values, ruled_out
+from scbm.closing.proofs.structural_facts import structural_facts
+from scbm.model import BehaviorModel, InputError, Value
 from scbm.planning import PlanLimits
+from scbm.proofcheck import StructureArgument, ValuesArgument
+from scbm.proofcheck.structure_check import check_structure
+from scbm.proofcheck.values_check import check_values
 from scbm.running import RunnerOptions
 from scbm.testing import RandomCases, Tester
-from scbm.trace import Record, RunStarted
 from support.strategies import SECOND_NS, running_models
 
 OPTIONS = RunnerOptions(time_limit_ns=100 * SECOND_NS, plan_limit=12, livelock_bound=60)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from scbm.storing import write_store
+from scbm.store import write_store
 from support.stores import a_run, cell, results
 
 

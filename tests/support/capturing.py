@@ -6,14 +6,14 @@ from fractions import Fraction
 from hashlib import sha256
 
 from scbm.cases import Case
+from scbm.cases.trace import MessageDisturbed, Record, ResourceChanged, Trace, write_trace
 from scbm.model import BehaviorModel
+from scbm.nodes.log.event_log import EventLog, LogStep
 from scbm.planning import PlanLimits
-from scbm.realtime.event_log import EventLog, Step
 from scbm.running import Effect, Event, GoalGiven, InjectionGiven, Runner, RunnerOptions
-from scbm.simulating import Choices, DrawnReactions, PlainReactions, Simulated, Simulator
-from scbm.simulating.simulation import _Run
-from scbm.testing.chance import message_stream, reaction_stream
-from scbm.trace import MessageDisturbed, Record, ResourceChanged, Trace, write_trace
+from scbm.running.simulation import Choices, DrawnReactions, PlainReactions, Simulated, Simulator
+from scbm.running.simulation.simulator import _SimulationRun
+from scbm.testing.random_streams import message_stream, reaction_stream
 
 DIGEST = "0" * 64
 
@@ -42,14 +42,14 @@ def captured(
 class _CapturingSimulator(Simulator):
     """Keeps what its runner was given, and what its network noted."""
 
-    steps: list[Step]
+    steps: list[LogStep]
     options_in_force: RunnerOptions
 
     def run(self, case: Case, choices: Choices, most_records: int | None = None) -> Simulated:
         self.steps = []
         self.options_in_force = self.options_for(case.limits)
         tape = _Tape(self.steps)
-        run = _Run(self, _CapturedRunner(self, case, tape), choices)
+        run = _SimulationRun(self, _CapturedRunner(self, case, tape), choices)
         run._records = tape
         for injection in case.injections:
             run.schedule(0, InjectionGiven(injection))
@@ -61,7 +61,7 @@ class _CapturingSimulator(Simulator):
 class _Tape(list[Record]):
     """The records of a run; what the network says becomes a step too, at its place behind the event before it."""
 
-    def __init__(self, steps: list[Step]) -> None:
+    def __init__(self, steps: list[LogStep]) -> None:
         super().__init__()
         self.steps = steps
         self.since = 0
@@ -70,7 +70,7 @@ class _Tape(list[Record]):
         if isinstance(record, MessageDisturbed) or (
             isinstance(record, ResourceChanged) and record.injection == "network"
         ):
-            self.steps.append(Step(record.at_ns, record, len(self) - self.since))
+            self.steps.append(LogStep(record.at_ns, record, len(self) - self.since))
         super().append(record)
 
 
@@ -81,5 +81,5 @@ class _CapturedRunner(Runner):
 
     def handle(self, event: Event, now_ns: int) -> list[Effect]:
         self._tape.since = len(self._tape)
-        self._tape.steps.append(Step(now_ns, event))
+        self._tape.steps.append(LogStep(now_ns, event))
         return super().handle(event, now_ns)

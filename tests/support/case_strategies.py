@@ -9,21 +9,21 @@ from hypothesis import strategies as st
 
 from scbm.cases import (
     Case,
+    CaseLimits,
     Condition,
     ConditionKind,
     Expectations,
     Forced,
     Injection,
-    Limits,
     Network,
     Origin,
     Partition,
     Recorded,
     Restart,
 )
-from scbm.coverage import Obligations
+from scbm.cases.coverage import Obligations
+from scbm.cases.trace import End
 from scbm.model import BehaviorModel, Outcome, Requirement, Resource, Role, State, Variable
-from scbm.trace import End
 from support.strategies import SECOND_NS, predicates, sentences
 
 if TYPE_CHECKING:
@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 
     from hypothesis.strategies import DrawFn, SearchStrategy
 
-MOST_NS = 10**6 * SECOND_NS
+MAX_NS = 10**6 * SECOND_NS
 TIMES_NS = st.one_of(
     st.sampled_from([0, 1, 1_000, 523_123_000, 1_500_000_000, SECOND_NS, 60 * SECOND_NS, 5400 * SECOND_NS]),
-    st.integers(0, MOST_NS),
+    st.integers(0, MAX_NS),
 )
 SHARES = st.integers(0, 1000).map(lambda thousandths: Fraction(thousandths, 1000))
 DIGESTS = st.from_regex("[0-9a-f]{64}", fullmatch=True)
@@ -63,7 +63,7 @@ def cases(draw: DrawFn, model: BehaviorModel) -> Case:
         draw(outcomes(model)),
         draw(injections(model)),
         draw(networks(model, drawn=origin is not None)),
-        Limits(draw(optional(TIMES_NS.filter(bool))), draw(optional(st.integers(1, 10**6)))),
+        CaseLimits(draw(optional(TIMES_NS.filter(bool))), draw(optional(st.integers(1, 10**6)))),
         tuple(requirements),
         draw(_expectations(model)),
         origin,
@@ -144,7 +144,7 @@ def injections(draw: DrawFn, model: BehaviorModel) -> tuple[Injection, ...]:
     found = []
     for number in range(1, draw(st.integers(0, 3)) + 1):
         name = draw(st.sampled_from([f"injection_{number}", f"own-{number}.x"]))
-        at_ns = number * MOST_NS + draw(TIMES_NS)
+        at_ns = number * MAX_NS + draw(TIMES_NS)
         when = draw(optional(predicates(tuple(model.running_space), 2)))
         hold_ns = draw(optional(st.integers(0, 1_000))) if number == 1 else None
         acts_on_resource = draw(st.booleans())

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from scbm.cases import Case
-from scbm.certifying import Certificate, Claim, Fact, StructureArgument
+from scbm.cases.coverage import Coverage, Obligation, Obligations
 from scbm.closing import Closing, ClosingCase, Decided, Decision, Suggestion
-from scbm.coverage import Coverage, Obligation, Obligations
+from scbm.files import digest_of
 from scbm.model import BehaviorModel
-from scbm.notation import digest_of
+from scbm.proofcheck import Certificate, Claim, Fact, StructureArgument
 from scbm.testing import Campaign, Tester
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scbm.cases import Injection
+from scbm.cases.trace import AutomaticTaken, End, OperationStepped, Record
 from scbm.planning import Planner, Solved
 from scbm.running import (
     AskPlan,
@@ -24,7 +25,6 @@ from scbm.running import (
     SendRequest,
     TimePassed,
 )
-from scbm.trace import AutomaticTaken, End, OperationStepped, Record
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

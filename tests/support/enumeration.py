@@ -15,7 +15,8 @@ from dataclasses import dataclass
 from itertools import product
 from typing import TypeAlias
 
-from scbm.coverage import Obligations, visited_by
+from scbm.cases.coverage import Obligations, visited_by
+from scbm.cases.trace import Changes
 from scbm.model import BehaviorModel, InitialStates, Predicate, Resource, Role, State, Transition
 from scbm.planning import Planner, Solved
 from scbm.running import (
@@ -36,7 +37,6 @@ from scbm.running import (
     TimePassed,
 )
 from scbm.running.requests import Requests
-from scbm.trace import Changes
 
 Path: TypeAlias = "tuple[Path | None, str]"
 """What happened, the last first."""

@@ -1,4 +1,4 @@
-"""A stand-in for rclpy, as its fake: what `scbm.realtime.ros2` uses of it, without any middleware.
+"""A stand-in for rclpy, as its fake: what `scbm.nodes.buses.rclpy_bus` uses of it, without any middleware.
 
 It shows what scbm asks of rclpy and on which threads; that rclpy does what is asked, no test with it can show. Names,
 arguments and the threads of callbacks are those of rclpy 7 (Jazzy).

@@ -6,7 +6,7 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from scbm.realtime.links import Measurement, Reply
+from scbm.nodes.links.link import Measurement, Reply
 
 
 @dataclass

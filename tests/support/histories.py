@@ -5,8 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from scbm.cases import Case
-from scbm.notation import load_model, write_case
-from scbm.storing import Drawn, History, Recipe, Run, Source, StoredCase, Written, digest_of, key_of
+from scbm.files import load_model, write_case
+from scbm.store import Drawn, History, ModelSource, Recipe, StoredCase, StoredRun, Written, digest_of, key_of
 from scbm.testing import RandomCases, Tester, load_suite
 
 EXAMPLE = Path(__file__).parents[2] / "examples/robot_in_the_air"
@@ -43,9 +43,9 @@ def history_of(model_file: Path, cases: int, seed: int = 1, written: Sequence[Pa
         union |= stored.visited
     failed = sum(not stored.verdict.passed for stored in kept)
     shown = model_file.relative_to(EXAMPLE.parents[1]) if model_file.is_relative_to(EXAMPLE.parents[1]) else model_file
-    source = Source(str(shown), model_file.read_text(encoding="utf-8"))
+    source = ModelSource(str(shown), model_file.read_text(encoding="utf-8"))
     command = f"scbm test {shown} --cases {cases} --seed {seed} --store cov.db"
-    run = Run("0" * 31 + "1", "2026-11-21T12:00:00.000000Z", command, source, union, len(kept), failed)
+    run = StoredRun("0" * 31 + "1", "2026-11-21T12:00:00.000000Z", command, source, union, len(kept), failed)
     return History(model, (run,), tuple(kept))
 
 

@@ -16,8 +16,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from scbm.errors import InputError, Slug
-from scbm.storing import digest_of, key_of, read_history, write_store
+from scbm.model import InputError, Slug
+from scbm.store import digest_of, key_of, read_history, write_store
 from support.adding import add
 from support.stores import a_run, cell, results
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from scbm.files import read_model
 from scbm.model import BehaviorModel
-from scbm.notation import read_model
 
 SCAN_CELL = """
 behavior_model: scan_cell

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from hypothesis import strategies as st
 
-from scbm.errors import Diagnostic, Slug
+from scbm.model import Diagnostic, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

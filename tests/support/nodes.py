@@ -8,14 +8,14 @@ from fractions import Fraction
 from time import monotonic_ns
 
 from scbm.cases import Case
+from scbm.cases.trace import MessageDisturbed, Record, ResourceChanged
+from scbm.files import digest_of
 from scbm.model import BehaviorModel
-from scbm.notation import digest_of
+from scbm.nodes import Bus, ControllerNode, NodeContext, ResourcesNode, TesterNode, new_status
+from scbm.nodes.buses.loopback import LoopbackHub
 from scbm.planning import PlanLimits
-from scbm.realtime import Bus, ControllerNode, ResourcesNode, Seat, TesterNode, new_status
-from scbm.realtime.loopback import LoopbackHub
-from scbm.simulating import PlainReactions
+from scbm.running.simulation import PlainReactions
 from scbm.testing import Execution, Tester
-from scbm.trace import MessageDisturbed, Record, ResourceChanged
 from support.virtual_loop import VirtualLoop
 
 
@@ -34,16 +34,16 @@ class Stage:
     now_ns: Callable[[], int] = monotonic_ns
     complaints: list[str] = field(default_factory=list)
     told: list[str] = field(default_factory=list)
-    seats: dict[str, Seat] = field(default_factory=dict)
+    seats: dict[str, NodeContext] = field(default_factory=dict)
 
     @staticmethod
     def virtual(model: BehaviorModel, loop: VirtualLoop) -> Stage:
         return Stage(model, LoopbackHub(loop.now_ns).join, loop.now_ns)
 
-    def seat(self, role: str, resources: Iterable[str] = (), digest: str | None = None) -> Seat:
+    def seat(self, role: str, resources: Iterable[str] = (), digest: str | None = None) -> NodeContext:
         """A seat on a bus of its own; the last one of each role is kept."""
         status = new_status(role, self.model, digest or digest_of(self.model), resources)
-        seat = Seat(self.join(role), self.model, status, self.complaints.append, self.told.append, self.now_ns)
+        seat = NodeContext(self.join(role), self.model, status, self.complaints.append, self.told.append, self.now_ns)
         self.seats[role] = seat
         return seat
 

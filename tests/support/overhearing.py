@@ -10,9 +10,9 @@ from threading import Condition, Event, Thread
 from typing import Any
 
 from scbm.model import BehaviorModel
-from scbm.realtime.bus import Received
-from scbm.realtime.cell import CellTopics
-from scbm.realtime.dds import open_dds
+from scbm.nodes.buses.bus import Received
+from scbm.nodes.buses.dds import open_dds
+from scbm.nodes.roles.cell_topics import CellTopics
 from support.loops import GUARD_S
 
 

@@ -25,7 +25,6 @@ from scbm.model import (
     Equal,
     Implies,
     InitialStates,
-    Kind,
     Latency,
     LatencyShape,
     Member,
@@ -43,6 +42,7 @@ from scbm.model import (
     Transition,
     Truth,
     Value,
+    ValueKind,
     Variable,
 )
 from scbm.planning import PlanLimits, Planner, Solved
@@ -51,9 +51,9 @@ T = TypeVar("T")
 
 _SECOND_NS = 1_000_000_000
 _TRUE, _FALSE = Truth(True), Truth(False)
-_MOST_VARIABLES = 12
-_MOST_OPERATIONS = 20
-_MOST_TRIES = 20
+_MAX_VARIABLES = 12
+_MAX_OPERATIONS = 20
+_MAX_TRIES = 20
 _SIZES = (0, 5_000, 20_000, 60_000, 150_000, 400_000, 1_000_000)
 _LIMITS = PlanLimits(expansions=20_000)
 
@@ -70,7 +70,7 @@ def random_model(number: int) -> BehaviorModel:
     dice = _Dice(Random(f"scbm model {number}"))
     wanted = dice.pick(_SIZES)
     model, size = _Cell(dice).model(f"cell_{number}")
-    for _ in range(_MOST_TRIES):
+    for _ in range(_MAX_TRIES):
         if size >= wanted:
             break
         other, other_size = _Cell(dice).model(f"cell_{number}")
@@ -242,7 +242,7 @@ class _Cell:
 
     def _variables(self) -> tuple[Variable, ...]:
         """All of them, at most 12; the commands, which nothing reads, are left out first."""
-        room = _MOST_VARIABLES - len(self.world) - len(self.counters)
+        room = _MAX_VARIABLES - len(self.world) - len(self.counters)
         self.measured = dict(list(self.measured.items())[:room])
         self.inputs = self.inputs[: room - len(self.measured)]
         self.commands = dict(list(self.commands.items())[: room - len(self.measured) - len(self.inputs)])
@@ -263,7 +263,7 @@ class _Cell:
         variable = self.dice.pick(variables)
         reference, constant = Reference(variable.name), Constant(self.dice.pick(variable.domain.values))
         equal: list[Predicate] = [Equal(reference, constant)]
-        if variable.domain.kind is Kind.INTEGER:
+        if variable.domain.kind is ValueKind.INTEGER:
             equal.append(Order(reference, self.dice.pick(tuple(Relation)), constant))
         if len(variable.domain) > 2:
             members = self.dice.some(variable.domain.values, 2)
@@ -330,7 +330,7 @@ class _Cell:
     def _operations(self) -> tuple[Operation, ...]:
         changes = self._changes()
         changes = self.dice.some(changes, len(changes))
-        wanted = min(_MOST_OPERATIONS, max(3, self.dice.between(len(changes) // 2, len(changes) + 2)))
+        wanted = min(_MAX_OPERATIONS, max(3, self.dice.between(len(changes) // 2, len(changes) + 2)))
         names: dict[str, None] = {}
         operations = []
         for index in range(wanted):

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 from scbm.cases import Case
 from scbm.model import BehaviorModel
-from scbm.realtime.event_log import EventLog, rerun, write_event_log
+from scbm.nodes.log.event_log import EventLog, rerun, write_event_log
 from scbm.running import Program
-from scbm.storing import History, Run, digest_of, key_of
-from scbm.storing.packing import packed_log
+from scbm.store import History, StoredRun, digest_of, key_of
+from scbm.store.compressed_logs import packed_log
 from scbm.testing import Execution, Tester
 from support.capturing import captured
 
@@ -53,7 +53,7 @@ def with_real_runs(history: History, cases: tuple[Case, ...], real: tuple[str, .
     for case in added:
         union |= case.visited
     command = "scbm test cell.yaml --cases 20 --transport dds --domain 7 --store cov.db"
-    last = Run(
+    last = StoredRun(
         "0" * 31 + "2", "2026-11-21T13:00:00.000000Z", command, history.source, union, len(added), nodes=WHERE
     )  # fmt: skip
     return replace(history, runs=(*history.runs, last), cases=(*history.cases, *added))

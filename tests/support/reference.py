@@ -6,7 +6,7 @@ from collections import deque
 from typing import TYPE_CHECKING
 
 from scbm.model import BehaviorModel, Predicate, State
-from scbm.model.actions import apply
+from scbm.model.operations import apply
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
+from scbm.files import load_model, read_case, read_network
 from scbm.model import BehaviorModel
-from scbm.notation import load_model, read_case, read_network
 from scbm.testing import Execution, RandomCases, Tester
 
 ROOT = Path(__file__).parents[2]

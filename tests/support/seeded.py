@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scbm.cases import Network
-from scbm.notation import read_model
+from scbm.files import read_model
 from scbm.testing import Execution, Failure, RandomCases, Tester
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "robot_in_the_air" / "after.yaml"

@@ -8,8 +8,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from scbm.realtime import Bus, BusError, ControllerNode, Seat, new_status, serve
-from scbm.realtime.loopback import LoopbackBus, LoopbackHub
+from scbm.nodes import Bus, BusError, ControllerNode, NodeContext, new_status, serve
+from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
 from support.models import scan_cell
 
 MODEL = scan_cell()
@@ -36,7 +36,7 @@ async def main(mode: str) -> None:
     hub = LoopbackHub()
 
     def make(bus: Bus) -> ControllerNode:
-        return _Telling(Seat(bus, MODEL, new_status("controller", MODEL, "d" * 64), say))
+        return _Telling(NodeContext(bus, MODEL, new_status("controller", MODEL, "d" * 64), say))
 
     async def open_bus() -> Bus:
         if mode == "rival":

@@ -7,9 +7,9 @@ from functools import lru_cache
 from pathlib import Path
 
 from scbm.cases import Case, Network
+from scbm.files import write_model
 from scbm.model import BehaviorModel
-from scbm.notation import write_model
-from scbm.storing import Recipe, Run, Source, drawn_recipe, write_store
+from scbm.store import ModelSource, Recipe, StoredRun, drawn_recipe, write_store
 from scbm.testing import CaseResult, RandomCases, Tester
 from support.models import scan_cell
 
@@ -21,10 +21,10 @@ def cell(*replacements: tuple[str, str]) -> BehaviorModel:
     return scan_cell((measures, measures + simulation), *replacements)
 
 
-def a_run(number: int, model: BehaviorModel, text: str | None = None) -> Run:
+def a_run(number: int, model: BehaviorModel, text: str | None = None) -> StoredRun:
     """A run that no other number gives, and that began after those of smaller numbers."""
-    source = Source("cell.yaml", write_model(model) if text is None else text)
-    return Run(f"{number:032x}", f"2026-11-21T12:00:00.{number:06d}Z", f"scbm test {number}", source)
+    source = ModelSource("cell.yaml", write_model(model) if text is None else text)
+    return StoredRun(f"{number:032x}", f"2026-11-21T12:00:00.{number:06d}Z", f"scbm test {number}", source)
 
 
 @lru_cache

@@ -20,7 +20,6 @@ from scbm.model import (
     Domain,
     Equal,
     Implies,
-    Kind,
     Latency,
     LatencyShape,
     LeadsTo,
@@ -42,6 +41,7 @@ from scbm.model import (
     Term,
     Transition,
     Truth,
+    ValueKind,
     Variable,
 )
 from scbm.model.variables import PLAN_STATE, request_state_name, resource_variables, runner_variables, trigger_name
@@ -83,7 +83,7 @@ def _leaf(draw: DrawFn, space: Sequence[Variable]) -> Predicate:
     other = Reference(draw(st.sampled_from(fitting)).name)
     right: Term = constant if draw(st.booleans()) else other
     leaves: list[Predicate] = [Equal(reference, right), NotEqual(reference, right), Equal(constant, reference)]
-    if domain.kind is Kind.INTEGER:
+    if domain.kind is ValueKind.INTEGER:
         leaves.append(Order(reference, draw(st.sampled_from(list(Relation))), right))
     members = draw(st.lists(st.sampled_from(domain.values), min_size=1, max_size=3, unique=True))
     leaves.append(Member(reference, tuple(Constant(value) for value in members)))
@@ -120,7 +120,7 @@ def _action(draw: DrawFn, target: Variable, space: Sequence[Variable]) -> Action
             if v.domain.kind is target.domain.kind and any(value in target.domain for value in v.domain.values)
         ]
         choices.append(Assign(target.name, Reference(draw(st.sampled_from(sources)).name)))
-        if target.domain.kind is Kind.INTEGER and len(target.domain) > 1:
+        if target.domain.kind is ValueKind.INTEGER and len(target.domain) > 1:
             amount = draw(st.integers(1, len(target.domain) - 1))
             choices.append(Add(target.name, draw(st.sampled_from([amount, -amount]))))
     return draw(st.sampled_from(choices))

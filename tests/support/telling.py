@@ -6,8 +6,8 @@ import asyncio
 from collections.abc import Callable, Coroutine
 from typing import Any
 
-from scbm.realtime.bus import Answered, Bus, Received
-from scbm.realtime.dds import open_dds
+from scbm.nodes.buses.bus import Answered, Bus, Received
+from scbm.nodes.buses.dds import open_dds
 from support.loops import run
 
 

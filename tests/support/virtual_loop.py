@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 
 T = TypeVar("T")
 
-MOST_S = 100 * 3600
+MAX_S = 100 * 3600
 """No run of a test takes so long; what does goes on for ever."""
 
 
@@ -67,8 +67,8 @@ class _Jumps(selectors.DefaultSelector):
         if timeout is None:
             raise HangsError("something is awaited that nothing will bring")
         self.now_ns += round(timeout * 1e9)
-        if self.now_ns > MOST_S * 10**9:
-            raise HangsError(f"this is not over after {MOST_S} s")
+        if self.now_ns > MAX_S * 10**9:
+            raise HangsError(f"this is not over after {MAX_S} s")
         return []
 
 

@@ -4,10 +4,8 @@ Immutable, without time, chance or I/O. `notation` reads and writes cases, `simu
 judges and shrinks them.
 """
 
-from scbm.cases.case import Case, Limits, Origin, Recorded
-from scbm.cases.conditions import Condition, ConditionKind
-from scbm.cases.expectations import Expectations
-from scbm.cases.injections import Injection
+from scbm.cases.case import Case, CaseLimits, Expectations, Origin, Recorded
+from scbm.cases.injections import Condition, ConditionKind, Injection
 from scbm.cases.network import Network, Partition, Restart
 from scbm.cases.reactions import AT_ONCE, LOST, Delivery, Forced, Reaction
 
@@ -15,13 +13,13 @@ __all__ = [
     "AT_ONCE",
     "LOST",
     "Case",
+    "CaseLimits",
     "Condition",
     "ConditionKind",
     "Delivery",
     "Expectations",
     "Forced",
     "Injection",
-    "Limits",
     "Network",
     "Origin",
     "Partition",

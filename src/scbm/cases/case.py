@@ -1,17 +1,40 @@
-"""A test case: everything that decides a run (semantics 7.1)."""
+"""A test case: everything that decides a run (semantics 7.1).
+
+What a case expects to come of its run.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.cases.expectations import Expectations
 from scbm.cases.network import Network
 
 if TYPE_CHECKING:
+    from scbm.cases.coverage import Obligation
     from scbm.cases.injections import Injection
     from scbm.cases.reactions import Forced
+    from scbm.cases.trace import End
     from scbm.model import Predicate, Requirement, State
+
+
+@dataclass(frozen=True, slots=True)
+class Expectations:
+    """What must be true afterwards; what is empty or `None` is not asked.
+
+    Attributes:
+        verdict: how the run ends.
+        plan: the operations of the first plan, all of them.
+        order: operations that complete in this order; others may complete between them.
+        final: predicates over the state at the end.
+        visits: obligations that the run visits.
+    """
+
+    verdict: End | None = None
+    plan: tuple[str, ...] | None = None
+    order: tuple[str, ...] = ()
+    final: tuple[Predicate, ...] = ()
+    visits: tuple[Obligation, ...] = ()
 
 
 _PERFECT = Network()
@@ -27,7 +50,7 @@ class Origin:
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class CaseLimits:
     """When the run is given up; `None` leaves it to whoever runs the case.
 
     Attributes:
@@ -78,7 +101,7 @@ class Case:
     outcomes: tuple[Forced, ...] = ()
     injections: tuple[Injection, ...] = ()
     network: Network = _PERFECT
-    limits: Limits = Limits()
+    limits: CaseLimits = CaseLimits()
     requirements: tuple[Requirement, ...] = ()
     expect: Expectations = _NOTHING
     origin: Origin | None = None

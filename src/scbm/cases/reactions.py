@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
+    from scbm.cases.trace import Changes
     from scbm.model import Outcome
-    from scbm.trace import Changes
 
 Delivery: TypeAlias = tuple[int, ...]
 """For each copy of a message that arrives, how many nanoseconds it was under way."""

@@ -5,13 +5,12 @@ from typing import Annotated, Any
 
 import typer
 
-from scbm.checking import Checked, Doubt, check_model
-from scbm.cli.node_options import Bindings
-from scbm.cli.output import count_of, errors, results, write_json
-from scbm.coverage import Obligations
-from scbm.errors import Diagnostic, InputError, Place, Severity, Slug
-from scbm.model import BehaviorModel
-from scbm.notation import Places, load_bindings, load_located
+from scbm.cases.coverage import Obligations
+from scbm.cli.options.node_options import Bindings
+from scbm.cli.output.terminal import count_of, errors, results, write_json
+from scbm.closing.advice import Checked, Doubt, check_model
+from scbm.files import Places, load_bindings, load_located
+from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Severity, Slug
 from scbm.reports import counted
 
 FORMAT_VERSION = 1

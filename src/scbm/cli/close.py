@@ -8,16 +8,16 @@ from typing import Annotated, Any
 
 import typer
 
-from scbm.cli.certificates import check_certificates
-from scbm.cli.output import results, write_json
-from scbm.cli.suite import Suite, progress
+from scbm.cli.campaigns.certificate_verdicts import check_certificates
+from scbm.cli.campaigns.closing_suite import ClosingSuite, progress
+from scbm.cli.output.terminal import results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
-from scbm.closing.failed import FailedCase, FoundFault, failed_cases, found_faults
-from scbm.closing.json_report import closing_json
-from scbm.closing.output import Output, write_output
-from scbm.errors import Diagnostic, InputError, Place, Slug
-from scbm.notation import add_goals, load_model, suggestion
-from scbm.reports.closing import ClosingSetting, closing_report
+from scbm.closing.closing_files import ClosingFiles, write_output
+from scbm.closing.closing_json import closing_json
+from scbm.closing.failing_cases import FailedCase, FoundFault, failed_cases, found_faults
+from scbm.files import add_goals, load_model, suggestion
+from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.reports.terminal.closing_report import ClosingSetting, closing_report
 from scbm.testing import Campaign
 
 _ALL = "all"
@@ -53,9 +53,9 @@ def command(
     """Decide every obligation: covered by a case, proved uncoverable, or undecided. Or check such proofs."""
     if check:
         return check_certificates(files or [], json=json)
-    asked = _Asked(_only_model(files or []), tuple(suite or ()), cases, seed, max_states)
+    asked = _CloseRequest(_only_model(files or []), tuple(suite or ()), cases, seed, max_states)
     result = asked.close()
-    goals = _Goals.chosen(result.closing, write or ())
+    goals = _SuggestedGoals.chosen(result.closing, write or ())
     if goals.new:
         add_goals(asked.file, [(name, goal, None) for name, goal in goals.new.items()])
         result = asked.close()
@@ -84,7 +84,7 @@ def _only_model(files: Sequence[Path]) -> Path:
 
 
 @dataclass(frozen=True)
-class _Asked:
+class _CloseRequest:
     """What the command line asks to be closed."""
 
     file: Path
@@ -93,15 +93,15 @@ class _Asked:
     seed: int
     most: int
 
-    def close(self) -> "_Result":
+    def close(self) -> "_CloseResult":
         """Reads model and suite as they are now, runs the suite, and decides the rest."""
         model = load_model(self.file)
-        suite = Suite.load(model, self.file, self.paths, self.cases, self.seed)
+        suite = ClosingSuite.load(model, self.file, self.paths, self.cases, self.seed)
         with progress(suite.first_words) as told:
             campaign = suite.run()
             told(f"looking at {model.name}")
             closing = Closer(model, CloseLimits(situations=self.most), told).close(campaign)
-        return _Result(self, suite, campaign, closing)
+        return _CloseResult(self, suite, campaign, closing)
 
     @property
     def options(self) -> str:
@@ -110,23 +110,23 @@ class _Asked:
 
 
 @dataclass(frozen=True)
-class _Result:
+class _CloseResult:
     """What closing came to, and what it began with."""
 
-    asked: _Asked
-    suite: Suite
+    asked: _CloseRequest
+    suite: ClosingSuite
     campaign: Campaign
     closing: Closing
 
-    def failed(self, output: Output | None) -> tuple[FailedCase, ...]:
+    def failed(self, output: ClosingFiles | None) -> tuple[FailedCase, ...]:
         """The cases that failed, each with the command that shows it."""
         return failed_cases(self.campaign, self.closing, lambda name: self.suite.again(name) or self._new(name, output))
 
-    def found(self, output: Output | None) -> tuple[FoundFault, ...]:
+    def found(self, output: ClosingFiles | None) -> tuple[FoundFault, ...]:
         """What new cases found on their way, each with the command that shows it."""
         return found_faults(self.closing, lambda name: self._new(name, output))
 
-    def _new(self, name: str, output: Output | None) -> str:
+    def _new(self, name: str, output: ClosingFiles | None) -> str:
         if output is not None:
             return f"scbm replay {quote(str(output.cases[name]))}"
         closing = f"scbm close {quote(str(self.asked.file))}{self._options} --out closed"
@@ -136,7 +136,7 @@ class _Result:
     def _options(self) -> str:
         return f"{self.suite.options}{self.asked.options}"
 
-    def setting(self, output: Output | None) -> ClosingSetting:
+    def setting(self, output: ClosingFiles | None) -> ClosingSetting:
         """What the report tells beside the result."""
         return ClosingSetting(
             str(self.asked.file),
@@ -149,7 +149,7 @@ class _Result:
 
 
 @dataclass(frozen=True)
-class _Goals:
+class _SuggestedGoals:
     """The goals that were to be written, each with its predicate as text.
 
     Attributes:
@@ -161,14 +161,14 @@ class _Goals:
     already: dict[str, str]
 
     @staticmethod
-    def chosen(closing: Closing, names: Sequence[str]) -> "_Goals":
+    def chosen(closing: Closing, names: Sequence[str]) -> "_SuggestedGoals":
         """The goals of these names. Raises `InputError` with all names that there are none of."""
         goals = {each.name: str(each.goal) for each in closing.suggestions if each.name is not None}
         already = {name: str(goal) for name, goal in closing.model.goals if name in names}
         unknown = [name for name in names if name not in goals | already and (name != _ALL or not goals)]
         if unknown:
             raise InputError([_unknown(name, list(goals)) for name in unknown])
-        return _Goals({name: goals[name] for name in goals if _ALL in names or name in names}, already)
+        return _SuggestedGoals({name: goals[name] for name in goals if _ALL in names or name in names}, already)
 
     @staticmethod
     def told(goals: dict[str, str]) -> tuple[str, ...]:
@@ -183,7 +183,7 @@ def _unknown(name: str, goals: list[str]) -> Diagnostic:
 
 
 def _json(
-    output: Output | None, failed: Sequence[FailedCase], found: Sequence[FoundFault], goals: _Goals
+    output: ClosingFiles | None, failed: Sequence[FailedCase], found: Sequence[FoundFault], goals: _SuggestedGoals
 ) -> dict[str, Any]:
     return {
         "out": None if output is None else str(output.directory),

@@ -5,9 +5,9 @@ from typing import Annotated
 
 import typer
 
-from scbm.cli.output import results, write_json
-from scbm.reports.combining import combined_json, combined_report
-from scbm.storing import combine_stores
+from scbm.cli.output.terminal import results, write_json
+from scbm.reports.terminal.combined_report import combined_json, combined_report
+from scbm.store import combine_stores
 
 
 def command(

@@ -6,16 +6,15 @@ from typing import Annotated, Any
 
 import typer
 
-from scbm.cli.output import results, write_json
-from scbm.cli.suite import Suite, progress
+from scbm.cases.coverage import Obligation, Obligations
+from scbm.cli.campaigns.closing_suite import ClosingSuite, progress
+from scbm.cli.output.terminal import results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
+from scbm.closing.closing_json import decided_json, suggestion_json
 from scbm.closing.explanations import Explanation, Visit, explain
-from scbm.closing.json_report import decided_json, suggestion_json
-from scbm.coverage import Obligation, Obligations
-from scbm.errors import Diagnostic, InputError, Place, Slug
-from scbm.model import BehaviorModel
-from scbm.notation import load_model, suggestion, write_case
-from scbm.reports.explaining import told_case, told_explanations
+from scbm.files import load_model, suggestion, write_case
+from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
+from scbm.reports.terminal.explanation_report import told_case, told_explanations
 from scbm.testing import Execution, Tester
 
 FORMAT_VERSION = 1
@@ -40,7 +39,7 @@ def command(
     """Tell by which case an obligation is covered and how, or why nothing covers it."""
     loaded = load_model(model)
     asked = _read_obligation(obligation, loaded)
-    given = Suite.load(loaded, model, tuple(suite or ()))
+    given = ClosingSuite.load(loaded, model, tuple(suite or ()))
     with progress(given.first_words) as told:
         campaign = given.run()
         told(f"looking at {loaded.name}")
@@ -72,7 +71,7 @@ def _read_obligation(text: str, model: BehaviorModel) -> tuple[Obligation, ...]:
     raise InputError([Diagnostic(Slug.UNKNOWN_OBLIGATION, message, place, remedy, text)])
 
 
-def _executions(closing: Closing, suite: Suite) -> dict[str, Execution]:
+def _executions(closing: Closing, suite: ClosingSuite) -> dict[str, Execution]:
     """The runs of all cases that cover something, by name."""
     covering = dict.fromkeys(decided.case for decided in closing.decided if decided.case is not None)
     tester = Tester(closing.model)
@@ -82,13 +81,13 @@ def _executions(closing: Closing, suite: Suite) -> dict[str, Execution]:
     return runs | {made.case.name: made.execution for made in closing.cases}
 
 
-def _texts(explanations: tuple[Explanation, ...], suite: Suite) -> dict[str, str]:
+def _texts(explanations: tuple[Explanation, ...], suite: ClosingSuite) -> dict[str, str]:
     """The cases that are told of, as YAML, by their names: those of the suite as their files say them."""
     cases = [each.visit.execution.case for each in explanations if each.visit is not None]
     return {case.name: suite.text(case.name) or write_case(case, suite.model, suite.file.as_posix()) for case in cases}
 
 
-def _json(explanations: tuple[Explanation, ...], suite: Suite) -> dict[str, Any]:
+def _json(explanations: tuple[Explanation, ...], suite: ClosingSuite) -> dict[str, Any]:
     cases = _texts(explanations, suite)
     return {
         "format_version": FORMAT_VERSION,

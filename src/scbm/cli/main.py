@@ -14,8 +14,8 @@ import typer
 import typer.core
 
 import scbm
-from scbm.cli.exit_codes import GOOD, INTERRUPTED, OWN_FAULT, WRONG_INPUT
-from scbm.errors import Diagnostic, InputError, Place, ScbmError, Slug
+from scbm.cli.output.exit_codes import GOOD, INTERRUPTED, OWN_FAULT, WRONG_INPUT
+from scbm.model import Diagnostic, InputError, Place, ScbmError, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -138,6 +138,6 @@ def _exiting(command: Callable[..., int]) -> Callable[..., None]:
 
 
 def _show(error: ScbmError) -> None:
-    from scbm.cli.output import errors  # noqa: PLC0415 - rich, which a good run may not need
+    from scbm.cli.output.terminal import errors  # noqa: PLC0415 - rich, which a good run may not need
 
     errors().diagnostics(error.diagnostics)

@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from scbm.cli.node_options import (
+from scbm.cli.campaigns.node_setup import open_rclpy, serve_node
+from scbm.cli.options.node_options import (
     Bindings,
     Domain,
     Reached,
@@ -18,8 +19,7 @@ from scbm.cli.node_options import (
     read_real,
     read_via,
 )
-from scbm.cli.nodes import open_rclpy, serve_node
-from scbm.realtime import Bus, ControllerNode, Seat
+from scbm.nodes import Bus, ControllerNode, NodeContext
 
 
 def command(
@@ -36,7 +36,7 @@ def command(
     chosen = read_real(real or [], loaded)
     in_domain = read_domain(domain)
 
-    def make(seat: Seat, drivers: Bus | None) -> ControllerNode:
+    def make(seat: NodeContext, drivers: Bus | None) -> ControllerNode:
         return ControllerNode(seat, drivers=drivers)
 
     open_drivers = partial(open_rclpy, in_domain) if read_via(via, chosen) is Via.RCLPY else None

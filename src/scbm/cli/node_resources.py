@@ -6,13 +6,12 @@ from typing import Annotated
 import typer
 
 from scbm.cases import Origin
-from scbm.cli.node_options import Domain, WhileStdin, read_domain
-from scbm.cli.nodes import serve_node
-from scbm.errors import Diagnostic, InputError, Place, Slug
-from scbm.model import BehaviorModel
-from scbm.notation import load_model, suggestion
-from scbm.realtime import Bus, ResourcesNode, Seat
-from scbm.simulating import DrawnReactions
+from scbm.cli.campaigns.node_setup import serve_node
+from scbm.cli.options.node_options import Domain, WhileStdin, read_domain
+from scbm.files import load_model, suggestion
+from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
+from scbm.nodes import Bus, NodeContext, ResourcesNode
+from scbm.running.simulation import DrawnReactions
 from scbm.testing import reaction_stream
 
 
@@ -31,7 +30,7 @@ def command(
     loaded = load_model(model)
     chosen = _chosen(loaded, names or [])
 
-    def make(seat: Seat, _: Bus | None) -> ResourcesNode:
+    def make(seat: NodeContext, _: Bus | None) -> ResourcesNode:
         return ResourcesNode(seat, DrawnReactions(reaction_stream(Origin(seed))))
 
     return serve_node("resources", loaded, chosen, make, domain=read_domain(domain), while_stdin=while_stdin)

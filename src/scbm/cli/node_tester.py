@@ -6,10 +6,30 @@ from typing import Annotated
 
 import typer
 
-from scbm.cli import thresholds
-from scbm.cli.campaign_options import Cases, FailUnder, Files, Json, Missing, Model, Network, Require, Seed, Store
-from scbm.cli.campaigns import Telling, Wanted, run_over_nodes
-from scbm.cli.node_options import Asked, Domain, Logs, TimeScale, Via, read_domain, read_time_scale, read_wait
+from scbm.cli.campaigns.test_campaign import CampaignOptions, CampaignOutput, run_over_nodes
+from scbm.cli.options import threshold_option
+from scbm.cli.options.campaign_options import (
+    Cases,
+    FailUnder,
+    Files,
+    Json,
+    Missing,
+    Model,
+    Network,
+    Require,
+    Seed,
+    Store,
+)
+from scbm.cli.options.node_options import (
+    Domain,
+    Logs,
+    NodeOptions,
+    TimeScale,
+    Via,
+    read_domain,
+    read_time_scale,
+    read_wait,
+)
 
 
 def command(
@@ -38,12 +58,18 @@ def command(
     json: Json = False,
 ) -> int:
     """Run cases in a cell whose controller and resources run elsewhere, and report as `scbm test` does."""
-    suite = Wanted(model, files or [], cases, seed, network, require or [], time_limit).suite({})
-    telling = Telling(
-        thresholds.read_thresholds(fail_under or []), missing, json, store, save=None, failures=failures, shrink=False
+    suite = CampaignOptions(model, files or [], cases, seed, network, require or [], time_limit).suite({})
+    telling = CampaignOutput(
+        threshold_option.read_thresholds(fail_under or []),
+        missing,
+        json,
+        store,
+        save=None,
+        failures=failures,
+        shrink=False,
     )
     suite.refuse_equal_names()
-    asked = Asked(
+    asked = NodeOptions(
         suite.model,
         model,
         "dds",

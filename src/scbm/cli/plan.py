@@ -6,11 +6,11 @@ from typing import Annotated
 
 import typer
 
-from scbm.cli.arguments import read_goal, read_state
-from scbm.cli.output import Output, results, write_json
+from scbm.cli.options.arguments import read_goal, read_state
+from scbm.cli.output.terminal import TerminalOutput, results, write_json
+from scbm.files import load_model
 from scbm.model import And, BehaviorModel, Predicate, State, format_value
-from scbm.model.actions import apply
-from scbm.notation import load_model
+from scbm.model.operations import apply
 from scbm.planning import Answer, Limit, LimitReached, PlanLimits, Planner, Solved, find_flaw
 from scbm.reports import counted
 
@@ -65,7 +65,7 @@ class _Drawing:
     name: str
     goal: Predicate
     limits: PlanLimits
-    out: Output
+    out: TerminalOutput
 
     def draw(self, answer: Answer) -> None:
         """The plan, step by step; or why there is none."""

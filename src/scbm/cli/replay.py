@@ -5,10 +5,10 @@ from typing import Annotated
 
 import typer
 
-from scbm.cli.logs import AskedRun, rerun
-from scbm.cli.output import errors
-from scbm.cli.showing import show_run
-from scbm.errors import Diagnostic, Place, Slug
+from scbm.cli.campaigns.rerun import AskedRun, rerun
+from scbm.cli.output.shown_run import show_run
+from scbm.cli.output.terminal import errors
+from scbm.model import Diagnostic, Place, Slug
 
 
 def command(

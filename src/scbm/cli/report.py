@@ -8,17 +8,17 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
-from scbm.cli import thresholds
-from scbm.cli.formats import Wanted, write_formats
-from scbm.cli.output import errors, results, write_json
-from scbm.coverage import Cover, smallest_cover
-from scbm.errors import Diagnostic, InputError, Place, Slug
+from scbm.cases.coverage import Cover, smallest_cover
+from scbm.cli.options import threshold_option
+from scbm.cli.options.report_files import ReportFiles, write_formats
+from scbm.cli.output.terminal import errors, results, write_json
+from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports import counted
-from scbm.reports.contexts import contexts_report, smallest_report
-from scbm.reports.history_json import history_json, smallest_json
-from scbm.reports.missing import told_missing
-from scbm.reports.stored import stored_report
-from scbm.storing import History, Replays, StoredCase, read_history
+from scbm.reports.ci.history_json import history_json, smallest_json
+from scbm.reports.terminal.missing_report import told_missing
+from scbm.reports.terminal.store_report import stored_report
+from scbm.reports.terminal.visitors_report import contexts_report, smallest_report
+from scbm.store import History, Replays, StoredCase, read_history
 from scbm.testing import find_case_files, save_cases
 
 
@@ -43,13 +43,13 @@ def command(
     markdown: Annotated[Path | None, typer.Option("--markdown", metavar="FILE", help="A job summary.")] = None,
     badge: Annotated[Path | None, typer.Option("--badge", metavar="FILE", help="The figure as a picture, SVG.")] = None,
     fail_under: Annotated[
-        list[str] | None, typer.Option(thresholds.OPTION, metavar="PERCENT", help=thresholds.HELP)
+        list[str] | None, typer.Option(threshold_option.OPTION, metavar="PERCENT", help=threshold_option.HELP)
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
     """Report what the cases of a coverage store visited, in any format."""
-    wanted_figures = thresholds.read_thresholds(fail_under or [])
-    wanted = Wanted(
+    wanted_figures = threshold_option.read_thresholds(fail_under or [])
+    wanted = ReportFiles(
         {
             "--html": html, "--junit": junit, "--cobertura": cobertura, "--lcov": lcov, "--sarif": sarif,
             "--markdown": markdown, "--badge": badge,
@@ -74,7 +74,7 @@ def command(
     written = write_formats(wanted, history)
     if written:
         errors().line(f"Written: {', '.join(written)}")
-    return 0 if thresholds.meets(history.coverage, wanted_figures) and is_saved else 1
+    return 0 if threshold_option.meets(history.coverage, wanted_figures) and is_saved else 1
 
 
 def _smallest(history: History) -> Cover:

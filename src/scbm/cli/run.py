@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from scbm.cases import Case, Limits, Origin
-from scbm.cli.arguments import (
+from scbm.cases import Case, CaseLimits, Origin
+from scbm.cli.options.arguments import (
     allowed_state,
     read_faults,
     read_goal,
@@ -15,10 +15,9 @@ from scbm.cli.arguments import (
     read_state,
     read_time_limit,
 )
-from scbm.cli.showing import show_run
-from scbm.errors import Diagnostic, InputError, Place, Slug
-from scbm.model import BehaviorModel
-from scbm.notation import load_model
+from scbm.cli.output.shown_run import show_run
+from scbm.files import load_model
+from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
 from scbm.testing import RandomCases, Tester, draw_network
 
 
@@ -54,7 +53,7 @@ def command(
         asked,
         network=draw_network(loaded, Origin(seed, case or 1)) if faults is None else faults,
         requirements=read_requirements(require or [], loaded),
-        limits=Limits(time_ns=read_time_limit(time_limit)),
+        limits=CaseLimits(time_ns=read_time_limit(time_limit)),
     )
     execution = Tester(loaded).execute(asked)
     show_run(loaded, execution, trace=trace, json=json, every=every)

@@ -5,11 +5,11 @@ from typing import Annotated
 
 import typer
 
-from scbm.cli.output import write_json
-from scbm.notation import bindings_schema, case_schema, model_schema
+from scbm.cli.output.terminal import write_json
+from scbm.files import bindings_schema, case_schema, model_schema
 
 
-class Kind(StrEnum):
+class SchemaKind(StrEnum):
     """The files that have a schema."""
 
     MODEL = "model"
@@ -18,9 +18,9 @@ class Kind(StrEnum):
 
 
 def command(
-    of: Annotated[Kind, typer.Argument(help="Which files: models, cases or bindings.")] = Kind.MODEL,
+    of: Annotated[SchemaKind, typer.Argument(help="Which files: models, cases or bindings.")] = SchemaKind.MODEL,
 ) -> int:
     """Print the JSON Schema of model files, case files or files of bindings."""
-    schemas = {Kind.MODEL: model_schema, Kind.CASE: case_schema, Kind.BINDINGS: bindings_schema}
+    schemas = {SchemaKind.MODEL: model_schema, SchemaKind.CASE: case_schema, SchemaKind.BINDINGS: bindings_schema}
     write_json(schemas[of]())
     return 0

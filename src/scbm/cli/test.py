@@ -6,14 +6,25 @@ from typing import Annotated
 
 import typer
 
-from scbm.cli import thresholds
-from scbm.cli.campaign_options import Cases, FailUnder, Files, Json, Missing, Model, Network, Require, Seed, Store
-from scbm.cli.campaigns import Telling, Wanted, run_over_nodes, simulate
-from scbm.cli.node_options import (
-    Asked,
+from scbm.cli.campaigns.test_campaign import CampaignOptions, CampaignOutput, run_over_nodes, simulate
+from scbm.cli.options import threshold_option
+from scbm.cli.options.campaign_options import (
+    Cases,
+    FailUnder,
+    Files,
+    Json,
+    Missing,
+    Model,
+    Network,
+    Require,
+    Seed,
+    Store,
+)
+from scbm.cli.options.node_options import (
     Bindings,
     Domain,
     Logs,
+    NodeOptions,
     Reached,
     Real,
     TimeScale,
@@ -67,11 +78,11 @@ def command(
     json: Json = False,
 ) -> int:
     """Run case files and random cases, judge them, and report how much of the model they visited."""
-    wanted = Wanted(model, files or [], cases, seed, network, require or [], time_limit)
+    wanted = CampaignOptions(model, files or [], cases, seed, network, require or [], time_limit)
     suite = wanted.suite({"--save": save})
-    figures = thresholds.read_thresholds(fail_under or [])
+    figures = threshold_option.read_thresholds(fail_under or [])
     suite.refuse_equal_names()
-    telling = Telling(figures, missing, json, store, save, failures, shrink)
+    telling = CampaignOutput(figures, missing, json, store, save, failures, shrink)
     if transport is None:
         refuse_without_transport(
             {
@@ -90,7 +101,7 @@ def command(
     bound = load_bound(model, bindings)
     chosen = read_real(real or [], bound)
     refuse_faster(time_scale, chosen)
-    asked = Asked(
+    asked = NodeOptions(
         suite.model,
         model,
         transport.value,

@@ -8,20 +8,19 @@ from typing import Annotated, Any, BinaryIO
 
 import typer
 
-from scbm.cli.arguments import complete, read_faults, read_requirements, read_time_limit
-from scbm.cli.files import refuse_clashes, write_whole
-from scbm.cli.logs import AskedRun, rerun
-from scbm.cli.output import results, write_json
-from scbm.errors import Diagnostic, InputError, Place, Slug
-from scbm.model import BehaviorModel, format_moment
-from scbm.notation import load_model
+from scbm.cli.campaigns.rerun import AskedRun, rerun
+from scbm.cli.options.arguments import complete, read_faults, read_requirements, read_time_limit
+from scbm.cli.output.terminal import results, write_json
+from scbm.cli.output.written_files import refuse_clashes, write_whole
+from scbm.files import load_model
+from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug, format_moment
 from scbm.testing import Execution, RandomCases, Tester
 
 FORMAT_VERSION = 1
 
 
 @dataclass(frozen=True)
-class _Output:
+class _TraceOutput:
     """A file that is asked for.
 
     Attributes:
@@ -88,16 +87,16 @@ def command(
     return 0
 
 
-def _outputs(perfetto: Path | None, mcap: Path | None) -> list[_Output]:
+def _outputs(perfetto: Path | None, mcap: Path | None) -> list[_TraceOutput]:
     """What is asked for. Raises `InputError` if that is nothing, or cannot be."""
     outputs = []
     if perfetto is not None:
-        from scbm.reports.perfetto import write_perfetto  # noqa: PLC0415 - only what is asked for is loaded
+        from scbm.reports.run.perfetto import write_perfetto  # noqa: PLC0415 - only what is asked for is loaded
 
         readers = "ui.perfetto.dev"
-        outputs.append(_Output("--perfetto", perfetto, write_perfetto, "events", readers))
+        outputs.append(_TraceOutput("--perfetto", perfetto, write_perfetto, "events", readers))
     if mcap is not None:
-        outputs.append(_Output("--mcap", mcap, _mcap_writer(), "messages", "Foxglove"))
+        outputs.append(_TraceOutput("--mcap", mcap, _mcap_writer(), "messages", "Foxglove"))
     if not outputs:
         raise _bad("it is not said what to write", "scbm trace", "add `--perfetto FILE`, `--mcap FILE`, or both")
     return outputs
@@ -106,7 +105,7 @@ def _outputs(perfetto: Path | None, mcap: Path | None) -> list[_Output]:
 def _mcap_writer() -> Callable[[BehaviorModel, Execution, BinaryIO], int]:
     """What writes MCAP. Raises `InputError` where the package is missing that knows the format."""
     try:
-        from scbm.reports.mcap import write_mcap  # noqa: PLC0415 - it needs a package that not everyone has
+        from scbm.reports.run.mcap_trace import write_mcap  # noqa: PLC0415 - it needs a package that not everyone has
     except ModuleNotFoundError as error:
         if (error.name or "").partition(".")[0] != "mcap":
             raise
@@ -121,7 +120,7 @@ def _refuse(options: dict[str, object], message: str, remedy: str | None) -> Non
             raise _bad(message, option, remedy)
 
 
-def _write(output: _Output, model: BehaviorModel, execution: Execution) -> int:
+def _write(output: _TraceOutput, model: BehaviorModel, execution: Execution) -> int:
     """Writes a file whole, and says how much is in it. Raises `InputError` if it cannot."""
     stream = BytesIO()
     count = output.write(model, execution, stream)
@@ -129,7 +128,7 @@ def _write(output: _Output, model: BehaviorModel, execution: Execution) -> int:
     return count
 
 
-def _tell(execution: Execution, outputs: list[_Output], counts: list[int], *, json: bool) -> None:
+def _tell(execution: Execution, outputs: list[_TraceOutput], counts: list[int], *, json: bool) -> None:
     if json:
         write_json(_json(execution, outputs, counts))
         return
@@ -143,7 +142,7 @@ def _tell(execution: Execution, outputs: list[_Output], counts: list[int], *, js
         out.line(f"  {output.path}  {count} {output.noun}, for {output.readers}")
 
 
-def _json(execution: Execution, outputs: list[_Output], counts: list[int]) -> dict[str, Any]:
+def _json(execution: Execution, outputs: list[_TraceOutput], counts: list[int]) -> dict[str, Any]:
     return {
         "format_version": FORMAT_VERSION,
         "model": execution.trace.model,

@@ -2,7 +2,7 @@
 
 from scbm.closing.closer import Closer
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Suggestion, SuggestionKind
-from scbm.closing.runs import CloseLimits
+from scbm.closing.runs.all_runs import CloseLimits
 
 __all__ = [
     "CloseLimits",

@@ -9,18 +9,17 @@ from operator import or_
 from typing import TYPE_CHECKING
 
 from scbm.cases import Case, Expectations
+from scbm.cases.coverage import Aspect, Coverage, Obligation, Obligations, visited_by
+from scbm.closing.advice.goal_search import GoalSearch
+from scbm.closing.advice.suggestions import Oracles, suggest
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision
-from scbm.closing.goals import GoalSearch
-from scbm.closing.inputs import inputs, telling_values, with_free_inputs, with_inputs
-from scbm.closing.looks import Looks
-from scbm.closing.proofs import Proof, Proofs
-from scbm.closing.runs import CloseLimits, Runs
-from scbm.closing.search import Search, bounded, minimal, without_leftovers
-from scbm.closing.suggestions import Oracles, suggest
-from scbm.closing.values import possible_values, ruled_out
-from scbm.coverage import Aspect, Coverage, Obligation, Obligations, visited_by
-from scbm.errors import Diagnostic, InputError, Place, Slug
-from scbm.model import State
+from scbm.closing.proofs.possible_values import possible_values, ruled_out
+from scbm.closing.proofs.proofs import Proof, Proofs
+from scbm.closing.runs.all_runs import AllRuns, CloseLimits
+from scbm.closing.runs.observed_states import ObservedStates
+from scbm.closing.scripts.case_search import CaseSearch, bounded, minimal, without_leftovers
+from scbm.closing.scripts.inputs import inputs, telling_values, with_free_inputs, with_inputs
+from scbm.model import Diagnostic, InputError, Place, Slug, State
 from scbm.testing import Campaign, Tester
 
 if TYPE_CHECKING:
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
     from scbm.testing import Execution
 
 
-_MOST_FOR_A_GOAL = 20_000
+_MAX_FOR_A_GOAL = 20_000
 """So many situations are looked at to verify a goal that is suggested."""
 
 
@@ -76,7 +75,7 @@ class Closer:
         self._refuse_without_goals()
         suite = suite or Campaign.of(self.model, ())
         proofs = Proofs(self.model)
-        runs = Runs(self.model, self._limits, self._progress)
+        runs = AllRuns(self.model, self._limits, self._progress)
         if not runs.starts and runs.stopped is None:
             message = "no combination of random values satisfies `initial_states`"
             raise InputError([Diagnostic(Slug.NO_INITIAL_STATE, message, Place(self.model.name))])
@@ -96,19 +95,19 @@ class Closer:
     # cases
 
     def _cases(
-        self, suite: Campaign, proofs: Proofs, runs: Runs, asked: Sequence[Obligation], *, short: bool
+        self, suite: Campaign, proofs: Proofs, runs: AllRuns, asked: Sequence[Obligation], *, short: bool
     ) -> tuple[ClosingCase, ...]:
         missing = sum(self._obligations.bit(o) for o in asked) & ~suite.coverage.visited
         never = sum(self._obligations.bit(o) for o in self._obligations if proofs.cheap(o) is not None)
         self._progress("looking for cases")
-        search = Search(runs, self._tester, missing, never, self._limits)
+        search = CaseSearch(runs, self._tester, missing, never, self._limits)
         search.run(short=short)
         found = [*search.found, *self._with_inputs(search.found, runs, missing)]
         found += self._with_changing_inputs(missing & ~reduce(or_, (each.visited for each in found), 0))
         kept = minimal(found, suite.coverage.visited)
         return tuple(self._finished(kept, suite, asked))
 
-    def _with_inputs(self, found: Sequence[Execution], runs: Runs, missing: int) -> Iterator[Execution]:
+    def _with_inputs(self, found: Sequence[Execution], runs: AllRuns, missing: int) -> Iterator[Execution]:
         """Runs with an injection into inputs, for automatic transitions that no run without one takes."""
         plain = [self._plain(runs, goal) for goal in runs.plannable] if runs.starts else []
         for transition in self.model.automatic_transitions:
@@ -134,11 +133,11 @@ class Closer:
             return []
         self._progress("exploring runs in which inputs change")
         limits = replace(self._limits, situations=min(self._limits.inputs, self._limits.situations), beyond=0)
-        search = Search(Runs(self.model, limits, self._progress, changes), self._tester, missing, 0, limits)
+        search = CaseSearch(AllRuns(self.model, limits, self._progress, changes), self._tester, missing, 0, limits)
         search.run(short=True)
         return search.found
 
-    def _plain(self, runs: Runs, goal: tuple[str, Predicate]) -> Case:
+    def _plain(self, runs: AllRuns, goal: tuple[str, Predicate]) -> Case:
         return Case(goal[0], *goal, State(self.model.space, dict(runs.starts[0].values)))
 
     def _finished(
@@ -159,7 +158,7 @@ class Closer:
     # decisions
 
     def _decide(
-        self, obligation: Obligation, after: Coverage, cases: Sequence[ClosingCase], proofs: Proofs, runs: Runs
+        self, obligation: Obligation, after: Coverage, cases: Sequence[ClosingCase], proofs: Proofs, runs: AllRuns
     ) -> Decided:
         bit = self._obligations.bit(obligation)
         for name, visited in after.cases:
@@ -180,11 +179,11 @@ class Closer:
 
     # suggestions
 
-    def _suggestions(self, uncoverable: Sequence[Obligation], runs: Runs) -> tuple[Suggestion, ...]:
+    def _suggestions(self, uncoverable: Sequence[Obligation], runs: AllRuns) -> tuple[Suggestion, ...]:
         if not uncoverable:
             return ()
         self._progress("looking for suggestions")
-        looks = Looks(runs)
+        looks = ObservedStates(runs)
         oracles = Oracles(looks.can_hold, looks if looks.are_known else None, self._makes_coverable)
         return suggest(self.model, uncoverable, oracles, GoalSearch(self.model, runs.planner))
 
@@ -197,14 +196,14 @@ class Closer:
 
     def _visited_by_closing(self, model: BehaviorModel) -> int:
         """What cases of a model with the same operations visit."""
-        limits = replace(self._limits, situations=min(self._limits.situations, _MOST_FOR_A_GOAL), beyond=0)
-        runs = Runs(model, limits, self._progress)
-        search = Search(runs, Tester(model), runs.visits.mask, 0, limits)
+        limits = replace(self._limits, situations=min(self._limits.situations, _MAX_FOR_A_GOAL), beyond=0)
+        runs = AllRuns(model, limits, self._progress)
+        search = CaseSearch(runs, Tester(model), runs.visits.mask, 0, limits)
         search.run(short=False)
         return reduce(or_, (execution.visited for execution in search.found), 0)
 
 
-def _what_stopped(runs: Runs, bit: int) -> str:
+def _what_stopped(runs: AllRuns, bit: int) -> str:
     if (runs.visited | runs.cut_off) & bit:
         simulated = "in a simulation planning takes no time, and deadlines pass last in their instant"
         return f"there are runs that visit it, but none of the cases that were tried is one of them: {simulated}"

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from scbm.cases import Case
-    from scbm.certifying import Certificate
-    from scbm.coverage import Coverage, Obligation
+    from scbm.cases.coverage import Coverage, Obligation
     from scbm.model import BehaviorModel, Predicate
+    from scbm.proofcheck import Certificate
     from scbm.testing import Execution
 
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.certifying import RunsArgument
-from scbm.coverage import Obligations, visited_by
-from scbm.model import InitialStates, Outcome, format_moment, format_value
-from scbm.trace import (
+from scbm.cases.coverage import Obligations, visited_by
+from scbm.cases.trace import (
     InjectionApplied,
     MessageDisturbed,
     PlanReceived,
@@ -16,17 +14,19 @@ from scbm.trace import (
     RequestSent,
     ResourceChanged,
 )
+from scbm.model import InitialStates, Outcome, format_moment, format_value
+from scbm.proofcheck import RunsArgument
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
 
+    from scbm.cases.coverage import Obligation
+    from scbm.cases.trace import Record
     from scbm.closing.decisions import Closing, Decided, Suggestion
-    from scbm.coverage import Obligation
     from scbm.model import BehaviorModel
     from scbm.testing import Execution
-    from scbm.trace import Record
 
-_MOST_STATES = 100_000
+_MAX_STATES = 100_000
 """So many combinations of random values are gone through to count the initial states."""
 
 
@@ -50,7 +50,7 @@ class Visit:
 
 
 @dataclass(frozen=True, slots=True)
-class LookedAt:
+class SearchedRuns:
     """What a proof about all runs looked at.
 
     Attributes:
@@ -77,7 +77,7 @@ class Explanation:
 
     decided: Decided
     visit: Visit | None = None
-    looked_at: LookedAt | None = None
+    looked_at: SearchedRuns | None = None
     suggestions: tuple[Suggestion, ...] = ()
 
 
@@ -147,17 +147,17 @@ def _is_answered(execution: Execution, request: int) -> bool:
     return all(reaction.outcome is not Outcome.TIMEOUT for reaction in reactions)
 
 
-def _looked_at(closing: Closing, decided: Decided) -> LookedAt | None:
+def _looked_at(closing: Closing, decided: Decided) -> SearchedRuns | None:
     """What the proof of an obligation looked at, if it is one about all runs."""
     certificate = dict(closing.certificates).get(decided.certificate or "")
     if certificate is None or not isinstance(certificate.argument, RunsArgument):
         return None
     runs = certificate.argument.runs
-    return LookedAt(_initial_states(closing.model), len(runs), sum(len(situations) for _, situations in runs))
+    return SearchedRuns(_initial_states(closing.model), len(runs), sum(len(situations) for _, situations in runs))
 
 
 def _initial_states(model: BehaviorModel) -> int | None:
     states = InitialStates(model)
-    if states.combinations > _MOST_STATES:
+    if states.combinations > _MAX_STATES:
         return None
-    return sum(1 for _ in states.allowed(_MOST_STATES))
+    return sum(1 for _ in states.allowed(_MAX_STATES))

@@ -1,10 +1,9 @@
 """What a system is: variables, operations, transitions, goals. Immutable, without time and without I/O.
 
-Everything here prints back to the notation that it is written in; `scbm.notation` reads that notation.
+Everything here prints back to the notation that it is written in; `scbm.files` reads that notation.
 """
 
-from scbm.model.actions import Action, Add, Assign
-from scbm.model.behavior import BehaviorModel
+from scbm.model.behavior import BehaviorModel, InitialStates
 from scbm.model.bindings import (
     SET_BOOL,
     TRIGGER,
@@ -20,9 +19,9 @@ from scbm.model.bindings import (
     ServiceType,
     TopicPair,
 )
+from scbm.model.diagnostics import Diagnostic, InputError, Place, ScbmError, Severity
 from scbm.model.durations import format_duration, format_moment
-from scbm.model.initial_states import InitialStates
-from scbm.model.operations import Operation
+from scbm.model.operations import Action, Add, Assign, Operation, Transition
 from scbm.model.packing import Packing
 from scbm.model.predicates import (
     And,
@@ -43,9 +42,9 @@ from scbm.model.predicates import (
 )
 from scbm.model.requirements import AfterAlways, Always, Before, LeadsTo, Never, Requirement
 from scbm.model.resources import Latency, LatencyShape, Outcome, Resource, Simulation
+from scbm.model.slugs import Slug
 from scbm.model.state import State
-from scbm.model.transitions import Transition
-from scbm.model.values import Domain, Kind, Value, format_value
+from scbm.model.values import Domain, Value, ValueKind, format_value
 from scbm.model.variables import OperationState, PlanState, RequestState, Role, StateSpace, Variable
 
 __all__ = [
@@ -61,13 +60,14 @@ __all__ = [
     "BehaviorModel",
     "Binding",
     "Constant",
+    "Diagnostic",
     "Domain",
     "Equal",
     "FieldType",
     "Implies",
     "InitialStates",
+    "InputError",
     "Interval",
-    "Kind",
     "Latency",
     "LatencyShape",
     "LeadsTo",
@@ -83,6 +83,7 @@ __all__ = [
     "Order",
     "Outcome",
     "Packing",
+    "Place",
     "PlanState",
     "Predicate",
     "Reading",
@@ -93,10 +94,13 @@ __all__ = [
     "Resource",
     "Role",
     "Scalar",
+    "ScbmError",
     "ServiceCall",
     "ServiceChoice",
     "ServiceType",
+    "Severity",
     "Simulation",
+    "Slug",
     "State",
     "StateSpace",
     "Term",
@@ -104,6 +108,7 @@ __all__ = [
     "Transition",
     "Truth",
     "Value",
+    "ValueKind",
     "Variable",
     "conjunction",
     "format_duration",

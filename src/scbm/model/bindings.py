@@ -8,7 +8,7 @@ from math import isnan
 from sys import float_info
 from typing import TYPE_CHECKING, TypeAlias
 
-from scbm.model.values import Kind
+from scbm.model.values import ValueKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -64,20 +64,20 @@ class FieldType(StrEnum):
         return self not in (FieldType.BOOL, FieldType.STRING)
 
     @property
-    def kind(self) -> Kind | None:
+    def kind(self) -> ValueKind | None:
         """The kind of the values of variables that it holds as they are; `None` for numbers with fractions."""
         match self:
             case FieldType.BOOL:
-                return Kind.BOOLEAN
+                return ValueKind.BOOLEAN
             case FieldType.STRING:
-                return Kind.SYMBOL
+                return ValueKind.SYMBOL
             case _:
-                return None if self.is_float else Kind.INTEGER
+                return None if self.is_float else ValueKind.INTEGER
 
     @property
     def integers(self) -> range:
         """The whole numbers that it holds, if it holds no others."""
-        if self.kind is not Kind.INTEGER:
+        if self.kind is not ValueKind.INTEGER:
             return range(0)
         bits = int(self.value.partition("int")[2])
         return range(2**bits) if self.value.startswith("u") else range(-(2 ** (bits - 1)), 2 ** (bits - 1))

@@ -13,7 +13,7 @@ UNITS_NS = {
 """The size of each unit, largest first."""
 
 
-_MOST_WHOLE = 9_999
+_MAX_WHOLE = 9_999
 """Up to this a whole number is easier to read than decimals of a larger unit: `1500 ms`, but `523.123 ms`."""
 
 _DECIMAL_UNITS = ("s", "ms", "us")
@@ -34,7 +34,7 @@ def format_duration(duration_ns: int) -> str:
         return "0 s"
     unit, size_ns = next((unit, size_ns) for unit, size_ns in UNITS_NS.items() if duration_ns % size_ns == 0)
     whole = duration_ns // size_ns
-    if whole <= _MOST_WHOLE or size_ns >= UNITS_NS["s"]:
+    if whole <= _MAX_WHOLE or size_ns >= UNITS_NS["s"]:
         return f"{whole} {unit}"
     larger = next(larger for larger in _DECIMAL_UNITS if duration_ns >= UNITS_NS[larger])
     number, rest_ns = divmod(duration_ns, UNITS_NS[larger])

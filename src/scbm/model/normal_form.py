@@ -14,11 +14,11 @@ from scbm.model.predicates import And, Equal, Implies, Member, Not, NotEqual, Or
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from scbm.model.fields import Field
+    from scbm.model.bit_fields import Field
     from scbm.model.values import Value
 
 
-class Fields(Protocol):
+class BitFields(Protocol):
     """Where each variable lies."""
 
     def __getitem__(self, name: str) -> Field: ...
@@ -38,7 +38,7 @@ class OneOf:
 
 
 @dataclass(frozen=True, slots=True)
-class Pair:
+class FieldPair:
     """Two fields have values for which a comparison is as wanted. No table: the domains may be large."""
 
     left: Field
@@ -71,10 +71,10 @@ class AnyOf:
     parts: tuple[Node, ...]
 
 
-Node: TypeAlias = bool | OneOf | Pair | AllOf | AnyOf
+Node: TypeAlias = bool | OneOf | FieldPair | AllOf | AnyOf
 
 
-def normal_form(predicate: Predicate, wanted: bool, fields: Fields) -> Node:  # noqa: FBT001 - polarity
+def normal_form(predicate: Predicate, wanted: bool, fields: BitFields) -> Node:  # noqa: FBT001 - polarity
     """The normal form of a predicate, or of its negation if it is not `wanted`."""
     match predicate:
         case Truth(truth):
@@ -94,7 +94,7 @@ def normal_form(predicate: Predicate, wanted: bool, fields: Fields) -> Node:  # 
             return _leaf(predicate, wanted, fields)
 
 
-def _leaf(leaf: Equal | NotEqual | Order | Member, wanted: bool, fields: Fields) -> Node:  # noqa: FBT001
+def _leaf(leaf: Equal | NotEqual | Order | Member, wanted: bool, fields: BitFields) -> Node:  # noqa: FBT001
     """A leaf reads at most two variables, so its truth is a table over their values."""
     read = [fields[name] for name in leaf.reads()]
     if not read:
@@ -103,7 +103,7 @@ def _leaf(leaf: Equal | NotEqual | Order | Member, wanted: bool, fields: Fields)
     if len(read) == 1:
         return _one_of(left, _satisfying(leaf, {}, left, wanted=wanted))
     assert not isinstance(leaf, Member)  # noqa: S101 - that reads one variable
-    return Pair(left, read[1], leaf, wanted)
+    return FieldPair(left, read[1], leaf, wanted)
 
 
 def _satisfying(leaf: Equal | NotEqual | Order | Member, known: dict[str, Value], field: Field, *, wanted: bool) -> int:

@@ -10,9 +10,9 @@ from __future__ import annotations
 from functools import reduce
 from typing import TYPE_CHECKING, TypeAlias
 
-from scbm.model.actions import Action, Add, Assign
-from scbm.model.fields import Field, lay_out
-from scbm.model.normal_form import AllOf, AnyOf, Node, OneOf, Pair, normal_form
+from scbm.model.bit_fields import Field, lay_out
+from scbm.model.normal_form import AllOf, AnyOf, FieldPair, Node, OneOf, normal_form
+from scbm.model.operations import Action, Add, Assign
 from scbm.model.predicates import Constant, Predicate
 from scbm.model.state import State
 
@@ -140,7 +140,7 @@ def _emit(node: Node) -> Test:
             return lambda _: node
         case OneOf():
             return _emit_one_of(node)
-        case Pair():
+        case FieldPair():
             return _emit_pair(node)
         case AnyOf(parts):
             return _any_of([_emit(part) for part in parts])
@@ -160,7 +160,7 @@ def _emit_one_of(node: OneOf) -> Test:
     return lambda packed: bool(allowed >> ((packed & mask) >> shift) & 1)
 
 
-def _emit_pair(pair: Pair) -> Test:
+def _emit_pair(pair: FieldPair) -> Test:
     left_mask, left_shift, left_values = pair.left.mask, pair.left.shift, pair.left.variable.domain.values
     right_mask, right_shift, right_values = pair.right.mask, pair.right.shift, pair.right.variable.domain.values
     compare, wanted = pair.comparison.compare, pair.wanted
@@ -196,17 +196,17 @@ def _is_single(part: Node) -> bool:
     return isinstance(part, OneOf) and part.allowed.bit_count() == 1
 
 
-_MOST_NESTED = 4
+_MAX_NESTED = 4
 """Up to so many tests are called one inside the other, which is fastest; more of them in a loop."""
 
 
 def _all_of(tests: list[Test]) -> Test:
-    if len(tests) > _MOST_NESTED:
+    if len(tests) > _MAX_NESTED:
         return lambda packed: all(test(packed) for test in tests)
     return reduce(lambda first, second: lambda packed: first(packed) and second(packed), tests)
 
 
 def _any_of(tests: list[Test]) -> Test:
-    if len(tests) > _MOST_NESTED:
+    if len(tests) > _MAX_NESTED:
         return lambda packed: any(test(packed) for test in tests)
     return reduce(lambda first, second: lambda packed: first(packed) or second(packed), tests)

@@ -11,7 +11,7 @@ Value: TypeAlias = bool | int | str
 """A boolean, an integer of a range, or a symbol."""
 
 
-class Kind(StrEnum):
+class ValueKind(StrEnum):
     """What sort of values a domain has. Values of different kinds are never compared."""
 
     BOOLEAN = "bool"
@@ -19,11 +19,11 @@ class Kind(StrEnum):
     INTEGER = "integer"
 
 
-def kind_of(value: Value) -> Kind:
+def kind_of(value: Value) -> ValueKind:
     """The kind of one value. Booleans are asked for first, as `True` is an `int` to Python."""
     if isinstance(value, bool):
-        return Kind.BOOLEAN
-    return Kind.INTEGER if isinstance(value, int) else Kind.SYMBOL
+        return ValueKind.BOOLEAN
+    return ValueKind.INTEGER if isinstance(value, int) else ValueKind.SYMBOL
 
 
 def format_value(value: Value) -> str:
@@ -55,7 +55,7 @@ class Domain:
         return Domain(tuple(range(low, high + 1)))
 
     @property
-    def kind(self) -> Kind:
+    def kind(self) -> ValueKind:
         """The kind that all values share."""
         return kind_of(self.values[0])
 
@@ -74,9 +74,9 @@ class Domain:
         return self._positions[value]
 
     def __str__(self) -> str:
-        if self.kind is Kind.BOOLEAN:
+        if self.kind is ValueKind.BOOLEAN:
             return "bool"
-        if self.kind is Kind.INTEGER:
+        if self.kind is ValueKind.INTEGER:
             return f"{self.values[0]}..{self.values[-1]}"
         return f"[{', '.join(map(format_value, self.values))}]"
 

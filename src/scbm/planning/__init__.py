@@ -3,29 +3,28 @@
 Sees a model as the planner does: `g` and `a` of pre- and postconditions, and nothing that is only for running.
 """
 
-from scbm.planning.answers import Answer, Limit, LimitReached, PlanLimits, Solved, Unsolvable, UnwantedError
+from scbm.planning.breadth_first import Reach, explore
+from scbm.planning.plan_answers import Answer, Limit, LimitReached, PlanLimits, SearchCancelledError, Solved, Unsolvable
+from scbm.planning.plan_cache import PlanCache
+from scbm.planning.plan_validation import PlanFlaw, find_flaw
 from scbm.planning.planner import Planner
+from scbm.planning.planning_task import Task, system_of
 from scbm.planning.policy import Policy
-from scbm.planning.reachability import Reach, explore
-from scbm.planning.remembered import RememberedPlans
-from scbm.planning.system import system_of
-from scbm.planning.task import Task
-from scbm.planning.validation import Flaw, find_flaw
 
 __all__ = [
     "Answer",
-    "Flaw",
     "Limit",
     "LimitReached",
+    "PlanCache",
+    "PlanFlaw",
     "PlanLimits",
     "Planner",
     "Policy",
     "Reach",
-    "RememberedPlans",
+    "SearchCancelledError",
     "Solved",
     "Task",
     "Unsolvable",
-    "UnwantedError",
     "explore",
     "find_flaw",
     "system_of",

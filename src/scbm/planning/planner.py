@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.planning.answers import Answer, PlanLimits, always
+from scbm.planning.breadth_first import breadth_first
+from scbm.planning.plan_answers import Answer, PlanLimits, always
+from scbm.planning.planning_task import Problem, Task
 from scbm.planning.policy import Policy
-from scbm.planning.problem import Problem
-from scbm.planning.search import breadth_first
-from scbm.planning.task import Task
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scbm.model import BehaviorModel, Predicate, Value
-    from scbm.planning.answers import Wanted
+    from scbm.planning.plan_answers import Wanted
 
 _DEFAULT_LIMITS = PlanLimits()
 

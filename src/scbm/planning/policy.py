@@ -1,6 +1,12 @@
 """The canonical plans to one goal from any state: each state is explored once, however many are asked for.
 
 First state by state, on demand; once there are many, all states of the world at once, if it is small enough.
+
+Plans to one goal from all states of the world at once, where the world is small enough for that.
+
+What `DistancesOnDemand` finds state by state, exploration finds for the whole world as one set, some hundred times
+faster per state. It pays as soon as more than some ten thousand states are in question. Requests are at rest in all of
+them, as they mostly are when a plan is asked for: that keeps the world small.
 """
 
 from __future__ import annotations
@@ -8,20 +14,65 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from scbm.exploring import DistancesOnDemand
-from scbm.planning.answers import Answer, Limit, LimitReached, PlanLimits, Solved, Unsolvable, always, refuse_unwanted
-from scbm.planning.search import LOOK, breadth_first
+from scbm.model import Role
+from scbm.planning.breadth_first import LOOK, breadth_first
+from scbm.planning.engines import DistancesOnDemand, Exceeded, ExplorationLimits, Region
+from scbm.planning.engines.exploration import Distances, EngineKind, Exploration
+from scbm.planning.plan_answers import (
+    Answer,
+    Limit,
+    LimitReached,
+    PlanLimits,
+    Solved,
+    Unsolvable,
+    always,
+    raise_if_cancelled,
+)
+from scbm.planning.planning_task import system_of
 
 if TYPE_CHECKING:
-    from scbm.planning.answers import Wanted
-    from scbm.planning.everywhere import Everywhere
-    from scbm.planning.problem import Problem
+    from scbm.planning.plan_answers import Wanted
+    from scbm.planning.planning_task import Problem, Task
+
+_LIMITS = ExplorationLimits(states=1 << 24, bytes=1 << 29)
 
 
-_MOST_REMEMBERED = 1_000_000
+class Everywhere:
+    """The plans to a goal from every state of a task in which requests are at rest, and from where these lead.
+
+    Attributes:
+        count: how many states there are.
+    """
+
+    def __init__(self, task: Task, distances: Distances, count: int) -> None:
+        self.count = count
+        self._task = task
+        self._distances = distances
+
+    def plan(self, state: int) -> tuple[str, ...] | None:
+        """The canonical plan from a packed state; `None` if there is none. Raises `LookupError` for any other state."""
+        return self._distances.plan(self._task.packing.values(state))
 
 
-_MOST_ON_DEMAND = 20_000
+def plans_everywhere(problem: Problem, most: int) -> Everywhere | None:
+    """The plans from all states of a task; `None` if there are more than `most`, or too many for the memory."""
+    model, task, goal = problem.model, problem.task, problem.goal
+    rest = {variable.name: (variable.initial,) for variable in model.running_space}
+    free = {v.name: v.domain.values for v in task.packing.space if v.role is Role.DECLARED}
+    exploration = Exploration(system_of(model), [Region(rest | free)], goal.reads(), _LIMITS)
+    if exploration.engine is not EngineKind.DENSE:
+        return None
+    reached = exploration.reached
+    if isinstance(reached, Exceeded) or len(reached) > most:
+        return None
+    distances = exploration.distances(goal)
+    return Everywhere(task, distances, len(reached)) if isinstance(distances, Distances) else None
+
+
+_MAX_REMEMBERED = 1_000_000
+
+
+_MAX_ON_DEMAND = 20_000
 """From so many states on it is tried to find the plans of the whole world at once."""
 
 
@@ -48,9 +99,9 @@ class Policy:
         # While no more states than a search may expand are known, no search can come to that limit.
         self._most = limits.expansions if most is None else min(most, limits.expansions)
         self._whole = limits.expansions if whole is None else whole
-        self._distances = self._on_demand(min(self._most, _MOST_ON_DEMAND))
+        self._distances = self._on_demand(min(self._most, _MAX_ON_DEMAND))
         self._everywhere: Everywhere | None = None
-        self._has_tried_everywhere = self._most <= _MOST_ON_DEMAND
+        self._has_tried_everywhere = self._most <= _MAX_ON_DEMAND
         self._answers: dict[int, Answer] = {}
         self._is_wanted: Wanted = always
         self._looks = 0
@@ -65,7 +116,7 @@ class Policy:
             return known
         self._is_wanted = is_wanted
         answer = self._answer(state)
-        if len(self._answers) < _MOST_REMEMBERED:
+        if len(self._answers) < _MAX_REMEMBERED:
             self._answers[state] = replace(answer, expanded=0)
         return answer
 
@@ -76,7 +127,7 @@ class Policy:
         """Those of the task, as long as anybody wants to know: what distances know is whole, whenever this raises."""
         self._looks += 1
         if not self._looks % LOOK:
-            refuse_unwanted(self._is_wanted)
+            raise_if_cancelled(self._is_wanted)
         return self.task.successors(state)
 
     def _answer(self, state: int) -> Answer:
@@ -91,7 +142,6 @@ class Policy:
         if self._has_tried_everywhere:
             return self._searched(state)
         # Few models are so large, and the engines take long to load.
-        from scbm.planning.everywhere import plans_everywhere  # noqa: PLC0415
 
         self._has_tried_everywhere = True
         self._everywhere = plans_everywhere(self._problem, self._whole)

@@ -4,9 +4,9 @@ Where the lines go is not known here. What tells of closing (`closing`, `explain
 as the room that it tells of takes long to load.
 """
 
-from scbm.reports.coverage import Setting, coverage_report, missing_report
-from scbm.reports.failures import told_failures
-from scbm.reports.timeline import stretch, timeline
-from scbm.reports.words import counted
+from scbm.reports.figure_table import counted
+from scbm.reports.terminal.coverage_report import Setting, coverage_report, missing_report
+from scbm.reports.terminal.failure_report import told_failures
+from scbm.reports.terminal.timeline import stretch, timeline
 
 __all__ = ["Setting", "counted", "coverage_report", "missing_report", "stretch", "timeline", "told_failures"]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from scbm.testing import FailureKind
 
 if TYPE_CHECKING:
-    from scbm.storing import History, Recipe, StoredCase
+    from scbm.store import History, Recipe, StoredCase
     from scbm.testing import Failure
 
 

@@ -5,8 +5,11 @@ DDS) and what plans for it are other rooms, which it does not know.
 """
 
 from scbm.running.automatic import describe_cycle
-from scbm.running.effects import AskPlan, CancelRequest, ChangeResource, Effect, RunFinished, SendRequest, records_of
 from scbm.running.events import (
+    AskPlan,
+    CancelRequest,
+    ChangeResource,
+    Effect,
     Event,
     GoalGiven,
     InjectionGiven,
@@ -14,9 +17,12 @@ from scbm.running.events import (
     PlanAnswered,
     PlanStatus,
     ReplyArrived,
+    RunFinished,
+    RunnerOptions,
+    SendRequest,
     TimePassed,
+    records_of,
 )
-from scbm.running.options import RunnerOptions
 from scbm.running.program import Program
 from scbm.running.runner import Runner
 

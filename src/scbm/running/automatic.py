@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scbm.running.program import Step
+    from scbm.running.program import CompiledStep
 
 
-def next_automatic(steps: Sequence[Step], state: int) -> tuple[Step, int] | None:
+def next_automatic(steps: Sequence[CompiledStep], state: int) -> tuple[CompiledStep, int] | None:
     """The automatic transition that is taken in a state, with the state afterwards; `None` if none is."""
     for step in steps:
         after = step.take(state)
@@ -19,7 +19,7 @@ def next_automatic(steps: Sequence[Step], state: int) -> tuple[Step, int] | None
     return None
 
 
-def find_cycle(steps: Sequence[Step], state: int, bound: int) -> tuple[str, ...]:
+def find_cycle(steps: Sequence[CompiledStep], state: int, bound: int) -> tuple[str, ...]:
     """What `name_cycle` says of the chain that begins in `state`; empty if it ends within `bound`."""
     taken: list[tuple[str, int]] = []
     seen: dict[int, None] = {}

@@ -53,7 +53,7 @@ class Then(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Rule:
+class LifecycleRule:
     """A row of the table."""
 
     source: OperationState
@@ -99,25 +99,25 @@ def otherwise(_: RunnableOperation, state: int, __: bool) -> int | None:  # noqa
 
 _S = OperationState
 
-LIFECYCLE: tuple[Rule, ...] = (
-    Rule(_S.INITIAL, pre_enabled, _S.EXECUTING),
-    Rule(_S.INITIAL, otherwise, _S.DISABLED),
-    Rule(_S.DISABLED, pre_enabled, _S.EXECUTING),
-    Rule(_S.DISABLED, disabled_deadline_passed, _S.INITIAL, Then.REPLAN),
-    Rule(_S.EXECUTING, post_enabled, _S.COMPLETED),
-    Rule(_S.EXECUTING, failed_enabled, _S.FAILED),
-    Rule(_S.EXECUTING, deadline_passed, _S.TIMEDOUT),
-    Rule(_S.COMPLETED, otherwise, _S.INITIAL, Then.ADVANCE),
-    Rule(_S.FAILED, otherwise, _S.INITIAL, Then.REPLAN),
-    Rule(_S.TIMEDOUT, otherwise, _S.INITIAL, Then.REPLAN),
+LIFECYCLE: tuple[LifecycleRule, ...] = (
+    LifecycleRule(_S.INITIAL, pre_enabled, _S.EXECUTING),
+    LifecycleRule(_S.INITIAL, otherwise, _S.DISABLED),
+    LifecycleRule(_S.DISABLED, pre_enabled, _S.EXECUTING),
+    LifecycleRule(_S.DISABLED, disabled_deadline_passed, _S.INITIAL, Then.REPLAN),
+    LifecycleRule(_S.EXECUTING, post_enabled, _S.COMPLETED),
+    LifecycleRule(_S.EXECUTING, failed_enabled, _S.FAILED),
+    LifecycleRule(_S.EXECUTING, deadline_passed, _S.TIMEDOUT),
+    LifecycleRule(_S.COMPLETED, otherwise, _S.INITIAL, Then.ADVANCE),
+    LifecycleRule(_S.FAILED, otherwise, _S.INITIAL, Then.REPLAN),
+    LifecycleRule(_S.TIMEDOUT, otherwise, _S.INITIAL, Then.REPLAN),
 )
 
-RULES: dict[OperationState, tuple[Rule, ...]] = {
+RULES: dict[OperationState, tuple[LifecycleRule, ...]] = {
     state: tuple(rule for rule in LIFECYCLE if rule.source is state) for state in OperationState
 }
 
 
-def transition_of(rule: Rule, operation: RunnableOperation) -> str | None:
+def transition_of(rule: LifecycleRule, operation: RunnableOperation) -> str | None:
     """The name of the transition that a rule takes, if it takes one."""
     if rule.condition is pre_enabled:
         return operation.pre.name

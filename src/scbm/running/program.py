@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class CompiledStep:
     """A transition as the runner takes it: `g && gr`, and `a` and `ar` at once.
 
     Attributes:
@@ -67,9 +67,9 @@ class RunnableOperation:
     """
 
     name: str
-    pre: Step
-    post: Step
-    failed: Step | None
+    pre: CompiledStep
+    post: CompiledStep
+    failed: CompiledStep | None
     timedout: Update
     deadline_ns: int | None
     disabled_deadline_ns: int | None
@@ -127,7 +127,7 @@ class Program:
         self.aborted = self.packing.cube(Equal(Reference(PLAN_STATE), Constant(PlanState.ABORTED.value)))
         self.measured = tuple(dict.fromkeys(name for resource in model.resources for name in resource.measures))
 
-    def injection(self, injection: Injection) -> Step:
+    def injection(self, injection: Injection) -> CompiledStep:
         """An injection, which acts like an automatic transition."""
         assign = tuple(Assign(name, Constant(value)) for name, value in injection.assign)
         return self._automatic(Transition(injection.name, injection.when or Truth(True), a=assign))
@@ -157,12 +157,12 @@ class Program:
             self.packing.assignment({CURRENT_NAME: operation.name, CURRENT_STATE: initial}),
         )
 
-    def _step(self, transition: Transition) -> Step:
+    def _step(self, transition: Transition) -> CompiledStep:
         guard = transition.running_guard
         update = self.packing.update(transition.running_actions)
-        return Step(transition.name, self.packing.test(guard), update, self.packing.cube(guard))
+        return CompiledStep(transition.name, self.packing.test(guard), update, self.packing.cube(guard))
 
-    def _automatic(self, transition: Transition) -> Step:
+    def _automatic(self, transition: Transition) -> CompiledStep:
         """An automatic transition; one that fails an operation can be taken only while that one executes."""
         failing = [action for action in transition.running_actions if self._is_operation_state(action)]
         if not failing:
@@ -175,7 +175,9 @@ class Program:
         others = tuple(action for action in transition.running_actions if action.target != CURRENT_STATE)
         guard = conjunction(guards)
         update = self.packing.update((*others, failed))
-        return Step(transition.name, self.packing.test(guard), update, self.packing.cube(guard), fails_operation=True)
+        return CompiledStep(
+            transition.name, self.packing.test(guard), update, self.packing.cube(guard), fails_operation=True
+        )
 
     def _is_operation_state(self, action: Action) -> bool:
         role = self.packing.space[action.target].role

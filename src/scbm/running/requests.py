@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
     from scbm.running.program import RequestLine
 
-_MOST_REMEMBERED = 1_024
+_MAX_REMEMBERED = 1_024
 """So many answered requests are remembered, to tell a repeated reply from a late one."""
 
 
@@ -46,7 +46,7 @@ class Requests:
         line = self._lines.pop(request, None)
         if line is not None:
             self._answered[request] = None
-            if len(self._answered) > _MOST_REMEMBERED:
+            if len(self._answered) > _MAX_REMEMBERED:
                 del self._answered[next(iter(self._answered))]
             return line
         why = "repeated" if request in self._answered else "late" if 0 < request <= self._last else "unknown"

@@ -11,23 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scbm.cases import Condition
-from scbm.model import OperationState, PlanState
-from scbm.running.automatic import NO_TIME_PASSES, name_cycle
-from scbm.running.effects import AskPlan, CancelRequest, ChangeResource, Effect, RunFinished, SendRequest
-from scbm.running.events import (
-    Event,
-    GoalGiven,
-    InjectionGiven,
-    Measured,
-    PlanAnswered,
-    PlanStatus,
-    ReplyArrived,
-    TimePassed,
-)
-from scbm.running.lifecycle import RULES, Rule, Then, TimedoutLeavesDomainError, timer_ns, transition_of
-from scbm.running.options import RunnerOptions
-from scbm.running.requests import Requests
-from scbm.trace import (
+from scbm.cases.trace import (
     AutomaticTaken,
     BecameCurrent,
     End,
@@ -47,15 +31,36 @@ from scbm.trace import (
     RunEnded,
     RunStarted,
 )
+from scbm.model import OperationState, PlanState
+from scbm.running.automatic import NO_TIME_PASSES, name_cycle
+from scbm.running.events import (
+    AskPlan,
+    CancelRequest,
+    ChangeResource,
+    Effect,
+    Event,
+    GoalGiven,
+    InjectionGiven,
+    Measured,
+    PlanAnswered,
+    PlanStatus,
+    ReplyArrived,
+    RunFinished,
+    RunnerOptions,
+    SendRequest,
+    TimePassed,
+)
+from scbm.running.lifecycle import RULES, LifecycleRule, Then, TimedoutLeavesDomainError, timer_ns, transition_of
+from scbm.running.requests import Requests
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scbm.cases import Injection
+    from scbm.cases.trace import Changes
     from scbm.model import Predicate, Value
     from scbm.model.packing import Test
-    from scbm.running.program import Program, RequestLine, RunnableOperation, Step
-    from scbm.trace import Changes
+    from scbm.running.program import CompiledStep, Program, RequestLine, RunnableOperation
 
 
 _WELL = Condition()
@@ -73,7 +78,7 @@ class _Armed:
     """An injection that waits for its moment."""
 
     injection: Injection
-    step: Step
+    step: CompiledStep
 
 
 @dataclass(slots=True)
@@ -480,7 +485,7 @@ class Runner:
                 return True
         return False
 
-    def _follow(self, rule: Rule, operation: RunnableOperation, after: int) -> None:
+    def _follow(self, rule: LifecycleRule, operation: RunnableOperation, after: int) -> None:
         """Puts the current operation into the rule's target state."""
         keep, bits = operation.become[rule.target]
         changes = self._set(after & keep | bits)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.coverage import Coverage, Obligations
+from scbm.cases.coverage import Coverage, Obligations
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

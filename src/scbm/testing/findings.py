@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from scbm.testing.tester import Tester
     from scbm.testing.verdicts import Failure
 
-_MOST_OF_A_NAME = 80
+_MAX_OF_A_NAME = 80
 """So much of a name stands in that of a small case, as that is the name of a file too."""
 
-MOST_SHRUNK = 5
+MAX_SHRUNK = 5
 """So many findings are made small; a model with more has first of all these."""
 
 
@@ -41,7 +41,7 @@ class Finding:
         return self.failures[0]
 
 
-def find_causes(tester: Tester, campaign: Campaign, most_shrunk: int = MOST_SHRUNK) -> tuple[Finding, ...]:
+def find_causes(tester: Tester, campaign: Campaign, most_shrunk: int = MAX_SHRUNK) -> tuple[Finding, ...]:
     """The findings of a campaign, those first that came first; at most `most_shrunk` of them with a small case."""
     shrinker = Shrinker(tester)
     shrunk = 0
@@ -50,7 +50,7 @@ def find_causes(tester: Tester, campaign: Campaign, most_shrunk: int = MOST_SHRU
         small = None
         if Shrinker.can_shrink(finding.failure) and shrunk < most_shrunk:
             shrunk += 1
-            name = f"{campaign.model.name[:_MOST_OF_A_NAME]}-{finding.failure.subject[:_MOST_OF_A_NAME]}-{shrunk}"
+            name = f"{campaign.model.name[:_MAX_OF_A_NAME]}-{finding.failure.subject[:_MAX_OF_A_NAME]}-{shrunk}"
             small = shrinker.shrink(tester.execute(finding.results[0].case), finding.failure, name)
         findings.append(replace(finding, shrunk=small))
     return tuple(findings)

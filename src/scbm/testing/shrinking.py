@@ -11,32 +11,32 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scbm.cases import Expectations
-from scbm.simulating import TooLongError
-from scbm.testing.choices import choices_of
-from scbm.testing.sizes import size_of
-from scbm.testing.steps import STEPS
+from scbm.cases.trace import RunStarted
+from scbm.running.simulation import TooLongError
+from scbm.testing.case_choices import choices_of
+from scbm.testing.case_sizes import size_of
+from scbm.testing.shrink_steps import STEPS
 from scbm.testing.verdicts import Failure, FailureKind
-from scbm.trace import RunStarted
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.cases import Case, Forced
-    from scbm.testing.choices import Choice
-    from scbm.testing.sizes import Size
-    from scbm.testing.steps import Step
+    from scbm.testing.case_choices import Choice
+    from scbm.testing.case_sizes import Size
+    from scbm.testing.shrink_steps import Step
     from scbm.testing.tester import Execution, Tester
 
-MOST_RUNS = 2_000
+MAX_RUNS = 2_000
 """So many attempts are made at most; the examples need less than a hundred."""
 
-_MOST_SINGLES = 100
+_MAX_SINGLES = 100
 """A rule for more requests than these stays one."""
 
 _MORE_OF_ONE = 5_000
 """An attempt is given up when its trace has four times the records of the original, and so many more."""
 
-MOST_RECORDS = 500_000
+MAX_RECORDS = 500_000
 """So many records may the traces of all attempts have; these are five to ten seconds."""
 
 
@@ -63,7 +63,7 @@ class Shrunk:
 class Shrinker:
     """Makes failing cases of one model small."""
 
-    def __init__(self, tester: Tester, most_runs: int = MOST_RUNS) -> None:
+    def __init__(self, tester: Tester, most_runs: int = MAX_RUNS) -> None:
         self._tester = tester
         self._model = tester.model
         self._most_runs = most_runs
@@ -89,7 +89,7 @@ class Shrinker:
         """
         if not self.can_shrink(failure) or failure not in execution.verdict.failures:
             raise ValueError(f"{execution.case.name} cannot be shrunk by: {failure}")
-        search = _Search(self._tester, execution, failure, self._most_runs)
+        search = _ShrinkSearch(self._tester, execution, failure, self._most_runs)
         case = replace(
             _said(execution),
             name=name or f"small-{execution.case.name}",
@@ -128,13 +128,13 @@ def _said(execution: Execution) -> Case:
 
 
 def _singles(rule: Forced) -> Iterator[Forced]:
-    if rule.last is None or rule.last - rule.first >= _MOST_SINGLES:
+    if rule.last is None or rule.last - rule.first >= _MAX_SINGLES:
         yield rule
     else:
         yield from (replace(rule, first=number, last=number) for number in range(rule.first, rule.last + 1))
 
 
-class _Search:
+class _ShrinkSearch:
     """Runs attempts, keeps those that are smaller and fail alike, and counts."""
 
     def __init__(self, tester: Tester, original: Execution, failure: Failure, most_runs: int) -> None:
@@ -179,7 +179,7 @@ class _Search:
 
     @property
     def _is_over(self) -> bool:
-        return self.runs >= self._most_runs or self._records >= MOST_RECORDS
+        return self.runs >= self._most_runs or self._records >= MAX_RECORDS
 
     def _fails(self, case: Case) -> Execution | None:
         if not self._model.initial_states.holds(case.initial):

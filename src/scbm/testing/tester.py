@@ -7,25 +7,25 @@ from hashlib import sha256
 from typing import TYPE_CHECKING
 
 from scbm.cases import Network, Recorded
-from scbm.coverage import Obligations, visited_by
-from scbm.simulating import Choices, DrawnReactions, PlainReactions, Simulator, leave_nothing_open
+from scbm.cases.coverage import Obligations, visited_by
+from scbm.cases.trace import Trace, write_trace
+from scbm.running.simulation import Choices, DrawnReactions, PlainReactions, Simulator, leave_nothing_open
 from scbm.testing.campaign import CaseResult
-from scbm.testing.chance import message_stream, reaction_stream
-from scbm.testing.requirements import find_violations
-from scbm.testing.unused import find_unused
+from scbm.testing.random_streams import message_stream, reaction_stream
+from scbm.testing.requirement_monitors import find_violations
+from scbm.testing.unused_clauses import find_unused
 from scbm.testing.verdicts import Outcomes, Verdict, judge, lost
-from scbm.trace import Trace, write_trace
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.cases import Case, Reaction
     from scbm.model import BehaviorModel
+    from scbm.nodes.log.event_log import EventLog
     from scbm.planning import PlanLimits
-    from scbm.realtime.event_log import EventLog
     from scbm.running import RunnerOptions
-    from scbm.simulating import Simulated
-    from scbm.testing.requirements import Violation
+    from scbm.running.simulation import Simulated
+    from scbm.testing.requirement_monitors import Violation
 
 
 @dataclass(frozen=True, slots=True)

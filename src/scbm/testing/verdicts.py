@@ -6,17 +6,17 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
+from scbm.cases.trace import End, ResourceChanged, RunEnded
 from scbm.model import Outcome
 from scbm.running import describe_cycle
-from scbm.testing.expectations import find_unmet
-from scbm.trace import End, ResourceChanged, RunEnded
+from scbm.testing.expectation_check import find_unmet
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from scbm.cases import Case, Reaction
-    from scbm.testing.requirements import Violation
-    from scbm.trace import Record
+    from scbm.cases.trace import Record
+    from scbm.testing.requirement_monitors import Violation
 
 
 class FailureKind(StrEnum):

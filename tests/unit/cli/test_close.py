@@ -15,9 +15,9 @@ from typing import Any
 import pytest
 
 from conftest import ROOT, Ran
-from scbm.cli.suite import progress
+from scbm.cli.campaigns.closing_suite import progress
 from scbm.closing import CloseLimits
-from scbm.notation import load_model
+from scbm.files import load_model
 from support.models import SCAN_CELL
 
 BEFORE = "examples/robot_in_the_air/before.yaml"

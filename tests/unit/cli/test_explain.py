@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from conftest import Ran
-from scbm.notation import load_model, read_case
+from scbm.files import load_model, read_case
 from scbm.testing import Tester
 
 BEFORE = "examples/robot_in_the_air/before.yaml"

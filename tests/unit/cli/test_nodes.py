@@ -13,13 +13,13 @@ from typing import Any
 
 import pytest
 
-from scbm.cli.arguments import read_requirements
-from scbm.cli.node_options import Asked, Via, read_domain, read_time_scale
-from scbm.cli.progress import with_lines
-from scbm.cli.remedies import Waiting, cell_error
-from scbm.errors import InputError, Slug
-from scbm.notation import load_model, read_model
-from scbm.realtime import Lack, NotReadyError, Reason
+from scbm.cli.campaigns.remedies import Waiting, cell_error
+from scbm.cli.options.arguments import read_requirements
+from scbm.cli.options.node_options import NodeOptions, Via, read_domain, read_time_scale
+from scbm.cli.output.progress import with_lines
+from scbm.files import load_model, read_model
+from scbm.model import InputError, Slug
+from scbm.nodes import Lack, NotReadyError, Reason
 from scbm.testing import RandomCases, Tester
 from support.models import SCAN_CELL
 
@@ -121,8 +121,8 @@ def test_logs_of_failing_cases_that_cannot_be_saved_are_told_of_once_and_the_rep
     assert failures.read_text(encoding="utf-8") == "a file"
 
 
-def asked(*, starts: bool = False, domain: int = 0) -> Asked:
-    return Asked(
+def asked(*, starts: bool = False, domain: int = 0) -> NodeOptions:
+    return NodeOptions(
         AFTER,
         Path("a b.yaml"),
         "dds",
@@ -214,7 +214,7 @@ def real(model: Path) -> tuple[object, ...]:
 def test_cases_that_say_what_becomes_of_real_resources_are_all_refused_before_anything_runs(
     scbm: Callable[..., Any], model: Path, real: tuple[object, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("scbm.cli.over_nodes.over_nodes", None)
+    monkeypatch.setattr("scbm.cli.campaigns.over_nodes.over_nodes", None)
     cases = []
     for name, more in (("good", ""), ("told", "outcomes: {scan_box: fail}"), ("late", "network: {latency: 1 s}")):
         cases.append(model.with_name(f"{name}.yaml"))
@@ -234,7 +234,7 @@ def test_a_tester_refuses_such_cases_once_the_controller_has_said_what_is_real(
     scbm: Callable[..., Any], model: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = SimpleNamespace(real=("scan",), results=None)
-    monkeypatch.setattr("scbm.cli.over_nodes.over_nodes", lambda *_: nullcontext(whole))
+    monkeypatch.setattr("scbm.cli.campaigns.over_nodes.over_nodes", lambda *_: nullcontext(whole))
     case = model.with_name("told.yaml")
     case.write_text("case: told\ngoal: scanned\noutcomes: {scan: fail}\n", encoding="utf-8")
     ran = scbm("node", "tester", model, case, "--cases", 1, "--network", "latency: 1 ms")
@@ -246,7 +246,7 @@ def test_a_tester_refuses_such_cases_once_the_controller_has_said_what_is_real(
 def test_real_resources_have_no_scale_of_time(
     scbm: Callable[..., Any], model: Path, real: tuple[object, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("scbm.cli.over_nodes.over_nodes", None)
+    monkeypatch.setattr("scbm.cli.campaigns.over_nodes.over_nodes", None)
     ran = scbm("test", model, *real, "--time-scale", 2)
     assert (ran.code, ran.out) == (2, "")
     assert ran.err.startswith("--time-scale: error[bad-option]: `scan` is real, and cannot be made faster or slower\n")

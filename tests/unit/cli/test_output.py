@@ -12,9 +12,9 @@ import pytest
 from rich.console import Console
 from rich.text import Text
 
-from scbm.cli.nodes import complain
-from scbm.cli.output import Output, escaped, in_one_line, write_json
-from scbm.errors import Diagnostic, Place, Slug
+from scbm.cli.campaigns.node_setup import complain
+from scbm.cli.output.terminal import TerminalOutput, escaped, in_one_line, write_json
+from scbm.model import Diagnostic, Place, Slug
 
 CLEAR, RED_C1, BACKWARDS = "\x1b[2J", "\x9b31m", "\u202e"
 ACTING = [chr(number) for number in (*range(32), *range(0x7F, 0xA0), 0x200E, 0x2028, 0x202E, 0x2066, 0x2069)]
@@ -26,7 +26,7 @@ def test_what_acts_on_a_terminal_is_shown_by_its_number(character: str) -> None:
     shown = f"\\x{number:02x}" if number < 256 else f"\\u{number:04x}"
     assert escaped(f"a{character}b") == f"a{shown}b"
     out = StringIO()
-    Output(Console(file=out)).line(f"a{character}b")
+    TerminalOutput(Console(file=out)).line(f"a{character}b")
     assert out.getvalue() == f"a{shown}b\n"
 
 
@@ -34,14 +34,14 @@ def test_what_acts_on_a_terminal_is_shown_by_its_number(character: str) -> None:
 def test_all_else_stays_as_it_is_and_markup_is_no_markup(text: str) -> None:
     assert escaped(text) == text
     out = StringIO()
-    Output(Console(file=out, force_terminal=True, color_system="standard")).line(text)
+    TerminalOutput(Console(file=out, force_terminal=True, color_system="standard")).line(text)
     assert out.getvalue() == f"{text}\n"
 
 
 def test_styles_stay_where_they_are_around_what_is_made_visible() -> None:
     out = StringIO()
     text = Text(f"a{CLEAR}b ").append(f"red{BACKWARDS}", style="red").append("plain")
-    Output(Console(file=out, force_terminal=True, color_system="standard")).line(text)
+    TerminalOutput(Console(file=out, force_terminal=True, color_system="standard")).line(text)
     assert out.getvalue() == "a\\x1b[2Jb \x1b[31mred\x1b[0m\\u202eplain\n"
 
 
@@ -49,20 +49,20 @@ def test_styles_stay_where_they_are_around_what_is_made_visible() -> None:
 def test_in_text_with_styles_some_controls_are_left_out(number: int) -> None:
     """Rich does that: bells, backspaces, vertical tabs, form feeds, carriage returns."""
     out = StringIO()
-    Output(Console(file=out)).line(Text(f"a{chr(number)}b").append(f"c{chr(number)}d"))
+    TerminalOutput(Console(file=out)).line(Text(f"a{chr(number)}b").append(f"c{chr(number)}d"))
     assert out.getvalue() == "abcd\n"
 
 
 def test_each_line_of_a_report_stays_one_line() -> None:
     out = StringIO()
-    Output(Console(file=out)).lines([Text("refused: no\nFAILED nothing"), Text("next")])
+    TerminalOutput(Console(file=out)).lines([Text("refused: no\nFAILED nothing"), Text("next")])
     assert out.getvalue() == "refused: no\\nFAILED nothing\nnext\n"
 
 
 def test_a_diagnostic_shows_what_a_file_says_of_controls() -> None:
     out = StringIO()
     diagnostic = Diagnostic(Slug.BAD_OPTION, f"`{CLEAR}` is no name", Place(f"a{RED_C1}.yaml", 1, 1), "x\x07", "y")
-    Output(Console(file=out)).diagnostics([diagnostic])
+    TerminalOutput(Console(file=out)).diagnostics([diagnostic])
     assert out.getvalue() == (
         "a\\x9b31m.yaml:1:1: error[bad-option]: `\\x1b[2J` is no name\n    y\n    ^\n    = x\\x07\n"
     )

@@ -11,12 +11,12 @@ from typing import Any, Self
 import pytest
 
 from scbm.cases import Case, Forced
+from scbm.cases.trace import PlanReceived
+from scbm.files import read_model
 from scbm.model import Outcome
-from scbm.notation import read_model
-from scbm.realtime import BusError, Lack, LostError, NodeRun, NotReadyError, Reason
-from scbm.simulating import Simulated
-from scbm.storing import read_history
-from scbm.trace import PlanReceived
+from scbm.nodes import BusError, Lack, LostError, NodeRun, NotReadyError, Reason
+from scbm.running.simulation import Simulated
+from scbm.store import read_history
 from support.capturing import captured
 from support.models import SCAN_CELL
 
@@ -71,7 +71,7 @@ class Simulations:
 @pytest.fixture
 def nodes(monkeypatch: pytest.MonkeyPatch) -> Simulations:
     session = Simulations()
-    monkeypatch.setattr("scbm.cli.over_nodes.Session", lambda *_: session)
+    monkeypatch.setattr("scbm.cli.campaigns.over_nodes.Session", lambda *_: session)
     return session
 
 

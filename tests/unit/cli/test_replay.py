@@ -11,11 +11,11 @@ from typing import Protocol
 import pytest
 
 from scbm.cases import Expectations, Forced
+from scbm.cases.trace import End, read_trace
+from scbm.files import digest_of, load_model, write_case
 from scbm.model import Outcome
-from scbm.notation import digest_of, load_model, write_case
-from scbm.realtime.event_log import EventLog, write_event_log
+from scbm.nodes.log.event_log import EventLog, write_event_log
 from scbm.testing import RandomCases
-from scbm.trace import End, read_trace
 from support.capturing import captured
 
 ROOT = Path(__file__).parents[3]

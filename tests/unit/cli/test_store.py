@@ -10,7 +10,7 @@ from typing import Any, Protocol
 
 import pytest
 
-from scbm.storing import StoreWriter, read_history
+from scbm.store import StoreWriter, read_history
 
 BEFORE = "examples/robot_in_the_air/before.yaml"
 AFTER = "examples/robot_in_the_air/after.yaml"

@@ -12,11 +12,11 @@ from typing import Any, Self
 import pytest
 
 from scbm.cases import Case
-from scbm.notation import digest_of, load_model, read_model
-from scbm.realtime import NodeRun
-from scbm.realtime.event_log import open_event_log, rerun
+from scbm.files import digest_of, load_model, read_model
+from scbm.nodes import NodeRun
+from scbm.nodes.log.event_log import open_event_log, rerun
 from scbm.running import Program
-from scbm.storing import Replays, read_history, write_store
+from scbm.store import Replays, read_history, write_store
 from scbm.testing import RandomCases
 from support.models import SCAN_CELL
 from support.real_runs import log_of, real_run
@@ -100,7 +100,7 @@ class RealScanner:
 def test_the_store_says_which_resources_were_real(
     scbm: Scbm, model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("scbm.cli.over_nodes.Session", lambda *_: RealScanner())
+    monkeypatch.setattr("scbm.cli.campaigns.over_nodes.Session", lambda *_: RealScanner())
     bindings = tmp_path / "bindings.yaml"
     bindings.write_text(BINDINGS, encoding="utf-8")
     path = tmp_path / "cov.db"
@@ -131,7 +131,7 @@ def test_each_case_is_stored_with_what_was_real_in_its_own_run(
     scbm: Scbm, model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     session = AnotherController()
-    monkeypatch.setattr("scbm.cli.over_nodes.Session", lambda *_: session)
+    monkeypatch.setattr("scbm.cli.campaigns.over_nodes.Session", lambda *_: session)
     path = tmp_path / "cov.db"
     scbm("test", model, "--cases", 2, "--transport", "dds", "--domain", 7, "--store", path)
     told = json.loads(scbm("report", path, "--json").out)

@@ -132,7 +132,9 @@ def test_what_is_wrong_is_told(scbm: Scbm, arguments: tuple[object, ...], messag
 def test_without_the_package_mcap_it_is_said_how_to_install_it(
     scbm: Scbm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    for name in [name for name in sys.modules if name == "scbm.reports.mcap" or name.partition(".")[0] == "mcap"]:
+    for name in [
+        name for name in sys.modules if name == "scbm.reports.run.mcap_trace" or name.partition(".")[0] == "mcap"
+    ]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "mcap", None)
     ran = scbm("trace", CASE, "--mcap", tmp_path / "run.mcap")

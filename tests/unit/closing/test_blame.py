@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.closing.blame import blame, conjuncts, shadowing
+from scbm.closing.advice.blame import blame, conjuncts, shadowing
+from scbm.files import read_model
 from scbm.model import And, Constant, Equal, Predicate, Reference, Truth, Value
-from scbm.notation import read_model
 
 WORLD = """
 behavior_model: world

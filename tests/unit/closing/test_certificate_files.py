@@ -8,8 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from scbm.certifying import RunsArgument, Situation
-from scbm.closing.certificates import (
+from scbm.closing.certificate_files import (
     CertificateFile,
     certificate_file_text,
     check_file,
@@ -17,7 +16,8 @@ from scbm.closing.certificates import (
     is_certificate_text,
     open_certificate,
 )
-from scbm.errors import InputError, Slug
+from scbm.model import InputError, Slug
+from scbm.proofcheck import RunsArgument, Situation
 from support.closings import closing_of
 from support.models import scan_cell
 

@@ -6,17 +6,16 @@ from pathlib import Path
 
 import pytest
 
+from scbm.cases.coverage import Aspect, Obligation
+from scbm.cases.trace import End
 from scbm.closing import CloseLimits, Closer, Closing, Decision
-from scbm.closing.inputs import telling_values
-from scbm.closing.relevance import Relevance
-from scbm.closing.runs import Runs
-from scbm.coverage import Aspect, Obligation
-from scbm.errors import InputError
-from scbm.model import Outcome
-from scbm.notation import load_model, read_model
+from scbm.closing.runs.all_runs import AllRuns
+from scbm.closing.runs.run_relevance import Relevance
+from scbm.closing.scripts.inputs import telling_values
+from scbm.files import load_model, read_model
+from scbm.model import InputError, Outcome
 from scbm.running import Program
 from scbm.testing import Campaign, RandomCases, Tester
-from scbm.trace import End
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
 
@@ -219,7 +218,7 @@ def test_a_limit_can_end_a_run_while_it_plans() -> None:
 
 def promised(automatic: str, name: str) -> bool:
     """Whether runs visit an automatic transition, as far as exploring them says."""
-    runs = Runs(read_model(SCAN % automatic, "scan.yaml"), CloseLimits(), lambda _: None)
+    runs = AllRuns(read_model(SCAN % automatic, "scan.yaml"), CloseLimits(), lambda _: None)
     return bool(runs.visited & runs.visits.bit(name, Aspect.TAKEN))
 
 

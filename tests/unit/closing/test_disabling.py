@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from scbm.closing.disabling import HOLD_NS, changes_that_disable, injection
+from scbm.closing.scripts.disabling import HOLD_NS, changes_that_disable, injection
+from scbm.files import read_model
 from scbm.model import BehaviorModel, State
-from scbm.notation import read_model
 from scbm.testing import RandomCases
 
 TEXT = """

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from scbm.certifying import RunsArgument, Situation
+from scbm.cases.coverage import Obligations
 from scbm.closing import Closing
-from scbm.closing.explanations import LookedAt, explain, first_visit
-from scbm.coverage import Obligations
-from scbm.notation import read_case
+from scbm.closing.explanations import SearchedRuns, explain, first_visit
+from scbm.files import read_case
+from scbm.proofcheck import RunsArgument, Situation
 from scbm.testing import Execution, Tester
 from support.closings import closing_of, obligation
 from support.models import scan_cell
@@ -63,7 +63,7 @@ def _with_runs(closing: Closing) -> Closing:
 def test_a_proof_about_all_runs_says_what_it_looked_at() -> None:
     asked = [obligation(CELL, "scan_box/failed")]
     (explanation,) = explain(_with_runs(closing_of(CELL)), asked, {})
-    assert explanation.looked_at == LookedAt(initial_states=3, goals=1, situations=5)
+    assert explanation.looked_at == SearchedRuns(initial_states=3, goals=1, situations=5)
     (explanation,) = explain(closing_of(CELL), asked, {})
     assert explanation.looked_at is None, "its certificate looked at no runs"
 
@@ -74,7 +74,7 @@ def test_initial_states_are_counted_up_to_a_limit() -> None:
         ("0..2, initial: 0}", "0..2, initial: 0, random: any}"),
     )
     (explanation,) = explain(_with_runs(closing_of(many)), [obligation(many, "scan_box/failed")], {})
-    assert explanation.looked_at == LookedAt(initial_states=None, goals=1, situations=5)
+    assert explanation.looked_at == SearchedRuns(initial_states=None, goals=1, situations=5)
 
 
 def test_explanations_come_in_the_order_of_the_model() -> None:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.closing.failed import failed_cases, found_faults
-from scbm.notation import read_case
+from scbm.closing.failing_cases import failed_cases, found_faults
+from scbm.files import read_case
 from scbm.testing import Campaign
 from support.closings import closing_of
 from support.models import scan_cell

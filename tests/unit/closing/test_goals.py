@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from hypothesis import given, settings
 
-from scbm.closing.goals import GoalSearch, goal_name
+from scbm.closing.advice.goal_search import GoalSearch, goal_name
+from scbm.files import load_model, read_model
 from scbm.model import BehaviorModel, InitialStates
-from scbm.notation import load_model, read_model
 from scbm.planning import Planner, Solved
 from support.models import scan_cell
 from support.strategies import planning_models

@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scbm.closing.inputs import inputs, residual
+from scbm.closing.scripts.inputs import inputs, residual
+from scbm.files import Scope, parse_predicate, read_model
 from scbm.model import BehaviorModel, Value
-from scbm.notation import Scope, parse_predicate, read_model
 from support.strategies import predicates, running_models
 
 TEXT = """

@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from scbm.cases.coverage import Obligations
 from scbm.closing import Suggestion, SuggestionKind
-from scbm.closing.json_report import closing_json
-from scbm.closing.output import Output
-from scbm.coverage import Obligations
-from scbm.notation import parse_predicate, read_case
-from scbm.notation.scope import Scope
+from scbm.closing.closing_files import ClosingFiles
+from scbm.closing.closing_json import closing_json
+from scbm.files import parse_predicate, read_case
+from scbm.files.language.scope import Scope
 from support.closings import closing_of, obligation
 from support.models import scan_cell
 
@@ -59,7 +59,9 @@ def test_figures_and_cases() -> None:
 
 
 def test_what_was_written_is_named_by_its_path() -> None:
-    output = Output(Path("out"), {"scans": Path("out/cases/scans.yaml")}, {"structure": Path("out/c/structure.json")})
+    output = ClosingFiles(
+        Path("out"), {"scans": Path("out/cases/scans.yaml")}, {"structure": Path("out/c/structure.json")}
+    )
     told = closing_json(closing_of(CELL, [SCANS]), output)
     assert told["cases"][0]["file"] == "out/cases/scans.yaml"
     assert told["certificates"][0]["file"] == "out/c/structure.json"

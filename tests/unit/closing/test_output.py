@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from scbm.closing import Closing
-from scbm.closing.output import Output, write_output
-from scbm.errors import InputError
-from scbm.notation import load_model, read_case
+from scbm.closing.closing_files import ClosingFiles, write_output
+from scbm.files import load_model, read_case
+from scbm.model import InputError
 from scbm.testing import Tester, load_suite
 from support.closings import closing_of
 from support.models import SCAN_CELL, scan_cell
@@ -33,7 +33,7 @@ def _texts(directory: Path) -> dict[str, str]:
     return {path.relative_to(directory).as_posix(): path.read_text(encoding="utf-8") for path in files}
 
 
-def _write(closing: Closing, directory: Path, model_file: Path, suite: tuple[Path, ...] = ()) -> Output:
+def _write(closing: Closing, directory: Path, model_file: Path, suite: tuple[Path, ...] = ()) -> ClosingFiles:
     return write_output(closing, directory, model_file, suite)
 
 

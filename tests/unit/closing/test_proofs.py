@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.closing.proofs import Proofs
-from scbm.closing.runs import CloseLimits, Runs
+from scbm.closing.proofs.proofs import Proofs
+from scbm.closing.runs.all_runs import AllRuns, CloseLimits
 from scbm.model import BehaviorModel
 from support.closings import obligation
 from support.models import scan_cell
@@ -14,7 +14,7 @@ FOLLOWED = "all runs to the only goal were followed"
 
 
 def _reason(model: BehaviorModel, name: str) -> str:
-    proof = Proofs(model).by_runs(obligation(model, name), Runs(model, CloseLimits(), lambda _: None))
+    proof = Proofs(model).by_runs(obligation(model, name), AllRuns(model, CloseLimits(), lambda _: None))
     assert proof is not None
     return proof.reason
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from scbm.certifying import Fact
-from scbm.closing.structure import failing_transitions, structural_facts
-from scbm.notation import load_model
+from scbm.closing.proofs.structural_facts import failing_transitions, structural_facts
+from scbm.files import load_model
+from scbm.proofcheck import Fact
 from support.models import scan_cell
 
 ROOT = Path(__file__).parents[3]

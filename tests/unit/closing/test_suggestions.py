@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pytest
 
+from scbm.cases.coverage import Obligation, Obligations
+from scbm.cases.trace import RunStarted
 from scbm.closing import Suggestion, SuggestionKind
-from scbm.closing.goals import GoalSearch
-from scbm.closing.suggestions import Oracles, grouped, suggest
-from scbm.coverage import Obligation, Obligations
+from scbm.closing.advice.goal_search import GoalSearch
+from scbm.closing.advice.suggestions import Oracles, grouped, suggest
+from scbm.files import load_model, read_model
 from scbm.model import BehaviorModel, Predicate, Value
-from scbm.notation import load_model, read_model
 from scbm.planning import Planner
 from scbm.testing import RandomCases, Tester
-from scbm.trace import RunStarted
 from support.models import scan_cell
 
 ROOT = Path(__file__).parents[3]

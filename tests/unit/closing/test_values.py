@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from scbm.closing.values import possible_values, ruled_out
+from scbm.closing.proofs.possible_values import possible_values, ruled_out
+from scbm.files import load_model, read_model
 from scbm.model import BehaviorModel, Value
-from scbm.notation import load_model, read_model
 from support.models import scan_cell
 
 ROOT = Path(__file__).parents[3]

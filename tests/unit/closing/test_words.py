@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from scbm.closing.words import aspects_in_words, in_few_words, plan_in_words
-from scbm.coverage import STATE_ASPECTS, Aspect, Obligation
+from scbm.cases.coverage import STATE_ASPECTS, Aspect, Obligation
+from scbm.closing.summaries import aspects_in_words, in_few_words, plan_in_words
 
 
 def test_operations_with_equal_aspects_are_told_together_and_automatic_ones_last() -> None:

@@ -12,7 +12,6 @@ from scbm.model import (
     Binding,
     FieldType,
     Interval,
-    Kind,
     MeasuredTopic,
     MessageType,
     Reading,
@@ -21,6 +20,7 @@ from scbm.model import (
     ServiceCall,
     ServiceChoice,
     TopicPair,
+    ValueKind,
 )
 
 INTEGERS = {
@@ -51,7 +51,7 @@ def test_a_field_of_whole_numbers_holds_those_of_its_bits_and_nothing_else(
     assert not kind.holds(least - 1)
     assert not kind.holds(most + 1)
     assert not any(kind.holds(other) for other in (True, False, 1.0, "1"))
-    assert kind.kind is Kind.INTEGER
+    assert kind.kind is ValueKind.INTEGER
     assert kind.is_number
     assert not kind.is_float
 
@@ -75,7 +75,7 @@ def test_the_other_types_hold_what_they_say(
 
 
 def test_the_kinds_of_values_that_types_hold_as_they_are() -> None:
-    assert [kind.kind for kind in OTHERS] == [Kind.BOOLEAN, None, None, Kind.SYMBOL]
+    assert [kind.kind for kind in OTHERS] == [ValueKind.BOOLEAN, None, None, ValueKind.SYMBOL]
     assert [kind.is_number for kind in OTHERS] == [False, True, True, False]
     assert [kind.is_float for kind in OTHERS] == [False, True, True, False]
 

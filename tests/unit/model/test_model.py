@@ -11,10 +11,10 @@ from scbm.model import (
     Domain,
     Equal,
     InitialStates,
-    Kind,
     Reference,
     State,
     StateSpace,
+    ValueKind,
     Variable,
     format_duration,
 )
@@ -38,7 +38,7 @@ def test_domains_print_as_they_are_written() -> None:
         "[a, b]",
     ]
     kinds = [domain.kind for domain in (Domain.boolean(), Domain.integers(0, 0), Domain.symbols("a"))]
-    assert kinds == [Kind.BOOLEAN, Kind.INTEGER, Kind.SYMBOL]
+    assert kinds == [ValueKind.BOOLEAN, ValueKind.INTEGER, ValueKind.SYMBOL]
 
 
 @pytest.mark.parametrize(

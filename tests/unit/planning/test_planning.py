@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from scbm.files import Scope, parse_predicate
 from scbm.model import BehaviorModel
-from scbm.notation import Scope, parse_predicate
 from scbm.planning import Answer, PlanLimits, Planner, Solved, Task, Unsolvable, find_flaw
 from support.models import scan_cell
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
-from scbm.notation import load_model
-from scbm.planning import Planner, RememberedPlans, Solved
+from scbm.files import load_model
+from scbm.planning import PlanCache, Planner, Solved
 from support.models import scan_cell
 
 BEFORE = Path(__file__).parents[3] / "examples" / "robot_in_the_air" / "before.yaml"
@@ -14,7 +14,7 @@ BEFORE = Path(__file__).parents[3] / "examples" / "robot_in_the_air" / "before.y
 
 def test_what_was_asked_before_is_not_searched_for_again() -> None:
     model = scan_cell()
-    remembered = RememberedPlans(Planner(model))
+    remembered = PlanCache(Planner(model))
     goal = model.goals[0][1]
     first = remembered.plan(model.nominal_state, goal)
     assert isinstance(first, Solved)
@@ -26,7 +26,7 @@ def test_behind_its_budget_other_states_are_not_searched_for_either() -> None:
     model = load_model(BEFORE)
     goal = dict(model.goals)["item_a_delivered"]
     states = [model.nominal_state.replace({v.name: value}) for v in model.variables[:4] for value in v.domain.values]
-    patient = RememberedPlans(Planner(model), first_budget=1_000_000)
-    hasty = RememberedPlans(Planner(model), first_budget=100)
+    patient = PlanCache(Planner(model), first_budget=1_000_000)
+    hasty = PlanCache(Planner(model), first_budget=100)
     assert 0 < sum(hasty.plan(state, goal).expanded for state in states) < 400
     assert sum(patient.plan(state, goal).expanded for state in states) > 1_000

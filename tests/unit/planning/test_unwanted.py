@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import pytest
 
+from scbm.files import read_model
 from scbm.model import BehaviorModel
-from scbm.notation import read_model
-from scbm.planning import Answer, PlanLimits, Planner, RememberedPlans, Solved, UnwantedError
+from scbm.planning import Answer, PlanCache, PlanLimits, Planner, SearchCancelledError, Solved
 
 DIGITS = range(4)
 
@@ -59,7 +59,7 @@ def test_as_long_as_it_is_wanted_a_search_goes_on_and_what_is_soon_found_is_not_
 @pytest.mark.parametrize("most", [0, 3])
 def test_once_it_is_unwanted_a_search_ends(most: int) -> None:
     patience = Patience(most)
-    with pytest.raises(UnwantedError):
+    with pytest.raises(SearchCancelledError):
         searched(patience)
     assert patience.asked == most + 1
 
@@ -73,12 +73,12 @@ def test_a_limit_that_comes_first_is_the_answer() -> None:
 @pytest.mark.parametrize("most", [0, 3, 8])
 @pytest.mark.parametrize("first_budget", [1, 20_000], ids=["all at once", "one by one"])
 def test_nothing_is_remembered_of_a_search_that_was_stopped(first_budget: int, most: int) -> None:
-    plans, fresh = RememberedPlans(Planner(MODEL), first_budget), RememberedPlans(Planner(MODEL), first_budget)
+    plans, fresh = PlanCache(Planner(MODEL), first_budget), PlanCache(Planner(MODEL), first_budget)
     near = START.replace({f"d{digit}": 8 for digit in DIGITS})
     for other in (plans, fresh):
         other.plan(near, GOALS["all"])  # behind a budget of one its distances are worked out
     for _ in range(2):
-        with pytest.raises(UnwantedError):
+        with pytest.raises(SearchCancelledError):
             plans.plan(START, GOALS["all"], LIMITS, Patience(most))
     answer = plans.plan(START, GOALS["all"])
     assert answer == fresh.plan(START, GOALS["all"])
@@ -90,7 +90,7 @@ def test_distances_that_were_not_worked_out_to_their_end_are_worked_out_again() 
     stopped, fresh = Planner(MODEL).policy(GOALS["all"]), Planner(MODEL).policy(GOALS["all"])
     start = stopped.task.pack(START)
     for most in range(12):
-        with pytest.raises(UnwantedError):
+        with pytest.raises(SearchCancelledError):
             stopped.plan(start, Patience(most))
     answer = stopped.plan(start)
     assert answer == fresh.plan(start)

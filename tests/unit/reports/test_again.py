@@ -9,9 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
-from scbm.reports.again import again
-from scbm.reports.stored import stored_report
-from scbm.storing import Drawn, StoredCase, Written
+from scbm.reports.reproduction import again
+from scbm.reports.terminal.store_report import stored_report
+from scbm.store import Drawn, StoredCase, Written
 from support.histories import EXAMPLE, history_of, with_lost_cases
 
 MODEL = "examples/robot_in_the_air/before.yaml"

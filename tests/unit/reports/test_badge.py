@@ -7,8 +7,8 @@ import re
 import pytest
 from lxml import etree
 
-from scbm.coverage import Figure
-from scbm.reports.badge import badge, badge_svg
+from scbm.cases.coverage import Figure
+from scbm.reports.ci.badge import badge, badge_svg
 from support.histories import EXAMPLE, history_of
 
 SVG = "{http://www.w3.org/2000/svg}"

@@ -6,11 +6,11 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+from scbm.cases.trace import End
 from scbm.reports.causes import causes_of
-from scbm.reports.sarif import sarif_log
-from scbm.storing import Drawn, History
+from scbm.reports.ci.sarif import sarif_log
+from scbm.store import Drawn, History
 from scbm.testing import Failure, FailureKind, Verdict
-from scbm.trace import End
 from support.histories import EXAMPLE, history_of
 
 FAILS = Path(__file__).parents[2] / "models/fails_at_run"

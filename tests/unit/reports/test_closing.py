@@ -6,14 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from scbm.cases import Case
+from scbm.cases.coverage import Aspect
+from scbm.cases.trace import End
 from scbm.closing import Closing, Suggestion, SuggestionKind
-from scbm.closing.failed import FailedCase, FoundFault
-from scbm.closing.output import Output
-from scbm.coverage import Aspect
-from scbm.notation import load_model, parse_predicate, read_case, read_model
-from scbm.notation.scope import Scope
-from scbm.reports.closing import ClosingSetting, closing_report
-from scbm.trace import End
+from scbm.closing.closing_files import ClosingFiles
+from scbm.closing.failing_cases import FailedCase, FoundFault
+from scbm.files import load_model, parse_predicate, read_case, read_model
+from scbm.files.language.scope import Scope
+from scbm.reports.terminal.closing_report import ClosingSetting, closing_report
 from support.closings import closing_of, obligation
 from support.models import scan_cell
 
@@ -172,7 +172,7 @@ def test_where_nothing_is_saved_the_command_that_does_is_told() -> None:
 
 def test_what_was_written_is_told_with_the_commands_that_repeat_it() -> None:
     cases, certificates = {"fails": Path("out/cases/fails.yaml")}, {"structure": Path("out/certificates/s.json")}
-    output = Output(Path("out"), cases, certificates, (Path("out/cases/old.yaml"),))
+    output = ClosingFiles(Path("out"), cases, certificates, (Path("out/cases/old.yaml"),))
     setting = ClosingSetting("cell.yaml", "suite", " mine", " --cases 3 --seed 1", output=output)
     lines = _told(closing_of(CELL, [FAILS], suite=[SCANS]), setting)
     head = "Written: 1 case and 1 certificate below out; 1 file of an earlier closing removed"
@@ -180,7 +180,7 @@ def test_what_was_written_is_told_with_the_commands_that_repeat_it() -> None:
         "  scbm test cell.yaml mine out --cases 3 --seed 1 --fail-under 66.66   runs all cases",
         "  scbm close --check out/certificates/s.json   checks the proofs",
     ]
-    lines = _told(closing_of(CELL), ClosingSetting("cell.yaml", output=Output(Path("out"), {}, {})))
+    lines = _told(closing_of(CELL), ClosingSetting("cell.yaml", output=ClosingFiles(Path("out"), {}, {})))
     assert _section(lines, "Written: nothing below out") == []
 
 

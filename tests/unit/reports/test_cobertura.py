@@ -11,18 +11,18 @@ from typing import NoReturn
 import pytest
 from lxml import etree
 
-from scbm.notation import read_model
-from scbm.reports.cobertura import cobertura_xml
-from scbm.reports.marked_lines import as_code, mark_file
-from scbm.storing import History, Run, Source, StoredCase
+from scbm.files import read_model
+from scbm.reports.ci.cobertura import cobertura_xml
+from scbm.reports.ci.marked_lines import as_code, mark_file
+from scbm.store import History, ModelSource, StoredCase, StoredRun
 from support.histories import EXAMPLE, history_of
 
 MODELS = Path(__file__).parents[2] / "models/valid"
-RUN = Run("0" * 32, "2026-11-21T12:00:00.123456Z", "scbm test", Source("m.yaml", ""))
+RUN = StoredRun("0" * 32, "2026-11-21T12:00:00.123456Z", "scbm test", ModelSource("m.yaml", ""))
 
 
 def stored(text: str, path: str = "m.yaml", cases: tuple[StoredCase, ...] = ()) -> History:
-    return History(read_model(text), (replace(RUN, source=Source(path, text)),), cases)
+    return History(read_model(text), (replace(RUN, source=ModelSource(path, text)),), cases)
 
 
 def written(history: History) -> etree._Element:

@@ -8,9 +8,9 @@ from pathlib import Path
 
 from rich.text import Text
 
-from scbm.coverage import Cover, smallest_cover
-from scbm.reports.contexts import contexts_report, smallest_report
-from scbm.storing import History
+from scbm.cases.coverage import Cover, smallest_cover
+from scbm.reports.terminal.visitors_report import contexts_report, smallest_report
+from scbm.store import History
 from support.histories import EXAMPLE, history_of
 
 HISTORY = history_of(EXAMPLE / "before.yaml", 20)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from scbm.notation import load_model, read_case
+from scbm.files import load_model, read_case
 from scbm.reports import told_failures
 from scbm.testing import Tester
 

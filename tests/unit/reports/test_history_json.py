@@ -6,10 +6,10 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from scbm.coverage.cover import Cover
-from scbm.reports.history_json import history_json, smallest_json
-from scbm.storing import Drawn
-from scbm.testing.json_report import coverage_json
+from scbm.cases.coverage.set_cover import Cover
+from scbm.reports.ci.history_json import history_json, smallest_json
+from scbm.store import Drawn
+from scbm.testing.campaign_json import coverage_json
 from support.histories import EXAMPLE, history_of, with_lost_cases
 
 CASES = sorted((EXAMPLE / "cases").glob("*.yaml"))

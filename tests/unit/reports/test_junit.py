@@ -9,10 +9,10 @@ import pytest
 from junitparser import Error, JUnitXml, TestCase, TestSuite
 from lxml import etree
 
-from scbm.reports.junit import junit_xml
-from scbm.storing import History
+from scbm.cases.trace import End
+from scbm.reports.ci.junit import junit_xml
+from scbm.store import History
 from scbm.testing import Failure, FailureKind, Verdict
-from scbm.trace import End
 from support.histories import EXAMPLE, history_of, with_lost_cases
 
 TESTS = Path(__file__).parents[2]

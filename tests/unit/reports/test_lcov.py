@@ -12,10 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from scbm.coverage import Aspect
-from scbm.notation import read_model
-from scbm.reports.lcov import lcov_info
-from scbm.storing import History, Run, Source
+from scbm.cases.coverage import Aspect
+from scbm.files import read_model
+from scbm.reports.ci.lcov import lcov_info
+from scbm.store import History, ModelSource, StoredRun
 from support.histories import EXAMPLE, history_of
 
 MODELS = Path(__file__).parents[2] / "models/valid"
@@ -59,8 +59,8 @@ def disabled_only(model: str = NEVER_STARTED) -> History:
     """A history with one case, in which the only operation was disabled and never started."""
     history = history_of(EXAMPLE / "before.yaml", 1)
     read = read_model(model)
-    source = Source("m.yaml", model)
-    stored = History(read, (Run("0" * 32, "2026-11-21T12:00:00.000000Z", "scbm test", source),), ())
+    source = ModelSource("m.yaml", model)
+    stored = History(read, (StoredRun("0" * 32, "2026-11-21T12:00:00.000000Z", "scbm test", source),), ())
     visited = stored.obligations.bit_of("go", Aspect.DISABLED)
     return replace(stored, cases=(replace(history.cases[0], visited=visited),))
 
@@ -77,7 +77,7 @@ HISTORIES: dict[str, Callable[[], History]] = {
 def relative(history: History) -> History:
     """The history of a model that lies in the directory of the command."""
     (last,) = history.runs
-    source = Source(Path(history.source.path).name, history.source.text)
+    source = ModelSource(Path(history.source.path).name, history.source.text)
     return replace(history, runs=(replace(last, source=source),))
 
 

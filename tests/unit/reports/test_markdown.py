@@ -9,13 +9,13 @@ import pytest
 from lxml import etree
 from markdown_it import MarkdownIt
 
-from scbm.coverage import Aspect, Obligation
-from scbm.notation import read_model
-from scbm.reports.markdown import MOST_CHARACTERS, markdown
-from scbm.reports.reasons import Missed
-from scbm.storing import History, Source
+from scbm.cases.coverage import Aspect, Obligation
+from scbm.cases.trace import End
+from scbm.files import read_model
+from scbm.reports.ci.markdown import MAX_CHARACTERS, markdown
+from scbm.reports.missed_reasons import Missed
+from scbm.store import History, ModelSource
 from scbm.testing import Failure, FailureKind, Verdict
-from scbm.trace import End
 from support.histories import EXAMPLE, history_of, with_lost_cases
 
 FAILS = Path(__file__).parents[2] / "models/fails_at_run"
@@ -113,7 +113,7 @@ def test_lines_and_control_characters_become_one_line() -> None:
 
 def test_a_path_with_ticks_and_pipes_stays_code() -> None:
     history = with_failure(history_of(EXAMPLE / "before.yaml", 2), "broken")
-    odd = replace(history.runs[0], source=Source("a`b``c|d.yaml", history.source.text))
+    odd = replace(history.runs[0], source=ModelSource("a`b``c|d.yaml", history.source.text))
     page = rendered(markdown(replace(history, runs=(odd,))))
     assert texts(page, "(//table)[1]//td")[2] == "scbm run 'a`b``c|d.yaml' --seed 1 --case 1"
 
@@ -135,7 +135,7 @@ def test_hundreds_of_operations_fit_into_a_comment() -> None:
     model = read_model(f"behavior_model: m\nvariables: {{}}\noperations:\n{operations}goals: {{done: true}}\n")
     history = replace(history_of(EXAMPLE / "before.yaml", 1), model=model, cases=())
     text = markdown(history)
-    assert len(text) <= MOST_CHARACTERS
+    assert len(text) <= MAX_CHARACTERS
     assert "<b>400 disabled</b>" in text
     assert "\nand 300 more\n" in text
     assert "<b>400 queued</b>" in text or text.endswith("shows all of it.*\n")

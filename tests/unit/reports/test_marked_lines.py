@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from scbm.coverage import Aspect, Coverage, Obligation, Obligations
-from scbm.notation import load_model, read_model
-from scbm.reports.marked_lines import MarkedFile, MarkedLine, as_code, mark_file, mark_lines
-from scbm.storing import Source
+from scbm.cases.coverage import Aspect, Coverage, Obligation, Obligations
+from scbm.files import load_model, read_model
+from scbm.reports.ci.marked_lines import MarkedFile, MarkedLine, as_code, mark_file, mark_lines
+from scbm.store import ModelSource
 from support.histories import EXAMPLE, history_of
 
 MODELS = (*sorted((Path(__file__).parents[2] / "models/valid").glob("*.yaml")), *sorted(EXAMPLE.glob("*.yaml")))
@@ -49,8 +49,8 @@ goals: {done: a == true}
 GO = Obligation("go", Aspect.FAILED)
 
 
-def source_of(path: Path) -> Source:
-    return Source(path.name, path.read_bytes().decode())
+def source_of(path: Path) -> ModelSource:
+    return ModelSource(path.name, path.read_bytes().decode())
 
 
 def marked(text: str, *cases: tuple[str, ...]) -> MarkedFile:
@@ -59,7 +59,7 @@ def marked(text: str, *cases: tuple[str, ...]) -> MarkedFile:
     obligations = Obligations.of(model)
     bits = {str(obligation): obligations.bit(obligation) for obligation in obligations}
     visited = tuple((f"case-{number}", sum(bits[name] for name in case)) for number, case in enumerate(cases))
-    return mark_file(model, Source("cell.yaml", text), Coverage(obligations, visited))
+    return mark_file(model, ModelSource("cell.yaml", text), Coverage(obligations, visited))
 
 
 def told(line: MarkedLine) -> tuple[str, list[str], int | None, str]:

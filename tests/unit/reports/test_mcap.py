@@ -15,12 +15,12 @@ from mcap.records import Header
 from mcap.stream_reader import StreamReader
 
 import scbm
+from scbm.cases.trace import RequestSent, RunEnded, state_after
+from scbm.files import read_model
 from scbm.model import BehaviorModel, Value
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, PLAN_STATE
-from scbm.notation import read_model
-from scbm.reports.mcap import write_mcap
-from scbm.reports.timeline import stretch
-from scbm.trace import RequestSent, RunEnded, state_after
+from scbm.reports.run.mcap_trace import write_mcap
+from scbm.reports.terminal.timeline import stretch
 from support.runs import runs
 
 WAITING = read_model("""\

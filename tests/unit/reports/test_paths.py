@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.reports.paths import is_absolute, portable
+from scbm.reports.ci.xml_text import is_absolute, portable
 
 
 @pytest.mark.parametrize(

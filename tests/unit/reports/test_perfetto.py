@@ -21,10 +21,10 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from scbm.model import Kind, format_value
-from scbm.notation import read_model
-from scbm.reports.perfetto import write_perfetto
-from scbm.trace import RequestSent, state_after
+from scbm.cases.trace import RequestSent, state_after
+from scbm.files import read_model
+from scbm.model import ValueKind, format_value
+from scbm.reports.run.perfetto import write_perfetto
 from support.runs import AFTER, runs
 
 if TYPE_CHECKING:
@@ -196,7 +196,7 @@ def test_variables_are_what_the_trace_says_at_every_moment(name: str) -> None:
     for at_ns, until_ns in pairwise(moments):
         state = state_after(record for record in records if record.at_ns <= at_ns)
         for variable in model.variables:
-            if variable.domain.kind is Kind.SYMBOL:
+            if variable.domain.kind is ValueKind.SYMBOL:
                 told = [n for b, e, n in slices(name, "variables", variable.name) if b <= at_ns and until_ns <= e]
                 assert told == [state[variable.name]]
             else:

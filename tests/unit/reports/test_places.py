@@ -9,19 +9,18 @@ from pathlib import Path
 import pytest
 from lxml import etree
 
-from scbm.coverage import smallest_cover
-from scbm.reports.again import again, again_words
-from scbm.reports.contexts import smallest_report
-from scbm.reports.history_json import history_json
+from scbm.cases.coverage import smallest_cover
+from scbm.cases.trace import End
+from scbm.reports.ci.history_json import history_json
+from scbm.reports.ci.junit import junit_xml
+from scbm.reports.ci.markdown import markdown
+from scbm.reports.ci.sarif import sarif_log
 from scbm.reports.html import html_report
-from scbm.reports.junit import junit_xml
-from scbm.reports.markdown import markdown
-from scbm.reports.places import durations, place_of, sort_of_place, told_places
-from scbm.reports.sarif import sarif_log
-from scbm.reports.stored import stored_report
-from scbm.storing import History, Replays
+from scbm.reports.reproduction import again, again_words, durations, place_of, sort_of_place, told_places
+from scbm.reports.terminal.store_report import stored_report
+from scbm.reports.terminal.visitors_report import smallest_report
+from scbm.store import History, Replays
 from scbm.testing import Failure, FailureKind, RandomCases, Verdict
-from scbm.trace import End
 from support.histories import EXAMPLE, history_of
 from support.real_runs import with_real_runs
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.coverage import Aspect, Coverage, Obligation, Obligations
+from scbm.cases.coverage import Aspect, Coverage, Obligation, Obligations
 from scbm.model import BehaviorModel
-from scbm.reports.reasons import close_command, missed_reasons
+from scbm.reports.missed_reasons import close_command, missed_reasons
 from support.models import scan_cell
 
 TIMELESS = (("    deadline: 10 seconds\n", ""), ("    timedout: [scan_req_trigger <- false]\n", ""))

@@ -10,10 +10,10 @@ from typing import Any
 import jsonschema
 import pytest
 
-from scbm.reports.sarif import sarif_log
-from scbm.storing import Drawn, History, Source, Written
+from scbm.cases.trace import End
+from scbm.reports.ci.sarif import sarif_log
+from scbm.store import Drawn, History, ModelSource, Written
 from scbm.testing import Failure, FailureKind, Verdict
-from scbm.trace import End
 from support.histories import EXAMPLE, history_of, with_lost_cases
 
 TESTS = Path(__file__).parents[2]
@@ -32,7 +32,7 @@ def run_of(history: History) -> dict[str, Any]:
 def here(history: History, text: str | None = None) -> History:
     """The history of a model that lies in the directory of the command."""
     (last,) = history.runs
-    source = Source(Path(history.source.path).name, text or history.source.text)
+    source = ModelSource(Path(history.source.path).name, text or history.source.text)
     return replace(history, runs=(replace(last, source=source),))
 
 
@@ -166,13 +166,15 @@ def test_github_gets_what_it_needs() -> None:
 )
 def test_addresses_are_relative_with_forward_slashes(path: str, uri: str) -> None:
     history = history_of(EXAMPLE / "before.yaml", 1)
-    run = run_of(replace(history, runs=(replace(history.runs[0], source=Source(path, history.source.text)),)))
+    run = run_of(replace(history, runs=(replace(history.runs[0], source=ModelSource(path, history.source.text)),)))
     assert run["artifacts"] == [{"location": {"uri": uri, "uriBaseId": "%SRCROOT%"}}]
 
 
 def test_a_drive_is_no_part_of_a_repository() -> None:
     history = history_of(EXAMPLE / "before.yaml", 1)
-    run = run_of(replace(history, runs=(replace(history.runs[0], source=Source("C:\\m.yaml", history.source.text)),)))
+    run = run_of(
+        replace(history, runs=(replace(history.runs[0], source=ModelSource("C:\\m.yaml", history.source.text)),))
+    )
     assert run["artifacts"] == [{"location": {"uri": "file:///C:/m.yaml"}}]
 
 
@@ -183,7 +185,7 @@ def fingerprints(history: History) -> list[str]:
 def test_fingerprints_tell_the_files_of_causes_apart() -> None:
     history = here(history_of(FAILS / "requirement.yaml", 1))
     (last,) = history.runs
-    moved = replace(last, source=Source(f"other/{last.source.path}", last.source.text))
+    moved = replace(last, source=ModelSource(f"other/{last.source.path}", last.source.text))
     assert fingerprints(history) != fingerprints(replace(history, runs=(moved,)))
 
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from scbm.coverage import Obligations
-from scbm.reports.since import since_last_run
+from scbm.cases.coverage import Obligations
+from scbm.reports.terminal.combined_report import since_last_run
 from support.stores import a_run, cell
 
 OBLIGATIONS = Obligations.of(cell())

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.notation import read_case, read_model
+from scbm.cases.trace import ResourceChanged
+from scbm.files import read_case, read_model
 from scbm.reports import timeline
-from scbm.simulating import Simulated
+from scbm.running.simulation import Simulated
 from scbm.testing import Tester
-from scbm.trace import ResourceChanged
 from support.capturing import captured
 from support.models import SCAN_CELL
 

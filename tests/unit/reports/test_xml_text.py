@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
 
-from scbm.reports.xml_text import visible, xml_text
+from scbm.reports.ci.xml_text import visible, xml_text
 
 ANY = st.text(st.characters(codec=None, categories=None, max_codepoint=0x10FFFF))
 

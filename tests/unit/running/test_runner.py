@@ -5,7 +5,18 @@ from __future__ import annotations
 import pytest
 
 from scbm.cases import Injection
-from scbm.coverage import Obligations, visited_by
+from scbm.cases.coverage import Obligations, visited_by
+from scbm.cases.trace import (
+    AutomaticTaken,
+    End,
+    InjectionApplied,
+    MeasurementRefused,
+    PlanDropped,
+    PlanReceived,
+    ReplyDropped,
+    RunEnded,
+    RunStarted,
+)
 from scbm.model import Constant, Equal, Reference
 from scbm.running import (
     AskPlan,
@@ -17,17 +28,6 @@ from scbm.running import (
     RunnerOptions,
     TimePassed,
     describe_cycle,
-)
-from scbm.trace import (
-    AutomaticTaken,
-    End,
-    InjectionApplied,
-    MeasurementRefused,
-    PlanDropped,
-    PlanReceived,
-    ReplyDropped,
-    RunEnded,
-    RunStarted,
 )
 from support.driving import SECOND_NS, Hand
 from support.models import scan_cell

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from scbm.cases.trace import End
 from scbm.model import BehaviorModel
 from scbm.running import GoalGiven, PlanAnswered, PlanStatus, Program, ReplyArrived, Runner
 from scbm.testing import RandomCases, Tester
-from scbm.trace import End
 from support.enumeration import Enumeration, enumerate_runs, fork, matters
 from support.models import scan_cell
 from support.random_models import random_model

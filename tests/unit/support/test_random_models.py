@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
+from scbm.files import read_model, write_model
 from scbm.model import Add, BehaviorModel, InitialStates, Transition, Truth
-from scbm.notation import read_model, write_model
 from support.random_models import random_model
 
 ALL = range(1, 201)

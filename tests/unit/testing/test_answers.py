@@ -6,10 +6,10 @@ from functools import reduce
 
 import pytest
 
+from scbm.cases.trace import OperationStepped, Record, ReplyReceived, RequestCancelled, RequestSent
+from scbm.files import read_case, read_model
 from scbm.model import OperationState
-from scbm.notation import read_case, read_model
 from scbm.testing import Answers, Tester
-from scbm.trace import OperationStepped, Record, ReplyReceived, RequestCancelled, RequestSent
 from support.models import SCAN_CELL
 
 MODEL = read_model(SCAN_CELL)

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from scbm.cases import Recorded
-from scbm.notation import load_model
+from scbm.cases.trace import write_trace
+from scbm.files import load_model
 from scbm.reports import Setting, coverage_report, timeline, told_failures
-from scbm.reports.mcap import write_mcap
-from scbm.reports.perfetto import write_perfetto
+from scbm.reports.run.mcap_trace import write_mcap
+from scbm.reports.run.perfetto import write_perfetto
 from scbm.testing import Campaign, FailureKind, RandomCases, Shrinker, Tester, campaign_json, find_causes
-from scbm.trace import write_trace
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
 

@@ -8,9 +8,9 @@ from statistics import median
 
 import pytest
 
-from scbm.coverage import Aspect
+from scbm.cases.coverage import Aspect
+from scbm.files import load_model
 from scbm.model import BehaviorModel
-from scbm.notation import load_model
 from scbm.planning import Planner, Solved, explore, find_flaw
 from scbm.testing import Campaign, RandomCases, Tester
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 
 from scbm.cases import Case, Expectations, Forced, Injection
-from scbm.coverage import Aspect, Obligation
+from scbm.cases.coverage import Aspect, Obligation
+from scbm.cases.trace import End
+from scbm.files import Scope, Where, parse_predicate
 from scbm.model import Outcome
-from scbm.notation import Scope, Where, parse_predicate
 from scbm.testing import Tester
-from scbm.trace import End
 from support.models import scan_cell
 
 MODEL = scan_cell(

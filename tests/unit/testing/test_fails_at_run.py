@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from scbm.notation import load_model
+from scbm.cases.trace import End
+from scbm.files import load_model
 from scbm.testing import RandomCases, Tester
-from scbm.trace import End
 
 MODELS = sorted((Path(__file__).parents[2] / "models" / "fails_at_run").glob("*.yaml"))
 

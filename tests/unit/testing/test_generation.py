@@ -6,8 +6,7 @@ from collections import Counter
 
 import pytest
 
-from scbm.errors import InputError, Slug
-from scbm.model import BehaviorModel
+from scbm.model import BehaviorModel, InputError, Slug
 from scbm.testing import RandomCases
 from support.models import scan_cell
 

@@ -6,10 +6,10 @@ from fractions import Fraction
 
 import pytest
 
-from scbm.notation import read_case, read_model
+from scbm.cases.trace import PlanAsked, PlanReceived, Record
+from scbm.files import read_case, read_model
 from scbm.testing import Tester
-from scbm.testing.lateness import slowest_plan_ns, too_late
-from scbm.trace import PlanAsked, PlanReceived, Record
+from scbm.testing.node_runs import slowest_plan_ns, too_late
 from support.models import SCAN_CELL
 
 

@@ -6,14 +6,14 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 from scbm.cases import Case
-from scbm.notation import read_case
-from scbm.realtime import LostError, NodeRun
-from scbm.realtime.event_log import EventLog
+from scbm.cases.trace import End, PlanAsked, PlanReceived
+from scbm.files import read_case
+from scbm.nodes import LostError, NodeRun
+from scbm.nodes.log.event_log import EventLog
 from scbm.running import RunnerOptions
-from scbm.simulating import Choices, Simulator
+from scbm.running.simulation import Choices, Simulator
 from scbm.testing import FailureKind, Tester
-from scbm.testing.on_nodes import NodeTester
-from scbm.trace import End, PlanAsked, PlanReceived
+from scbm.testing.node_runs import NodeTester
 from support.models import scan_cell
 
 MODEL = scan_cell()

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from scbm.cases import Case, Forced
+from scbm.cases.trace import AutomaticTaken, OperationStepped, Record, ReplyReceived, RequestSent, RunEnded
+from scbm.files import Scope, parse_requirement
 from scbm.model import BehaviorModel, Outcome, Requirement
-from scbm.notation import Scope, parse_requirement
 from scbm.testing import Execution, Tester, Violation
-from scbm.trace import AutomaticTaken, OperationStepped, Record, ReplyReceived, RequestSent, RunEnded
 from support.models import scan_cell
 
 MODEL = scan_cell()

@@ -11,18 +11,18 @@ import pytest
 
 from scbm.cases import (
     Case,
+    CaseLimits,
     Condition,
     ConditionKind,
     Expectations,
     Forced,
     Injection,
-    Limits,
     Network,
     Partition,
     Restart,
 )
+from scbm.files import Scope, Where, parse_predicate, read_case, write_case
 from scbm.model import Always, Constant, Equal, Not, Outcome, Predicate, Reference, Requirement
-from scbm.notation import Scope, Where, parse_predicate, read_case, write_case
 from scbm.testing import Choice, FailureKind, Shrinker, Shrunk, Tester
 from support.models import scan_cell
 from support.seeded import SEEDED
@@ -179,7 +179,7 @@ def test_times_of_messages_become_round() -> None:
 def test_limits_that_matter_are_told() -> None:
     slow = (Forced("scan", 1, None, latency_ns=3 * S),)
     tester = Tester(scan_cell())
-    execution = tester.execute(_case(outcomes=slow, limits=Limits(time_ns=S)))
+    execution = tester.execute(_case(outcomes=slow, limits=CaseLimits(time_ns=S)))
     shrunk = Shrinker(tester).shrink(execution, execution.verdict.failures[0])
     assert "limit of 1 s; it does not fail without it" in [str(choice) for choice in shrunk.matters]
 
@@ -230,14 +230,16 @@ def test_only_the_requirement_that_is_broken_is_kept() -> None:
 
 def test_limits_are_kept_so_that_no_attempt_runs_longer_than_it_may() -> None:
     tester = Tester(scan_cell())
-    execution = tester.execute(_case(outcomes=(Forced("scan", 1, None, latency_ns=3 * S),), limits=Limits(time_ns=S)))
+    execution = tester.execute(
+        _case(outcomes=(Forced("scan", 1, None, latency_ns=3 * S),), limits=CaseLimits(time_ns=S))
+    )
     small = Shrinker(tester).shrink(execution, execution.verdict.failures[0]).execution.case
-    assert small.limits == Limits(time_ns=S)
+    assert small.limits == CaseLimits(time_ns=S)
 
 
 def test_what_is_said_of_all_requests_is_not_said_of_each() -> None:
     """A written case leaves nothing to chance, so nothing has to be written down that was not there."""
-    shrunk = _shrink(_case(outcomes=(Forced("scan", 1, None, Outcome.FAIL),), limits=Limits(plans=9)), FAILED_ONCE)
+    shrunk = _shrink(_case(outcomes=(Forced("scan", 1, None, Outcome.FAIL),), limits=CaseLimits(plans=9)), FAILED_ONCE)
     assert shrunk.before.requests == 1
     assert shrunk.execution.case.outcomes == (Forced("scan", 1, None, Outcome.FAIL),)
 

@@ -7,13 +7,12 @@ from dataclasses import replace
 import pytest
 
 from scbm.cases import Case, Expectations, Forced, Injection, Network, Partition, Reaction, Restart
-from scbm.errors import InputError
-from scbm.model import Always, BehaviorModel, Constant, Equal, Outcome, Reference, Requirement
-from scbm.notation import read_case
+from scbm.cases.trace import End, Record, ResourceChanged
+from scbm.files import read_case
+from scbm.model import Always, BehaviorModel, Constant, Equal, InputError, Outcome, Reference, Requirement
 from scbm.running import RunnerOptions
-from scbm.simulating import Simulated
+from scbm.running.simulation import Simulated
 from scbm.testing import CaseResult, Execution, FailureKind, Outcomes, Tester, judge
-from scbm.trace import End, Record, ResourceChanged
 from support.models import scan_cell
 
 S = 1_000_000_000

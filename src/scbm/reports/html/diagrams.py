@@ -10,17 +10,17 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 from urllib.parse import quote
 
-from scbm.coverage import STATE_ASPECTS, Aspect, Obligation
+from scbm.cases.coverage import STATE_ASPECTS, Aspect, Obligation
 from scbm.model import format_duration
 from scbm.model.variables import CURRENT_STATE, operation_state_name
+from scbm.reports.figure_table import counted
 from scbm.reports.html.svg import add, colour, picture, written
-from scbm.reports.words import counted
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
     from scbm.model import BehaviorModel, Operation
-    from scbm.storing import History
+    from scbm.store import History
 
 _WIDTH, _HEIGHT = 500, 356
 _BOX_WIDTH, _BOX_HEIGHT = 112, 50

@@ -8,17 +8,16 @@ from typing import TYPE_CHECKING, Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from scbm.reports.html.data import case_columns, case_details
-from scbm.reports.html.growth import growth_svg
+from scbm.reports.figure_table import counted
+from scbm.reports.html.case_data import Visitors, case_columns, case_details
+from scbm.reports.html.growth_chart import growth_svg
 from scbm.reports.html.timelines import pack_timelines
 from scbm.reports.html.views import ReportView, breakable, fragment, prose
-from scbm.reports.html.visitors import Visitors
-from scbm.reports.words import counted
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from scbm.storing import History, StoredCase
+    from scbm.store import History, StoredCase
     from scbm.testing import Execution
 
 _STYLES = ("page.css", "timeline.css")

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.model import OperationState, format_value
-from scbm.trace import (
+from scbm.cases.trace import (
     AutomaticTaken,
     BecameCurrent,
     InjectionApplied,
@@ -26,10 +25,11 @@ from scbm.trace import (
     RunEnded,
     RunStarted,
 )
+from scbm.model import OperationState, format_value
 
 if TYPE_CHECKING:
+    from scbm.cases.trace import Changes
     from scbm.model import BehaviorModel
-    from scbm.trace import Changes
 
 NUMBER = "{}"
 """Stands in a sentence for the number of the request, so that the sentence is the same for all requests."""

@@ -26,10 +26,7 @@ from json import dumps
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, get_args
 from zlib import compress
 
-from scbm.model import format_value
-from scbm.model.variables import Role
-from scbm.reports.html.sentences import sentence_of
-from scbm.trace import (
+from scbm.cases.trace import (
     AutomaticTaken,
     BecameCurrent,
     InjectionApplied,
@@ -48,13 +45,16 @@ from scbm.trace import (
     RunEnded,
     RunStarted,
 )
+from scbm.model import format_value
+from scbm.model.variables import Role
+from scbm.reports.html.sentences import sentence_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.model import BehaviorModel
     from scbm.testing import Execution
-    from scbm.testing.requirements import Violation
+    from scbm.testing.requirement_monitors import Violation
 
 _PER_BLOCK = 64
 

@@ -10,23 +10,22 @@ from urllib.parse import quote
 
 from markupsafe import Markup, escape
 
-from scbm.coverage import STATE_ASPECTS, Aspect, Obligation, growth
-from scbm.reports.again import again
+from scbm.cases.coverage import STATE_ASPECTS, Aspect, Obligation, growth
 from scbm.reports.causes import causes_of
+from scbm.reports.ci.marked_lines import mark_lines
 from scbm.reports.html.diagrams import lifecycle_svg
-from scbm.reports.marked_lines import mark_lines
-from scbm.reports.places import durations, place_of
-from scbm.reports.reasons import close_command, missed_reasons
+from scbm.reports.missed_reasons import close_command, missed_reasons
+from scbm.reports.reproduction import again, durations, place_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scbm.coverage import Figure, Step
+    from scbm.cases.coverage import Figure, GrowthStep
     from scbm.model import Operation, Transition
-    from scbm.reports.html.visitors import Visitors
-    from scbm.reports.marked_lines import MarkedLine
-    from scbm.reports.reasons import Missed
-    from scbm.storing import History, Run
+    from scbm.reports.ci.marked_lines import MarkedLine
+    from scbm.reports.html.case_data import Visitors
+    from scbm.reports.missed_reasons import Missed
+    from scbm.store import History, StoredRun
 
 _FIRST = 5
 """So many cases are named beside an aspect or a finding; the list of cases has them all."""
@@ -56,7 +55,7 @@ def prose(words: str) -> Markup:
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
+class MatrixCell:
     """How often an obligation was visited: in how many cases, and in which first, by their labels."""
 
     obligation: Obligation
@@ -70,7 +69,7 @@ class OperationView:
     """An operation: a cell for each of its obligations, its lifecycle, and the lines that say it."""
 
     operation: Operation
-    cells: tuple[Cell, ...]
+    cells: tuple[MatrixCell, ...]
     diagram: Markup
     lines: tuple[MarkedLine, ...]
 
@@ -85,7 +84,7 @@ class TransitionView:
     """An automatic transition: its cell, and the line that says it, if there is one."""
 
     transition: Transition
-    cell: Cell
+    cell: MatrixCell
     line: int | None
 
 
@@ -100,7 +99,7 @@ class StepView:
     figure: Figure
 
     @staticmethod
-    def of(step: Step) -> StepView:
+    def of(step: GrowthStep) -> StepView:
         """A step with what it added, subject by subject."""
         aspects: dict[str, list[str]] = {}
         for obligation in step.added:
@@ -162,7 +161,7 @@ class ReportView:
         return durations(self.history)
 
     @property
-    def last_run(self) -> Run:
+    def last_run(self) -> StoredRun:
         """The run that began last."""
         return self.history.runs[-1]
 
@@ -242,10 +241,10 @@ class ReportView:
     def _reasons(self) -> dict[Obligation, Missed]:
         return {missed.obligation: missed for missed in self.missed}
 
-    def _cell(self, obligation: Obligation) -> Cell:
+    def _cell(self, obligation: Obligation) -> MatrixCell:
         cases = self._visitors.visiting(obligation)
         first = tuple(self.history.labels[index] for index in cases[:_FIRST])
-        return Cell(obligation, len(cases), first, self._reasons.get(obligation))
+        return MatrixCell(obligation, len(cases), first, self._reasons.get(obligation))
 
     def _lines_of(self, operation: str) -> tuple[MarkedLine, ...]:
         """The lines that say an operation: from its own line up to the next that is not further in."""

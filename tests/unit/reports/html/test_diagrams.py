@@ -6,11 +6,11 @@ from pathlib import Path
 import pytest
 from lxml import etree
 
-from scbm.coverage import STATE_ASPECTS, Obligation
+from scbm.cases.coverage import STATE_ASPECTS, Obligation
+from scbm.files import load_model
 from scbm.model import Action, BehaviorModel
-from scbm.notation import load_model
 from scbm.reports.html.diagrams import lifecycle_svg
-from scbm.storing import History
+from scbm.store import History
 from support.histories import EXAMPLE, history_of
 
 LIFECYCLE = load_model(Path(__file__).parents[3] / "models/valid/lifecycle.yaml")

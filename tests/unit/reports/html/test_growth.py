@@ -6,9 +6,9 @@ from dataclasses import replace
 import pytest
 from lxml import etree
 
-from scbm.coverage import Figure
-from scbm.reports.html.growth import growth_svg
-from scbm.storing import History, Run
+from scbm.cases.coverage import Figure
+from scbm.reports.html.growth_chart import growth_svg
+from scbm.store import History, StoredRun
 from support.histories import EXAMPLE, history_of
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -88,7 +88,7 @@ def test_of_many_obligations_a_point_names_some(history: History) -> None:
 
 def test_each_run_but_the_first_is_marked_where_it_begins(history: History) -> None:
     first = history.runs[0]
-    second = Run("2" * 32, "2026-12-24T08:00:00.000000Z", "scbm test <x> & 'y'", first.source)
+    second = StoredRun("2" * 32, "2026-12-24T08:00:00.000000Z", "scbm test <x> & 'y'", first.source)
     grown = replace(_visiting(history, [1, 2, 4, 8], [0, 0, 1, 1]), runs=(first, second))
     (mark,) = (group for group in _parsed(grown).iter(f"{SVG}g") if group.get("class") == "run")
     assert mark.findtext(f"{SVG}title") == "run 2, 2026-12-24: scbm test <x> & 'y'"

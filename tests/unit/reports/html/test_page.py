@@ -16,12 +16,12 @@ from typing import Any
 
 import pytest
 
-from scbm.coverage import Coverage
+from scbm.cases.coverage import Coverage
+from scbm.cases.trace import End
 from scbm.model import BehaviorModel
 from scbm.reports.html import html_report
-from scbm.storing import History, Replays, StoredCase
+from scbm.store import History, Replays, StoredCase
 from scbm.testing import Execution, Failure, FailureKind, Verdict
-from scbm.trace import End
 from support.histories import EXAMPLE, history_of, with_lost_cases
 
 ROOT = Path(__file__).parents[4]
@@ -105,7 +105,7 @@ def page(before: History) -> Page:
 
 def test_it_is_the_same_file_each_time_and_in_each_process(before: History) -> None:
     script = (
-        "import sys; from support.histories import EXAMPLE, history_of; from scbm.storing import Replays\n"
+        "import sys; from support.histories import EXAMPLE, history_of; from scbm.store import Replays\n"
         "from scbm.reports.html import html_report\n"
         "history = history_of(EXAMPLE / 'before.yaml', 20)\n"
         "sys.stdout.reconfigure(encoding='utf-8', newline='')\n"

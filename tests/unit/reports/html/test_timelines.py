@@ -14,11 +14,11 @@ from zlib import decompress
 
 import pytest
 
+from scbm.cases.trace import Record, RunStarted, state_after
+from scbm.files import load_model, read_case
 from scbm.model import BehaviorModel, format_value
-from scbm.notation import load_model, read_case
 from scbm.reports.html.timelines import pack_timelines
 from scbm.testing import Execution, RandomCases, Tester, load_suite
-from scbm.trace import Record, RunStarted, state_after
 from support.histories import EXAMPLE
 
 MODELS = Path(__file__).parents[3] / "models"
@@ -224,7 +224,7 @@ _PRINT = """
 import sys
 from hashlib import sha256
 from pathlib import Path
-from scbm.notation import load_model
+from scbm.files import load_model
 from scbm.reports.html.timelines import pack_timelines
 from scbm.testing import RandomCases, Tester
 model = load_model(Path(sys.argv[1]))

@@ -1,0 +1,27 @@
+"""SCBM-IAS: which obligations of a model its runs have visited (paper, Section V; semantics 8).
+
+Reads traces, counts, adds up. Never runs anything and never prints.
+"""
+
+from scbm.cases.coverage.obligations import KINDS, STATE_ASPECTS, Aspect, Figure, Obligation, Obligations, Threshold
+from scbm.cases.coverage.set_cover import Cover, smallest_cover
+from scbm.cases.coverage.visits import Coverage, GrowthStep, bits_of, growth, only_by, visited_by, visitors_of_each
+
+__all__ = [
+    "KINDS",
+    "STATE_ASPECTS",
+    "Aspect",
+    "Cover",
+    "Coverage",
+    "Figure",
+    "GrowthStep",
+    "Obligation",
+    "Obligations",
+    "Threshold",
+    "bits_of",
+    "growth",
+    "only_by",
+    "smallest_cover",
+    "visited_by",
+    "visitors_of_each",
+]

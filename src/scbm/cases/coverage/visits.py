@@ -1,0 +1,165 @@
+"""What many cases together have visited. Coverage is a value that adds up by union (semantics 8.4).
+
+Sets as integers: position i is in the set if bit i is one.
+
+From a trace to the obligations that it visits. The one place that says what counts as visited.
+
+Who visits what: for each obligation its cases, for each case what it alone visits. In time linear in the visits.
+
+How coverage grew, case by case.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scbm.cases.coverage.obligations import Aspect, Figure, Obligations
+from scbm.cases.trace import AutomaticTaken, InjectionApplied, OperationStepped, PlanReceived, Record
+from scbm.model import OperationState
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from scbm.cases.coverage.obligations import Obligation
+
+
+def bits_of(visited: int) -> Iterator[int]:
+    """The positions of the ones of a set, ascending."""
+    while visited:
+        lowest = visited & -visited
+        yield lowest.bit_length() - 1
+        visited ^= lowest
+
+
+_ASPECTS = {state: Aspect(state.value) for state in OperationState if state is not OperationState.INITIAL}
+
+
+def visited_by(records: Iterable[Record], obligations: Obligations) -> int:
+    """The obligations that these records visit, as bits."""
+    visited = 0
+    bit_of = obligations.bit_of
+    for record in records:
+        if isinstance(record, OperationStepped):
+            if record.target is not OperationState.INITIAL:
+                visited |= bit_of(record.operation, _ASPECTS[record.target])
+        elif isinstance(record, AutomaticTaken):
+            visited |= bit_of(record.transition, Aspect.TAKEN)
+            if record.failed is not None:
+                visited |= bit_of(record.failed, Aspect.FAILED)
+        elif isinstance(record, InjectionApplied):
+            if record.failed is not None:
+                visited |= bit_of(record.failed, Aspect.FAILED)
+        elif isinstance(record, PlanReceived):
+            for operation in record.plan:
+                visited |= bit_of(operation, Aspect.QUEUED)
+    return visited
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """The obligations of a model, and for each case the set of those that it visited.
+
+    Attributes:
+        obligations: what there is to visit.
+        cases: the name of each case with its visited obligations as bits, in the order in which they were run.
+    """
+
+    obligations: Obligations
+    cases: tuple[tuple[str, int], ...] = ()
+
+    def __add__(self, other: Coverage) -> Coverage:
+        """The union. Raises `ValueError` for coverage of another model."""
+        if self.obligations != other.obligations:
+            raise ValueError("coverage of different models cannot be added")
+        merged = dict(self.cases)
+        for name, visited in other.cases:
+            merged[name] = merged.get(name, 0) | visited
+        return Coverage(self.obligations, tuple(merged.items()))
+
+    @property
+    def visited(self) -> int:
+        """All obligations that any case visited, as bits."""
+        union = 0
+        for _, visited in self.cases:
+            union |= visited
+        return union
+
+    @property
+    def figure(self) -> Figure:
+        """The paper's figure: visited of all obligations."""
+        return self.obligations.figure(self.visited)
+
+    def figure_of(self, *aspects: Aspect) -> Figure:
+        """The figure of the obligations of some aspects."""
+        mask = self.obligations.mask(*aspects)
+        return Figure((self.visited & mask).bit_count(), mask.bit_count())
+
+    def missed(self, *aspects: Aspect) -> tuple[Obligation, ...]:
+        """The obligations that no case visited: of some aspects, or all that count if none is named."""
+        mask = self.obligations.mask(*aspects) if aspects else self.obligations.counted
+        open_ones = mask & ~self.visited
+        return tuple(obligation for obligation in self.obligations if self.obligations.bit(obligation) & open_ones)
+
+    def visitors(self, obligation: Obligation) -> Iterable[str]:
+        """The cases that visited an obligation, in the order in which they were run."""
+        bit = self.obligations.bit(obligation)
+        return (name for name, visited in self.cases if visited & bit)
+
+    def visits(self) -> dict[Obligation, int]:
+        """For each obligation the number of cases that visited it."""
+        counts = Counter(position for _, visited in self.cases for position in bits_of(visited))
+        return {obligation: counts[position] for position, obligation in enumerate(self.obligations)}
+
+    def first_visitor(self, obligation: Obligation) -> str | None:
+        """The case that visited an obligation first."""
+        return next(iter(self.visitors(obligation)), None)
+
+
+def visitors_of_each(coverage: Coverage) -> tuple[tuple[int, ...], ...]:
+    """For each obligation the cases that visit it, as their places in `coverage.cases`, ascending."""
+    visitors: tuple[list[int], ...] = tuple([] for _ in coverage.obligations)
+    for place, (_, visited) in enumerate(coverage.cases):
+        for position in bits_of(visited):
+            visitors[position].append(place)
+    return tuple(map(tuple, visitors))
+
+
+def only_by(coverage: Coverage) -> tuple[int, ...]:
+    """For each case the obligations that no other case visits, as bits."""
+    once = twice = 0
+    for _, visited in coverage.cases:
+        twice |= once & visited
+        once |= visited
+    return tuple(visited & ~twice for _, visited in coverage.cases)
+
+
+@dataclass(frozen=True, slots=True)
+class GrowthStep:
+    """A case that added to the figure.
+
+    Attributes:
+        number: its place among the cases, from 1.
+        case: its name.
+        added: the obligations in the figure that it visited first.
+        figure: the figure of all cases up to it.
+    """
+
+    number: int
+    case: str
+    added: tuple[Obligation, ...]
+    figure: Figure
+
+
+def growth(coverage: Coverage) -> Iterator[GrowthStep]:
+    """The cases that added to the figure, in the order in which they were run."""
+    obligations = coverage.obligations
+    counted = obligations.counted
+    union = 0
+    for number, (case, visited) in enumerate(coverage.cases, start=1):
+        new = visited & counted & ~union
+        if new:
+            union |= new
+            added = tuple(obligation for obligation in obligations if obligations.bit(obligation) & new)
+            yield GrowthStep(number, case, added, obligations.figure(union))

@@ -1,0 +1,62 @@
+"""What happened in a run: records, and how they are written to a file and read from one.
+
+Knows the values of a model, not how it is run. Simulated and real runs leave the same records, and coverage,
+requirements and pictures are made of them alone.
+"""
+
+from scbm.cases.trace.records import (
+    AutomaticTaken,
+    BecameCurrent,
+    Changes,
+    End,
+    InjectionApplied,
+    MeasurementReceived,
+    MeasurementRefused,
+    MessageDisturbed,
+    OperationStepped,
+    PlanAsked,
+    PlanDropped,
+    PlanReceived,
+    PutBack,
+    Record,
+    ReplyDropped,
+    ReplyReceived,
+    RequestCancelled,
+    RequestSent,
+    ResourceChanged,
+    RunEnded,
+    RunStarted,
+    Trace,
+    state_after,
+)
+from scbm.cases.trace.trace_text import FORMAT_VERSION, read_trace, records_json, write_trace
+
+__all__ = [
+    "FORMAT_VERSION",
+    "AutomaticTaken",
+    "BecameCurrent",
+    "Changes",
+    "End",
+    "InjectionApplied",
+    "MeasurementReceived",
+    "MeasurementRefused",
+    "MessageDisturbed",
+    "OperationStepped",
+    "PlanAsked",
+    "PlanDropped",
+    "PlanReceived",
+    "PutBack",
+    "Record",
+    "ReplyDropped",
+    "ReplyReceived",
+    "RequestCancelled",
+    "RequestSent",
+    "ResourceChanged",
+    "RunEnded",
+    "RunStarted",
+    "Trace",
+    "read_trace",
+    "records_json",
+    "state_after",
+    "write_trace",
+]

@@ -1,0 +1,1 @@
+"""What the verbs that run cases share: suites, stores, nodes, runs from logs."""

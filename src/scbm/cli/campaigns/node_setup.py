@@ -1,0 +1,116 @@
+"""What the verbs that run nodes have in common: how a bus is opened, and what goes wrong on the way.
+
+Cases that cannot be run as some resources are real: refused before anything moves.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from functools import partial
+from typing import TYPE_CHECKING
+
+from scbm.cli.output.terminal import errors, in_one_line, results
+from scbm.files import digest_of
+from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.nodes import Bus, BusError, NodeContext, ServedNode, beyond_reach, new_status, serve
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable, Sequence
+
+    from scbm.cli.campaigns.test_campaign import Suite
+    from scbm.model import BehaviorModel
+
+
+async def open_dds(name: str, domain: int) -> Bus:
+    """A bus for a node of this name."""
+    from scbm.nodes.buses.dds import open_dds as open_bus  # noqa: PLC0415 - for these verbs alone
+
+    return open_bus(f"scbm_{name}", domain, complain)
+
+
+def open_rclpy(domain: int) -> Bus:
+    """A bus for drivers, through the ROS 2 that is installed."""
+    from scbm.nodes.buses.rclpy_bus import open_ros2  # noqa: PLC0415 - for those who ask for it
+
+    return open_ros2("scbm_controller_drivers", domain, complain)
+
+
+def complain(words: str) -> None:
+    """Tells of a message that was dropped, or a node that was lost."""
+    errors().line(f"scbm: {in_one_line(words)}")
+
+
+def serve_node(
+    role: str,
+    model: BehaviorModel,
+    resources: Sequence[str],
+    make: Callable[[NodeContext, Bus | None], ServedNode],
+    *,
+    domain: int,
+    while_stdin: bool,
+    open_drivers: Callable[[], Bus] | None = None,
+) -> int:
+    """Serves a node until somebody stops it; `make` gets the bus of `open_drivers` too. Raises `InputError`."""
+    output = results()
+
+    def tell(words: str) -> None:
+        output.line(in_one_line(words))
+        sys.stdout.flush()
+
+    def seated(drivers: Bus | None, bus: Bus) -> ServedNode:
+        return make(
+            NodeContext(bus, model, new_status(role, model, digest_of(model), resources), complain, tell), drivers
+        )
+
+    def open_bus() -> Awaitable[Bus]:
+        return open_dds(role, domain)
+
+    async def serve_both() -> bool:
+        drivers = None if open_drivers is None else open_drivers()
+        try:
+            return await serve(open_bus, partial(seated, drivers), tell=tell, until_eof=while_stdin)
+        finally:
+            if drivers is not None:
+                await drivers.close()
+
+    async def serve_again() -> None:
+        while await serve_both():
+            pass
+
+    try:
+        asyncio.run(serve_again())
+    except BusError as error:
+        raise bus_error(error) from None
+    return 0
+
+
+def bus_error(error: BusError) -> InputError:
+    """What a user reads if a middleware cannot be used."""
+    return InputError([Diagnostic(Slug.BUS_UNUSABLE, in_one_line(error.message), Place(error.where), error.remedy)])
+
+
+def refuse_beyond_reach(suite: Suite, real: Sequence[str], option: str) -> None:
+    """Raises `InputError` with all cases that say what nobody can bring about.
+
+    Args:
+        suite: the cases.
+        real: the resources that are reached at real drivers.
+        option: where random ones are told of.
+    """
+    if not real:
+        return
+    wrong = []
+    for written in suite.written:
+        if (why := beyond_reach(written.case, suite.model, real)) is not None:
+            remedy = "leave this case out, or simulate more resources"
+            wrong.append(Diagnostic(Slug.BEYOND_REACH, f"the case {why}", Place(str(written.path)), remedy))
+    told = ((case.name, beyond_reach(case, suite.model, real)) for case in suite.drawn())
+    drawn = [(name, why) for name, why in told if why is not None]
+    if drawn:
+        name, why = drawn[0]
+        message = f"{len(drawn)} of {suite.random} random cases cannot be run: `{name}` {why}"
+        remedy = "leave `--network` out, or simulate more resources"
+        wrong.append(Diagnostic(Slug.BEYOND_REACH, message, Place(option), remedy))
+    if wrong:
+        raise InputError(wrong)

@@ -1,0 +1,122 @@
+"""Cases that are run over nodes: the cell, the progress, and the logs of what happened."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from scbm.cli.campaigns.node_setup import bus_error, complain, open_dds
+from scbm.cli.campaigns.remedies import Waiting, cell_error, silent_driver
+from scbm.cli.output.saved_logs import SavedLogs
+from scbm.files import digest_of
+from scbm.nodes import BusError, Children, LoopbackCell, NotReadyError, RemoteCell, Session
+from scbm.testing import Answers
+from scbm.testing.node_runs import NodeTester
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+
+    from scbm.cases import Case
+    from scbm.cli.options.node_options import NodeOptions
+    from scbm.nodes.roles.session import Cell
+    from scbm.testing import Execution, Tester
+
+
+@contextmanager
+def over_nodes(asked: NodeOptions, tester: Tester) -> Iterator[OverNodes]:
+    """Runs cases over nodes as long as this lasts.
+
+    Raises `InputError` if there is no whole cell, or logs cannot be saved.
+    """
+    logs = SavedLogs(asked)
+    logs.refuse_unwritable()
+    session = Session(_cell(asked), asked.model, digest_of(asked.model), asked.time_scale, asked.wait_s)
+    session.complain = complain
+    session.waiting = Waiting(asked, complain)
+    with _told(asked), session:
+        yield OverNodes(asked, logs, session, NodeTester(tester, session))
+
+
+@contextmanager
+def _told(asked: NodeOptions) -> Iterator[None]:
+    """What is wrong with a bus or a cell, as an `InputError`."""
+    try:
+        yield
+    except BusError as error:
+        raise bus_error(error) from None
+    except NotReadyError as error:
+        raise cell_error(error, asked) from None
+
+
+def _cell(asked: NodeOptions) -> Cell:
+    if asked.transport == "loopback":
+        return LoopbackCell(digest_of(asked.model))
+    children = Children(_commands(asked)) if asked.starts else None
+    return RemoteCell(lambda: open_dds("tester", asked.domain), children)
+
+
+def _commands(asked: NodeOptions) -> dict[str, list[str]]:
+    """How the other nodes of the cell are started."""
+    scbm = [sys.executable, "-m", "scbm", "node"]
+    common = [str(asked.file), "--domain", str(asked.domain), "--while-stdin"]
+    bindings = [] if asked.bindings is None else ["--bindings", str(asked.bindings)]
+    real = [word for name in asked.real for word in ("--real", name)]
+    via = ["--via", asked.via.value] if asked.real else []
+    simulated = [resource.name for resource in asked.model.resources if resource.name not in asked.real]
+    commands = {"the controller": [*scbm, "controller", *common, *bindings, *real, *via]}
+    if simulated:
+        file, *options = common
+        commands["the node of resources"] = [*scbm, "resources", file, *simulated, *options]
+    return commands
+
+
+@dataclass
+class OverNodes:
+    """Runs cases one by one, and saves what cannot be had again.
+
+    Attributes:
+        logs: where logs were saved.
+    """
+
+    _asked: NodeOptions
+    logs: SavedLogs
+    _session: Session
+    _tester: NodeTester
+    _answers: dict[str, Answers] = field(default_factory=dict)
+
+    @property
+    def real(self) -> tuple[str, ...]:
+        """The resources that are reached at real drivers."""
+        return self._session.real
+
+    @property
+    def answers(self) -> tuple[Answers, ...]:
+        """How the resources answered until now that were real, in the order of the model."""
+        names = [resource.name for resource in self._asked.model.resources]
+        return tuple(self._answers[name] for name in names if name in self._answers)
+
+    def executions(self, cases: Iterable[Case], said: Callable[[str], None]) -> Iterator[Execution]:
+        """What comes of each; `said` gets the name of the one that runs.
+
+        Raises `InputError` if the cell cannot be brought back, or the bus cannot be used.
+        """
+        self._answers = {name: Answers(name) for name in self.real}
+        for case in cases:
+            said(case.name)
+            with _told(self._asked):
+                execution = self._tester.execute(case)
+            self.logs.keep(execution)
+            self._count(execution)
+            yield execution
+
+    def _count(self, execution: Execution) -> None:
+        """A case that was lost has no log, and nobody knows how it was answered."""
+        for name in () if execution.log is None else execution.log.real:
+            self._answers[name] = self._answers.get(name, Answers(name)).after(execution.trace.records)
+
+    @property
+    def complaints(self) -> Iterator[str]:
+        """What is to be said of the nodes when all is done, besides the report."""
+        return (silent_driver(answers, self._asked) for answers in self.answers if answers.is_silent)

@@ -1,0 +1,126 @@
+"""Files that show one run again: cases, and logs of runs over nodes, for the verbs that take both."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scbm.cli.options.arguments import complete, read_requirements, read_time_limit
+from scbm.cli.output.written_files import refuse_clashes
+from scbm.files import digest_of, load_model, open_case
+from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.testing import Execution, Tester
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from scbm.model import BehaviorModel
+    from scbm.nodes.log.event_log import LogDocument
+
+_LOG = re.compile(rb'\s*\{\s*"format"\s*:')
+"""How a log begins, and a trace, but no case."""
+
+_LONGEST_BEGINNING = 100
+
+
+@dataclass(frozen=True, slots=True)
+class AskedRun:
+    """One run, as a command line asks for it.
+
+    Attributes:
+        file: a case or a log.
+        model: the model file, if it is said.
+        require: sentences of requirements.
+        time_limit: for a case that says none.
+        outputs: the files to write, by the options that ask for them.
+    """
+
+    file: Path
+    model: Path | None
+    require: Sequence[str]
+    time_limit: str | None
+    outputs: Mapping[str, Path]
+
+    def load(self, model_file: Path, noun: str) -> BehaviorModel:
+        """The model. Raises `InputError`, also if something to write would replace a file that is read."""
+        refuse_clashes(self.outputs, [(self.file, noun), (model_file, "the model")])
+        return load_model(model_file)
+
+
+@dataclass(frozen=True, slots=True)
+class Rerun:
+    """A run that took place again.
+
+    Attributes:
+        model: what was run.
+        execution: the run.
+        recorded: the digest of the trace that it should have; `None` if nothing is recorded.
+        saved: what the record was taken of.
+        remedy: what to think of if the trace is another one.
+    """
+
+    model: BehaviorModel
+    execution: Execution
+    recorded: str | None
+    saved: str
+    remedy: str
+
+
+def rerun(asked: AskedRun) -> Rerun:
+    """The run of a case in simulation, or that of a log, again. Raises `InputError`."""
+    return _of_log(asked) if _is_log(asked.file) else _of_case(asked)
+
+
+def _is_log(path: Path) -> bool:
+    """Whether a file begins like a log. What cannot be read twice, such as a pipe, is a case."""
+    try:
+        if not path.is_file():
+            return False
+        with path.open("rb") as stream:
+            return _LOG.match(stream.read(_LONGEST_BEGINNING)) is not None
+    except (OSError, ValueError):
+        return False  # whoever reads it as a case says why it cannot
+
+
+def _of_case(asked: AskedRun) -> Rerun:
+    """A case, run again in simulation."""
+    document = open_case(asked.file)
+    model = asked.load(asked.model or document.required_model_path(), "the case")
+    requirements = read_requirements(asked.require, model)
+    case = complete(document.read(model), requirements, read_time_limit(asked.time_limit), model)
+    recorded = None if case.recorded is None else case.recorded.trace
+    remedy = "the model, the case or scbm was changed since then; without `recorded:` nothing is compared"
+    return Rerun(model, Tester(model).execute(case), recorded, "case", remedy)
+
+
+def _of_log(asked: AskedRun) -> Rerun:
+    """A real run, by giving its events to a runner again."""
+    from scbm.nodes.log import event_log  # noqa: PLC0415 - it takes long to load, and few runs need it
+    from scbm.running import Program  # noqa: PLC0415 - the same
+
+    if asked.time_limit is not None:
+        message = "a log is of one run, which had its time limit"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--time-limit"), "leave it out")])
+    document = event_log.open_event_log(asked.file)
+    model = asked.load(asked.model or _model_of(document, asked.file), "the log")
+    log = document.read(model, digest_of(model))
+    case = complete(log.case, read_requirements(asked.require, model), None, model)
+    try:
+        run = event_log.rerun(log, Program(model))
+    except ValueError as error:
+        raise InputError([Diagnostic(Slug.BAD_LOG, str(error), Place(str(asked.file)))]) from None
+    execution = Tester(model).judged(case, run, log.reactions, log)
+    return Rerun(model, execution, log.trace, "log", "the log or scbm was changed since then")
+
+
+def _model_of(document: LogDocument, file: Path) -> Path:
+    """The model file that a log names. Raises `InputError` if it is not there: one of them was moved perhaps."""
+    path = document.model_path()
+    if os.path.exists(path):  # noqa: PTH110 - a path too long is none, and no error
+        return path
+    message = f"the model of the log is not there: `{path}`"
+    remedy = "say where it is: `--model FILE`"
+    raise InputError([Diagnostic(Slug.FILE_MISSING, message, Place(str(file), 1), remedy)])

@@ -1,0 +1,226 @@
+"""What command lines say of nodes, and how it is read."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+from dataclasses import dataclass
+from enum import StrEnum
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from scbm.files import load_bindings, load_model, parse_duration, suggestion
+from scbm.model import Diagnostic, InputError, Place, Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from scbm.model import BehaviorModel
+
+_ENVIRONMENT = "ROS_DOMAIN_ID"
+_MAX_DIGITS = 9
+_MAX_SCALE = 10_000
+_SCALE = re.compile(r"\d{1,9}(\.\d{0,9})?|\.\d{1,9}|\d{1,9}/\d{1,9}", re.ASCII)
+"""Without exponents: a short text with one is a number that takes for ever to be made."""
+
+
+class Transport(StrEnum):
+    """What carries the messages of nodes."""
+
+    LOOPBACK = "loopback"
+    DDS = "dds"
+
+
+class Via(StrEnum):
+    """What real drivers are reached by."""
+
+    DDS = "dds"
+    RCLPY = "rclpy"
+
+
+TimeScale = Annotated[
+    str | None,
+    typer.Option("--time-scale", metavar="FACTOR", help="Runs over nodes go so many times faster than the wall. [1]"),
+]
+Logs = Annotated[Path | None, typer.Option("--logs", metavar="DIRECTORY", help="Save the log of every run over nodes.")]
+Domain = Annotated[
+    int | None, typer.Option("--domain", metavar="N", help="DDS domain, 0 to 232. [ROS_DOMAIN_ID, or 0]")
+]
+Real = Annotated[
+    list[str] | None,
+    typer.Option("--real", metavar="NAME", help="Reach this resource at its driver; else it is simulated."),
+]
+Bindings = Annotated[
+    Path | None, typer.Option("--bindings", metavar="FILE", help="Bindings of resources to drivers, beside the model.")
+]
+Reached = Annotated[
+    Via | None,
+    typer.Option("--via", help="Reach drivers by plain DDS, or by the rclpy of an installation of ROS 2. [dds]"),
+]
+WhileStdin = Annotated[
+    bool, typer.Option("--while-stdin", help="End when the standard input ends: for programs that start nodes.")
+]
+
+
+def read_real(names: Sequence[str], model: BehaviorModel) -> tuple[str, ...]:
+    """The resources that are real, in the order of the model. Raises `InputError`."""
+    bound = [resource.name for resource in model.resources if resource.binding is not None]
+    wrong = []
+    for name in dict.fromkeys(names):
+        if name in bound:
+            continue
+        if any(resource.name == name for resource in model.resources):
+            message, remedy = (
+                f"`{name}` is not bound to a driver",
+                "say how it is reached under `ros`, or by `--bindings`",
+            )
+        else:
+            known = suggestion(name, [resource.name for resource in model.resources], "its resources are")
+            message = f"the model has no resource `{name}`"
+            remedy = known or "it has none"
+        place = Place("--real", 1, 1, max(1, len(name)))
+        wrong.append(Diagnostic(Slug.UNKNOWN_RESOURCE, message, place, remedy, name))
+    if wrong:
+        raise InputError(wrong)
+    return tuple(name for name in bound if name in names)
+
+
+def read_via(via: Via | None, real: Sequence[str]) -> Via:
+    """What real resources are reached by. Raises `InputError` if there are none."""
+    if via is not None and not real:
+        message = "this is for real resources, and all are simulated"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--via"), "add `--real NAME`")])
+    return via or Via.DDS
+
+
+def load_bound(model: Path, bindings: Path | None) -> BehaviorModel:
+    """The model of a file, with bindings of another one. Raises `InputError`."""
+    loaded = load_model(model)
+    return loaded if bindings is None else load_bindings(bindings, loaded)
+
+
+def read_domain(domain: int | None) -> int:
+    """The domain that is asked for. Raises `InputError`."""
+    named = os.environ.get(_ENVIRONMENT, "").strip()
+    if domain is None and named:
+        if not named.isascii() or not named.isdigit() or len(named) > _MAX_DIGITS:
+            message = f"the environment says {named[:40]}, which is no number"
+            raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(_ENVIRONMENT), "set it to 0 to 232")])
+        return _known_domain(int(named), _ENVIRONMENT)
+    return _known_domain(domain or 0, "--domain")
+
+
+def _known_domain(domain: int, said: str) -> int:
+    if not 0 <= domain <= 232:  # noqa: PLR2004 - ports run out there (RTPS 9.6.1.1)
+        message = f"there is no DDS domain {domain}"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(said), "they are 0 to 232")])
+    return domain
+
+
+def read_time_scale(text: str | None) -> Fraction:
+    """How much faster than the wall the time of runs goes. Raises `InputError`."""
+    if text is None:
+        return Fraction(1)
+    try:
+        scale = Fraction(text.strip() if _SCALE.fullmatch(text.strip()) else 0)
+    except ZeroDivisionError:
+        scale = Fraction(0)
+    if not 0 < scale <= _MAX_SCALE or scale.denominator > _MAX_SCALE:
+        message = f"`{text}` is not a factor between 0 and {_MAX_SCALE}"
+        place = Place("--time-scale", 1, 1, max(1, len(text)))
+        remedy = "write how many seconds of a run pass in one of the wall: `20`, `0.5`"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, place, remedy, text)])
+    return scale
+
+
+def refuse_faster(time_scale: str | None, real: Sequence[str]) -> None:
+    """Raises `InputError` for a scale of time that is not 1 if there are real resources."""
+    if real and read_time_scale(time_scale) != 1:
+        message = f"`{real[0]}` is real, and cannot be made faster or slower"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--time-scale"), "leave it out")])
+
+
+def read_wait(text: str) -> float:
+    """How many seconds nodes may take to come. Raises `InputError`."""
+    wait_ns = parse_duration(text)
+    if wait_ns is None:
+        place = Place("--wait", 1, 1, max(1, len(text)))
+        remedy = "write a number and a unit: `10 s`"
+        raise InputError([Diagnostic(Slug.BAD_DURATION, f"`{text}` is not a duration", place, remedy, text)])
+    return wait_ns / 1e9
+
+
+@dataclass(frozen=True, slots=True)
+class NodeOptions:
+    """What a command line says of nodes.
+
+    Attributes:
+        model, file: what is tested.
+        transport: `loopback` or `dds`.
+        domain: of DDS.
+        time_scale: how many seconds of a run pass in one of the wall.
+        wait_s: so long nodes may take to come.
+        starts: whether controller and resources are started here.
+        real: the resources that are reached at real drivers.
+        via: what they are reached by.
+        bindings: the file that binds them beside the model.
+        logs: where the log of each run is saved; `None` saves those of failed cases alone.
+        failures: where these are saved.
+    """
+
+    model: BehaviorModel
+    file: Path
+    transport: str
+    domain: int
+    time_scale: Fraction
+    wait_s: float
+    starts: bool
+    real: tuple[str, ...]
+    via: Via
+    bindings: Path | None
+    logs: Path | None
+    failures: Path
+
+    @property
+    def options(self) -> str:
+        """How such nodes are asked for on a command line, with a blank before each option."""
+        domain = f" --domain {self.domain}" if self.transport == "dds" else ""
+        scale = "" if self.time_scale == 1 else f" --time-scale {self.time_scale}"
+        bindings = "" if self.bindings is None else f" --bindings {shlex.quote(str(self.bindings))}"
+        real = "".join(f" --real {name}" for name in self.real)
+        via = "" if self.via is Via.DDS else f" --via {self.via}"
+        return f" --transport {self.transport}{domain}{scale}{bindings}{real}{via}"
+
+    @property
+    def where(self) -> str:
+        """Where the nodes meet."""
+        return "loopback" if self.transport == "loopback" else f"DDS domain {self.domain}"
+
+    @property
+    def words(self) -> str:
+        """Where the cases run, for the report."""
+        fast = "" if self.time_scale == 1 else f", {float(self.time_scale):g} times faster than the wall"
+        return f"over {self.where}{fast}"
+
+
+def refuse_without_transport(options: Mapping[str, object]) -> None:
+    """Raises `InputError` for options that say something of nodes where there are none."""
+    useless = [option for option, value in options.items() if value is not None]
+    message = "this is for runs over nodes, and the cases run in simulation"
+    if useless:
+        remedy = "add `--transport dds` or `--transport loopback`"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy) for option in useless])
+
+
+def refuse_in_this_process(options: Mapping[str, object]) -> None:
+    """Raises `InputError` for options that say something of drivers and domains, of which loopback has none."""
+    useless = [option for option, value in options.items() if value is not None]
+    message = "this is for DDS, and over loopback there is nobody else"
+    if useless:
+        raise InputError(
+            [Diagnostic(Slug.BAD_OPTION, message, Place(option), "add `--transport dds`") for option in useless]
+        )

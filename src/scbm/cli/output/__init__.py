@@ -1,0 +1,1 @@
+"""Terminal output, files that verbs write, and exit codes."""

@@ -1,0 +1,84 @@
+"""How one run is shown: as a timeline, as JSON, and its trace as a file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from scbm.cases.trace import records_json, write_trace
+from scbm.cli.output.terminal import results, write_json
+from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.reports import timeline
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from scbm.model import BehaviorModel
+    from scbm.testing import Execution, Violation
+
+FORMAT_VERSION = 1
+
+
+def show_run(
+    model: BehaviorModel,
+    execution: Execution,
+    *,
+    trace: Path | None,
+    json: bool,
+    every: bool,
+    more: dict[str, Any] | None = None,
+) -> None:
+    """Shows a run as its verb was asked to.
+
+    Args:
+        model: what was run.
+        execution: the run.
+        trace: where its trace is written to, if that was asked for.
+        json: whether it is shown to a machine.
+        every: whether a person is shown the variables of resources and runner, too.
+        more: what the verb has to say beside it to a machine.
+    """
+    if trace is not None:
+        _save(trace, execution)
+    if json:
+        write_json(_json(model, execution) | (more or {}))
+    else:
+        results().lines(timeline(model, execution, every=every))
+
+
+def _save(path: Path, execution: Execution) -> None:
+    try:
+        path.write_text(write_trace(execution.trace), encoding="utf-8")
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        message = f"cannot write {path}: {reason}"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--trace"))]) from None
+
+
+def _json(model: BehaviorModel, execution: Execution) -> dict[str, Any]:
+    return {
+        "format_version": FORMAT_VERSION,
+        "model": execution.trace.model,
+        "case": execution.case.name,
+        "goal": execution.case.goal,
+        "predicate": str(execution.case.predicate),
+        "initial": {variable.name: execution.case.initial[variable.name] for variable in model.variables},
+        "verdict": execution.verdict.end.value,
+        "passed": execution.verdict.passed,
+        "failures": [str(failure) for failure in execution.verdict.failures],
+        "unused": list(execution.unused),
+        "violations": [_violation(violation) for violation in execution.violations],
+        "simulated_seconds": execution.ended_ns / 1e9,
+        "trace": records_json(execution.trace),
+    }
+
+
+def _violation(violation: Violation) -> dict[str, Any]:
+    return {
+        "requirement": violation.requirement,
+        "at_ns": violation.at_ns,
+        "record": violation.record,
+        "begins": violation.begins,
+        "reason": violation.reason,
+        "operation": violation.operation,
+        "values": dict(violation.values),
+    }

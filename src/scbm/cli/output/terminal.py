@@ -1,0 +1,135 @@
+"""Where output goes: to a terminal with colours, to a pipe without, and never wrapped or cut."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import sys
+from typing import IO, TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.text import Text
+
+from scbm.model import Severity
+from scbm.reports import counted
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from scbm.model import Diagnostic
+
+_CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
+"""What a terminal acts on and does not show, and what makes text run backwards; not tabs and ends of lines."""
+
+_IN_A_LINE = re.compile(rf"{_CONTROLS.pattern}|\n")
+"""The same within one line."""
+
+_STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
+
+
+class _PlainConsole(Console):
+    """A console that goes on when nobody reads any more: what a command found is told by its exit code too."""
+
+    def on_broken_pipe(self) -> None:
+        """Rich would end the process with 1, which is how failed tests end."""
+        leave_to_nobody(self.file)
+
+
+def leave_to_nobody(stream: IO[str]) -> None:
+    """What is written to a stream from now on goes nowhere: who reads our output has seen enough."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, stream.fileno())
+    os.close(nowhere)
+
+
+def escaped(text: str) -> str:
+    """The text with what would act on a terminal shown by its number: it comes from files and peers."""
+    return _CONTROLS.sub(_visible, text)
+
+
+def in_one_line(text: str) -> str:
+    """The same, and without ends of lines: what a peer says is no line of ours."""
+    return _IN_A_LINE.sub(_visible, text)
+
+
+def _visible(match: re.Match[str]) -> str:
+    number = ord(match[0])
+    if match[0] == "\n":
+        return "\\n"
+    return f"\\x{number:02x}" if number < 0x100 else f"\\u{number:04x}"  # noqa: PLR2004 - what two digits can say
+
+
+def _shown(text: Text, acting: re.Pattern[str]) -> Text:
+    """The same for text with styles, which stay where they are."""
+    shown, end = text.blank_copy(), 0
+    for match in acting.finditer(text.plain):
+        shown.append_text(text[end : match.start()]).append(_visible(match))
+        end = match.end()
+    return shown.append_text(text[end:]) if end else text
+
+
+class TerminalOutput:
+    """One stream. Lines are as long as they are: who reads them decides on wrapping."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+
+    def line(self, text: Text | str = "") -> None:
+        """One line of text, or several."""
+        shown = Text(escaped(text)) if isinstance(text, str) else _shown(text, _CONTROLS)
+        self._console.print(shown, soft_wrap=True, highlight=False, markup=False)
+
+    def lines(self, texts: Iterable[Text]) -> None:
+        """Line after line; an end of a line within one of them comes from a file or a peer, and is shown."""
+        for text in texts:
+            self.line(_shown(text, _IN_A_LINE))
+
+    def diagnostics(self, diagnostics: Sequence[Diagnostic]) -> None:
+        """Each with its place, its line and its remedy; then how many there are."""
+        for diagnostic in diagnostics:
+            self.line(_coloured(diagnostic))
+        if len(diagnostics) > 1:
+            self.line(count_of(diagnostics))
+
+
+def results() -> TerminalOutput:
+    """Where results go."""
+    return TerminalOutput(_PlainConsole(file=sys.stdout))
+
+
+def errors() -> TerminalOutput:
+    """Where errors and progress go."""
+    return TerminalOutput(_PlainConsole(file=sys.stderr))
+
+
+def write_json(data: dict[str, Any]) -> None:
+    """Data for machines."""
+    try:
+        text = json.dumps(data, indent=2, ensure_ascii=False)
+        sys.stdout.write(_CONTROLS.sub(lambda match: f"\\u{ord(match[0]):04x}", text) + "\n")
+        sys.stdout.flush()
+    except BrokenPipeError:
+        leave_to_nobody(sys.stdout)
+
+
+def count_of(diagnostics: Sequence[Diagnostic]) -> str:
+    """How many errors and warnings there are."""
+    errors = sum(diagnostic.severity is Severity.ERROR for diagnostic in diagnostics)
+    warnings = len(diagnostics) - errors
+    parts = [counted(number, name) for number, name in ((errors, "error"), (warnings, "warning")) if number]
+    return ", ".join(parts)
+
+
+def _coloured(diagnostic: Diagnostic) -> Text:
+    head, *rest = escaped(str(diagnostic)).split("\n")
+    text = Text(head)
+    label = f"{diagnostic.severity}[{diagnostic.slug}]:"
+    begin = head.find(label)
+    text.stylize(_STYLES[diagnostic.severity], begin, begin + len(label))
+    text.stylize("bold", 0, begin)
+    for line in rest:
+        stripped = line.strip()
+        style = "green" if stripped.startswith("^") else "cyan" if stripped.startswith("= ") else ""
+        text.append("\n").append(line, style=style)
+    return text

@@ -1,0 +1,264 @@
+"""Goals that an operation is needed for: found by looking at plans, never guessed.
+
+Breadth-first search finds the canonical path to every planning state, and it finds the states in an order in which the
+first one that satisfies a goal ends the goal's canonical plan (`planning.search`). So one exploration of an initial
+state tells of every goal whether its plan has the operation: the states in which a variable has a value are the bits of
+an integer, those of a conjunction an AND, and at the lowest bit the plan ends.
+
+Knows the model and the planner; whether runs for such a goal come to the operation is for the caller to verify.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations, islice, product, takewhile
+from typing import TYPE_CHECKING, TypeAlias
+
+from scbm.model import Constant, Equal, Reference, Role, State, conjunction
+from scbm.planning import PlanLimits, Solved, Task
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, Sequence
+
+    from scbm.model import BehaviorModel, Predicate, Value
+    from scbm.planning import Planner
+
+    Conjunct: TypeAlias = tuple[str, Value]
+    """A variable and the value that it should have."""
+
+_MAX_COMBINATIONS = 5_000
+"""So many combinations of random values are gone through to find initial states."""
+
+_MAX_STARTS = 50
+"""From so many initial states that differ for planning is explored."""
+
+_MAX_EXPANSIONS = 20_000
+"""So many planning states are expanded, from all initial states together."""
+
+_MAX_LOOKS = 100_000
+"""So many conjunctions of one size are looked at for an operation, each once for every initial state: so many of those
+with a value that the operation itself brings about, and so many of the others."""
+
+_MAX_CONJUNCTS = 3
+
+
+class GoalSearch:
+    """Finds goals for the operations of one model. What it has explored serves all of them."""
+
+    def __init__(self, model: BehaviorModel, planner: Planner) -> None:
+        """Prepares a search.
+
+        Args:
+            model: where the operations stand.
+            planner: a planner of this model.
+        """
+        self._model = model
+        self._planner = planner
+        self._starts: dict[tuple[str, ...], tuple[State, ...]] = {}
+        self._explored: dict[tuple[str, ...], tuple[_Paths, ...]] = {}
+
+    def candidates(self, operation: str) -> Iterator[Predicate]:
+        """Goals whose canonical plan from some allowed initial state has the operation, those to be preferred first.
+
+        Goals with fewer conjuncts come first; of these, those with a value that the operation itself brings about; then
+        those with shorter plans; then the order of the file decides. Raises `KeyError` if there is no such operation.
+        """
+        paths = self._paths(operation)
+        file_order = {conjunct: index for index, conjunct in enumerate(self._conjuncts(paths))}
+        own = self._brought_about(operation, paths)
+        for goals in _conjunctions(file_order, own):
+            found = [
+                (length, sorted(map(file_order.__getitem__, goal)), goal)
+                for goal in islice(goals, _MAX_LOOKS // max(1, len(paths)))
+                if (length := _shortest(goal, operation, paths)) is not None
+            ]
+            yield from (_predicate(goal, file_order) for _, _, goal in sorted(found))
+
+    def example(self, operation: str, goal: Predicate) -> tuple[State, tuple[str, ...]] | None:
+        """An initial state from which the canonical plan to a goal has an operation, and that plan, a shortest one."""
+        limits = PlanLimits(expansions=_MAX_EXPANSIONS)
+        found: list[tuple[State, tuple[str, ...]]] = []
+        for start in self._allowed_starts(self._planner.task(goal)):
+            answer = self._planner.plan(start, goal, limits)
+            if isinstance(answer, Solved) and operation in answer.plan:
+                found.append((start, answer.plan))
+        return min(found, key=lambda example: len(example[1]), default=None)
+
+    def _paths(self, operation: str) -> tuple[_Paths, ...]:
+        """The paths from those initial states that lead to the operation."""
+        also = self._also(operation)
+        if also not in self._explored:
+            task = Task(self._model, also) if also else self._planner.base_task
+            starts = [task.pack(start) for start in self._allowed_starts(task)]
+            self._explored[also] = tuple(_Paths(task, start, _MAX_EXPANSIONS // len(starts)) for start in starts)
+        return tuple(paths for paths in self._explored[also] if paths.using(operation))
+
+    def _also(self, operation: str) -> tuple[str, ...]:
+        """What the operation sets and no other one looks at, such as the lamp at its end; commands of requests are not.
+
+        The planner need not tell it apart, but a goal may speak of it.
+        """
+        subject = self._model.operation(operation)
+        targets = dict.fromkeys(action.target for action in (*subject.pre.a, *subject.post.a))
+        commands = dict.fromkeys(name for resource in self._model.resources for name in resource.request)
+        known = self._planner.base_task.packing.space
+        return tuple(
+            variable.name
+            for variable in self._model.variables
+            if variable.name in targets and variable.name not in known and variable.name not in commands
+        )
+
+    def _allowed_starts(self, task: Task) -> tuple[State, ...]:
+        """The allowed initial states that the task tells apart, the most nominal one first."""
+        key = task.packing.space.names
+        if key not in self._starts:
+            found: dict[int, State] = {}
+            for values in islice(self._combinations(task), _MAX_COMBINATIONS):
+                if len(found) == _MAX_STARTS:
+                    break
+                packed = task.pack(values)
+                if packed not in found and self._model.initial_states.holds(values):
+                    found[packed] = State(self._model.space, values)
+            self._starts[key] = tuple(found.values())
+        return self._starts[key]
+
+    def _combinations(self, task: Task) -> Iterator[dict[str, Value]]:
+        """Combinations of random values of the variables that decide, those with more nominal values first."""
+        space = self._model.space
+        plain = {v.name: v.initial if v.initial in v.random else v.random[0] for v in space}
+        decides = dict.fromkeys((*task.packing.space.names, *self._model.initial_states.reads()))
+        others = {v.name: [value for value in v.random if value != plain[v.name]] for v in space if v.name in decides}
+        free = [name for name, values in others.items() if values]
+        for count in range(len(free) + 1):
+            for names in combinations(free, count):
+                for values in product(*(others[name] for name in names)):
+                    yield plain | dict(zip(names, values, strict=True))
+
+    def _conjuncts(self, paths: Sequence[_Paths]) -> Iterator[Conjunct]:
+        """What goals are made of, in the order of the file: values of variables that operations change."""
+        for variable in self._model.variables:
+            if any(each.changes(variable.name) for each in paths):
+                for value in variable.domain.values:
+                    if any((variable.name, value) in each.holds for each in paths):
+                        yield variable.name, value
+
+    def _brought_about(self, operation: str, paths: Sequence[_Paths]) -> dict[Conjunct, None]:
+        """The conjuncts that the operation itself makes hold."""
+        subject = self._model.operation(operation)
+        targets = dict.fromkeys(action.target for action in (*subject.pre.a, *subject.post.a))
+        return dict.fromkeys(
+            conjunct
+            for each in paths
+            for conjunct, states in each.holds.items()
+            if conjunct[0] in targets and states & each.ending_with(operation)
+        )
+
+
+def goal_name(model: BehaviorModel, operation: str) -> str:
+    """A name for a goal that an operation is needed for, such as `needs_scan`; nothing in the model has it yet."""
+    taken = dict.fromkeys(
+        (
+            *(name for name, _ in model.goals),
+            *model.running_space.names,
+            *(subject.name for subject in model.operations),
+            *(resource.name for resource in model.resources),
+            *(transition.name for transition in model.automatic_transitions),
+            *(requirement.name for requirement in model.requirements),
+        )
+    )
+    name, number = f"needs_{operation}", 1
+    while name in taken:
+        number += 1
+        name = f"needs_{operation}_{number}"
+    return name
+
+
+class _Paths:
+    """The canonical paths from one initial state, in the order of search; bit i of a set stands for path i.
+
+    Attributes:
+        holds: for each value of a declared variable the paths at whose end the variable has it.
+    """
+
+    def __init__(self, task: Task, start: int, most: int) -> None:
+        """Goes on until every state is found, or the successors of `most` were looked at."""
+        self._operations = {name: number for number, name in enumerate(task.operations)}
+        self._lengths, self._uses, self._last = [0], [0], [-1]
+        states = [start]
+        self._find(task, states, most)
+        self.holds: dict[Conjunct, int] = {}
+        for variable in task.packing.space:
+            if variable.role is Role.DECLARED:
+                ends = _bitsets([task.packing.value(state, variable.name) for state in states])
+                self.holds |= {(variable.name, value): ends[value] for value in variable.domain.values if value in ends}
+        self._variables = [name for name, _ in self.holds]
+        self._endings = _bitsets(self._last)
+        self._using: dict[int, int] = {}
+
+    def _find(self, task: Task, states: list[int], most: int) -> None:
+        """Fills the states, and what is known of the path to each."""
+        found = dict.fromkeys(states)
+        for number, state in enumerate(states):  # which grow on the way
+            if number == most:
+                return
+            for operation, successor in task.successors(state):
+                if successor not in found:
+                    found[successor] = None
+                    states.append(successor)
+                    self._lengths.append(self._lengths[number] + 1)
+                    self._uses.append(self._uses[number] | 1 << operation)
+                    self._last.append(operation)
+
+    def changes(self, variable: str) -> bool:
+        """Whether a variable has several values."""
+        return self._variables.count(variable) > 1
+
+    def using(self, operation: str) -> int:
+        """The paths that have an operation."""
+        number = self._operations[operation]
+        if number not in self._using:
+            self._using[number] = _bitsets([uses >> number & 1 for uses in self._uses]).get(1, 0)
+        return self._using[number]
+
+    def ending_with(self, operation: str) -> int:
+        """The paths that an operation is the last one of."""
+        return self._endings.get(self._operations[operation], 0)
+
+    def plan_with(self, operation: str, goal: Sequence[Conjunct]) -> int | None:
+        """The length of the canonical plan to a goal, if it has the operation."""
+        ends = self.holds.get(goal[0], 0)
+        for conjunct in goal[1:]:
+            ends &= self.holds.get(conjunct, 0)
+        first = ends & -ends
+        return self._lengths[first.bit_length() - 1] if first & self.using(operation) else None
+
+
+def _conjunctions(
+    conjuncts: Collection[Conjunct], own: Mapping[Conjunct, None]
+) -> Iterator[Iterable[tuple[Conjunct, ...]]]:
+    """All conjunctions, size by size, and of each size those that have an own conjunct before the others."""
+    others = [conjunct for conjunct in conjuncts if conjunct not in own]
+    own_first = [*(conjunct for conjunct in conjuncts if conjunct in own), *others]
+    for size in range(1, _MAX_CONJUNCTS + 1):
+        # With the own ones in front, a conjunction has one of them if it begins with one.
+        yield takewhile(lambda goal: goal[0] in own, combinations(own_first, size))
+        yield combinations(others, size)
+
+
+def _shortest(goal: Sequence[Conjunct], operation: str, paths: Sequence[_Paths]) -> int | None:
+    """The length of the shortest of the canonical plans to a goal that have the operation."""
+    lengths = [length for each in paths if (length := each.plan_with(operation, goal)) is not None]
+    return min(lengths, default=None)
+
+
+def _predicate(goal: Sequence[Conjunct], file_order: Mapping[Conjunct, int]) -> Predicate:
+    ordered = sorted(goal, key=file_order.__getitem__)
+    return conjunction(Equal(Reference(name), Constant(value)) for name, value in ordered)
+
+
+def _bitsets(keys: Sequence[Hashable]) -> dict[Hashable, int]:
+    """For each key the places at which it stands, as bits."""
+    places: dict[Hashable, bytearray] = {}
+    size = len(keys) // 8 + 1
+    for index, key in enumerate(keys):
+        places.setdefault(key, bytearray(size))[index >> 3] |= 1 << (index & 7)
+    return {key: int.from_bytes(bits, "little") for key, bits in places.items()}

@@ -1,0 +1,286 @@
+"""What would make uncoverable obligations coverable: a goal, a deadline, a way to fail; or which guard is in the way.
+
+Nothing is suggested that was not found: goals are verified, conjuncts blamed with what runs were seen to do. Knows the
+model and the planner; runs are known to the oracles that it is given.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from scbm.cases.coverage import Aspect, Obligation, Obligations
+from scbm.closing.advice.blame import blame, contradicting, contradiction, shadowing
+from scbm.closing.advice.goal_search import GoalSearch, goal_name
+from scbm.closing.decisions import Suggestion, SuggestionKind
+from scbm.closing.proofs.structural_facts import failing_transitions, structural_facts
+from scbm.closing.summaries import listed, plan_in_words
+from scbm.model import (
+    And,
+    Constant,
+    Equal,
+    Member,
+    OperationState,
+    Reference,
+    RequestState,
+    Role,
+    conjunction,
+    format_value,
+)
+from scbm.model.variables import CURRENT_NAME, CURRENT_STATE
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+    from scbm.model import BehaviorModel, Operation, Predicate, State, Transition, Value
+
+_EXAMPLE = ", or an automatic transition like "
+"""Stands before an automatic transition that would fail an operation."""
+
+_MAX_TRIED = 10
+"""So many goals are verified for one operation."""
+
+
+@dataclass(frozen=True, slots=True)
+class Oracles:
+    """What is known of the runs of a model.
+
+    Attributes:
+        can_hold: whether a predicate holds in any state in which a run looks at guards.
+        states: all these states, with all variables of the running space, if they can be had. They are gone through
+            once for every automatic transition in question.
+        verify: whether a real case covers these obligations in a model that was extended.
+    """
+
+    can_hold: Callable[[Predicate], bool]
+    states: Iterable[Mapping[str, Value]] | None
+    verify: Callable[[BehaviorModel, tuple[Obligation, ...]], bool]
+
+
+def suggest(
+    model: BehaviorModel, uncoverable: Sequence[Obligation], oracles: Oracles, search: GoalSearch
+) -> tuple[Suggestion, ...]:
+    """What would change that obligations are uncoverable, in the order of the obligations; for some it is nothing.
+
+    Args:
+        model: the model.
+        uncoverable: the obligations of the model that are proved uncoverable, *queued* among them.
+        oracles: what is known of its runs.
+        search: finds goals for its operations.
+    """
+    order = {obligation: number for number, obligation in enumerate(Obligations.of(model))}
+    suggestions = _Suggestions(model, dict.fromkeys(uncoverable), oracles, search)
+    return tuple(sorted(suggestions.all(), key=lambda suggestion: min(map(order.__getitem__, suggestion.obligations))))
+
+
+class _Suggestions:
+    def __init__(
+        self, model: BehaviorModel, uncoverable: dict[Obligation, None], oracles: Oracles, search: GoalSearch
+    ) -> None:
+        self._model = model
+        self._uncoverable = uncoverable
+        self._oracles = oracles
+        self._search = search
+        self._settled = dict.fromkeys(obligation for obligation, _, _ in structural_facts(model))
+
+    def all(self) -> Iterator[Suggestion]:
+        """One after the other, operations first."""
+        for operation in self._model.operations:
+            if self._misses(operation, Aspect.EXECUTING):
+                yield from self._never_executes(operation)
+            else:
+                yield from self._never_ends(operation)
+            yield from self._lacks(operation)
+        for transition in self._model.automatic_transitions:
+            obligation = Obligation(transition.name, Aspect.TAKEN)
+            if obligation in self._uncoverable:
+                yield from self._never_taken(transition, obligation)
+
+    def _misses(self, operation: Operation, aspect: Aspect) -> bool:
+        return Obligation(operation.name, aspect) in self._uncoverable
+
+    # operations that lack something
+
+    def _lacks(self, operation: Operation) -> Iterator[Suggestion]:
+        """A deadline, or a way to fail."""
+        name = operation.name
+        if self._misses(operation, Aspect.FAILED) and not failing_transitions(operation, self._model):
+            text = f"add a `failed` transition to {name}{self._like(operation)}"
+            yield Suggestion((Obligation(name, Aspect.FAILED),), SuggestionKind.FAILURE, text)
+        if self._misses(operation, Aspect.TIMEDOUT) and operation.deadline_ns is None:
+            text = f"give {name} a `deadline`, so that it can time out"
+            yield Suggestion((Obligation(name, Aspect.TIMEDOUT),), SuggestionKind.DEADLINE, text)
+
+    def _like(self, operation: Operation) -> str:
+        """The automatic transition that fails the operation when its request fails, if it sends one."""
+        targets = [action.target for action in operation.pre.running_actions]
+        for resource in self._model.resources:
+            if resource.trigger in targets:
+                guard = And((_is(resource.request_state, RequestState.FAILED.value), _is_executing()))
+                actions = (
+                    f"{CURRENT_STATE} <- {OperationState.FAILED.value}, "
+                    f"{resource.request_state} <- {RequestState.INITIAL.value}, {resource.trigger} <- false"
+                )
+                return f"{_EXAMPLE}`{{g: {guard}, a: [{actions}]}}`"
+        return ""
+
+    # operations that never execute
+
+    def _never_executes(self, operation: Operation) -> Iterator[Suggestion]:
+        if not self._oracles.can_hold(_is(CURRENT_NAME, operation.name)):
+            yield from self._goal(operation)
+            return
+        follows = (Aspect.EXECUTING, Aspect.FAILED, Aspect.TIMEDOUT, Aspect.COMPLETED)
+        about = tuple(obligation for obligation in self._open(operation) if obligation.aspect in follows)
+        states = (OperationState.INITIAL, OperationState.DISABLED)
+        waits = Member(Reference(CURRENT_STATE), tuple(Constant(state.value) for state in states))
+        when = And((_is(CURRENT_NAME, operation.name), waits))
+        what = f"the precondition of {operation.name}"
+        yield from self._guard(about, what, operation.pre, when, f"when {operation.name} is current")
+
+    def _open(self, operation: Operation) -> tuple[Obligation, ...]:
+        """What is uncoverable of an operation, but for what the structure of the model settles."""
+        return tuple(
+            obligation
+            for obligation in Obligations.of(self._model)
+            if obligation.subject == operation.name
+            and obligation.aspect is not Aspect.TAKEN
+            and obligation in self._uncoverable
+            and obligation not in self._settled
+        )
+
+    def _goal(self, operation: Operation) -> Iterator[Suggestion]:
+        """The first goal for which a run comes to the operation."""
+        first = tuple(o for o in self._open(operation) if o.aspect in (Aspect.EXECUTING, Aspect.QUEUED))
+        name = goal_name(self._model, operation.name)
+        for goal in islice(self._search.candidates(operation.name), _MAX_TRIED):
+            extended = replace(self._model, goals=(*self._model.goals, (name, goal)))
+            if self._oracles.verify(extended, first):
+                served = tuple(o for o in self._open(operation) if o in first or self._oracles.verify(extended, (o,)))
+                text = f"add a goal that {operation.name} is needed for, such as {goal}{self._told(operation, goal)}"
+                yield Suggestion(served, SuggestionKind.GOAL, text, name, goal)
+                return
+
+    def _told(self, operation: Operation, goal: Predicate) -> str:
+        """A plan to the goal."""
+        example = self._search.example(operation.name, goal)
+        if example is None:
+            return ""
+        start, plan = example
+        return f"; a plan for it from {_drawn(start)}: {plan_in_words(plan, ' -> ')}"
+
+    # operations that execute, and do not complete or fail
+
+    def _never_ends(self, operation: Operation) -> Iterator[Suggestion]:
+        name = operation.name
+        when = And((_is(CURRENT_NAME, name), _is_executing()))
+        if self._misses(operation, Aspect.COMPLETED):
+            about = (Obligation(name, Aspect.COMPLETED),)
+            what = f"the postcondition of {name}"
+            yield from self._guard(about, what, operation.post, when, f"while {name} executes")
+        if self._misses(operation, Aspect.FAILED):
+            about = (Obligation(name, Aspect.FAILED),)
+            for what, transition in self._ways_to_fail(operation):
+                yield from self._guard(about, what, transition, when, f"while {name} executes")
+
+    def _ways_to_fail(self, operation: Operation) -> Iterator[tuple[str, Transition]]:
+        if operation.failed is not None:
+            yield f"`failed` of {operation.name}", operation.failed
+        names = failing_transitions(operation, self._model)
+        for transition in self._model.automatic_transitions:
+            if transition.name in names:
+                yield f"the guard of {_automatic(transition.name)}", transition
+
+    # automatic transitions
+
+    def _never_taken(self, transition: Transition, obligation: Obligation) -> Iterator[Suggestion]:
+        space = self._model.running_space
+        failed = (
+            action.target
+            for action in transition.running_actions
+            if space[action.target].role in (Role.OPERATION_STATE, Role.CURRENT_STATE)
+        )
+        executing = [_is(name, OperationState.EXECUTING.value) for name in failed]
+        what = f"the guard of {obligation}"
+        contradicted = contradiction((transition.g, transition.gr), self._model)
+        blamed = contradicted or blame((transition.g, transition.gr, *executing), self._oracles.can_hold)
+        if blamed:
+            is_contradiction = bool(contradicted)
+            yield _blaming((obligation,), what, blamed, "in any run", is_contradiction=is_contradiction)
+            return
+        before = shadowing(self._model, transition, self._oracles.states or ())
+        if before:
+            goes = "always goes" if len(before) == 1 else "always go"
+            text = (
+                f"where {obligation} could be taken, {listed([*map(_automatic, before)])} {goes} first: "
+                "move it up, or make the guards exclude each other"
+            )
+            yield Suggestion((obligation,), SuggestionKind.SHADOWED, text, blamed=before)
+
+    # guards
+
+    def _guard(
+        self, about: tuple[Obligation, ...], what: str, transition: Transition, when: Predicate, told: str
+    ) -> Iterator[Suggestion]:
+        """What of a guard never holds when it is looked at, if that ever happens."""
+        if not self._oracles.can_hold(when):
+            return
+        guards = (transition.g, transition.gr)
+        contradicted = contradiction(guards, self._model)
+        blamed = contradicted or blame(guards, lambda part: self._oracles.can_hold(conjunction((when, part))))
+        if blamed:
+            yield _blaming(about, what, blamed, told, is_contradiction=bool(contradicted))
+
+
+def grouped(suggestions: Iterable[Suggestion]) -> tuple[Suggestion, ...]:
+    """Those that would add the same thing to several operations as one, for people."""
+    groups: dict[object, list[Suggestion]] = {}
+    for number, suggestion in enumerate(suggestions):
+        groups.setdefault(suggestion.kind if suggestion.kind in _ALIKE else number, []).append(suggestion)
+    return tuple(alike[0] if len(alike) == 1 else _as_one(alike) for alike in groups.values())
+
+
+_ALIKE = {
+    SuggestionKind.FAILURE: "add a `failed` transition to each",
+    SuggestionKind.DEADLINE: "give each a `deadline`, so that it can time out",
+}
+
+
+def _as_one(alike: Sequence[Suggestion]) -> Suggestion:
+    kind = alike[0].kind
+    about = tuple(dict.fromkeys(obligation for each in alike for obligation in each.obligations))
+    examples = [each.text.partition(_EXAMPLE)[2] for each in alike]
+    example = next((f"{_EXAMPLE}{example}" for example in examples if example), "")
+    return Suggestion(about, kind, f"{_ALIKE[kind]}{example}")
+
+
+def _blaming(
+    about: tuple[Obligation, ...], what: str, blamed: Sequence[Predicate], when: str, *, is_contradiction: bool
+) -> Suggestion:
+    parts = tuple(map(str, blamed))
+    if is_contradiction:
+        text = f"{contradicting(what, blamed)}; change the guard"
+        return Suggestion(about, SuggestionKind.GUARD, text, blamed=parts)
+    never = "which never holds" if len(parts) == 1 else "which never hold together"
+    text = f"{what} needs {listed(parts)}, {never} {when}: change the guard, or let something bring that about"
+    return Suggestion(about, SuggestionKind.GUARD, text, blamed=parts)
+
+
+def _automatic(name: str) -> str:
+    return str(Obligation(name, Aspect.TAKEN))
+
+
+def _is(name: str, value: Value) -> Predicate:
+    return Equal(Reference(name), Constant(value))
+
+
+def _is_executing() -> Predicate:
+    return _is(CURRENT_STATE, OperationState.EXECUTING.value)
+
+
+def _drawn(start: State) -> str:
+    """The values that tell an initial state from the nominal one."""
+    drawn = [variable for variable in start.space if start[variable.name] != variable.initial]
+    values = " && ".join(f"{variable.name} == {format_value(start[variable.name])}" for variable in drawn)
+    return values or "the nominal state"

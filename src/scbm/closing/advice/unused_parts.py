@@ -1,0 +1,87 @@
+"""Variables that nothing looks at, and nominal values that are not allowed as an initial state.
+
+Simulated resources that fail or do not answer, where the model has nothing for it.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scbm.closing.advice.doubts import Doubt
+from scbm.model import AfterAlways, Always, Assign, Before, Constant, LeadsTo, Never, Outcome, Slug, format_value
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.model import BehaviorModel, Operation, Predicate, Resource
+    from scbm.model.requirements import Sentence
+
+
+def doubts_about_resources(model: BehaviorModel) -> Iterator[Doubt]:
+    """Failures that nothing looks at, and replies that are awaited for ever."""
+    for resource in model.resources:
+        outcomes = dict(resource.simulation.outcomes)
+        users = [operation for operation in model.operations if _asks(operation, resource)]
+        path = ("resources", resource.name, "simulation", "outcomes")
+        if outcomes.get(Outcome.FAIL) and users and resource.request_state not in _watched(model):
+            message = (
+                f"{resource.name} can fail, and no `failed` or automatic transition reads {resource.request_state}"
+            )
+            remedy = f"add an automatic transition with `g: {resource.request_state} == failed && …`"
+            yield Doubt(Slug.FAILURE_UNNOTICED, message, (*path, "fail"), remedy)
+        timeless = [operation.name for operation in users if operation.deadline_ns is None]
+        if outcomes.get(Outcome.TIMEOUT) and timeless:
+            message = f"{resource.name} may not answer, and {', '.join(timeless)} would wait for ever"
+            yield Doubt(Slug.NO_DEADLINE, message, (*path, "timeout"), "give them a `deadline`")
+
+
+def _asks(operation: Operation, resource: Resource) -> bool:
+    """Whether the operation sends a request to the resource when it starts."""
+    return Assign(resource.trigger, Constant(True)) in operation.pre.running_actions
+
+
+def _watched(model: BehaviorModel) -> frozenset[str]:
+    """The variables that transitions which can fail an operation, or do anything else by themselves, read."""
+    failing = [operation.failed for operation in model.operations if operation.failed is not None]
+    guards = [transition.running_guard for transition in (*failing, *model.automatic_transitions)]
+    return frozenset(name for guard in guards for name in guard.reads())
+
+
+def doubts_about_variables(model: BehaviorModel) -> Iterator[Doubt]:
+    """Every declared variable that nothing reads, and a nominal state that `initial_states` forbids."""
+    used = frozenset(_used(model))
+    for variable in model.variables:
+        if variable.name not in used:
+            message = f"nothing reads {variable.name}, and no request carries it"
+            yield Doubt(Slug.UNUSED_VARIABLE, message, ("variables", variable.name))
+    nominal = model.nominal_state
+    if not model.initial_states.holds(nominal):
+        read = ", ".join(f"{name} == {format_value(nominal[name])}" for name in model.initial_states.reads())
+        message = f"the nominal values do not satisfy `initial_states`: {read}"
+        yield Doubt(Slug.INITIAL_STATE_NOMINAL, message, ("initial_states",))
+
+
+def _used(model: BehaviorModel) -> Iterator[str]:
+    for predicate in _predicates(model):
+        yield from predicate.reads()
+    for resource in model.resources:
+        yield from resource.request
+    for action in model.actions:
+        yield from (name for name in action.reads() if name != action.target)
+
+
+def _predicates(model: BehaviorModel) -> Iterator[Predicate]:
+    yield from (transition.running_guard for transition in model.transitions)
+    yield from (model.initial_states, *(goal for _, goal in model.goals))
+    for requirement in model.requirements:
+        yield from _parts(requirement.sentence)
+
+
+def _parts(sentence: Sentence) -> tuple[Predicate, ...]:
+    match sentence:
+        case Always(predicate) | Never(predicate):
+            return (predicate,)
+        case LeadsTo(first, second) | Before(first, second):
+            return (first, second)
+        case AfterAlways(start, predicate, stop):
+            return (start, predicate, stop)

@@ -1,0 +1,149 @@
+"""Certificates in files: each names the file of its model, so that it can be checked by its name alone."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scbm.files import digest_of, read_file
+from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.proofcheck import RunsArgument, certificate_text, check_certificate, read_certificate
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scbm.model import BehaviorModel
+    from scbm.proofcheck import Certificate, CertificateFlaw
+
+SUFFIX = ".json"
+
+_HEAD = re.compile(r'\{\s*"scbm_certificate": \d+,\s*"model": "')
+"""How a certificate begins."""
+
+_MODEL = re.compile(r'("model": "(?:[^"\\]|\\.)*",)(\s*)')
+_WORD = r'"(?:[^"\\\x00-\x1f]|\\(?:["\\/bfnrt]|u[0-9a-fA-F]{4}))*"'
+_MODEL_FILE = re.compile(rf'"model"\s*:\s*{_WORD}\s*,\s*("model_file"\s*:\s*({_WORD})\s*,)')
+"""What files have beside the certificate."""
+
+
+@dataclass(frozen=True, slots=True)
+class CertificateFile:
+    """A certificate and the file that it was read from.
+
+    Attributes:
+        model_path: the model file that it names, if it does.
+    """
+
+    certificate: Certificate
+    path: Path
+    model_path: Path | None
+
+    def required_model_path(self) -> Path:
+        """The same. Raises `InputError` if there is none."""
+        if self.model_path is None:
+            message = "the certificate does not say in which file its model is"
+            remedy = f"name the model: `scbm close MODEL --check {self.path}`"
+            raise InputError([Diagnostic(Slug.MODEL_MISSING, message, Place(str(self.path)), remedy)])
+        return self.model_path
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedCertificate:
+    """What checking a certificate came to.
+
+    Attributes:
+        file: what was checked.
+        is_of_this_model: whether it is for this version of the model; if not, nothing else was looked at.
+        flaws: why it proves nothing; empty if it is sound.
+    """
+
+    file: CertificateFile
+    is_of_this_model: bool
+    flaws: tuple[CertificateFlaw, ...] = ()
+
+    @property
+    def is_sound(self) -> bool:
+        """Whether it proves what it claims, of this model."""
+        return self.is_of_this_model and not self.flaws
+
+    @property
+    def obligations(self) -> tuple[str, ...]:
+        """What it claims to be uncoverable."""
+        return tuple(claim.obligation for claim in self.file.certificate.claims)
+
+    @property
+    def situations(self) -> int | None:
+        """How many situations it speaks of, if it is about all runs."""
+        argument = self.file.certificate.argument
+        if not isinstance(argument, RunsArgument):
+            return None
+        return sum(len(situations) for _, situations in argument.runs)
+
+
+def certificate_file_text(certificate: Certificate, model_file: str) -> str:
+    """The text of a certificate's file, which names the model's file as it is seen from there."""
+    entry = f'"model_file": {json.dumps(model_file, ensure_ascii=False)},'
+    return _MODEL.sub(lambda match: f"{match[0]}{entry}{match[2]}", certificate_text(certificate), count=1)
+
+
+def is_certificate_text(text: str) -> bool:
+    """Whether a text begins like a certificate."""
+    return _HEAD.match(text) is not None
+
+
+def find_certificates(paths: Iterable[Path]) -> tuple[Path, ...]:
+    """The certificate files that paths lead to: files as they are, and all JSON files below directories.
+
+    Raises:
+        InputError: a directory has no such file below it.
+    """
+    found: dict[Path, None] = {}
+    for path in paths:
+        files = sorted(path.rglob(f"*{SUFFIX}")) if path.is_dir() else [path]
+        if not files:
+            message = f"there are no certificates below: no file that ends in `{SUFFIX}`"
+            raise InputError([Diagnostic(Slug.BAD_CERTIFICATE, message, Place(str(path)))])
+        found |= dict.fromkeys(files)
+    return tuple(found)
+
+
+def open_certificate(path: Path) -> CertificateFile:
+    """The certificate in a file. Raises `InputError` if it cannot be read, or is none."""
+    text = _read(path)
+    named = _MODEL_FILE.search(text)
+    if named is None:
+        return CertificateFile(read_certificate(text, str(path)), path, None)
+    blank = " " * len(named[1])
+    certificate = read_certificate(f"{text[: named.start(1)]}{blank}{text[named.end(1) :]}", str(path))
+    return CertificateFile(certificate, path, normalised(path.parent / json.loads(named[2])))
+
+
+def model_path_in(text: str, path: Path) -> Path | None:
+    """The model file that the text of a certificate names, or the beginning of it."""
+    named = _MODEL_FILE.search(text)
+    return None if named is None else normalised(path.parent / json.loads(named[2]))
+
+
+def normalised(path: Path) -> Path:
+    """The path without `..` in it, unless a link would make it another one."""
+    short = Path(os.path.normpath(path))
+    return short if short.resolve() == path.resolve() else path
+
+
+def _read(path: Path) -> str:
+    """The text of a file, which may be larger than what people write."""
+    try:
+        return path.read_bytes().decode("utf-8")
+    except (OSError, ValueError):
+        return read_file(path)  # which tells what is wrong
+
+
+def check_file(file: CertificateFile, model: BehaviorModel) -> CheckedCertificate:
+    """Checks a certificate against a model."""
+    if file.certificate.digest != digest_of(model):
+        return CheckedCertificate(file, is_of_this_model=False)
+    return CheckedCertificate(file, is_of_this_model=True, flaws=check_certificate(file.certificate, model))

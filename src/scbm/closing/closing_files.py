@@ -1,0 +1,171 @@
+"""The directory that closing writes: cases and certificates.
+
+What closing did not write itself, or wrote for another model, is never lost.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from textwrap import wrap
+from typing import TYPE_CHECKING
+
+from scbm.closing.certificate_files import SUFFIX, certificate_file_text, is_certificate_text, model_path_in, normalised
+from scbm.closing.summaries import in_few_words
+from scbm.files import open_case, write_case
+from scbm.model import Diagnostic, InputError, Place, Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+
+    from scbm.closing.decisions import Closing, ClosingCase
+    from scbm.model import BehaviorModel
+
+_CASES = "cases"
+_CERTIFICATES = "certificates"
+_OWN = "# closed by scbm: "
+"""How the first line of a case begins that closing wrote."""
+
+_COLUMNS = 110
+
+_SNIFFED_BYTES = 4_096
+
+
+@dataclass(frozen=True, slots=True)
+class ClosingFiles:
+    """What was written.
+
+    Attributes:
+        directory: where to.
+        cases: the files of the new cases, by their names.
+        certificates: the files of the certificates, by their names.
+        removed: files of an earlier closing that are no longer true.
+    """
+
+    directory: Path
+    cases: Mapping[str, Path]
+    certificates: Mapping[str, Path]
+    removed: tuple[Path, ...] = ()
+
+
+def write_output(closing: Closing, directory: Path, model_file: Path, suite: Iterable[Path] = ()) -> ClosingFiles:
+    """Writes cases and certificates into their directories, and removes those of an earlier closing.
+
+    Args:
+        closing: what closing came to.
+        directory: where to; it is made if it is not there.
+        model_file: the file of its model, which cases and certificates name.
+        suite: files of the suite that was closed: they are kept, even if closing wrote them itself once.
+
+    Raises:
+        InputError: a file cannot be written, or one of the same name is there that closing did not write, or wrote
+            for another model. In these last cases nothing is written.
+    """
+    cases = {made.case.name: directory / _CASES / f"{made.case.name}.yaml" for made in closing.cases}
+    certificates = {name: directory / _CERTIFICATES / f"{name}{SUFFIX}" for name, _ in closing.certificates}
+    texts = {cases[made.case.name]: _case_text(made, closing.model, model_file, directory) for made in closing.cases}
+    for name, certificate in closing.certificates:
+        shown = _seen_from(certificates[name].parent, model_file)
+        texts[certificates[name]] = certificate_file_text(certificate, shown)
+    kept = {path.resolve() for path in suite}
+    _refuse_to_lose(texts, kept, model_file)
+    before = _written_before(directory, model_file)
+    removed = tuple(path for path in before if path not in texts and path.resolve() not in kept)
+    try:
+        _write(texts, removed)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        place = Place(str(error.filename or directory))
+        raise InputError([Diagnostic(Slug.BAD_OPTION, f"cannot write the output here: {reason}", place)]) from None
+    return ClosingFiles(directory, cases, certificates, removed)
+
+
+def _case_text(made: ClosingCase, model: BehaviorModel, model_file: Path, directory: Path) -> str:
+    shown = _seen_from(directory / _CASES, model_file)
+    return write_case(made.case, model, shown, tuple(_comment(made, model)))
+
+
+def _comment(made: ClosingCase, model: BehaviorModel) -> Iterator[str]:
+    """What a case adds to those before it."""
+    yield f"{_OWN.removeprefix('# ')}a case of {model.name} that adds"
+    for words in in_few_words(made.adds):
+        yield from wrap(words, _COLUMNS, initial_indent="  ", subsequent_indent="    ", break_long_words=False)
+
+
+def _seen_from(directory: Path, file: Path) -> str:
+    return Path(os.path.relpath(file, directory)).as_posix()
+
+
+def _refuse_to_lose(texts: Mapping[Path, str], kept: Collection[Path], model_file: Path) -> None:
+    lost = [found for path, text in texts.items() for found in _what_would_be_lost(path, text, kept, model_file)]
+    if lost:
+        raise InputError(lost)
+
+
+def _what_would_be_lost(path: Path, text: str, kept: Collection[Path], model_file: Path) -> Iterator[Diagnostic]:
+    if not os.path.lexists(path) or _text_of(path) == text:
+        return
+    message, remedy = "this file is there already, and closing did not write it", "or move this file away"
+    if _is_own(path) and path.resolve() not in kept:
+        other = _other_model(path, model_file)
+        if other is None:
+            return
+        message, remedy = f"closing wrote this file for another model, {other}", "one for each model"
+    yield Diagnostic(Slug.BAD_OPTION, message, Place(str(path)), f"write into another directory, {remedy}")
+
+
+def _written_before(directory: Path, model_file: Path) -> Iterator[Path]:
+    """The files that an earlier closing of the model wrote."""
+    for path in (*_entries(directory / _CASES, ".yaml"), *_entries(directory / _CERTIFICATES, SUFFIX)):
+        if _is_own(path) and _other_model(path, model_file) is None:
+            yield path
+
+
+def _other_model(path: Path, model_file: Path) -> Path | None:
+    """The file of the model that one of closing's own files is for, if it is not this one."""
+    try:
+        named = _model_in(path)
+        return None if named is None or named.resolve() == model_file.resolve() else named
+    except (InputError, OSError, ValueError):
+        return None  # it is damaged, and nobody's any more
+
+
+def _model_in(path: Path) -> Path | None:
+    """The model that a case or a certificate names."""
+    if path.suffix == SUFFIX:
+        return model_path_in(_text_of(path, _SNIFFED_BYTES) or "", path)
+    named = open_case(path).model_path
+    return None if named is None else normalised(named)
+
+
+def _entries(directory: Path, suffix: str) -> Sequence[Path]:
+    try:
+        return sorted(path for path in directory.iterdir() if path.suffix == suffix)
+    except OSError:
+        return ()  # if it cannot be read, it cannot be written, which tells why
+
+
+def _is_own(path: Path) -> bool:
+    """Whether closing wrote the file: a case with its comment, a certificate with its format."""
+    text = _text_of(path, _SNIFFED_BYTES)
+    if text is None:
+        return False
+    return is_certificate_text(text) if path.suffix == SUFFIX else text.startswith(_OWN)
+
+
+def _text_of(path: Path, most: int = -1) -> str | None:
+    """The text of a file, or its beginning; `None` if it is none, or cannot be read."""
+    try:
+        with path.open("rb") as stream:
+            return stream.read(most).decode("utf-8", errors="strict" if most < 0 else "replace")
+    except (OSError, UnicodeDecodeError):
+        return None
+
+
+def _write(texts: Mapping[Path, str], removed: Iterable[Path]) -> None:
+    for path, text in texts.items():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(text.encode("utf-8"))
+    for path in removed:
+        path.unlink()

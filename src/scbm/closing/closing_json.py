@@ -1,0 +1,94 @@
+"""What closing came to as JSON, for machines. `docs/formats.md` describes it field by field."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from scbm.closing.decisions import Decision
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scbm.cases.coverage import Figure
+    from scbm.closing.closing_files import ClosingFiles
+    from scbm.closing.decisions import Closing, ClosingCase, Decided, Suggestion
+    from scbm.proofcheck import Certificate
+
+FORMAT_VERSION = 1
+
+
+def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[str, Any]:
+    """The closing as data that `json` can write; equal closings give equal bytes.
+
+    Args:
+        closing: what closing came to.
+        output: where its cases and certificates were written, if they were.
+    """
+    counted = [decided for decided in closing.decided if decided.obligation.counts]
+    queued = [decided for decided in closing.decided if not decided.obligation.counts]
+    return {
+        "format_version": FORMAT_VERSION,
+        "model": closing.model.name,
+        "before": _figure(closing.before.figure),
+        "after": _figure(closing.after.figure),
+        "decisions": {decision.value: _count(counted, decision) for decision in Decision},
+        "obligations": [decided_json(decided, output) for decided in counted],
+        "queued": [decided_json(decided, output) for decided in queued],
+        "cases": [_case(case, output) for case in closing.cases],
+        "certificates": [_certificate(name, certificate, output) for name, certificate in closing.certificates],
+        "suggestions": [suggestion_json(suggestion) for suggestion in closing.suggestions],
+    }
+
+
+def decided_json(decided: Decided, output: ClosingFiles | None = None) -> dict[str, Any]:
+    """One decision: the key `case` if it is covered, `certificate` if it is uncoverable."""
+    told: dict[str, Any] = {"name": str(decided.obligation), "decision": decided.decision.value}
+    if decided.case is not None:
+        told["case"] = decided.case
+    if decided.certificate is not None:
+        told["certificate"] = decided.certificate if output is None else str(output.certificates[decided.certificate])
+    return told | {"reason": decided.reason}
+
+
+def suggestion_json(suggestion: Suggestion) -> dict[str, Any]:
+    """One suggestion; `obligation` is the first one that it is about."""
+    names = [str(obligation) for obligation in suggestion.obligations]
+    return {
+        "obligation": names[0],
+        "obligations": names,
+        "kind": suggestion.kind.value,
+        "text": suggestion.text,
+        "goal": None if suggestion.goal is None else str(suggestion.goal),
+        "name": suggestion.name,
+        "blamed": list(suggestion.blamed),
+    }
+
+
+def _certificate(name: str, certificate: Certificate, output: ClosingFiles | None) -> dict[str, Any]:
+    return {
+        "name": name,
+        "obligations": [claim.obligation for claim in certificate.claims],
+        "file": None if output is None else str(output.certificates[name]),
+    }
+
+
+def _count(decided: Iterable[Decided], decision: Decision) -> int:
+    return sum(found.decision is decision for found in decided)
+
+
+def _figure(figure: Figure) -> dict[str, Any]:
+    return {"visited": figure.visited, "of": figure.of, "percent": figure.percent}
+
+
+def _case(made: ClosingCase, output: ClosingFiles | None) -> dict[str, Any]:
+    verdict = made.execution.verdict
+    return {
+        "name": made.case.name,
+        "goal": made.case.goal,
+        "verdict": verdict.end.value,
+        "passed": verdict.passed,
+        "failures": [str(failure) for failure in verdict.failures],
+        "adds": [str(obligation) for obligation in made.adds],
+        "simulated_seconds": made.execution.ended_ns / 1e9,
+        "file": None if output is None else str(output.cases[made.case.name]),
+    }

@@ -1,0 +1,78 @@
+"""The cases that show a fault: those that failed, and new ones that end as no run of a good model does."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scbm.cases.trace import End, RunEnded
+from scbm.running import describe_cycle
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scbm.closing.decisions import Closing
+    from scbm.testing import Campaign, Execution
+
+
+@dataclass(frozen=True, slots=True)
+class FailedCase:
+    """A case that failed.
+
+    Attributes:
+        name: of the case.
+        failures: why, a sentence each.
+        again: the command that shows it again.
+    """
+
+    name: str
+    failures: tuple[str, ...]
+    again: str
+
+
+def failed_cases(suite: Campaign, closing: Closing, again: Callable[[str], str]) -> tuple[FailedCase, ...]:
+    """The failed cases, those of the suite first; `again` says for a name the command that shows that case again."""
+    verdicts = [(result.case.name, result.verdict) for result in suite.results]
+    verdicts += [(made.case.name, made.execution.verdict) for made in closing.cases]
+    return tuple(
+        FailedCase(name, tuple(str(failure) for failure in verdict.failures), again(name))
+        for name, verdict in verdicts
+        if not verdict.passed
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class FoundFault:
+    """A new case that passes, as it expects its end, but ends as no run of a good model does.
+
+    Attributes:
+        name: of the case.
+        end: the end of its run.
+        message: what is wrong, as what the case does.
+        again: the command that shows it again.
+    """
+
+    name: str
+    end: End
+    message: str
+    again: str
+
+
+def found_faults(closing: Closing, again: Callable[[str], str]) -> tuple[FoundFault, ...]:
+    """What new cases found on their way to obligations; `again` as in `failed_cases`."""
+    ends = [(made.case.name, made.execution.verdict.end, made.execution) for made in closing.cases]
+    return tuple(
+        FoundFault(name, end, _told_end(end, execution), again(name))
+        for name, end, execution in ends
+        if end in (End.LIVELOCK, End.MODEL_ERROR, End.TIME_LIMIT)
+    )
+
+
+def _told_end(end: End, execution: Execution) -> str:
+    if end is End.TIME_LIMIT:
+        return "ends at the time limit: neither is the goal reached nor is the run given up before"
+    records = execution.trace.records
+    detail = next((record.detail for record in reversed(records) if isinstance(record, RunEnded)), ())
+    if end is End.LIVELOCK:
+        return f"ends in a livelock: {describe_cycle(detail)}"
+    return f"ends in an error of the model: {', '.join(detail)}"

@@ -1,0 +1,418 @@
+"""The values that runs can ever give each variable, and what they rule out (the delete relaxation; decision 18).
+
+The runner's steps (semantics 5 and 6) are read as rules: where the guard can hold, what the actions assign becomes
+possible, and nothing becomes impossible again. So there are more values here than in runs, never fewer. Knows the
+model, and nothing that runs it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scbm.cases.coverage import Aspect, Obligation
+from scbm.closing.advice.blame import blame, contradicting, contradiction
+from scbm.closing.summaries import listed
+from scbm.model import (
+    Action,
+    Add,
+    And,
+    Assign,
+    Constant,
+    Equal,
+    Member,
+    NotEqual,
+    OperationState,
+    Or,
+    Packing,
+    Predicate,
+    Reference,
+    RequestState,
+    Role,
+    Truth,
+    conjunction,
+    format_value,
+)
+from scbm.model.normal_form import AllOf, AnyOf, FieldPair, OneOf
+from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, operation_state_name
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from scbm.model import BehaviorModel, Operation, Resource, StateSpace, Transition, Value, Variable
+    from scbm.model.normal_form import Node
+
+_MAX_LOOKS = 100_000
+"""So many values and branches are looked at for one guard; beyond that it counts as one that can hold."""
+
+_MAX_LISTED = 5
+"""So many values of a variable are told to people."""
+
+
+def possible_values(model: BehaviorModel) -> dict[str, tuple[Value, ...]]:
+    """For every variable of the running space the values that runs without injections can give it, and perhaps more.
+
+    In the order of the space and of the domains.
+    """
+    sets = ValueSets(model.running_space, {v.name: _at_first(v) for v in model.running_space})
+    waiting = [(sets.normal_form(rule.guard), rule) for rule in _rules(model)]
+    firing: list[_ValueRule] = []
+    grown = True
+    while grown:
+        able = [sets.can_satisfy(node) for node, _ in waiting]
+        firing += [rule for (_, rule), can_hold in zip(waiting, able, strict=True) if can_hold]
+        waiting = [entry for entry, can_hold in zip(waiting, able, strict=True) if not can_hold]
+        grown = False
+        for rule in firing:
+            grown = sets.take(rule) or grown
+    return sets.values
+
+
+def ruled_out(model: BehaviorModel, values: Mapping[str, tuple[Value, ...]]) -> tuple[tuple[Obligation, str], ...]:
+    """The obligations that the values rule out, each with a sentence that says why, in the order of `Obligations`.
+
+    Never *disabled* and never *queued*. What the structure of the model rules out is among them.
+    """
+    reasons = _ValueReasons(model, values)
+    found = [
+        (Obligation(operation.name, aspect), why)
+        for operation in model.operations
+        for aspect, why in reasons.of_operation(operation)
+    ]
+    for transition in model.automatic_transitions:
+        why = reasons.of_automatic(transition)
+        if why is not None:
+            found.append((Obligation(transition.name, Aspect.TAKEN), why))
+    return tuple(found)
+
+
+def _at_first(variable: Variable) -> tuple[Value, ...]:
+    """What a variable can be before anything happens."""
+    if variable.role is Role.PLAN_STATE:
+        # Automatic transitions have their turn once more when a run has ended, however it ended.
+        return variable.domain.values
+    return (variable.initial,) if variable.role.is_runner else variable.random
+
+
+# the runner's steps as rules
+
+
+@dataclass(frozen=True, slots=True)
+class _ValueRule:
+    """A step of the runner.
+
+    Attributes:
+        guard: where it can be taken.
+        actions: what it does; all of them have to fit.
+        measured: variables that it may give any value.
+    """
+
+    guard: Predicate
+    actions: tuple[Action, ...]
+    measured: tuple[str, ...] = ()
+
+
+def _rules(model: BehaviorModel) -> Iterator[_ValueRule]:
+    for operation in model.operations:
+        yield from _operation_rules(operation)
+    for transition in model.automatic_transitions:
+        yield from _automatic_rules(transition, model)
+    for resource in model.resources:
+        yield from _request_rules(resource)
+
+
+def _operation_rules(operation: Operation) -> Iterator[_ValueRule]:
+    """The life of an operation; whether a plan has it is not asked (semantics 5.5)."""
+    state = OperationState
+    yield _ValueRule(Truth(True), (_assign(CURRENT_NAME, operation.name),))
+    yield _ValueRule(_is(CURRENT_NAME, operation.name), _becomes(operation.name, state.DISABLED))
+    yield _stepping(operation, _waits(operation), operation.pre, state.EXECUTING)
+    yield _stepping(operation, _executes(operation.name), operation.post, state.COMPLETED)
+    if operation.failed is not None:
+        yield _stepping(operation, _executes(operation.name), operation.failed, state.FAILED)
+    if operation.deadline_ns is not None:
+        actions = (*_becomes(operation.name, state.TIMEDOUT), *operation.timedout)
+        yield _ValueRule(_executes(operation.name), actions)
+
+
+def _stepping(operation: Operation, where: Predicate, transition: Transition, target: OperationState) -> _ValueRule:
+    actions = (*_becomes(operation.name, target), *transition.running_actions)
+    return _ValueRule(And((where, transition.running_guard)), actions)
+
+
+def _automatic_rules(transition: Transition, model: BehaviorModel) -> Iterator[_ValueRule]:
+    """One rule, or one for each operation that the transition may fail (semantics 1.3)."""
+    fails = _fails(transition, model)
+    others = tuple(action for action in transition.running_actions if not _is_operation_state(action, model))
+    if len(others) == len(transition.running_actions):
+        yield _ValueRule(transition.running_guard, others)
+    for name in fails:
+        guard = And((_executes(name), transition.running_guard))
+        yield _ValueRule(guard, (*_becomes(name, OperationState.FAILED), *others))
+
+
+def _fails(transition: Transition, model: BehaviorModel) -> tuple[str, ...]:
+    """The operations that an automatic transition may fail."""
+    targets = dict.fromkeys(action.target for action in transition.running_actions)
+    names = tuple(operation.name for operation in model.operations)
+    return names if CURRENT_STATE in targets else tuple(n for n in names if operation_state_name(n) in targets)
+
+
+def _is_operation_state(action: Action, model: BehaviorModel) -> bool:
+    return model.running_space[action.target].role in (Role.OPERATION_STATE, Role.CURRENT_STATE)
+
+
+def _request_rules(resource: Resource) -> Iterator[_ValueRule]:
+    """A request is sent, answered, or cancelled (semantics 6.2). What it was before it was sent is possible anyway."""
+    trigger, state = resource.trigger, resource.request_state
+    executing = _is(state, RequestState.EXECUTING.value)
+    sent = And((_is(trigger, True), _is(state, RequestState.INITIAL.value)))
+    yield _ValueRule(sent, (_assign(state, RequestState.EXECUTING.value),))
+    yield _ValueRule(executing, (_assign(state, RequestState.SUCCEEDED.value),), resource.measures)
+    yield _ValueRule(executing, (_assign(state, RequestState.FAILED.value),))
+
+
+def _waits(operation: Operation) -> Predicate:
+    """The operation is current, and its precondition is looked at."""
+    states = (OperationState.INITIAL, OperationState.DISABLED)
+    waiting = Member(Reference(CURRENT_STATE), tuple(Constant(state.value) for state in states))
+    return And((_is(CURRENT_NAME, operation.name), waiting))
+
+
+def _executes(operation: str) -> Predicate:
+    executing = OperationState.EXECUTING.value
+    return And(
+        (
+            _is(CURRENT_NAME, operation),
+            _is(CURRENT_STATE, executing),
+            _is(operation_state_name(operation), executing),
+        )
+    )
+
+
+def _becomes(operation: str, state: OperationState) -> tuple[Action, ...]:
+    return _assign(operation_state_name(operation), state.value), _assign(CURRENT_STATE, state.value)
+
+
+def _is(name: str, value: Value) -> Predicate:
+    return Equal(Reference(name), Constant(value))
+
+
+def _assign(name: str, value: Value) -> Action:
+    return Assign(name, Constant(value))
+
+
+# sets of values
+
+
+class ValueSets:
+    """For each variable a set of values, which can grow; bit i of a set stands for value i of the domain."""
+
+    def __init__(self, space: StateSpace, values: Mapping[str, Sequence[Value]]) -> None:
+        """Raises `KeyError` for a variable of the space without values, and for a value outside its domain."""
+        self._packing = Packing(space)
+        self._bits = {v.name: sum(1 << v.domain.index(value) for value in values[v.name]) for v in space}
+
+    @property
+    def values(self) -> dict[str, tuple[Value, ...]]:
+        """The values of each variable, in the order of the space and of the domains."""
+        return {
+            v.name: tuple(value for index, value in enumerate(v.domain.values) if self._bits[v.name] >> index & 1)
+            for v in self._packing.space
+        }
+
+    def can_hold(self, predicate: Predicate) -> bool:
+        """Whether some choice of values satisfies the predicate, or that was not found out within the limit."""
+        return self.can_satisfy(self.normal_form(predicate))
+
+    def normal_form(self, predicate: Predicate) -> Node:
+        """The predicate, to be asked for often."""
+        return self._packing.normal_form(predicate)
+
+    def can_satisfy(self, node: Node) -> bool:
+        """`can_hold` of a predicate in normal form."""
+        try:
+            return _ValueSearch().satisfy([node], self._bits)
+        except (_TooManyChecksError, RecursionError):
+            return True
+
+    def can_do(self, actions: Sequence[Action]) -> bool:
+        """Whether each of the actions can give its variable a value of the domain."""
+        return all(self._results(action) for action in actions)
+
+    def take(self, rule: _ValueRule) -> bool:
+        """Adds what a rule assigns, if its actions fit; whether there was something to add."""
+        if not self.can_do(rule.actions):
+            return False
+        results = [(action.target, self._results(action)) for action in rule.actions]
+        results += [(name, (1 << len(self._packing.space[name].domain)) - 1) for name in rule.measured]
+        grown = any(bits & ~self._bits[name] for name, bits in results)
+        for name, bits in results:
+            self._bits[name] |= bits
+        return grown
+
+    def _results(self, action: Action) -> int:
+        """The values of the domain that the action can give its variable, taken as often as one likes."""
+        domain = self._packing.space[action.target].domain
+        if isinstance(action, Add):
+            return _shifted(self._bits[action.target], action.amount, len(domain))
+        if isinstance(action.source, Constant):
+            return 1 << domain.index(action.source.constant)
+        source, known = self._packing.space[action.source.name].domain, self._bits[action.source.name]
+        fitting = (value for index, value in enumerate(source.values) if known >> index & 1 and value in domain)
+        return sum(1 << domain.index(value) for value in fitting)
+
+
+def _shifted(bits: int, amount: int, size: int) -> int:
+    """The values of a range of `size` that are one amount or more of them away; each round doubles how many."""
+    whole = (1 << size) - 1
+
+    def moved(values: int, by: int) -> int:
+        return (values << by if by > 0 else values >> -by) & whole
+
+    reached, by = moved(bits, amount), amount
+    while abs(by) < size:
+        reached |= moved(reached, by)
+        by *= 2
+    return reached
+
+
+class _TooManyChecksError(Exception):
+    pass
+
+
+class _ValueSearch:
+    """Backtracking over a normal form, within sets of values. Narrows all it can before it chooses."""
+
+    def __init__(self) -> None:
+        self._looks = 0
+
+    def satisfy(self, nodes: Sequence[Node], sets: Mapping[str, int]) -> bool:
+        """Whether all nodes can hold at once. Raises `_TooManyChecksError`."""
+        left = dict(sets)
+        pending, choices = list(nodes), []
+        while pending:
+            node = pending.pop()
+            match node:
+                case bool():
+                    if not node:
+                        return False
+                case OneOf(field, allowed):
+                    name = field.variable.name
+                    left[name] &= allowed
+                    if not left[name]:
+                        return False
+                case AllOf(parts):
+                    pending += parts
+                case AnyOf() | FieldPair():
+                    choices.append(node)
+        if not choices:
+            return True
+        return any(self.satisfy([option, *choices[1:]], left) for option in self._options(choices[0], left))
+
+    def _options(self, choice: AnyOf | FieldPair, sets: Mapping[str, int]) -> Iterator[Node]:
+        """What a choice can be made of."""
+        if isinstance(choice, AnyOf):
+            for part in choice.parts:
+                self._look(1)
+                yield part
+            return
+        known = sets[choice.left.variable.name]
+        for index, value in enumerate(choice.left.variable.domain.values):
+            if known >> index & 1:
+                self._look(len(choice.right.variable.domain))
+                yield AllOf((OneOf(choice.left, 1 << index), OneOf(choice.right, choice.row(value))))
+
+    def _look(self, count: int) -> None:
+        self._looks += count
+        if self._looks > _MAX_LOOKS:
+            raise _TooManyChecksError
+
+
+# what the sets rule out
+
+
+class _ValueReasons:
+    """Why the values of a model rule obligations out."""
+
+    def __init__(self, model: BehaviorModel, values: Mapping[str, tuple[Value, ...]]) -> None:
+        self._model = model
+        self._values = values
+        self._sets = ValueSets(model.running_space, values)
+
+    def of_operation(self, operation: Operation) -> Iterator[tuple[Aspect, str]]:
+        """The aspects that are ruled out, each with the reason."""
+        states = self._values[operation_state_name(operation.name)]
+        never = None
+        if OperationState.EXECUTING.value not in states:
+            never = f"it never executes: {self._blocked('its precondition', operation.pre, _waits(operation))}"
+            yield Aspect.EXECUTING, never
+        if OperationState.FAILED.value not in states:
+            yield Aspect.FAILED, never or self._never_failed(operation)
+        if OperationState.TIMEDOUT.value not in states:
+            yield Aspect.TIMEDOUT, never or _never_timedout(operation)
+        if OperationState.COMPLETED.value not in states:
+            where = _executes(operation.name)
+            yield Aspect.COMPLETED, never or self._blocked("its postcondition", operation.post, where)
+
+    def _never_failed(self, operation: Operation) -> str:
+        name = operation.name
+        where = _executes(name)
+        ways = [] if operation.failed is None else [("its `failed` transition", operation.failed)]
+        automatic = self._model.automatic_transitions
+        ways += [(transition.name, transition) for transition in automatic if name in _fails(transition, self._model)]
+        reasons = [self._blocked(what, transition, where) for what, transition in ways]
+        return "; ".join(reasons) or "nothing fails it: it has no `failed` transition, and no automatic one fails it"
+
+    def of_automatic(self, transition: Transition) -> str | None:
+        """Why an automatic transition is never taken; `None` if the values allow it."""
+        if any(self._can_take(rule) for rule in _automatic_rules(transition, self._model)):
+            changes = conjunction((transition.running_guard, _changes(transition)))
+            return None if self._sets.can_hold(changes) else "wherever its guard can hold, it would change nothing"
+        executing = [_executes(name) for name in _fails(transition, self._model)]
+        where = Or(tuple(executing)) if len(executing) > 1 else conjunction(executing)
+        return self._blocked("its guard", transition, where)
+
+    def _can_take(self, rule: _ValueRule) -> bool:
+        return self._sets.can_hold(rule.guard) and self._sets.can_do(rule.actions)
+
+    def _blocked(self, what: str, transition: Transition, where: Predicate) -> str:
+        """Why a transition cannot be taken where it is looked at."""
+        parts = contradiction((transition.running_guard,), self._model)
+        if parts:
+            return contradicting(what, parts)
+        blamed = blame((transition.running_guard,), lambda part: self._sets.can_hold(And((where, part))))
+        if not blamed:
+            misfits = [action for action in transition.running_actions if not self._sets.can_do((action,))]
+            return f"{what} would leave a domain: {misfits[0]}" if misfits else f"{what} is never looked at"
+        needed = conjunction(blamed)
+        read = needed.reads()
+        if self._sets.can_hold(needed):
+            return f"{what} needs {needed}, which never holds when it is looked at"
+        if len(read) == 1:
+            wanted = "that value" if isinstance(needed, Equal) else "such a value"
+            return f"{what} needs {needed}, and no run gives {read[0]} {wanted}{self._known(read[0])}"
+        if not read:
+            return f"{what} needs {needed}, which never holds"
+        return f"{what} needs {needed}, and no run gives {listed(read, 'and')} such values"
+
+    def _known(self, name: str) -> str:
+        """What a variable can be, if that is not too much to tell."""
+        values = [format_value(value) for value in self._values[name]]
+        if len(values) > _MAX_LISTED:
+            return ""
+        return f": it is always {values[0]}" if len(values) == 1 else f": it is only ever {listed(values, 'or')}"
+
+
+def _never_timedout(operation: Operation) -> str:
+    return "it has no `deadline`" if operation.deadline_ns is None else "its `timedout` actions would leave a domain"
+
+
+def _changes(transition: Transition) -> Predicate:
+    """Where the actions of a transition change the state; what `+=` adds is never 0."""
+    changes: list[Predicate] = []
+    for action in transition.running_actions:
+        if isinstance(action, Add):
+            return Truth(True)
+        changes.append(NotEqual(Reference(action.target), action.source))
+    return Or(tuple(changes)) if len(changes) > 1 else conjunction(changes)

@@ -1,0 +1,121 @@
+"""Why nothing visits an obligation, cheap arguments first, and the certificates that say so (decision 18)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scbm.cases.coverage import Aspect, Obligation
+from scbm.closing.proofs.possible_values import possible_values, ruled_out
+from scbm.closing.proofs.structural_facts import structural_facts
+from scbm.files import digest_of
+from scbm.model import Role
+from scbm.proofcheck import Certificate, Claim, RunsArgument, Situation, StructureArgument, ValuesArgument
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from scbm.closing.runs.all_runs import AllRuns
+    from scbm.closing.runs.run_graph import RunGraph
+    from scbm.closing.runs.situations import Position
+    from scbm.model import BehaviorModel
+    from scbm.proofcheck import Argument
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """Why nothing visits one obligation.
+
+    Attributes:
+        kind: the kind of its argument, which is the name of its certificate.
+        reason: one sentence.
+    """
+
+    kind: str
+    reason: str
+
+
+class Proofs:
+    """The proofs of a model."""
+
+    def __init__(self, model: BehaviorModel) -> None:
+        self._model = model
+        self._facts = {obligation: (fact, reason) for obligation, fact, reason in structural_facts(model)}
+        self._values = possible_values(model)
+        self._ruled_out = dict(ruled_out(model, self._values))
+
+    def cheap(self, obligation: Obligation) -> Proof | None:
+        """A proof that needs no exploration of runs."""
+        if obligation in self._facts:
+            return Proof(StructureArgument.kind, self._facts[obligation][1])
+        if obligation in self._ruled_out:
+            return Proof(ValuesArgument.kind, self._ruled_out[obligation])
+        return None
+
+    def by_runs(self, obligation: Obligation, runs: AllRuns) -> Proof | None:
+        """A proof that all runs were looked at, and none visits it; `None` if one does, or not all were."""
+        bit = runs.visits.bit(obligation.subject, obligation.aspect)
+        if runs.stopped is not None or (runs.visited | runs.cut_off) & bit:
+            return None
+        return Proof(RunsArgument.kind, _reason(obligation, runs))
+
+    def certificates(self, proved: Sequence[tuple[Obligation, Proof]], runs: AllRuns | None) -> Iterator[Certificate]:
+        """One certificate for each kind of argument that is needed."""
+        digest = digest_of(self._model)
+        for kind in (StructureArgument.kind, ValuesArgument.kind, RunsArgument.kind):
+            claims = tuple((obligation, proof) for obligation, proof in proved if proof.kind == kind)
+            if claims:
+                argument = self._argument(kind, [obligation for obligation, _ in claims], runs)
+                told = tuple(Claim(str(obligation), proof.reason) for obligation, proof in claims)
+                yield Certificate(self._model.name, digest, told, argument)
+
+    def _argument(self, kind: str, claimed: Sequence[Obligation], runs: AllRuns | None) -> Argument:
+        if kind == StructureArgument.kind:
+            return StructureArgument(tuple(self._facts[obligation][0] for obligation in claimed))
+        if kind == ValuesArgument.kind:
+            return ValuesArgument(tuple(self._values.items()))
+        assert runs is not None  # noqa: S101 - such proofs come from them
+        return _runs_argument(runs)
+
+
+def _reason(obligation: Obligation, runs: AllRuns) -> str:
+    name, visits, visited = obligation.subject, runs.visits, runs.visited
+    is_only = len(runs.graphs) == 1
+    followed = f"all runs to {'the only goal' if is_only else f'the {len(runs.graphs)} goals'} were followed"
+    if obligation.aspect is Aspect.TAKEN:
+        return f"no run takes {obligation}; {followed}"
+    if not visited & visits.bit(name, Aspect.QUEUED):
+        goals = "the only goal" if is_only else f"any of the {len(runs.graphs)} goals"
+        return f"{name} is in no plan to {goals}, from no state in which a run asks for one"
+    if not visited & visits.current(name):
+        return f"{name} is planned, but the runs for which it is are over before its turn comes"
+    if obligation.aspect is Aspect.DISABLED:
+        return f"{name} is never disabled without injections, nor by any injection that was tried"
+    told = "comes to the head of the queue, but its precondition never holds then"
+    if obligation.aspect is not Aspect.EXECUTING and visited & visits.bit(name, Aspect.EXECUTING):
+        told = f"executes, but it never {_ENDS[obligation.aspect]}"
+    return f"{name} {told}; {followed}"
+
+
+_ENDS = {Aspect.FAILED: "fails", Aspect.TIMEDOUT: "times out", Aspect.COMPLETED: "completes"}
+
+
+def _runs_argument(runs: AllRuns) -> RunsArgument:
+    space = runs.program.packing.space
+    names = tuple(name for name in runs.relevance.names if space[name].role is not Role.OPERATION_STATE)
+    told = tuple((graph.goal[0], tuple(_situations(graph, names, runs))) for graph in runs.graphs)
+    return RunsArgument(names, told)
+
+
+def _situations(graph: RunGraph, names: Sequence[str], runs: AllRuns) -> Iterator[Situation]:
+    operations = [operation.name for operation in runs.model.operations]
+    resources = [resource.name for resource in runs.model.resources]
+    packing = runs.program.packing
+
+    def named(position: Position) -> Situation:
+        known = packing.values(position.state)
+        values = tuple(known[name] for name in names)
+        queue = tuple(operations[number] for number in runs.queues.operations(position.queue))
+        return Situation(values, queue, tuple(resources[number] for number in position.in_flight), position.awaits)
+
+    return map(named, graph.positions)

@@ -1,0 +1,1 @@
+"""All runs of a model as a graph: situations, events between them, walks."""

@@ -1,0 +1,49 @@
+"""The states in which the runner looks at guards, micro-steps included: what can ever hold when it matters."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from scbm.closing.proofs.possible_values import ValueSets, possible_values
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from scbm.closing.runs.all_runs import AllRuns
+    from scbm.model import Predicate, Value
+
+
+class ObservedStates:
+    """All such states of the runs of a model; if they are too many, what the values of variables allow."""
+
+    def __init__(self, runs: AllRuns) -> None:
+        self._runs = runs
+        self._known: dict[Predicate, bool] = {}
+
+    @property
+    def are_known(self) -> bool:
+        """Whether the states can be had."""
+        return self._runs.stopped is None
+
+    def can_hold(self, predicate: Predicate) -> bool:
+        """Whether a predicate holds in one of the states; also if that is not known."""
+        if predicate not in self._known:
+            self._known[predicate] = self._holds(predicate)
+        return self._known[predicate]
+
+    def _holds(self, predicate: Predicate) -> bool:
+        if not self.are_known:
+            return self._values.can_hold(predicate)
+        test = self._runs.program.packing.test(predicate)
+        return any(test(state) for state in self._runs.looked_at)
+
+    def __iter__(self) -> Iterator[Mapping[str, Value]]:
+        """The states with all their variables; those that make no difference have any value."""
+        for state in self._runs.looked_at:
+            yield self._runs.program.packing.values(state)
+
+    @cached_property
+    def _values(self) -> ValueSets:
+        model = self._runs.model
+        return ValueSets(model.running_space, possible_values(model))

@@ -1,0 +1,191 @@
+"""The graph of all runs for one goal: every position that a run can be in, and every event between two of them."""
+
+from __future__ import annotations
+
+from array import array
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+from scbm.closing.runs.situations import ANSWER, PlanningTooLargeError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+
+    from scbm.closing.runs.situations import Happening, Position, RunStep, RunSteps
+    from scbm.model import Predicate, Value
+
+
+class Start(NamedTuple):
+    """An initial state, named and packed."""
+
+    values: Mapping[str, Value]
+    packed: int
+
+
+class Edge(NamedTuple):
+    """An event in a run.
+
+    Attributes:
+        number: the edge's.
+        target: the node behind it; -1 if the run ends.
+        visits: what it visits.
+    """
+
+    number: int
+    target: int
+    visits: int
+
+
+@dataclass
+class RunGraph:
+    """The graph, as far as it was explored. Node 0 is no position: its edges are the starts.
+
+    Attributes:
+        goal: the goal's name and predicate.
+        starts: the initial states.
+        positions: node n + 1 is position n.
+        complete: whether everything was explored.
+        planning_too_large: whether that ended because some plan was not found.
+        reach: for each node what can be visited from there on.
+        cut_offs: edges on which a limit of plans can end the run, each with its node and what is visited then.
+    """
+
+    goal: tuple[str, Predicate]
+    starts: Sequence[Start]
+    positions: list[Position]
+    complete: bool
+    planning_too_large: bool
+    reach: list[int]
+    cut_offs: list[tuple[int, Edge, int]]
+    _first: array[int]
+    _targets: array[int]
+    _visits: list[int]
+    _labels: list[Happening | Start]
+
+    @property
+    def visits(self) -> int:
+        """Everything that runs visit."""
+        return self.reach[0]
+
+    def edges(self, node: int) -> Iterator[Edge]:
+        """The events that can come in a node; none if it was not explored."""
+        if node + 1 >= len(self._first):
+            return
+        for number in range(self._first[node], self._first[node + 1]):
+            yield Edge(number, self._targets[number], self._visits[number])
+
+    def calm_edges(self, node: int) -> Iterator[Edge]:
+        """The events, but for replies that come before the planner has answered.
+
+        In a simulation planning takes no time, so these come at one moment, and not in every order.
+        """
+        is_asking = node > 0 and self.positions[node - 1].is_asking
+        return (edge for edge in self.edges(node) if not is_asking or self._labels[edge.number] is ANSWER)
+
+    def label(self, edge: int) -> Happening | Start:
+        """What happens on an edge; the initial state for the first one of a walk."""
+        return self._labels[edge]
+
+
+def explore_runs(goal: tuple[str, Predicate], steps: RunSteps, starts: Sequence[Start], most: int) -> RunGraph:
+    """Explores breadth-first, so that what is near is found even if not everything is.
+
+    Args:
+        goal: what the runs are for.
+        steps: their steps.
+        starts: where they begin.
+        most: no more than so many positions are kept.
+    """
+    return _RunExploration(steps, most).explore(goal, starts)
+
+
+class _RunExploration:
+    def __init__(self, steps: RunSteps, most: int) -> None:
+        self._steps = steps
+        self._most = most
+        self._nodes: dict[Position, int] = {}
+        self._positions: list[Position] = []
+        self._first = array("q", [0])
+        self._targets = array("q")
+        self._visits: list[int] = []
+        self._labels: list[Happening | Start] = []
+        self._known: dict[int, int] = {}
+        self._cut_offs: list[tuple[int, Edge, int]] = []
+        self._cut_off = 0
+        self._complete = True
+        self._planning_too_large = False
+
+    def explore(self, goal: tuple[str, Predicate], starts: Sequence[Start]) -> RunGraph:
+        try:
+            self._explore(starts)
+        except PlanningTooLargeError:
+            self._complete, self._planning_too_large = False, True
+            self._first.append(len(self._targets))
+        graph = RunGraph(
+            goal,
+            starts,
+            self._positions,
+            self._complete,
+            self._planning_too_large,
+            [],
+            self._cut_offs,
+            self._first,
+            self._targets,
+            self._visits,
+            self._labels,
+        )
+        graph.reach = _reach(self._first, self._targets, self._visits)
+        return graph
+
+    def _explore(self, starts: Sequence[Start]) -> None:
+        for start in starts:
+            self._add(0, start, self._steps.begin(start.packed))
+        self._first.append(len(self._targets))
+        node = 0
+        while node < len(self._positions):
+            position = self._positions[node]
+            for happening in self._steps.happenings(position):
+                self._add(node + 1, happening, self._steps.after(position, happening))
+            self._first.append(len(self._targets))
+            node += 1
+
+    def _add(self, node: int, label: Happening | Start, step: RunStep) -> None:
+        target = -1
+        if step.target is not None:
+            target = self._nodes.get(step.target, 0)
+            if not target:
+                if len(self._positions) >= self._most:
+                    self._complete = False
+                else:
+                    self._positions.append(step.target)
+                    target = self._nodes[step.target] = len(self._positions)
+            target = target or -1
+        self._targets.append(target)
+        self._visits.append(self._known.setdefault(step.visits, step.visits))
+        self._labels.append(label)
+        if step.cut_off & ~self._cut_off:  # the first of its kind is enough
+            self._cut_off |= step.cut_off
+            self._cut_offs.append((node, Edge(len(self._targets) - 1, target, step.visits), step.cut_off))
+
+
+def _reach(first: array[int], targets: array[int], visits: list[int]) -> list[int]:
+    """For each node everything that edges from there on visit: what is new is told to those before, until all know."""
+    count = len(first) - 1
+    reach = [0] * count
+    before: list[list[int]] = [[] for _ in range(count)]
+    for node in range(count):
+        for edge in range(first[node], first[node + 1]):
+            reach[node] |= visits[edge]
+            if targets[edge] >= 0:
+                before[targets[edge]].append(node)
+    todo, waits = list(range(count)), bytearray(b"\1") * count
+    while todo:
+        node = todo.pop()
+        waits[node] = 0
+        for other in before[node]:
+            if reach[node] & ~reach[other]:
+                reach[other] |= reach[node]
+                if not waits[other]:
+                    waits[other] = 1
+                    todo.append(other)
+    return reach

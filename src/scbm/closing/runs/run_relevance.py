@@ -1,0 +1,85 @@
+"""The initial states that runs can begin in, as far as they make a difference.
+
+Which variables make a difference to runs. The others (commands that requests carry) multiply states for nothing.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from itertools import islice, product
+from math import prod
+from operator import ne
+from typing import TYPE_CHECKING
+
+from scbm.closing.runs.run_graph import Start
+from scbm.closing.runs.situations import world_bits
+from scbm.model import Role, Truth
+from scbm.planning.engines import Move, MovePart, TransitionSystem, relevant
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.model import BehaviorModel, Packing, Value
+    from scbm.running import Program
+
+
+class Relevance:
+    """The variables of the running space that decide what can happen.
+
+    Attributes:
+        packing: of the running space.
+        names: the variables, in the order of the space.
+        mask: their bits.
+    """
+
+    def __init__(self, model: BehaviorModel, packing: Packing) -> None:
+        self.packing = packing
+        self.names = relevant(_steps(model), _looked_at(model)).names
+        self.mask = sum(packing[name].mask for name in self.names)
+
+
+def _steps(model: BehaviorModel) -> TransitionSystem:
+    """Everything that changes variables in runs, each step as a move of its own."""
+    parts = [MovePart(transition.running_guard, transition.running_actions) for transition in model.transitions]
+    parts += [MovePart(Truth(True), operation.timedout) for operation in model.operations]
+    return TransitionSystem(model.running_space, tuple(Move(str(number), (part,)) for number, part in enumerate(parts)))
+
+
+def _looked_at(model: BehaviorModel) -> Iterator[str]:
+    """What goals read, what automatic transitions change, which has to be a change, and what is not declared."""
+    for _, goal in model.goals:
+        yield from goal.reads()
+    for transition in model.automatic_transitions:
+        yield from (action.target for action in transition.running_actions)
+    yield from (variable.name for variable in model.running_space if variable.role is not Role.DECLARED)
+
+
+def initial_states(
+    model: BehaviorModel, program: Program, relevance: Relevance, most: int
+) -> tuple[tuple[Start, ...], bool]:
+    """The allowed initial states that differ in what makes a difference, those nearest to the nominal one first.
+
+    Returns:
+        The states, and whether these are all: if there are more than `most` combinations of random values, so many of
+        them are gone through.
+    """
+    found: dict[int, Start] = {}
+    choices = _choices(model, relevance)
+    for combination in islice(product(*choices), most):
+        values = dict(zip(model.space.names, combination, strict=True))
+        if model.initial_states.holds(values):
+            packed = world_bits(program, values)
+            found.setdefault(packed & relevance.mask, Start(values, packed))
+    nominal = model.nominal_state
+    nearest = sorted(found.values(), key=lambda start: sum(nominal[name] != v for name, v in start.values.items()))
+    return tuple(nearest), prod(map(len, choices)) <= most
+
+
+def _choices(model: BehaviorModel, relevance: Relevance) -> list[list[Value]]:
+    """The random values of each variable, the nominal one first; one alone if it makes no difference."""
+    looked_at = dict.fromkeys((*relevance.names, *model.initial_states.reads()))
+    nominal_first = [sorted(v.random, key=partial(ne, v.initial)) for v in model.space]
+    return [
+        values if variable.name in looked_at else values[:1]
+        for variable, values in zip(model.space, nominal_first, strict=True)
+    ]

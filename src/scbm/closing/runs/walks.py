@@ -1,0 +1,182 @@
+"""Walks through the graph of runs that visit much of what is missed (decision 19).
+
+The way that a run goes: where it begins, and what happens in it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scbm.closing.runs.run_graph import Edge, RunGraph, Start
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+
+    from scbm.closing.runs.situations import Happening
+    from scbm.model import Predicate
+
+
+@dataclass(frozen=True, slots=True)
+class RunPath:
+    """A run from its beginning, as far as it is decided.
+
+    Attributes:
+        start: the initial state.
+        happenings: replies, deadlines that pass, answers of the planner, in order.
+    """
+
+    start: Start
+    happenings: tuple[Happening, ...]
+
+
+_MAX_COMPARED = 2_000
+"""So many nodes are looked at behind the first edge that visits something, for one that gives up less."""
+
+
+@dataclass(frozen=True, slots=True)
+class Walk:
+    """A way through a graph.
+
+    Attributes:
+        goal: the goal of the graph.
+        visits: what the run visits on the way.
+    """
+
+    goal: tuple[str, Predicate]
+    way: RunPath
+    visits: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Leg:
+    """A piece of a walk: edges, and what of the missed ones it keeps within reach."""
+
+    edges: list[Edge]
+    kept: int
+
+
+def best_walk(graphs: Sequence[RunGraph], missing: int) -> Walk | None:
+    """A walk that visits much of what is missing; `None` if nothing of it can be visited."""
+    beginnings = [(graph, edge) for graph in graphs for edge in graph.edges(0)]
+    promising = [(graph, edge, _promise(graph, edge, missing)) for graph, edge in beginnings]
+    graph, edge, promise = max(promising, key=lambda each: each[2].bit_count(), default=(None, None, 0))
+    if graph is None or edge is None or not promise:
+        return None
+    return _walk_on(graph, edge, missing)
+
+
+def direct_walks(graphs: Sequence[RunGraph], wanted: int) -> Iterator[Walk]:
+    """The shortest walks that visit something of what is wanted, one for each goal; calm ones first, then any."""
+    for is_calm in (True, False):
+        walks = (_shortest(graph, wanted, is_calm=is_calm) for graph in graphs)
+        yield from sorted(filter(None, walks), key=lambda walk: len(walk.way.happenings))
+
+
+def _shortest(graph: RunGraph, wanted: int, *, is_calm: bool) -> Walk | None:
+    """The shortest walk from any start; of equally short ones that from the start nearest to the nominal state."""
+    next_edges = graph.calm_edges if is_calm else graph.edges
+    came: dict[int, tuple[int, Edge] | None] = {0: None}
+    frontier = [0]
+    for here in frontier:  # it grows while it is gone through
+        for edge in next_edges(here):
+            if edge.visits & wanted:
+                return _walk(graph, _edges_to(came, here, edge))
+            if edge.target >= 0 and edge.target not in came and _promise(graph, edge, wanted):
+                came[edge.target] = (here, edge)
+                frontier.append(edge.target)
+    return None
+
+
+def walk_over(graph: RunGraph, node: int, last: Edge) -> Walk:
+    """The shortest walk that ends with an edge, which begins in a node."""
+    came: dict[int, tuple[int, Edge] | None] = {0: None}
+    frontier = [0]
+    for here in frontier:
+        if node in came:
+            break
+        for edge in graph.edges(here):
+            if edge.target >= 0 and edge.target not in came:
+                came[edge.target] = (here, edge)
+                frontier.append(edge.target)
+    return _walk(graph, _edges_to(came, node, last))
+
+
+def _promise(graph: RunGraph, edge: Edge, missing: int) -> int:
+    """What of the missing can be visited on an edge and behind it."""
+    behind = graph.reach[edge.target] if edge.target >= 0 else 0
+    return (edge.visits | behind) & missing
+
+
+def _walk_on(graph: RunGraph, edge: Edge, missing: int) -> Walk:
+    """From a start to the nearest edge that visits something missing, again and again until there is none."""
+    edges = [edge]
+    visits = edge.visits
+    while edges[-1].target >= 0:
+        leg = _next_leg(graph, edges[-1].target, missing & ~visits)
+        if leg is None:
+            break
+        edges += leg.edges
+        visits |= _visits(leg.edges)
+    return _walk(graph, edges)
+
+
+def _walk(graph: RunGraph, edges: Sequence[Edge]) -> Walk:
+    start = graph.label(edges[0].number)
+    assert isinstance(start, Start)  # noqa: S101 - the edges of node 0 are the starts
+    happenings = [graph.label(each.number) for each in edges[1:]]
+    way = RunPath(start, tuple(each for each in happenings if not isinstance(each, Start)))
+    return Walk(graph.goal, way, _visits(edges))
+
+
+def _next_leg(graph: RunGraph, node: int, missing: int) -> _Leg | None:
+    """The way to an edge that visits something missing: of those that keep the most within reach, the nearest."""
+    most = graph.reach[node] & missing
+    if not most:
+        return None
+    return _leg_along(graph, graph.calm_edges, node, missing, most) or _leg_along(
+        graph, graph.edges, node, missing, most
+    )
+
+
+def _leg_along(
+    graph: RunGraph, next_edges: Callable[[int], Iterable[Edge]], node: int, missing: int, most: int
+) -> _Leg | None:
+    came: dict[int, tuple[int, Edge] | None] = {node: None}
+    frontier = [node]
+    best: _Leg | None = None
+    for looked_at, here in enumerate(frontier):  # it grows while it is gone through
+        if best is not None and looked_at > _MAX_COMPARED:
+            break
+        for edge in next_edges(here):
+            if edge.visits & missing:
+                leg = _leg(graph, came, here, edge, missing)
+                if best is None or leg.kept.bit_count() > best.kept.bit_count():
+                    best = leg
+                if best.kept == most:
+                    return best
+            if edge.target >= 0 and edge.target not in came:
+                came[edge.target] = (here, edge)
+                frontier.append(edge.target)
+    return best
+
+
+def _leg(graph: RunGraph, came: dict[int, tuple[int, Edge] | None], node: int, last: Edge, missing: int) -> _Leg:
+    edges = _edges_to(came, node, last)
+    return _Leg(edges, _visits(edges) & missing | _promise(graph, last, missing))
+
+
+def _edges_to(came: dict[int, tuple[int, Edge] | None], node: int, last: Edge) -> list[Edge]:
+    """The edges of the way to a node, as a search has found it, and a last one behind it."""
+    edges = [last]
+    while (step := came[node]) is not None:
+        node, edge = step
+        edges.append(edge)
+    return edges[::-1]
+
+
+def _visits(edges: Sequence[Edge]) -> int:
+    visits = 0
+    for edge in edges:
+        visits |= edge.visits
+    return visits

@@ -1,0 +1,1 @@
+"""Test cases for missed obligations, made from walks and injections."""

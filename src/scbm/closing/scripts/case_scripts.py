@@ -1,0 +1,264 @@
+"""From a way that runs can go to a case: what has to be said of requests so that a run goes this way.
+
+The way is given to a real runner, event by event, at times that a person would choose: a plain reply comes when plain
+replies come. What is plain is then left out of the case.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from scbm.cases import Case, CaseLimits, Forced, Injection
+from scbm.cases.trace import BecameCurrent, OperationStepped
+from scbm.closing.runs.situations import Happening, HappeningKind
+from scbm.model import OperationState, Outcome, State
+from scbm.planning import Solved
+from scbm.running import (
+    AskPlan,
+    CancelRequest,
+    Effect,
+    GoalGiven,
+    InjectionGiven,
+    PlanAnswered,
+    PlanStatus,
+    ReplyArrived,
+    Runner,
+    RunnerOptions,
+    SendRequest,
+    TimePassed,
+)
+from scbm.running.simulation import PlainReactions
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scbm.cases import Reaction
+    from scbm.closing.runs.run_graph import Start
+    from scbm.closing.runs.walks import RunPath
+    from scbm.model import BehaviorModel, Predicate
+    from scbm.planning import PlanCache
+    from scbm.running import Program
+
+_NEVER_NS = 10**30
+_A_MOMENT_NS = 1_000_000
+_A_WHILE_NS = 100_000_000
+_AT_ONCE_PLANS = 10**9
+_DEFAULTS = RunnerOptions()
+
+
+@dataclass(slots=True)
+class _ScriptedRequest:
+    """A request of the run.
+
+    Attributes:
+        subject: what a case calls it by: the operation that executed, or the resource if none did.
+        number: which one of these, counted from 1.
+        number_of_event: the event that it was sent at, counted from the beginning of the run.
+        answer: what was replied, and when; `None` if nothing was.
+        cancelled_ns: when it was cancelled, if it was.
+    """
+
+    resource: str
+    subject: str
+    number: int
+    sent_ns: int
+    number_of_event: int
+    answer: tuple[int, Happening] | None = None
+    cancelled_ns: int | None = None
+
+
+class CaseScripts:
+    """Makes cases from ways.
+
+    Attributes:
+        plain: for each resource, what a plain reply of it is.
+    """
+
+    def __init__(self, model: BehaviorModel, program: Program, plans: PlanCache) -> None:
+        self.model = model
+        self.program = program
+        self.plans = plans
+        plain = PlainReactions()
+        self.plain = {resource.name: plain.react(resource) for resource in model.resources}
+
+    def case(self, goal: tuple[str, Predicate], way: RunPath, name: str) -> Case:
+        """The case whose run goes this way to a goal, and plainly behind it."""
+        run = _ScriptedRun(self, goal, way.start)
+        run.follow(way.happenings)
+        initial = State(self.model.space, dict(way.start.values))
+        injections = tuple(run.injections)
+        return Case(name, *goal, initial, tuple(run.rules()), injections, limits=run.limits)
+
+
+class _ScriptedRun:
+    """A real runner that is led along a way."""
+
+    def __init__(self, scripts: CaseScripts, goal: tuple[str, Predicate], start: Start) -> None:
+        self._planner = scripts.plans
+        self._plain = scripts.plain
+        self._runner = Runner(scripts.program, start.values, RunnerOptions(_NEVER_NS, _AT_ONCE_PLANS))
+        self._now_ns = 0
+        self._requests: dict[int, _ScriptedRequest] = {}
+        self._in_flight: dict[str, int] = {}
+        self._counts: dict[str, int] = {}
+        self._operation: str | None = None
+        self._asked: AskPlan | None = None
+        self._plans = 0
+        self._events = 0
+        self._ends_ns: int | None = None
+        self.injections: list[Injection] = []
+        self._perform(self._runner.handle(GoalGiven(*goal), 0))
+
+    def follow(self, happenings: Iterable[Happening]) -> None:
+        """Lets everything happen, in order."""
+        for happening in happenings:
+            self._answer_if_alone()
+            self._events += 1
+            match happening.kind:
+                case HappeningKind.REPLY:
+                    self._reply(happening)
+                case HappeningKind.DEADLINE:
+                    self._pass()
+                case HappeningKind.TIME_LIMIT:
+                    self._ends_ns = self._soon_ns()
+                case HappeningKind.ANSWER:
+                    self._answer()
+                case HappeningKind.INPUT:
+                    self._inject(happening)
+        self._answer_if_alone()
+
+    @property
+    def limits(self) -> CaseLimits:
+        """The limits that the case needs beyond the usual ones."""
+        if self._ends_ns is not None:
+            return CaseLimits(self._ends_ns, None)
+        time_ns = 2 * self._now_ns if 2 * self._now_ns > _DEFAULTS.time_limit_ns else None
+        plans = 2 * self._plans if 2 * self._plans > _DEFAULTS.plan_limit else None
+        return CaseLimits(time_ns, plans)
+
+    def rules(self) -> list[Forced]:
+        """What the case has to say of its requests: what is not plain, equal rules in a row as one."""
+        rules: list[Forced] = []
+        for subject in self._counts:
+            last: Forced | None = None
+            for request in self._requests.values():
+                if request.subject != subject:
+                    continue
+                rule = self._rule(request)
+                if rule is not None and last is not None and _continues(last, rule):
+                    rules[-1] = last = replace(last, last=rule.last)
+                elif rule is not None:
+                    rules.append(rule)
+                    last = rule
+        return rules
+
+    def _rule(self, request: _ScriptedRequest) -> Forced | None:
+        """What has to be said of one request; `None` if it is plain."""
+        plain = self._plain[request.resource]
+        plainly_ns = request.sent_ns + plain.latency_ns
+        rule = Forced(request.subject, request.number, request.number)
+        if request.answer is not None:
+            at_ns, happening = request.answer
+            return self._answered(replace(rule, latency_ns=at_ns - request.sent_ns), happening, plain)
+        if request.cancelled_ns is not None:
+            return replace(rule, outcome=Outcome.TIMEOUT) if plainly_ns <= request.cancelled_ns else None
+        if plainly_ns > self._now_ns:
+            return None
+        behind_ns = self._now_ns + max(plain.latency_ns, _A_MOMENT_NS)  # all that was decided is over then
+        return replace(rule, latency_ns=behind_ns - request.sent_ns)
+
+    def _answered(self, rule: Forced, happening: Happening, plain: Reaction) -> Forced | None:
+        if rule.latency_ns == plain.latency_ns:
+            rule = replace(rule, latency_ns=None)
+        if not happening.succeeded:
+            return replace(rule, outcome=Outcome.FAIL)
+        if happening.measured != (plain.measured or ()):
+            rule = replace(rule, measured=happening.measured)
+        return None if rule.latency_ns is None and rule.measured is None else replace(rule, outcome=Outcome.SUCCEED)
+
+    def _reply(self, happening: Happening) -> None:
+        identity = self._in_flight.pop(happening.resource)
+        request = self._requests[identity]
+        self._now_ns = self._reply_ns(request)
+        request.answer = (self._now_ns, happening)
+        reply = ReplyArrived(identity, happening.succeeded, happening.measured)
+        self._perform(self._runner.handle(reply, self._now_ns))
+
+    def _reply_ns(self, request: _ScriptedRequest) -> int:
+        """When a reply comes: as plain ones do, if that is in time and in order; else soon."""
+        plainly_ns = request.sent_ns + self._plain[request.resource].latency_ns
+        deadline_ns = self._runner.deadline_ns
+        assert deadline_ns is not None  # noqa: S101 - a goal is pursued
+        # Planning takes no time, so what comes before the answer comes at once. All else can come a moment later, and
+        # has to behind a deadline that its request has seen pass, as deadlines pass last in their instant.
+        is_at_once = self._asked is not None or request.number_of_event == self._events
+        soon_ns = self._now_ns if is_at_once else min(self._now_ns + _A_MOMENT_NS, deadline_ns)
+        return plainly_ns if soon_ns <= plainly_ns <= deadline_ns else soon_ns
+
+    def _soon_ns(self) -> int:
+        """A moment at which nothing else happens, before the next deadline if there is time."""
+        deadline_ns = self._runner.deadline_ns
+        assert deadline_ns is not None  # noqa: S101 - a goal is pursued
+        return max(min(self._now_ns + _A_MOMENT_NS // 2, (self._now_ns + deadline_ns) // 2), 1)
+
+    def _inject(self, happening: Happening) -> None:
+        """The world outside changes an input."""
+        deadline_ns = self._runner.deadline_ns
+        assert deadline_ns is not None  # noqa: S101 - a goal is pursued
+        self._now_ns = min(self._now_ns + _A_WHILE_NS, (self._now_ns + deadline_ns) // 2)
+        name = f"input_{len(self.injections) + 1}"
+        self.injections.append(Injection(name, happening.measured, at_ns=self._now_ns))
+        self._perform(self._runner.handle(InjectionGiven(self.injections[-1]), self._now_ns))
+
+    def _pass(self) -> None:
+        deadline_ns = self._runner.deadline_ns
+        assert deadline_ns is not None  # noqa: S101 - a timer runs
+        self._now_ns = deadline_ns
+        self._perform(self._runner.handle(TimePassed(), deadline_ns))
+
+    def _answer_if_alone(self) -> None:
+        """Where nothing else can come, the planner's answer is no event of the way."""
+        while self._asked is not None and not self._in_flight and self._plans < _DEFAULTS.plan_limit:
+            self._answer()
+
+    def _answer(self) -> None:
+        asked = self._asked
+        assert asked is not None  # noqa: S101 - only who asks is answered
+        self._asked = None
+        self._plans += 1
+        answer = self._planner.plan(asked.state, asked.goal)
+        plan = answer.plan if isinstance(answer, Solved) else ()
+        answered = PlanAnswered(asked.ask, PlanStatus(answer.status), plan)
+        self._perform(self._runner.handle(answered, self._now_ns))
+
+    def _perform(self, effects: Iterable[Effect]) -> None:
+        for effect in effects:
+            match effect:
+                case SendRequest(identity, resource):
+                    self._requests[identity] = self._request(resource)
+                    self._in_flight[resource] = identity
+                case BecameCurrent(operation=operation):
+                    self._operation = operation
+                case OperationStepped(target=OperationState.INITIAL):
+                    self._operation = None
+                case CancelRequest(identity, resource):
+                    self._requests[identity].cancelled_ns = self._now_ns
+                    if self._in_flight.get(resource) == identity:
+                        del self._in_flight[resource]
+                case AskPlan():
+                    self._asked = effect
+
+    def _request(self, resource: str) -> _ScriptedRequest:
+        """A request that is sent now. People think of what happens to an operation, so a case calls it by that name."""
+        subjects = (resource,) if self._operation is None else (resource, self._operation)
+        for subject in dict.fromkeys(subjects):
+            self._counts[subject] = self._counts.get(subject, 0) + 1
+        is_clear = self._operation is not None and self._operation not in self._plain
+        subject = self._operation if is_clear and self._operation is not None else resource
+        return _ScriptedRequest(resource, subject, self._counts[subject], self._now_ns, self._events)
+
+
+def _continues(last: Forced, rule: Forced) -> bool:
+    """Whether a rule says of the next request what the last one says."""
+    return last.last is not None and rule == replace(last, first=last.last + 1, last=last.last + 1)

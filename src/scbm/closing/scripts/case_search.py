@@ -1,0 +1,277 @@
+"""Cases for what is missed: walks through the graph of runs, injections where operations are to be disabled."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from scbm.cases import CaseLimits
+from scbm.cases.coverage import Aspect
+from scbm.cases.trace import state_after
+from scbm.closing.runs.walks import best_walk, direct_walks, walk_over
+from scbm.closing.scripts.case_scripts import CaseScripts
+from scbm.closing.scripts.disabling import HOLD_NS, changes_that_disable, current_operations, injection
+from scbm.closing.scripts.guided_search import distance_to, find_path, guard_of
+from scbm.model import State
+from scbm.planning import PlanCache
+from scbm.running.simulation import TooLongError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from scbm.cases import Case
+    from scbm.cases.coverage import Obligation
+    from scbm.closing.runs.all_runs import AllRuns, CloseLimits
+    from scbm.closing.runs.walks import Walk
+    from scbm.testing import Execution, Tester
+
+_MAX_RECORDS = 200_000
+_CANDIDATE = "candidate"
+_MAX_BEYOND = 5_000
+"""So many situations are looked at for one obligation and one goal beyond what was explored."""
+
+
+class CaseSearch:
+    """Looks for cases until nothing that is missed is left that a walk could reach.
+
+    Attributes:
+        found: the runs of the cases that were found, each of which visited something missed.
+    """
+
+    def __init__(self, runs: AllRuns, tester: Tester, missing: int, hopeless: int, limits: CloseLimits) -> None:
+        """Prepares the search.
+
+        Args:
+            runs: where walks can go.
+            tester: runs cases.
+            missing: the obligations that are looked for.
+            hopeless: those that are known to be uncoverable by injections, too.
+            limits: how much may be looked at.
+        """
+        self.found: list[Execution] = []
+        self._runs = runs
+        self._tester = tester
+        self._missing = missing
+        self._hopeless = hopeless
+        self._candidates = limits.candidates
+        self._beyond = limits.beyond
+        self._scripts = CaseScripts(runs.model, runs.program, PlanCache(runs.planner))
+        self._operations = {operation.name: operation for operation in runs.model.operations}
+
+    def run(self, *, short: bool) -> None:
+        """Looks for everything: by the shortest case for each, or by few that visit much."""
+        if not short:
+            self._walk_far()
+        for bit in _bits(self._wanted()):
+            if bit & self._wanted():
+                self._insist(bit)
+        for bit in _bits(self._missing & self._runs.visited):  # disabled by itself, where no injection does it
+            self._insist(bit)
+        for bit in _bits(self._missing & self._runs.cut_off):
+            self._cut_off(bit)
+        if self._runs.stopped is not None:
+            self._search_beyond()
+
+    def _walk_far(self) -> None:
+        """Walks that visit much, as long as they find something."""
+        tried = 0
+        while (walk := best_walk(self._runs.graphs, self._wanted() & ~tried)) is not None:
+            before = self._wanted() & walk.visits
+            self._take(self._disabling(self._execute(self._scripts.case(walk.goal, walk.way, _CANDIDATE))))
+            tried |= before
+
+    def _wanted(self) -> int:
+        """What walks have to visit: what is missed, and instead of *disabled* that the operation is current."""
+        visits = self._runs.visits
+        others = self._missing & ~visits.obligations.mask(Aspect.DISABLED)
+        wanted = others | sum(visits.current(name) for name in self._to_disable())
+        return wanted & self._runs.visited
+
+    def _to_disable(self) -> list[str]:
+        """The operations that are still to be disabled, and are not always enabled."""
+        open_ones = self._missing & ~self._hopeless
+        return [name for name in self._operations if open_ones & self._disabled(name)]
+
+    def _disabled(self, operation: str) -> int:
+        return self._runs.visits.bit(operation, Aspect.DISABLED)
+
+    def _take(self, execution: Execution | None) -> bool:
+        """Keeps a run if it visits something missed."""
+        if execution is None or not execution.visited & self._missing:
+            return False
+        self._missing &= ~execution.visited
+        self.found.append(execution)
+        return True
+
+    def _execute(self, case: Case) -> Execution | None:
+        return bounded(self._tester, case)
+
+    # injections
+
+    def _disabling(self, execution: Execution | None) -> Execution | None:
+        """The run with injections that disable operations which come to the head of its queue."""
+        if execution is None:
+            return None
+        execution = self._all_at_once(execution)
+        for name in self._to_disable():
+            if self._is_current(name, execution) and not execution.visited & self._disabled(name):
+                execution = self._disable(name, execution) or execution
+        return execution
+
+    def _all_at_once(self, plain: Execution) -> Execution:
+        """The run with the first change for every operation, if that is as good as the run without."""
+        case, promised = plain.case, plain.visited
+        for name in self._to_disable():
+            if self._is_current(name, plain):
+                changed = next(self._changes(name, plain), None)
+                if changed is not None:
+                    case = _with_injection(case, name, changed)
+                    promised |= self._disabled(name)
+        execution = self._execute(case)
+        return execution if execution is not None and not promised & ~execution.visited else plain
+
+    def _disable(self, name: str, execution: Execution) -> Execution | None:
+        """The run with an injection that disables one operation, and that visits all that it visited before."""
+        promised = execution.visited | self._disabled(name)
+        for case in self._disabling_cases(name, execution):
+            attempt = self._execute(case)
+            if attempt is not None and not promised & ~attempt.visited:
+                return attempt
+        return None
+
+    def _disabling_cases(self, name: str, execution: Execution) -> Iterator[Case]:
+        for changed in self._changes(name, execution):
+            yield _with_injection(execution.case, name, changed)
+
+    def _changes(self, name: str, execution: Execution) -> Iterator[dict[str, bool | int | str]]:
+        """What disables an operation when it is current for the first time."""
+        records = execution.trace.records
+        first = current_operations(records)[name]
+        state = State(self._runs.model.running_space, state_after(records[: first + 1]))
+        return changes_that_disable(self._runs.model, self._operations[name], state, execution.case.predicate)
+
+    @staticmethod
+    def _is_current(name: str, execution: Execution) -> bool:
+        return name in current_operations(execution.trace.records)
+
+    # what a walk promised and a run did not bring about
+
+    def _insist(self, bit: int) -> None:
+        """Tries the direct ways to one thing, to every goal."""
+        for walk in direct_walks(self._runs.graphs, bit):
+            for case, needed in self._attempts(bit, walk):
+                execution = self._execute(case)
+                if execution is not None and execution.visited & needed and self._take(execution):
+                    return
+
+    # ends that a limit of plans brings about
+
+    def _cut_off(self, bit: int) -> None:
+        """Tries limits of plans for what is visited behind the ends of runs that they bring about."""
+        for graph in self._runs.graphs:
+            for node, edge, visits in graph.cut_offs:
+                if not visits & bit:
+                    continue
+                walk = walk_over(graph, node, edge)
+                case = self._scripts.case(walk.goal, walk.way, _CANDIDATE)
+                for plans in range(1, self._candidates):
+                    execution = self._execute(replace(case, limits=CaseLimits(plans=plans)))
+                    if execution is not None and execution.visited & bit:
+                        self._take(execution)
+                        return
+
+    # beyond what was explored
+
+    def _search_beyond(self) -> None:
+        """Looks for what the explored part of the runs does not visit, one after the other, and nearest to it first."""
+        runs = self._runs
+        for obligation in runs.visits.obligations:
+            bit = runs.visits.bit(obligation.subject, obligation.aspect)
+            wanted = bit
+            if obligation.aspect is Aspect.DISABLED and not bit & self._hopeless:
+                wanted |= runs.visits.current(obligation.subject)
+            if bit & self._missing & ~self._hopeless & ~runs.visited:
+                self._go_beyond(obligation, wanted)
+
+    def _go_beyond(self, obligation: Obligation, wanted: int) -> None:
+        runs = self._runs
+        distance = distance_to(guard_of(runs.model, obligation), runs.program.packing)
+        for goal in runs.plannable:
+            most = min(self._beyond, _MAX_BEYOND)
+            way, looked_at = find_path(runs.steps(goal[1]), runs.starts, wanted, distance, most)
+            self._beyond -= looked_at
+            if way is not None:
+                execution = self._disabling(self._execute(self._scripts.case(goal, way, _CANDIDATE)))
+                if self._take(execution):
+                    return
+
+    def _attempts(self, bit: int, walk: Walk) -> Iterator[tuple[Case, int]]:
+        """Cases that may bring one thing about, each with what its run has to visit."""
+        case = self._scripts.case(walk.goal, walk.way, _CANDIDATE)
+        names = [name for name in self._to_disable() if bit == self._runs.visits.current(name)]
+        if not names:
+            yield case, bit
+            return
+        execution = self._execute(case)
+        if execution is None or not self._is_current(names[0], execution):
+            return
+        left = self._candidates
+        for hold_ns in (HOLD_NS, 1, None):
+            for changed in self._changes(names[0], execution):
+                yield _with_injection(case, names[0], changed, hold_ns), self._disabled(names[0])
+                left -= 1
+                if not left:
+                    return
+
+
+def bounded(tester: Tester, case: Case) -> Execution | None:
+    """The run of a case; `None` if more happens in it than a test should be."""
+    try:
+        return tester.execute(case, _MAX_RECORDS)
+    except TooLongError:
+        return None
+
+
+def without_leftovers(execution: Execution, tester: Tester) -> Execution:
+    """The run without what its case says and nothing came of, as far as it visits the same."""
+    case = execution.case
+    for part in ("injections", "outcomes"):
+        for said in getattr(case, part):
+            if not execution.unused:
+                return execution
+            rest: dict[str, Any] = {part: tuple(other for other in getattr(execution.case, part) if other is not said)}
+            attempt = bounded(tester, replace(execution.case, **rest))
+            if attempt is None:
+                continue
+            if attempt.visited == execution.visited and len(attempt.unused) < len(execution.unused):
+                execution = attempt
+    return execution
+
+
+def _with_injection(
+    case: Case, operation: str, changed: dict[str, bool | int | str], hold_ns: int | None = HOLD_NS
+) -> Case:
+    return replace(case, injections=(*case.injections, injection(case, operation, changed, hold_ns)))
+
+
+def _bits(mask: int) -> Iterator[int]:
+    while mask:
+        bit = mask & -mask
+        yield bit
+        mask ^= bit
+
+
+def minimal(executions: Sequence[Execution], visited: int) -> list[Execution]:
+    """Those that add something to what is visited already, without any that the others make needless; short ones first.
+
+    Long ones are given up last, as they tend to visit most: few cases are left.
+    """
+    kept = sorted(executions, key=lambda each: each.visited.bit_count())
+    for execution in tuple(kept):
+        others = visited
+        for other in kept:
+            if other is not execution:
+                others |= other.visited
+        if not execution.visited & ~others:
+            kept.remove(execution)
+    return sorted(kept, key=lambda each: (each.ended_ns, len(each.trace.records)))

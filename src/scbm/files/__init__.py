@@ -1,0 +1,55 @@
+"""How models and cases are written: YAML with predicates, actions, durations inside; read with every error located.
+
+The one room that knows `ruamel.yaml`, `lark` and `pydantic`. It never prints and never runs anything.
+"""
+
+from scbm.files.codec.bindings.binding_files import load_bindings, read_bindings
+from scbm.files.codec.case_loader import CaseDocument, is_case_text, is_model_text, open_case, read_case, read_network
+from scbm.files.codec.case_writer import write_case, write_network
+from scbm.files.codec.json_schema import bindings_schema, case_schema, model_schema
+from scbm.files.codec.model_loader import Places, load_located, load_model, read_located, read_model
+from scbm.files.codec.model_writer import digest_of, write_model, write_operation
+from scbm.files.language.expressions import parse_action, parse_predicate, parse_requirement, parse_state, parse_value
+from scbm.files.language.quantities import parse_duration, parse_share
+from scbm.files.language.scope import Scope, Where
+from scbm.files.language.spelling import nearest, suggestion
+from scbm.files.yaml.goal_editing import add_goals, with_goals
+from scbm.files.yaml.text_files import read_file
+
+__all__ = [
+    "CaseDocument",
+    "Places",
+    "Scope",
+    "Where",
+    "add_goals",
+    "bindings_schema",
+    "case_schema",
+    "digest_of",
+    "is_case_text",
+    "is_model_text",
+    "load_bindings",
+    "load_located",
+    "load_model",
+    "model_schema",
+    "nearest",
+    "open_case",
+    "parse_action",
+    "parse_duration",
+    "parse_predicate",
+    "parse_requirement",
+    "parse_share",
+    "parse_state",
+    "parse_value",
+    "read_bindings",
+    "read_case",
+    "read_file",
+    "read_located",
+    "read_model",
+    "read_network",
+    "suggestion",
+    "with_goals",
+    "write_case",
+    "write_model",
+    "write_network",
+    "write_operation",
+]

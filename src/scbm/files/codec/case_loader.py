@@ -1,0 +1,167 @@
+"""From a file to a test case. The file is parsed at once; what it says is resolved when the model is there."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scbm.files.codec.case_builder import CaseBuilder, NetworkBuilder
+from scbm.files.codec.case_parts import CaseParts
+from scbm.files.codec.shape_check import check_shape
+from scbm.files.language.scope import Scope
+from scbm.files.yaml.text_files import neighbour, read_file, read_tree
+from scbm.model import Diagnostic, InputError, Place, Slug
+
+if TYPE_CHECKING:
+    from scbm.cases import Case, Network
+    from scbm.files.codec.key_types import Shape
+    from scbm.files.yaml.document import YamlNode
+    from scbm.files.yaml.source_text import SourceText
+    from scbm.files.yaml.text_files import ErrorCollector
+    from scbm.model.behavior import BehaviorModel
+
+_START = "a case begins with `case: <name>`"
+_CASE = re.compile(r"""^\ufeff?(?:\{\s*)?["']?case["']?[ \t]*:(?=\s|$)""", re.MULTILINE | re.IGNORECASE)
+_GOAL = re.compile(r"""^\ufeff?["']?goal["']?[ \t]*:(?=\s|$)""", re.MULTILINE)
+_ITS_MODEL = re.compile(r"""^\ufeff?["']?model["']?[ \t]*:(?=\s|$)""", re.MULTILINE)
+_MODEL = re.compile(r"""^\ufeff?["']?behavior_model["']?[ \t]*:(?=\s|$)""", re.MULTILINE)
+
+
+def is_case_text(text: str) -> bool:
+    """Whether a text looks like a case: it has the key `case` at the beginning of a line, or `goal` and `model`."""
+    return bool(_CASE.search(text) or (_GOAL.search(text) and _ITS_MODEL.search(text)))
+
+
+def is_model_text(text: str) -> bool:
+    """Whether a text looks like a model file: it has the key `behavior_model` at the beginning of a line."""
+    return _MODEL.search(text) is not None
+
+
+def _case_shape() -> Shape:
+    from scbm.files.codec.case_keys import CASE_SHAPE  # noqa: PLC0415 - it takes long to make, and few commands need it
+
+    return CASE_SHAPE
+
+
+class CaseDocument:
+    """A case file that is parsed, but not resolved: its names are those of a model."""
+
+    def __init__(self, document: YamlNode, source: SourceText, report: ErrorCollector) -> None:
+        self._document = document
+        self._source = source
+        self._report = report
+
+    @property
+    def name(self) -> str:
+        """The name of the case as it is written, else that of the file."""
+        node = self._document.get("case")
+        return (node.text if node is not None else None) or Path(self._source.file).stem
+
+    @property
+    def model_path(self) -> Path | None:
+        """The model file that the case names, seen from where the case file is."""
+        node = self._document.get("model")
+        if node is None or not node.text or node.plain is None:
+            return None
+        return Path(self._source.file).parent / node.text
+
+    def required_model_path(self) -> Path:
+        """The same. Raises `InputError` if there is none, and with what else is wrong that shows without the model."""
+        path = self.model_path
+        wrong = self._wrong_model(path)
+        if path is None or wrong is not None:
+            report = self._report.copy()
+            check_shape(self._document, report, _case_shape())
+            others = report.error().diagnostics if len(report) else ()
+            raise InputError(sorted((*((wrong,) if wrong else ()), *others), key=lambda found: found.order))
+        return path
+
+    def _wrong_model(self, path: Path | None) -> Diagnostic | None:
+        """What is wrong with the path of the model, seen from the case."""
+        if path is None:
+            message = "the case does not say which model it is for"
+            remedy = "add `model: <path>`, seen from the directory of this file"
+            return Diagnostic(Slug.MODEL_MISSING, message, Place(self._source.file), remedy)
+        place = self._document.items["model"].place
+        line = self._source.lines[place.line - 1]
+        if not _exists(path):
+            message = f"there is no such file: `{path}`"
+            return Diagnostic(Slug.FILE_MISSING, message, place, neighbour(path), line)
+        if path.is_dir():
+            return Diagnostic(Slug.FILE_IS_DIRECTORY, f"`{path}` is a directory, not a model file", place, None, line)
+        return None
+
+    def read(self, model: BehaviorModel) -> Case:
+        """The case, for a model. Raises `InputError` with everything that is wrong with it."""
+        report = self._report.copy()
+        check_shape(self._document, report, _case_shape())
+        builder = CaseBuilder(self._document, report, model)
+        case = builder.case()
+        report.raise_any()
+        if not builder.is_whole:
+            raise AssertionError(f"{self._source.file}: something was not resolved, and nothing was complained of")
+        return case
+
+
+def _exists(path: Path) -> bool:
+    try:
+        return path.exists()
+    except (OSError, ValueError):
+        return False
+
+
+def open_case(path: str | Path) -> CaseDocument:
+    """The case in a file, parsed. Raises `InputError` if the file cannot be read, or is no mapping in YAML."""
+    return CaseDocument(*read_tree(read_file(Path(path)), str(path), _case_shape(), _START))
+
+
+def read_case(text: str, model: BehaviorModel, file: str = "case") -> Case:
+    """The case that a text says. Raises `InputError` with everything that is wrong with it.
+
+    Args:
+        text: YAML.
+        model: what the names in it are names of.
+        file: what errors call the text.
+    """
+    return CaseDocument(*read_tree(text, file, _case_shape(), _START)).read(model)
+
+
+def read_network(text: str, model: BehaviorModel, file: str = "--network") -> Network:
+    """The network that a text of one line says, as `loss: 2 %, jitter: 10 ms`. Raises `InputError`, located in it.
+
+    Args:
+        text: what stands under `network` in a case, in braces or without.
+        model: whose resources it speaks of.
+        file: what errors call the text.
+    """
+    line = re.sub(r"[\r\n]", " ", text)
+    if line.strip().startswith("{"):
+        return _network(line, model, file)
+    end = "\n" if "#" in line else ""  # a comment must not swallow the brace
+    try:
+        return _network(f"{{{line}{end}}}", model, file)
+    except InputError as error:
+        raise InputError([_without_braces(diagnostic, line) for diagnostic in error.diagnostics]) from None
+
+
+def _network(text: str, model: BehaviorModel, file: str) -> Network:
+    start = "write for example `loss: 2 %, jitter: 10 ms`"
+    from scbm.files.codec.case_keys import NETWORK_SHAPE  # noqa: PLC0415 - see `_case_shape`
+
+    document, _, report = read_tree(text, file, NETWORK_SHAPE, start)
+    check_shape(document, report, NETWORK_SHAPE)
+    network = NetworkBuilder(CaseParts(report, Scope.of(model), model)).network(document)
+    report.raise_any()
+    return network
+
+
+def _without_braces(diagnostic: Diagnostic, line: str) -> Diagnostic:
+    """The same, located in the line that the user wrote."""
+    place = diagnostic.place
+    if not place.line:
+        return diagnostic
+    column = len(line) + 1 if place.line > 1 else min(max(1, place.column - 1), len(line) + 1)
+    length = max(1, min(place.length, len(line) + 1 - column))
+    return replace(diagnostic, place=Place(place.file, 1, column, length), source_line=line)

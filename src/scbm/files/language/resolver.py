@@ -1,0 +1,482 @@
+"""From trees to predicates, actions and requirements: names looked up, kinds and domains checked (semantics 2)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from lark import Token
+
+from scbm.files.language.quantities import parse_duration
+from scbm.files.language.scope import Scope, Where
+from scbm.files.language.spelling import nearest, suggestion
+from scbm.files.language.syntax import SyntaxTree, extent, parse
+from scbm.files.language.syntax_faults import Start, SyntaxFault
+from scbm.model import Slug
+from scbm.model.operations import Action, Add, Assign
+from scbm.model.predicates import (
+    And,
+    Constant,
+    Equal,
+    Implies,
+    Member,
+    Not,
+    NotEqual,
+    Or,
+    Order,
+    Predicate,
+    Reference,
+    Relation,
+    Term,
+    Truth,
+)
+from scbm.model.requirements import AfterAlways, Always, Before, LeadsTo, Never, Sentence
+from scbm.model.values import Domain, Value, ValueKind, format_value, kind_of
+from scbm.model.variables import Role, Variable
+
+_MAX_DIGITS = 18
+"""Integers of domains have no more digits than this."""
+
+
+class Complain(Protocol):
+    """Notes an error about the characters `begin..end` of the text that is resolved."""
+
+    def __call__(self, slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
+        """Notes it."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Word:
+    """A term that is a name but no variable: a symbol, or a mistake. What it is compared with decides."""
+
+    name: str
+
+
+@dataclass(slots=True)
+class Resolver:
+    """Resolves trees in one scope at one kind of place. Complains of all that is wrong; `None` is a wrong part."""
+
+    scope: Scope
+    where: Where
+    complain: Complain
+
+    # whole texts
+
+    def read_predicate(self, text: str) -> Predicate | None:
+        """The predicate that a text says."""
+        tree = self._tree(text, "predicate")
+        return None if tree is None else self.predicate(tree)
+
+    def read_action(self, text: str) -> Action | None:
+        """The action that a text says."""
+        tree = self._tree(text, "action")
+        return None if tree is None else self.action(tree)
+
+    def read_requirement(self, text: str) -> Sentence | None:
+        """The sentence that a text says."""
+        tree = self._tree(text, "requirement")
+        return None if tree is None else self.requirement(tree)
+
+    def _tree(self, text: str, start: Start) -> SyntaxTree | None:
+        try:
+            return parse(text, start)
+        except SyntaxFault as fault:
+            self.complain(fault.slug, fault.message, fault.begin, fault.end, fault.remedy)
+            return None
+
+    # predicates
+
+    def predicate(self, tree: SyntaxTree) -> Predicate | None:
+        """The predicate that a tree stands for."""
+        match tree.data:
+            case "truth":
+                return Truth(_token(tree, 0) == "true")
+            case "comparison":
+                return self._comparison(tree)
+            case "member":
+                return self._member(tree)
+            case "bare":
+                self._refuse_bare(tree)
+                return None
+            case _:
+                return self._connective(tree)
+
+    def _connective(self, tree: SyntaxTree) -> Predicate | None:
+        """`!`, `&&`, `||`, `->` and brackets: all operands are looked at, also after a wrong one."""
+        operands = [self.predicate(_child(tree, index)) for index in range(len(tree.children))]
+        whole = tuple(operand for operand in operands if operand is not None)
+        return _connect(tree.data, whole) if len(whole) == len(operands) else None
+
+    def _refuse_bare(self, tree: SyntaxTree) -> None:
+        name = _token(tree, 0)
+        begin, end = extent(tree)
+        variable = self.scope.variables.get(name)
+        if variable is not None:
+            value = "true" if variable.domain.kind is ValueKind.BOOLEAN else format_value(variable.initial)
+            message = f"`{name}` is a variable, not a predicate"
+            self.complain(Slug.NOT_A_PREDICATE, message, begin, end, f"compare it: `{name} == {value}`")
+        elif name not in self.scope.variables:
+            near = nearest(name, (*self._readable(), "true", "false"))
+            remedy = f"did you mean a comparison with `{near}`?" if near else "compare a variable with a value"
+            remedy = f"write `{near}`" if near in ("true", "false") else remedy
+            self.complain(Slug.NOT_A_PREDICATE, f"`{name}` is not a predicate", begin, end, remedy)
+
+    def _readable(self, domain: Domain | None = None) -> list[str]:
+        """The names that an expression at this place can read; if a domain is given, those that can be equal to it."""
+        variables = self.scope.variables.items()
+        readable = [(n, v) for n, v in variables if v is None or self.where is not Where.WORLD or not v.role.is_runner]
+        return [name for name, v in readable if v is None or domain is None or _overlap(v.domain, domain)]
+
+    def _comparison(self, tree: SyntaxTree) -> Predicate | None:
+        operator = _token(tree, 1)
+        left, right = self._term(_child(tree, 0)), self._term(_child(tree, 2))
+        if left is None or right is None:
+            return None
+        if not isinstance(left, Reference) and not isinstance(right, Reference):
+            self._refuse_two_values(tree, left, right)
+            return None
+        if isinstance(left, Reference) and isinstance(right, Reference) and not self._comparable(tree, left, right):
+            return None
+        first = self._fitted(left, right, _child(tree, 0))
+        second = self._fitted(right, left, _child(tree, 2))
+        if first is None or second is None or not self._ordered(operator, tree, first, second):
+            return None
+        return _compare(operator, first, second)
+
+    def _fitted(self, term: Term | _Word, other: Term | _Word, tree: SyntaxTree) -> Term | None:
+        """The term itself if it is a variable, else as a value of the variable on the other side."""
+        if isinstance(term, Reference):
+            return term
+        return self._constant(term, other, tree) if isinstance(other, Reference) else None
+
+    def _ordered(self, operator: str, tree: SyntaxTree, first: Term, second: Term) -> bool:
+        """Whether the operator suits its operands: an order wants integers."""
+        reference = first if isinstance(first, Reference) else second
+        if operator in ("==", "!=") or not isinstance(reference, Reference):
+            return True
+        domain = self._domain(reference)
+        if domain is None or domain.kind is ValueKind.INTEGER:
+            return domain is not None
+        begin, end = extent(tree)
+        message = f"`{operator}` compares integers, and `{reference.name}` is {_described(domain)}"
+        self.complain(Slug.ORDER_NEEDS_INTEGERS, message, begin, end)
+        return False
+
+    def _member(self, tree: SyntaxTree) -> Predicate | None:
+        name = tree.children[0]
+        assert isinstance(name, Token)  # noqa: S101 - the grammar says so
+        reference = self._variable(str(name), *extent(name))
+        members: dict[Constant, None] = {}
+        for index in range(1, len(tree.children)):
+            child = _child(tree, index)
+            term = self._term(child)
+            if isinstance(term, Reference):
+                message = f"`{term.name}` is a variable, and a set has values"
+                remedy = f"write `{name} == {term.name}`, joined with `||`"
+                self.complain(Slug.PREDICATE_SYNTAX, message, *extent(child), remedy)
+            if reference is None or term is None or isinstance(term, Reference):
+                continue
+            constant = self._constant(term, reference, child)
+            if constant is not None and constant in members:
+                self.complain(Slug.DUPLICATE_VALUE, f"`{constant}` stands here twice", *extent(child))
+            elif constant is not None:
+                members[constant] = None
+        if len(tree.children) == 1:
+            message = "`in {}` holds for no value"
+            self.complain(Slug.PREDICATE_SYNTAX, message, *extent(tree), "list at least one value")
+        if reference is None or len(members) < len(tree.children) - 1 or not members:
+            return None
+        return Member(reference, tuple(members))
+
+    # terms
+
+    def _term(self, tree: SyntaxTree) -> Term | _Word | None:
+        """A variable, a value, or a word that may be a symbol; `None` where no more can be said."""
+        token = tree.children[0]
+        assert isinstance(token, Token)  # noqa: S101 - the grammar says so
+        if token.type == "INTEGER":
+            return self._integer(token)
+        if token.type in ("TRUE", "FALSE"):
+            return Constant(token.type == "TRUE")
+        if token in self.scope.variables:
+            return self._variable(str(token), *extent(token))
+        return _Word(str(token))
+
+    def _integer(self, token: Token) -> Constant | None:
+        digits = token.lstrip("-").lstrip("0")
+        if len(digits) > _MAX_DIGITS:
+            message = f"`{token}` is larger than any integer of a domain"
+            self.complain(Slug.VALUE_OUTSIDE_DOMAIN, message, *extent(token))
+            return None
+        return Constant(-int(digits or "0") if token.startswith("-") else int(digits or "0"))
+
+    def _variable(self, name: str, begin: int, end: int) -> Reference | None:
+        if name not in self.scope.variables:
+            self._unknown_variable(name, begin, end)
+            return None
+        variable = self.scope.variables[name]
+        if variable is None:
+            return None
+        if self.where is Where.WORLD and variable.role.is_runner:
+            message = f"`{name}` belongs to the runner; goals and initial states speak of the world"
+            self.complain(Slug.RUNNER_VARIABLE, message, begin, end)
+            return None
+        return Reference(name)
+
+    def _unknown_variable(self, name: str, begin: int, end: int) -> None:
+        if not self.scope.incomplete:
+            remedy = suggestion(name, self._readable(), "the variables are")
+            self.complain(Slug.UNKNOWN_VARIABLE, f"there is no variable `{name}`", begin, end, remedy)
+
+    def _refuse_two_values(self, tree: SyntaxTree, left: object, right: object) -> None:
+        """Neither side is a variable: say which of the words was probably meant to be one."""
+        for side, child in ((left, _child(tree, 0)), (right, _child(tree, 2))):
+            if isinstance(side, _Word) and (side is left or not self.scope.has(side.name)):
+                if side is left and self.scope.has(side.name) and isinstance(right, _Word):
+                    continue  # `home == robot_ta`: the other side is the mistake, unless it is a value too
+                self._unknown_variable(side.name, *extent(child))
+                return
+        message = "this compares two values and no variable"
+        self.complain(Slug.COMPARES_NO_VARIABLE, message, *extent(tree))
+
+    def _constant(self, term: Term | _Word, other: Reference, tree: SyntaxTree) -> Constant | None:
+        """The term as a value of the variable that it is compared with or assigned to."""
+        domain = self._domain(other)
+        if domain is None or isinstance(term, Reference):
+            return None
+        value: Value = term.name if isinstance(term, _Word) else term.constant
+        if value in domain:
+            return Constant(value)
+        self._misfit(term, value, other.name, domain, tree)
+        return None
+
+    def _misfit(self, term: Constant | _Word, value: Value, name: str, domain: Domain, tree: SyntaxTree) -> None:
+        """Complain of a value that the variable `name` cannot have, or of a word that is nothing at all."""
+        if self.scope.incomplete and isinstance(term, _Word):
+            return
+        shown = format_value(value)
+        begin, end = extent(tree)
+        if domain.kind is kind_of(value):
+            message = f"`{shown}` is not a value of `{name}`"
+            self.complain(Slug.VALUE_OUTSIDE_DOMAIN, message, begin, end, self._value_remedy(shown, domain))
+        elif isinstance(term, _Word) and not self.scope.has(shown):
+            self._unknown_name(shown, name, domain, begin, end)
+        else:
+            message = f"`{name}` is {_described(domain)}, and `{shown}` is {_KINDS[kind_of(value)]}"
+            remedy = "write `true` or `false`" if domain.kind is ValueKind.BOOLEAN else None
+            self.complain(Slug.DIFFERENT_KINDS, message, begin, end, remedy)
+
+    def _unknown_name(self, shown: str, name: str, domain: Domain, begin: int, end: int) -> None:
+        """Complain of a word that is no variable, where only a variable or a number or truth value fits."""
+        truths = [format_value(value) for value in domain.values if domain.kind is ValueKind.BOOLEAN]
+        near = nearest(shown, [*truths, *self._readable(domain)])
+        remedy = f"did you mean `{near}`?" if near else f"`{name}` is {_described(domain)}"
+        if domain.kind is ValueKind.BOOLEAN and not near:
+            remedy = "write `true` or `false`"
+        self.complain(Slug.UNKNOWN_NAME, f"`{shown}` is neither a variable nor a value", begin, end, remedy)
+
+    def _value_remedy(self, shown: str, domain: Domain) -> str | None:
+        if domain.kind is not ValueKind.SYMBOL:
+            return f"its domain is {domain}"
+        values = [format_value(value) for value in domain.values]
+        near = nearest(shown, values)
+        if near is None and not self.scope.has(shown):
+            near = nearest(shown, self._readable(domain))
+        return f"did you mean `{near}`?" if near else suggestion(shown, values, "its values are")
+
+    def _comparable(self, tree: SyntaxTree, left: Reference, right: Reference) -> bool:
+        """Whether two variables can be compared at all (semantics 2.2)."""
+        mine, other = self._domain(left), self._domain(right)
+        if mine is None or other is None or left.name in other or right.name in mine:
+            return False  # told of already: a wrong declaration, or a name that is a value too
+        if mine.kind is not other.kind:
+            message = f"`{left.name}` is {_described(mine)}, and `{right.name}` is {_described(other)}"
+            self.complain(Slug.DIFFERENT_KINDS, message, *extent(tree))
+            return False
+        if _overlap(mine, other) or _token(tree, 1) not in ("==", "!="):
+            return True
+        message = f"`{left.name}` and `{right.name}` have no value in common"
+        remedy = f"their domains are {mine} and {other}"
+        self.complain(Slug.DISJOINT_DOMAINS, message, *extent(tree), remedy)
+        return False
+
+    def _domain(self, reference: Reference) -> Domain | None:
+        variable = self.scope.variables[reference.name]
+        return None if variable is None else variable.domain
+
+    # actions
+
+    def action(self, tree: SyntaxTree) -> Action | None:
+        """The action that a tree stands for."""
+        token = tree.children[0]
+        assert isinstance(token, Token)  # noqa: S101 - the grammar says so
+        if token not in self.scope.variables:
+            self._unknown_variable(str(token), *extent(token))
+            return None
+        target = self.scope.variables[str(token)]
+        if target is None or not self._assignable(target, *extent(token)):
+            return None
+        return self._assign(tree, target) if tree.data == "assign" else self._add(tree, target)
+
+    def _assignable(self, target: Variable, begin: int, end: int) -> bool:
+        """Whether this place may assign to the variable at all."""
+        if not target.assignable:
+            message = f"`{target.name}` is kept by the runner, and a model cannot assign it"
+            self.complain(Slug.NOT_ASSIGNABLE, message, begin, end)
+            return False
+        if target.role in (Role.OPERATION_STATE, Role.CURRENT_STATE) and self.where is not Where.AUTOMATIC:
+            message = f"only an automatic transition can assign `{target.name}`"
+            remedy = "use the operation's `failed:` transition, or an automatic transition"
+            self.complain(Slug.NOT_ASSIGNABLE, message, begin, end, remedy)
+            return False
+        if target.role is Role.PLAN_STATE and self.where is Where.PLANNED:
+            message = "the planner sees `a`, and a plan cannot abort itself"
+            self.complain(Slug.NOT_ASSIGNABLE, message, begin, end, f"write `{target.name} <- aborted` into `ar`")
+            return False
+        return True
+
+    def _assign(self, tree: SyntaxTree, target: Variable) -> Action | None:
+        child = _child(tree, 1)
+        term = self._term(child)
+        reference = Reference(target.name)
+        if term is None:
+            return None
+        if isinstance(term, Reference):
+            if not self._assignable_from(child, target, term):
+                return None
+            return Assign(target.name, term)
+        constant = self._constant(term, reference, child)
+        if constant is None:
+            return None
+        if constant.constant not in target.assignable:
+            allowed = " or ".join(f"`{format_value(value)}`" for value in target.assignable)
+            message = f"a model may assign only {allowed} to `{target.name}`"
+            self.complain(Slug.NOT_ASSIGNABLE, message, *extent(child))
+            return None
+        return Assign(target.name, constant)
+
+    def _assignable_from(self, tree: SyntaxTree, target: Variable, source: Reference) -> bool:
+        domain = self._domain(source)
+        if domain is None or source.name in target.domain:
+            return False  # told of already: a wrong declaration, or a name that is a value too
+        if target.role.is_runner:
+            allowed = " or ".join(f"`{format_value(value)}`" for value in target.assignable)
+            message = f"a model may assign only {allowed} to `{target.name}`"
+            self.complain(Slug.NOT_ASSIGNABLE, message, *extent(tree))
+            return False
+        if domain.kind is not target.domain.kind:
+            message = f"`{target.name}` is {_described(target.domain)}, and `{source.name}` is {_described(domain)}"
+            self.complain(Slug.DIFFERENT_KINDS, message, *extent(tree))
+            return False
+        if not _overlap(domain, target.domain):
+            message = f"no value of `{source.name}` is a value of `{target.name}`"
+            self.complain(Slug.NEVER_FITS, message, *extent(tree), f"their domains are {domain} and {target.domain}")
+            return False
+        return True
+
+    def _add(self, tree: SyntaxTree, target: Variable) -> Action | None:
+        begin, end = extent(tree)
+        if target.domain.kind is not ValueKind.INTEGER:
+            message = f"only integer ranges can be counted, and `{target.name}` is {_described(target.domain)}"
+            self.complain(Slug.NOT_A_COUNTER, message, begin, end)
+            return None
+        written = self._integer(_leaf_token(tree, 1))
+        if written is None:
+            return None
+        amount = int(written.constant)
+        if amount <= 0:
+            message = f"`{_token(tree, 1)}` is not a number of steps to count by"
+            self.complain(Slug.NOT_A_COUNTER, message, begin, end, "write a positive number, with `+=` or `-=`")
+            return None
+        if amount >= len(target.domain):
+            message = f"counting by {_token(tree, 1)} always leaves the domain {target.domain} of `{target.name}`"
+            self.complain(Slug.NEVER_FITS, message, begin, end)
+            return None
+        return Add(target.name, amount if tree.data == "add" else -amount)
+
+    # requirements
+
+    def requirement(self, tree: SyntaxTree) -> Sentence | None:
+        """The sentence that a tree stands for."""
+        form = _child(tree, 0) if tree.data == "requirement" else tree
+        parts = [self.predicate(child) for child in form.children if not isinstance(child, Token)]
+        whole = [part for part in parts if part is not None]
+        if len(whole) < len(parts):
+            return None
+        match form.data:
+            case "always":
+                return Always(*whole)
+            case "never":
+                return Never(*whole)
+            case "before":
+                return Before(*whole)
+            case "after_always":
+                return AfterAlways(*whole)
+            case _:
+                return self._leads_to(form, *whole)
+
+    def _leads_to(self, form: SyntaxTree, cause: Predicate, effect: Predicate) -> Sentence | None:
+        limit = form.children[-1]
+        if not isinstance(limit, Token):
+            return LeadsTo(cause, effect)
+        within_ns = parse_duration(str(limit))
+        if within_ns is None:
+            message = f"`{limit}` is not a duration"
+            self.complain(Slug.BAD_DURATION, message, *extent(limit), "write for example `10 s` or `500 ms`")
+            return None
+        return LeadsTo(cause, effect, within_ns)
+
+
+def _overlap(left: Domain, right: Domain) -> bool:
+    """Whether two domains have a value in common."""
+    if left.kind is not right.kind:
+        return False
+    if left.kind is ValueKind.INTEGER:
+        return max(left.values[0], right.values[0]) <= min(left.values[-1], right.values[-1])  # type: ignore[operator]
+    return not set(left.values).isdisjoint(right.values)
+
+
+def _connect(connective: str, operands: tuple[Predicate, ...]) -> Predicate:
+    match connective:
+        case "no":
+            return Not(operands[0])
+        case "conjunction":
+            return And(operands)
+        case "disjunction":
+            return Or(operands)
+        case "implication":
+            return Implies(*operands)
+        case _:
+            return operands[0]
+
+
+def _compare(operator: str, left: Term, right: Term) -> Predicate:
+    if operator == "==":
+        return Equal(left, right)
+    if operator == "!=":
+        return NotEqual(left, right)
+    return Order(left, Relation(operator), right)
+
+
+def _child(tree: SyntaxTree, index: int) -> SyntaxTree:
+    child = tree.children[index]
+    assert not isinstance(child, Token)  # noqa: S101 - the grammar says which children are trees
+    return child
+
+
+def _leaf_token(tree: SyntaxTree, index: int) -> Token:
+    token = tree.children[index]
+    assert isinstance(token, Token)  # noqa: S101 - the grammar says which children are tokens
+    return token
+
+
+def _token(tree: SyntaxTree, index: int) -> str:
+    return str(tree.children[index])
+
+
+_KINDS = {ValueKind.BOOLEAN: "a boolean", ValueKind.INTEGER: "an integer", ValueKind.SYMBOL: "a symbol"}
+
+
+def _described(domain: Domain) -> str:
+    described = _KINDS[domain.kind]
+    return f"{described} in {domain}" if domain.kind is ValueKind.INTEGER else described

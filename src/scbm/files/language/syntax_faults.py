@@ -1,0 +1,221 @@
+"""What is wrong with a predicate, an action or a requirement that has no tree, in words for people who write them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
+
+from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
+
+from scbm.files.language.grammar import KEYWORDS
+from scbm.model import Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+Start: TypeAlias = Literal["predicate", "action", "requirement"]
+
+SLUGS = {
+    "predicate": Slug.PREDICATE_SYNTAX,
+    "action": Slug.ACTION_SYNTAX,
+    "requirement": Slug.REQUIREMENT_SYNTAX,
+}
+
+EXAMPLES = {
+    "predicate": "write for example `robot_at == home && box_is_scanned == false`, or `true`",
+    "action": "write for example `box_is_scanned <- true`, or `count += 1`",
+    "requirement": "write `always p`, `never p`, `p leads to q within 10 s`, `p before q` or "
+    "`after p always q until r`",
+}
+
+
+@dataclass(slots=True)
+class SyntaxFault(Exception):  # noqa: N818 - it never leaves this room; outside it is a diagnostic
+    """Why a text has no tree: what, from which character to which, and what to write instead."""
+
+    slug: Slug
+    message: str
+    begin: int
+    end: int
+    remedy: str | None = None
+
+
+def syntax_fault(error: UnexpectedInput, text: str, start: Start) -> SyntaxFault:
+    """What the parser's error says, located and with a remedy."""
+    accepted = _accepted(error)
+    if isinstance(error, UnexpectedCharacters):
+        begin = cast("int", error.pos_in_stream)  # Lark declares it without a type
+        return _misplaced(text, begin, begin + 1, start, accepted)
+    if isinstance(error, UnexpectedToken) and error.token.type != "$END":
+        begin = error.token.start_pos or 0
+        return _misplaced(text, begin, error.token.end_pos or begin + 1, start, accepted)
+    return _early_end(text, start, accepted)
+
+
+def _accepted(error: UnexpectedInput) -> Collection[str]:
+    """The terminals that could have stood where the parser stopped."""
+    parser: Any = getattr(error, "interactive_parser", None)  # set by the parser, and declared nowhere
+    return () if parser is None else parser.accepts()
+
+
+def _early_end(text: str, start: Start, accepted: Collection[str]) -> SyntaxFault:
+    opened = _unclosed(text)
+    if opened is not None:
+        message = f"this `{text[opened]}` is not closed"
+        return SyntaxFault(SLUGS[start], message, opened, opened + 1, _expected(accepted))
+    end = len(text.rstrip())
+    return SyntaxFault(SLUGS[start], f"the {start} ends too early", max(0, end - 1), end, _expected(accepted))
+
+
+def _misplaced(text: str, begin: int, end: int, start: Start, accepted: Collection[str]) -> SyntaxFault:
+    """Something stands where it cannot; the word before it is to blame if it is one of another language."""
+    opening = _LAST_WORD.search(text, 0, begin)
+    if opening is not None:
+        remedy = _opening_remedy(opening[1], start)
+        if remedy is not None:
+            begin, end = opening.span(1)
+            return SyntaxFault(SLUGS[start], f"`{opening[1]}` cannot stand here", begin, end, remedy)
+    message = f"`{text[begin:end]}` cannot stand here"
+    remedy = _remedy(text, begin, end, start, accepted) or _expected(accepted)
+    return SyntaxFault(SLUGS[start], message, begin, end, remedy)
+
+
+_LAST_WORD = re.compile(r"(?<![\w.])([A-Za-z]+)\s*$")
+
+
+def _opening_remedy(word: str, start: Start) -> str | None:
+    """What to write instead of a word that people begin sentences with, and that is none here."""
+    lower = word.lower()
+    if lower in KEYWORDS and start == "requirement" and lower != word:
+        return f"write `{lower}`"
+    if lower in _REQUIREMENT_WORDS and start != "requirement":
+        return f"`{lower}` belongs into requirements"
+    return _OPENING_WORDS.get(lower)
+
+
+_REQUIREMENT_WORDS = ("always", "never", "after")
+_OPENING_WORDS = {
+    "not": "write `!`",
+    "if": "write `p -> q` for `if p then q`",
+    "when": "write `p leads to q`, or `always p -> q`",
+    "whenever": "write `p leads to q`, or `always p -> q`",
+    "eventually": "write `true leads to p`",
+    "set": "write `v <- value`",
+}
+
+
+def _remedy(text: str, begin: int, end: int, start: Start, accepted: Collection[str]) -> str | None:
+    written = text[begin:end]
+    if written.lower() in _WORDS:
+        return f"write `{_WORDS[written.lower()]}`"
+    if written == ")" and _unclosed(text[:begin]) is None:
+        return "there is no `(` for it"
+    if _HYPHEN.search(text, max(0, begin - 1), begin + 2):
+        return "names are letters, digits, `_` and `.`, so write `_` for `-`"
+    if start == "action":
+        return _action_remedy(written, text[end:].lstrip(), accepted)
+    for pattern, remedy in _OPERATORS:
+        match = pattern.search(text, max(0, begin - 2), end + 2)
+        if match is not None and match.start() <= begin < match.end():
+            return remedy
+    return _CHARACTERS.get(written)
+
+
+def _action_remedy(written: str, rest: str, accepted: Collection[str]) -> str | None:
+    if written in ("+", "-", "*", "/") and not rest[:1].isalpha():
+        return "to count, write `v += 1` or `v -= 1`"
+    if "_GETS" in accepted and not written[0].isalnum():
+        return "write `<-` to assign"
+    return _CHARACTERS[written] if written in ("'", '"') else None
+
+
+_HYPHEN = re.compile(r"\w-\w")
+_WORDS = {
+    "and": "&&",
+    "or": "||",
+    "not": "!",
+    "is": "==",
+    "equals": "==",
+    "eq": "==",
+    "implies": "->",
+    "then": "->",
+}
+_OPERATORS = (
+    (re.compile("<-"), "`<-` assigns and belongs into actions; write `==` to compare"),
+    (re.compile("=>"), "write `->` to imply, or `>=` to compare"),
+    (re.compile("=<"), "write `<=`"),
+    (re.compile("<>"), "write `!=`"),
+    (re.compile(r"\d\.\d"), "numbers are whole"),
+    (re.compile(r"\d\.\."), "list the numbers, or compare with `<=`"),
+)
+"""Operators of other languages, wherever in them the parser stopped."""
+
+_CHARACTERS = {
+    "&": "write `&&`",
+    "|": "write `||`",
+    "=": "write `==` to compare",
+    "∧": "write `&&`",
+    "\N{LOGICAL OR}": "write `||`",
+    "¬": "write `!`",
+    "~": "write `!`",
+    "→": "write `->`",
+    "≠": "write `!=`",
+    "≤": "write `<=`",
+    "≥": "write `>=`",
+    '"': "names and values are written without quotes",
+    "'": "names and values are written without quotes",
+    "←": "write `<-`",
+    "+": "predicates do not calculate",
+    "*": "predicates do not calculate",
+    "/": "predicates do not calculate",
+}
+
+_TERMINALS = {
+    "NAME": "a name",
+    "INTEGER": "a number",
+    "TRUE": "`true`",
+    "FALSE": "`false`",
+    "RELATION": "a comparison such as `==`",
+    "DURATION": "a duration such as `10 s`",
+    "LPAR": "`(`",
+    "RPAR": "`)`",
+    "LBRACE": "`{`",
+    "RBRACE": "`}`",
+    "COMMA": "`,`",
+    "BANG": "`!`",
+    "_IN": "`in`",
+    "_ALWAYS": "`always`",
+    "_NEVER": "`never`",
+    "_AFTER": "`after`",
+    "_UNTIL": "`until`",
+    "_BEFORE": "`before`",
+    "_LEADS": "`leads to`",
+    "_TO": "`to`",
+    "_WITHIN": "`within`",
+    "_AND": "`&&`",
+    "_OR": "`||`",
+    "_IMPLIES": "`->`",
+    "_GETS": "`<-`",
+    "_INCREASES": "`+=`",
+    "_DECREASES": "`-=`",
+    "$END": "the end",
+}
+
+
+def _expected(accepted: Collection[str]) -> str | None:
+    names = [name for terminal, name in _TERMINALS.items() if terminal in accepted]
+    if not names:
+        return None
+    return f"expected {names[0]}" if len(names) == 1 else f"expected {', '.join(names[:-1])} or {names[-1]}"
+
+
+def _unclosed(text: str) -> int | None:
+    """Where the last bracket that nothing closes was opened."""
+    opened: list[int] = []
+    for index, character in enumerate(text):
+        if character in "({":
+            opened.append(index)
+        elif character in ")}" and opened:
+            opened.pop()
+    return opened[-1] if opened else None

@@ -1,0 +1,321 @@
+"""A YAML text as a tree of nodes that know their place, down to the character inside a scalar.
+
+Only data: no tags, no merge keys, no types of Python, one document. What breaks these rules is noted, and the rest is
+read nevertheless; a text that is not YAML at all is an `InputError`.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeAlias
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+from ruamel.yaml.events import (
+    AliasEvent,
+    CollectionStartEvent,
+    DocumentStartEvent,
+    MappingEndEvent,
+    MappingStartEvent,
+    NodeEvent,
+    ScalarEvent,
+    SequenceEndEvent,
+    StreamEndEvent,
+)
+
+from scbm.files.language.spelling import nearest
+from scbm.files.yaml.source_text import Scalar, SourceText
+from scbm.files.yaml.yaml_faults import yaml_fault
+from scbm.model import Diagnostic, InputError, Place, Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from ruamel.yaml.events import Event
+
+    from scbm.files.yaml.text_files import ErrorCollector
+
+MAX_NODES = 200_000
+MAX_DEPTH = 30
+
+Plain: TypeAlias = "bool | int | float | str | list[Plain] | dict[str, Plain] | None"
+
+_NULL = re.compile(r"|~|null|Null|NULL")
+_BOOLEAN = re.compile(r"true|True|TRUE|false|False|FALSE")
+_INTEGER = re.compile(r"[-+]?[0-9]{1,100}")
+_FLOAT = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
+"""YAML's core schema, less what no place of a file accepts: there `0x1F` and `.inf` are text."""
+
+_PROPERTY = re.compile(r"[&!]\S*(?:\s|#[^\r\n]*)*")
+"""An anchor or a tag, and what lies between it and the next one or the content."""
+_TAG = re.compile(r"(?:&\S*\s+)?(!\S*)")
+_ANCHOR_NAME = re.compile(r"[\w-]+")
+
+_Start: TypeAlias = ScalarEvent | CollectionStartEvent
+"""What begins a node that is not an alias."""
+
+
+@dataclass(slots=True)
+class YamlNode:
+    """A piece of a document.
+
+    Attributes:
+        plain: its data as Python has it: dictionaries, lists, strings, numbers, booleans, `None`.
+        place: where it begins.
+        scalar: what a scalar says, whatever it stands for, and where in the source each character of it is.
+        items: the children of a mapping by key.
+        key_places: where those keys stand.
+        value_ends: where in the text what is written under each key ends; of an alias, its own end.
+        elements: the children of a sequence.
+        size: how many nodes it is made of.
+        condemned: whether an error is already told that explains whatever else may be wrong with it.
+        incomplete: for a mapping, whether it has a key that is no name, of which an error is told.
+        end: where in the text it ends.
+    """
+
+    plain: Plain
+    place: Place
+    scalar: Scalar | None = None
+    items: dict[str, YamlNode] = field(default_factory=dict)
+    key_places: dict[str, Place] = field(default_factory=dict)
+    value_ends: dict[str, int] = field(default_factory=dict)
+    elements: list[YamlNode] = field(default_factory=list)
+    size: int = 1
+    condemned: bool = False
+    incomplete: bool = False
+    end: int = 0
+
+    @property
+    def text(self) -> str | None:
+        """What a scalar says, whatever it stands for."""
+        return None if self.scalar is None else self.scalar.text
+
+    def get(self, key: str) -> YamlNode | None:
+        """The child under a key, if this is a mapping that has it."""
+        return self.items.get(key)
+
+    def add_entries(self, other: YamlNode) -> None:
+        """Takes over what only the other mapping has: of a section that is there twice, both are read."""
+        for key, child in other.items.items():
+            if key not in self.items and isinstance(self.plain, dict):
+                self.items[key] = child
+                self.key_places[key] = other.key_places[key]
+                self.value_ends[key] = other.value_ends[key]
+                self.plain[key] = child.plain
+
+    def at(self, path: tuple[int | str, ...]) -> YamlNode:
+        """The node at the end of a path, or the last one on the way that exists."""
+        node = self
+        for step in path:
+            if isinstance(step, int) and step < len(node.elements):
+                node = node.elements[step]
+            elif isinstance(step, str) and step in node.items:
+                node = node.items[step]
+            else:
+                break
+        return node
+
+
+def read_document(source: SourceText, report: ErrorCollector, noun: str = "model") -> YamlNode | None:
+    """The tree of a YAML text; `None` for an empty one. Notes in `report` what YAML allows and `noun` files do not.
+
+    Raises:
+        InputError: the text is not YAML, or it is larger or deeper than any file that people write.
+    """
+    return _Reader(source, report, noun).document()
+
+
+def _events(source: SourceText) -> Iterator[Event]:
+    """What the YAML parser finds, one after the other; it may fall over a text in more ways than it says."""
+    try:
+        yield from YAML(typ="safe", pure=True).parse(source.text)
+    except (YAMLError, ValueError, IndexError, AssertionError, AttributeError) as error:
+        raise InputError([yaml_fault(error, source)]) from None
+
+
+class _Reader:
+    """Builds the tree out of the events of the YAML parser; an alias counts as all that it stands for."""
+
+    def __init__(self, source: SourceText, report: ErrorCollector, noun: str) -> None:
+        self._noun = noun
+        self._source = source
+        self._report = report
+        self._events = _events(source)
+        self._anchors: dict[str, YamlNode | None] = {}
+        self._count = 0
+        self._end = 0  # of what was read last: a block ends with its last child, not before the next key
+
+    def document(self) -> YamlNode | None:
+        """The first document, all of it."""
+        root: YamlNode | None = None
+        for event in self._events:
+            if isinstance(event, DocumentStartEvent) and root is not None:
+                message = f"a second document begins here, and a {self._noun} file is one"
+                place = self._source.place(event.start_mark.index, 3)
+                self._report.add(Slug.YAML_SYNTAX, message, place, "leave out the `---`, or write two files")
+                return root
+            if isinstance(event, NodeEvent):
+                root = self._node(event, 0)
+            if isinstance(event, StreamEndEvent):
+                break
+        return root
+
+    def _node(self, event: Event, depth: int) -> YamlNode:
+        begin = event.start_mark.index
+        if isinstance(event, AliasEvent):
+            return self._alias(event)
+        assert isinstance(event, (ScalarEvent, CollectionStartEvent))  # noqa: S101 - the parser says so
+        if depth > MAX_DEPTH:
+            raise self._too_large(f"nested more than {MAX_DEPTH} levels deep", begin)
+        self._add_to_count(1, begin)
+        if event.anchor is not None:
+            self._anchors[event.anchor] = None  # until it is complete: it cannot stand inside itself
+        node = self._content(event, depth)
+        node.end = self._end
+        if event.tag is not None:
+            self._refuse_tag(event, node)
+        if event.anchor is not None:
+            self._anchors[event.anchor] = node
+            self._refuse_odd_anchor(event, node)
+        return node
+
+    def _content(self, event: _Start, depth: int) -> YamlNode:
+        begin = self._content_begin(event)
+        if isinstance(event, ScalarEvent):
+            self._note_end(event)
+            return self._scalar(event, begin)
+        place = self._source.place(begin)
+        if isinstance(event, MappingStartEvent):
+            return self._mapping(place, depth)
+        elements = []
+        while not isinstance(child := next(self._events), SequenceEndEvent):
+            elements.append(self._node(child, depth + 1))
+        self._note_end(child)
+        size = 1 + sum(element.size for element in elements)
+        return YamlNode([element.plain for element in elements], place, elements=elements, size=size)
+
+    def _content_begin(self, event: _Start) -> int:
+        """Where a node begins, behind its anchor and its tag."""
+        index: int = event.start_mark.index
+        for written in (event.anchor, event.tag):
+            match = _PROPERTY.match(self._source.text, index)
+            if written is not None and match is not None:
+                index = match.end()
+        return min(index, event.end_mark.index) if isinstance(event, ScalarEvent) else index
+
+    def _scalar(self, event: ScalarEvent, begin: int) -> YamlNode:
+        scalar = Scalar(self._source, str(event.value), begin, event.end_mark.index, event.style or "")
+        place = self._source.stretch(begin, scalar.end) if scalar.style not in ("|", ">") else self._source.place(begin)
+        return YamlNode(_plain(scalar.text) if not scalar.style else scalar.text, place, scalar)
+
+    def _mapping(self, place: Place, depth: int) -> YamlNode:
+        node = YamlNode({}, place)
+        while not isinstance(event := next(self._events), MappingEndEvent):
+            key = self._node(event, depth + 1)
+            value = self._node(next(self._events), depth + 1)
+            node.size += key.size + value.size
+            self._enter(node, key, value)
+        self._note_end(event)
+        node.plain = {key: child.plain for key, child in node.items.items()}
+        return node
+
+    def _note_end(self, event: Event) -> None:
+        """Notes where something ends; the end of a block, and of a value that is not there, is nothing written."""
+        written = self._source.text[event.start_mark.index : event.end_mark.index].rstrip()
+        if written:
+            self._end = event.start_mark.index + len(written)
+
+    def _enter(self, node: YamlNode, key: YamlNode, value: YamlNode) -> None:
+        name = key.text
+        if name is not None and name not in node.items and not _is_merge(name, value):
+            node.items[name] = value
+            node.key_places[name] = key.place
+            node.value_ends[name] = self._end
+            return
+        if name in node.items:
+            message = f"`{name}` stands here twice, first in line {node.key_places[name].line}"
+            self._report.add(Slug.DUPLICATE_KEY, message, key.place)
+            node.items[name].add_entries(value)
+            return
+        node.incomplete = True
+        if name is not None:
+            message = f"merge keys (`<<`) are not part of {self._noun} files"
+            self._report.add(Slug.UNKNOWN_KEY, message, key.place)
+        elif not key.condemned:
+            self._report.add(Slug.WRONG_SHAPE, "a key must be a name", key.place)
+
+    def _alias(self, event: AliasEvent) -> YamlNode:
+        begin = event.start_mark.index
+        self._note_end(event)
+        node = self._anchors.get(event.anchor)
+        if node is not None:
+            self._add_to_count(node.size, begin)
+            return node
+        place = self._source.stretch(begin, event.end_mark.index)
+        if event.anchor in self._anchors:
+            self._report.add(Slug.YAML_SYNTAX, f"`*{event.anchor}` stands inside what it stands for", place)
+        else:
+            near = nearest(event.anchor, self._anchors)
+            remedy = f"did you mean `*{near}`?" if near else "a value that begins with `*` needs quotes"
+            self._report.add(Slug.YAML_SYNTAX, f"there is no anchor `&{event.anchor}` before", place, remedy)
+        return YamlNode(None, place, condemned=True)
+
+    def _refuse_tag(self, event: _Start, node: YamlNode) -> None:
+        """Notes a tag. Mostly it is a predicate that begins with `!`."""
+        match = _TAG.match(self._source.text, event.start_mark.index)
+        begin, end = match.span(1) if match else (event.start_mark.index, event.end_mark.index)
+        tag = self._source.text[begin:end]
+        is_value = isinstance(event, ScalarEvent) and not tag.startswith("!!")
+        remedy = self._quoted(begin, event) if is_value else f"leave out `{tag}`"
+        message = f"`{tag}` is read as a YAML tag, and {self._noun} files have none"
+        self._report.add(Slug.YAML_TAG, message, self._source.stretch(begin, end), remedy)
+        _condemn(node)
+
+    def _refuse_odd_anchor(self, event: _Start, node: YamlNode) -> None:
+        """Notes an anchor that nobody means as one: a predicate that begins with `&&`."""
+        if _ANCHOR_NAME.fullmatch(event.anchor):
+            return
+        begin = self._source.text.find(f"&{event.anchor}", event.start_mark.index)
+        message = f"`&{event.anchor}` is read as a YAML anchor"
+        place = self._source.stretch(begin, begin + 1 + len(event.anchor))
+        self._report.add(Slug.YAML_SYNTAX, message, place, self._quoted(begin, event))
+        _condemn(node)
+
+    def _quoted(self, begin: int, event: _Start) -> str:
+        """The remedy for a value that begins with a character that YAML takes for its own."""
+        text = self._source.text[begin : event.end_mark.index].rstrip()
+        shown = f": '{text}'" if "\n" not in text and "'" not in text else ""
+        return f"a value that begins with `{text[:1]}` needs quotes{shown}"
+
+    def _add_to_count(self, size: int, index: int) -> None:
+        self._count += size
+        if self._count > MAX_NODES:
+            message = f"more than {MAX_NODES} YAML nodes, where an alias counts as all that it stands for"
+            raise self._too_large(message, index)
+
+    def _too_large(self, message: str, index: int) -> InputError:
+        place = self._source.place(index)
+        line = self._source.lines[place.line - 1]
+        return InputError([Diagnostic(Slug.YAML_TOO_LARGE, message, place, source_line=line)])
+
+
+def _condemn(node: YamlNode) -> None:
+    """Nothing more is to be read in a scalar, nor to be said of the shape of a node: it is not what was meant."""
+    node.scalar = None
+    node.condemned = True
+
+
+def _is_merge(name: str, value: YamlNode) -> bool:
+    return name == "<<" and isinstance(value.plain, (dict, list))
+
+
+def _plain(text: str) -> Plain:
+    """What an unquoted scalar stands for in YAML 1.2."""
+    if _NULL.fullmatch(text):
+        return None
+    if _BOOLEAN.fullmatch(text):
+        return text.lower() == "true"
+    if _INTEGER.fullmatch(text):
+        return int(text)
+    return float(text) if _FLOAT.fullmatch(text) else text

@@ -1,0 +1,284 @@
+"""Goals added to the text of a model file: its comments and its layout stay as they are.
+
+What comes of it is read again and compared, so that a file never becomes another model than it should.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import stat
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+from ruamel.yaml import YAML
+from ruamel.yaml.error import YAMLError
+from ruamel.yaml.events import NodeEvent, ScalarEvent
+
+from scbm.files.codec.model_loader import read_model
+from scbm.files.language.expressions import parse_predicate
+from scbm.files.language.scope import Scope
+from scbm.files.yaml.source_text import SourceText
+from scbm.files.yaml.text_files import read_file
+from scbm.files.yaml.yaml_layout import YamlLayout
+from scbm.model import Diagnostic, InputError, Place, Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from scbm.files.yaml.yaml_layout import YamlPiece
+    from scbm.model import BehaviorModel
+
+_MARK = "\N{BYTE ORDER MARK}"
+_SECTION = "goals"
+_COMMENT = re.compile(r"#[^\r\n]*")
+_SPACES = 2
+"""So far entries are indented where a file does not show how it does it."""
+
+
+class _NewGoal(NamedTuple):
+    """A goal to be added.
+
+    Attributes:
+        name: of the goal.
+        predicate: its text.
+        comment: what stands above it, where there is room for comments.
+    """
+
+    name: str
+    predicate: str
+    comment: str | None = None
+
+
+def add_goals(path: Path, goals: Sequence[tuple[str, str, str | None]]) -> None:
+    """Adds goals to a model file, all or none. Raises `InputError` as `with_goals`, or if it cannot be written."""
+    text = with_goals(read_file(path), str(path), goals)
+    try:
+        _replace(path.resolve(), text)
+    except OSError as error:
+        message = f"cannot write the file: {(error.strerror or str(error)).lower()}"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(str(path)))]) from None
+
+
+def with_goals(text: str, file: str, goals: Sequence[tuple[str, str, str | None]]) -> str:
+    """The text of a model with more goals, in the style in which it is written.
+
+    A goal that the model has already, by this name and with this predicate, is not added again.
+
+    Args:
+        text: a model.
+        file: what errors call the text.
+        goals: for each its name, its predicate, and a comment.
+
+    Raises:
+        InputError: the text is no model, a goal is none of this model, has a name that is taken, or the text is laid
+            out in a way in which nothing can be added to it.
+    """
+    model = read_model(text, file)
+    new = [goal for goal in (_NewGoal(*goal) for goal in goals) if not _is_there(model, goal)]
+    if not new:
+        return text
+    expected = _expected(model, new, file)
+    body = text.removeprefix(_MARK)
+    edited = _edited(body, new)
+    if edited is None or not _is(edited, expected):
+        raise _by_hand(body, new, file)
+    return text[: len(text) - len(body)] + edited
+
+
+def _is_there(model: BehaviorModel, goal: _NewGoal) -> bool:
+    known = model.goal(goal.name)
+    return known is not None and known == parse_predicate(goal.predicate, Scope.of(model), file=goal.name)
+
+
+def _expected(model: BehaviorModel, goals: Sequence[_NewGoal], file: str) -> BehaviorModel:
+    """The model that must come of it."""
+    scope = Scope.of(model)
+    taken = dict(model.goals)
+    for goal in goals:
+        if goal.name in taken:
+            message = f"the model has a goal `{goal.name}` already"
+            raise InputError([Diagnostic(Slug.DUPLICATE_NAME, message, Place(file), "choose another name")])
+        taken[goal.name] = parse_predicate(goal.predicate, scope, file=goal.name)
+    return replace(model, goals=tuple(taken.items()))
+
+
+def _is(text: str, expected: BehaviorModel) -> bool:
+    try:
+        return read_model(text) == expected
+    except InputError:
+        return False
+
+
+def _by_hand(text: str, goals: Sequence[_NewGoal], file: str) -> InputError:
+    """What to say where nothing can be added."""
+    source, key = SourceText(text, file), YamlLayout(text).key(_SECTION)
+    place = Place(file) if key is None else source.stretch(key.begin, key.end)
+    line = source.lines[place.line - 1] if place.line else None
+    entries = "; ".join(f"`{_entry(goal, in_flow=False)}`" for goal in goals)
+    message = f"`{_SECTION}` is written in a way in which nothing can be added to it safely; the file is as it was"
+    return InputError([Diagnostic(Slug.WRONG_SHAPE, message, place, f"add it by hand: {entries}", line)])
+
+
+def _replace(path: Path, text: str) -> None:
+    """Writes a file that is there: all of it or nothing, with the rights that it has."""
+    if not os.access(path, os.W_OK):
+        raise PermissionError(0, "permission denied")
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        temporary.write_bytes(text.encode("utf-8"))
+        temporary.chmod(stat.S_IMODE(path.stat().st_mode))
+        temporary.replace(path)
+    except OSError:
+        with suppress(OSError):
+            temporary.unlink()
+        raise
+
+
+class _TextEdit(NamedTuple):
+    """Puts a text in the place of another one."""
+
+    begin: int
+    end: int
+    text: str
+
+
+def _edited(text: str, goals: Sequence[_NewGoal]) -> str | None:
+    """The text with the goals; `None` if there is no place for them."""
+    layout = YamlLayout(text)
+    edits = _edits(layout, layout.section(_SECTION), goals)
+    told: list[str] = []
+    index = 0
+    for edit in sorted(edits, key=lambda edit: edit.begin):
+        told += [text[index : edit.begin], edit.text]
+        index = edit.end
+    return "".join((*told, text[index:])) if edits else None
+
+
+def _edits(layout: YamlLayout, section: YamlPiece | None, goals: Sequence[_NewGoal]) -> list[_TextEdit]:
+    if section is None and layout.root.is_flow:
+        entries = ", ".join(_entry(goal, in_flow=True) for goal in goals)
+        return _into_flow(layout, layout.root, [(f"{_SECTION}: {{{entries}}}", None)])
+    if section is None:
+        return _as_section(layout, goals)
+    if section.is_block:
+        return _into_block(layout, section, goals)
+    if not section.is_flow:
+        return []
+    if layout.root.is_block and not section.entries and not layout.text[section.begin : section.end].strip("{ }"):
+        return _instead_of_nothing(layout, section, goals)
+    return _into_flow(layout, section, [(_entry(goal, in_flow=True), goal.comment) for goal in goals])
+
+
+def _into_block(layout: YamlLayout, section: YamlPiece, goals: Sequence[_NewGoal]) -> list[_TextEdit]:
+    """Lines behind the last entry, and behind the comments that belong to it."""
+    indentation = layout.indentation(section.entries[0][0])
+    if indentation is None:
+        return []
+    last = section.entries[-1]
+    stop = layout.behind_comments(last[1].end, len(indentation))
+    is_spaced = len(section.entries) > 1 and layout.has_blank_line(section.entries[-2][1].end, last[0].begin)
+    return [_TextEdit(stop, stop, _lines(layout, indentation, goals, is_spaced=is_spaced))]
+
+
+def _instead_of_nothing(layout: YamlLayout, section: YamlPiece, goals: Sequence[_NewGoal]) -> list[_TextEdit]:
+    """Lines below `goals: {}`, which loses its braces."""
+    key = layout.key(_SECTION) or section
+    colon = layout.text.find(":", key.end) + 1
+    stop = layout.line_stop(section.end)
+    indentation = (layout.indentation(key) or "") + _step(layout)
+    return [_TextEdit(colon, section.end, ""), _TextEdit(stop, stop, _lines(layout, indentation, goals))]
+
+
+def _as_section(layout: YamlLayout, goals: Sequence[_NewGoal]) -> list[_TextEdit]:
+    """A section at the end."""
+    text = layout.text[: layout.limit]
+    stop = layout.line_stop(len(text.rstrip()))
+    keys = [key for key, _ in layout.root.entries]
+    ends = [value.end for _, value in layout.root.entries]
+    is_spaced = any(layout.has_blank_line(end, key.begin) for end, key in zip(ends, keys[1:], strict=False))
+    indentation = layout.indentation(keys[0]) or ""
+    head = f"{layout.line_end * (2 if is_spaced else 1)}{indentation}{_SECTION}:"
+    return [_TextEdit(stop, stop, head + _lines(layout, indentation + _step(layout), goals))]
+
+
+def _step(layout: YamlLayout) -> str:
+    """How far entries stand behind the keys of their sections."""
+    for key, value in layout.root.entries:
+        outer = layout.indentation(key)
+        inner = layout.indentation(value.entries[0][0]) if value.is_block and value.entries else None
+        if outer is not None and inner is not None:
+            return inner[len(outer) :]
+    return " " * _SPACES
+
+
+def _into_flow(layout: YamlLayout, piece: YamlPiece, entries: Sequence[tuple[str, str | None]]) -> list[_TextEdit]:
+    """Entries before the closing brace: each in a line of its own, if the last one there begins its line."""
+    if not piece.entries:
+        begin = layout.text.index("{", piece.begin) + 1
+        return [_TextEdit(begin, begin, ", ".join(entry for entry, _ in entries))]
+    key, value = piece.entries[-1]
+    comma = _comma(layout.text, value.end, piece.end - 1)
+    indentation = layout.indentation(key)
+    behind = value.end if comma is None else comma + 1
+    if indentation is None:
+        told = ", ".join(entry for entry, _ in entries)
+        return [_TextEdit(behind, behind, f", {told}" if comma is None else f" {told},")]
+    lines = [line for entry, comment in entries for line in (*_comments(comment), f"{entry},")]
+    lines = lines if comma is not None else [*lines[:-1], lines[-1].removesuffix(",")]
+    told = "".join(f"{layout.line_end}{indentation}{line}" for line in lines)
+    brace = piece.end - 1
+    stop = min(layout.line_stop(behind), len(layout.text[:brace].rstrip()))
+    separator = [] if comma is not None else [_TextEdit(value.end, value.end, ",")]
+    return [*separator, _TextEdit(max(stop, behind), max(stop, behind), told)]
+
+
+def _comma(text: str, begin: int, end: int) -> int | None:
+    """The comma behind the last entry, if it has one."""
+    blanked = _COMMENT.sub(lambda match: " " * len(match[0]), text[begin:end])
+    index = blanked.find(",")
+    return None if index < 0 else begin + index
+
+
+def _lines(layout: YamlLayout, indentation: str, goals: Sequence[_NewGoal], *, is_spaced: bool = False) -> str:
+    """The goals as lines, each with the end of the line before it."""
+    told: list[str] = []
+    for goal in goals:
+        told += [""] if is_spaced else []
+        told += [f"{indentation}{line}" for line in (*_comments(goal.comment), _entry(goal, in_flow=False))]
+    return "".join(f"{layout.line_end}{line}" for line in told)
+
+
+def _comments(comment: str | None) -> list[str]:
+    lines = comment.splitlines() if comment else []
+    return ["# " + "".join(character for character in line if character.isprintable()) for line in lines]
+
+
+# how a predicate is written
+
+
+def _entry(goal: _NewGoal, *, in_flow: bool) -> str:
+    return f"{goal.name}: {_quoted(goal.predicate, in_flow=in_flow)}"
+
+
+def _quoted(text: str, *, in_flow: bool) -> str:
+    """The text as YAML reads it: without quotes where it needs none."""
+    if _says(text, text, in_flow=in_flow):
+        return text
+    doubled = text.replace("'", "''")
+    return f"'{doubled}'"
+
+
+def _says(written: str, text: str, *, in_flow: bool) -> bool:
+    """Whether YAML reads a value as a text."""
+    document = f"{{k: {written}, z: z}}" if in_flow else f"k: {written}\n"
+    try:
+        events = list(YAML(typ="safe", pure=True).parse(document))
+    except YAMLError:
+        return False
+    nodes = [event for event in events if isinstance(event, NodeEvent)]
+    values = [event.value for event in nodes if isinstance(event, ScalarEvent) and event.tag is None]
+    rest = ["z", "z"] if in_flow else []
+    return len(nodes) == len(values) + 1 and values == ["k", text, *rest]

@@ -1,0 +1,118 @@
+"""The text of a file, the places in it, and where in it each character of a scalar comes from."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from typing import TYPE_CHECKING
+
+from scbm.model import Place
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+_LINE_END = re.compile(r"\r\n|\r|\n")
+"""What editors count as the end of a line; `str.splitlines` knows seven more."""
+
+_JOINT = re.compile(r"(?:\\(?:\r\n|\r|\n)\s*)+")
+"""Escaped line ends in a double-quoted scalar, which stand for nothing."""
+
+_ESCAPE_LENGTHS = {"x": 4, "u": 6, "U": 10}
+"""Characters of an escape in a double-quoted scalar, the backslash included; all others have two."""
+
+
+class SourceText:
+    """The text of a file, and the places in it."""
+
+    def __init__(self, text: str, file: str) -> None:
+        self.text = text
+        self.file = file
+        self.lines: Sequence[str] = _LINE_END.split(text)
+        self._starts = [0, *(match.end() for match in _LINE_END.finditer(text))]
+
+    def place(self, index: int, length: int = 1) -> Place:
+        """The place of the character at `index`; the end of the text stands behind its last line that is not empty."""
+        line = bisect_right(self._starts, index) - 1
+        while line and not self.lines[line] and index >= len(self.text):
+            line -= 1
+        column = min(index - self._starts[line], len(self.lines[line]))
+        return Place(self.file, line + 1, column + 1, length)
+
+    def stretch(self, begin: int, end: int) -> Place:
+        """The place of the characters `begin..end`: what lies on the first line of them."""
+        place = self.place(begin)
+        room = len(self.lines[place.line - 1]) - (place.column - 1)
+        return Place(place.file, place.line, place.column, max(1, min(end - begin, room)))
+
+
+class Scalar:
+    """A scalar in a source.
+
+    Attributes:
+        text: what it says.
+        begin: where its content begins in the source: its first character, its quote, or `|` or `>`.
+        end: where it ends.
+        style: its YAML style: a quote, `|`, `>`, or nothing.
+    """
+
+    __slots__ = ("_offsets", "_source", "begin", "end", "style", "text")
+
+    def __init__(self, source: SourceText, text: str, begin: int, end: int, style: str) -> None:
+        self._source = source
+        self.text = text
+        self.begin = begin
+        self.end = end
+        self.style = style
+        self._offsets: list[int] = []
+
+    def stretch(self, begin: int, end: int) -> Place:
+        """The place of the characters `begin..end` of what it says; of several lines, the first."""
+        if not self._offsets:
+            self._offsets = self._align()
+        last = len(self._offsets) - 1
+        first_index = self._offsets[min(begin, last)]
+        last_index = self._offsets[min(max(end - 1, begin), last)]
+        return self._source.stretch(first_index, last_index + (self._escape(last_index) or 1))
+
+    def _align(self) -> list[int]:
+        """For each character of the scalar, its index in the source; then the index of its last one.
+
+        Quotes, indentation, folded line ends and escapes make the two differ. The characters are looked up in the
+        source in their order; white space stands for any white space.
+        """
+        text = self._source.text
+        index = self._content()
+        offsets: list[int] = []
+        for character in self.text:
+            joint = _JOINT.match(text, index) if self.style == '"' else None
+            index = joint.end() if joint is not None else index
+            length = self._escape(index)
+            if not length and not character.isspace():
+                index = self._find(character, index)
+                length = self._escape(index) or 1
+            elif not length:
+                length = index < self.end and text[index].isspace()
+            offsets.append(min(index, self.end))
+            index += length
+        return [*offsets, max(self.begin, min(index, self.end) - 1)]
+
+    def _content(self) -> int:
+        """Where the first character of the text can stand."""
+        if self.style in ("|", ">"):
+            match = _LINE_END.search(self._source.text, self.begin)
+            return match.end() if match else self.end
+        return self.begin + len(self.style)
+
+    def _find(self, character: str, index: int) -> int:
+        """The next place of a character, or of an escape that stands for one."""
+        text = self._source.text
+        while index < self.end and text[index] != character and not self._escape(index):
+            index += 1
+        return index
+
+    def _escape(self, index: int) -> int:
+        """The length of the escape that stands at a place of a double-quoted scalar; 0 if there is none."""
+        text = self._source.text
+        if self.style != '"' or index >= self.end or text[index] != "\\":
+            return 0
+        return _ESCAPE_LENGTHS.get(text[index + 1], 2)

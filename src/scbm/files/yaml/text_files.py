@@ -1,0 +1,185 @@
+"""Files as text, and as the tree of a mapping: what is the same for all kinds of files.
+
+Where errors are collected while a text is read, so that all of them are told at once.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+from typing import TYPE_CHECKING
+
+from scbm.files.language.spelling import nearest
+from scbm.files.yaml.document import YamlNode, read_document
+from scbm.files.yaml.source_text import SourceText
+from scbm.model import Diagnostic, InputError, Place, Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from scbm.files.codec.key_types import Shape
+
+MAX_ERRORS = 100
+"""So many errors of one file are told; a file with more has one cause that explains most of them."""
+
+_MAX_CHARACTERS = 400
+"""So long may a message be; names and domains can be of any length."""
+
+
+class ErrorCollector:
+    """The diagnostics of one text so far."""
+
+    def __init__(self, source_lines: Sequence[str]) -> None:
+        self._source_lines = source_lines
+        self._found: dict[tuple[Place, Slug, str], Diagnostic] = {}
+
+    def add(self, slug: Slug, message: str, place: Place, remedy: str | None = None) -> None:
+        """Note one error. The same error at the same place is noted once: an alias is read as often as it is used.
+
+        Raises:
+            InputError: there are so many already that no more would be told.
+        """
+        source_line = self._source_lines[place.line - 1] if 0 < place.line <= len(self._source_lines) else None
+        shown = _shown(message)
+        diagnostic = Diagnostic(slug, shown, place, _shown(remedy) if remedy else None, source_line)
+        self._found.setdefault((place, slug, shown), diagnostic)
+        if len(self._found) >= MAX_ERRORS:
+            raise self.error()
+
+    def copy(self) -> ErrorCollector:
+        """Another report with the same diagnostics: a text that is parsed once may be built more than once."""
+        copied = ErrorCollector(self._source_lines)
+        copied._found.update(self._found)
+        return copied
+
+    def __len__(self) -> int:
+        return len(self._found)
+
+    def raise_any(self) -> None:
+        """Raises `InputError` with everything found, from the top of the text to its end; else does nothing."""
+        if self._found:
+            raise self.error()
+
+    def error(self) -> InputError:
+        """Everything found, from the top of the text to its end."""
+        ordered = sorted(self._found.values(), key=lambda diagnostic: diagnostic.order)
+        return InputError(ordered)
+
+
+def _shown(words: str) -> str:
+    """The words on one line that is not too long, with nothing in it that would move the cursor of a terminal."""
+    if len(words) > _MAX_CHARACTERS:
+        words = f"{words[: _MAX_CHARACTERS // 2]} … {words[-_MAX_CHARACTERS // 2 :]}"
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in words)
+
+
+MAX_BYTES = 4 * 1024 * 1024
+"""A file may be so large; the largest that people write are a hundredth of it."""
+
+_MARK = "\N{BYTE ORDER MARK}"
+
+
+def read_tree(text: str, file: str, shape: Shape, start: str) -> tuple[YamlNode, SourceText, ErrorCollector]:
+    """The mapping that a text says, and what is noted of its YAML so far.
+
+    Args:
+        text: YAML.
+        file: what errors call the text.
+        shape: what kind of file it is; it is not compared with it here.
+        start: how such a file begins, for people whose text is something else.
+
+    Raises:
+        InputError: the text is not YAML, or no mapping.
+    """
+    source = SourceText(text.removeprefix(_MARK), file)
+    _refuse_runs(source, shape)
+    report = ErrorCollector(source.lines)
+    document = read_document(source, report, shape.noun)
+    if document is None or (document.plain is None and not document.condemned):
+        message = f"there is no {shape.noun} in the file" if source.text.strip() else "the file is empty"
+        raise InputError([Diagnostic(Slug.FILE_EMPTY, message, Place(file), start)])
+    if isinstance(document.plain, dict):
+        _refuse_other_kinds(document, shape, report)
+    if not isinstance(document.plain, dict):
+        if not document.condemned:
+            report.add(Slug.WRONG_SHAPE, f"a {shape.noun} file is a mapping of keys", document.place, start)
+        raise report.error()
+    return document, source, report
+
+
+_RUN = re.compile(r'\s*\{\s*"format"\s*:\s*"scbm-(events|trace)"')
+"""How the log of a run over nodes begins, and a trace: JSON Lines, which YAML has much to say of."""
+
+
+def _refuse_runs(source: SourceText, shape: Shape) -> None:
+    """What came of a run is no file that a run is made of. Raises `InputError`."""
+    match = _RUN.match(source.text)
+    if match is None:
+        return
+    if match[1] == "events":
+        message, remedy = "the log of a run over nodes", f"`scbm replay {shlex.quote(source.file)}` shows it"
+    else:
+        message, remedy = "the trace of a run", None
+    told = f"this is {message}, and a {shape.noun} file is needed here"
+    raise InputError([Diagnostic(Slug.WRONG_SHAPE, told, Place(source.file, 1), remedy)])
+
+
+_MARKS = {"model": "behavior_model", "case": "case", "bindings": "bindings_of"}
+"""The key that tells each kind of file."""
+
+
+def _refuse_other_kinds(document: YamlNode, shape: Shape, report: ErrorCollector) -> None:
+    """A file of another kind is one mistake, not as many as it has keys."""
+    for noun, key in _MARKS.items():
+        own = _MARKS.get(shape.noun)
+        if noun != shape.noun and own is not None and key in document.items and own not in document.items:
+            message = f"this is a {noun} file, and a {shape.noun} file is needed here"
+            report.add(Slug.WRONG_SHAPE, message, document.key_places[key])
+            raise report.error()
+
+
+def read_file(path: Path) -> str:
+    """The text of a file. Raises `InputError` if it cannot be read, or is no text in UTF-8."""
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(MAX_BYTES + 1)
+    except FileNotFoundError:
+        raise _unreadable(Slug.FILE_MISSING, "there is no such file", path) from None
+    except IsADirectoryError:
+        raise _unreadable(Slug.FILE_IS_DIRECTORY, "this is a directory, not a file", path) from None
+    except (OSError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+        raise _unreadable(Slug.FILE_UNREADABLE, f"cannot read the file: {reason.lower()}", path) from None
+    if len(data) > MAX_BYTES:
+        raise _unreadable(Slug.FILE_TOO_LARGE, f"the file is larger than {MAX_BYTES // 1024**2} MiB", path)
+    try:
+        return data.decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError([_not_utf8(data, error.start, path)]) from None
+
+
+def neighbour(path: Path) -> str | None:
+    """The file beside a missing one that was probably meant, as a remedy."""
+    try:
+        names = {entry.stem: entry.name for entry in sorted(path.parent.iterdir(), reverse=True)}
+    except (OSError, ValueError):
+        return None
+    near = nearest(path.stem, names)  # the ends of names are mostly alike, and say nothing
+    return f"did you mean `{path.parent / names[near]}`?" if near else None
+
+
+def _not_utf8(data: bytes, begin: int, path: Path) -> Diagnostic:
+    """What to say of the first byte that does not belong into a file in UTF-8."""
+    readable = data[:begin].decode("utf-8").removeprefix(_MARK)
+    source = SourceText(readable + data[begin:].decode("utf-8", errors="replace"), str(path))
+    place = source.place(len(readable))
+    message = f"the byte 0x{data[begin]:02x} is not UTF-8"
+    return Diagnostic(Slug.NOT_UTF8, message, place, "save the file as UTF-8", source.lines[place.line - 1])
+
+
+def _unreadable(slug: Slug, message: str, path: Path) -> InputError:
+    remedy = None
+    if slug is Slug.FILE_MISSING:
+        remedy = neighbour(path)
+    return InputError([Diagnostic(slug, message, Place(str(path)), remedy)])

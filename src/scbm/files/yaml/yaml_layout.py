@@ -1,0 +1,136 @@
+"""Where the pieces of a YAML text stand, for edits that leave the rest as it is."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from ruamel.yaml import YAML
+from ruamel.yaml.events import (
+    AliasEvent,
+    CollectionStartEvent,
+    DocumentEndEvent,
+    MappingEndEvent,
+    MappingStartEvent,
+    NodeEvent,
+    ScalarEvent,
+    SequenceEndEvent,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from ruamel.yaml.events import Event
+
+_LINE_END = re.compile(r"\r\n|\r|\n")
+
+
+@dataclass(slots=True)
+class YamlPiece:
+    """A node of a text, and where it stands.
+
+    Attributes:
+        begin: its first character, or that of its anchor.
+        end: behind its last character; what is only blank or a comment does not belong to it.
+        entries: of a mapping, its keys and values.
+        is_flow: whether it is a mapping in braces.
+        is_block: whether it is a mapping of lines.
+    """
+
+    begin: int
+    end: int
+    entries: list[tuple[YamlPiece, YamlPiece]] = field(default_factory=list)
+    is_flow: bool = False
+    is_block: bool = False
+
+
+class YamlLayout:
+    """Where the pieces of a text stand that is read without errors.
+
+    Attributes:
+        text: the text.
+        limit: where its mapping ends at the latest: at the end of the text, or of the document.
+        root: the mapping.
+        line_end: what ends most of its lines.
+    """
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.limit = len(text)
+        self._names: dict[int, str] = {}
+        self._events: Iterator[Event] = YAML(typ="safe", pure=True).parse(text)
+        root: YamlPiece | None = None
+        for event in self._events:
+            if isinstance(event, NodeEvent):
+                root = self._piece(event)
+            elif isinstance(event, DocumentEndEvent) and event.explicit:
+                self.limit = event.start_mark.index
+        assert root is not None  # noqa: S101 - the text has been read as a model
+        self.root = root
+        ends = _LINE_END.findall(text)
+        self.line_end = max(dict.fromkeys(ends), key=ends.count) if ends else "\n"
+
+    def _piece(self, event: Event) -> YamlPiece:
+        begin, end = event.start_mark.index, event.end_mark.index
+        if isinstance(event, CollectionStartEvent):
+            return self._collection(event)
+        if isinstance(event, ScalarEvent):
+            self._names[begin] = str(event.value)
+            if event.style in ("|", ">"):
+                end = begin + len(self.text[begin:end].rstrip())
+        else:
+            assert isinstance(event, AliasEvent)  # noqa: S101 - there are no other nodes
+        return YamlPiece(begin, end)
+
+    def _collection(self, event: CollectionStartEvent) -> YamlPiece:
+        piece = YamlPiece(event.start_mark.index, event.end_mark.index)
+        children: list[YamlPiece] = []
+        while not isinstance(child := next(self._events), (MappingEndEvent, SequenceEndEvent)):
+            children.append(self._piece(child))
+        if isinstance(event, MappingStartEvent):
+            piece.entries = list(zip(children[::2], children[1::2], strict=True))
+            piece.is_flow, piece.is_block = bool(event.flow_style), not event.flow_style
+        if event.flow_style:
+            piece.end = child.end_mark.index
+        elif children:
+            piece.end = max(child.end for child in children)
+        return piece
+
+    def key(self, name: str) -> YamlPiece | None:
+        """A key of the whole."""
+        return next((key for key, _ in self.root.entries if self._names.get(key.begin) == name), None)
+
+    def section(self, name: str) -> YamlPiece | None:
+        """What stands under a key of the whole."""
+        sought = self.key(name)
+        return next((value for key, value in self.root.entries if key is sought), None)
+
+    def line_begin(self, index: int) -> int:
+        """Where the line begins that a character is in."""
+        return max(self.text.rfind("\n", 0, index), self.text.rfind("\r", 0, index)) + 1
+
+    def line_stop(self, index: int) -> int:
+        """Where the line ends that a character is in."""
+        match = _LINE_END.search(self.text, index)
+        return match.start() if match else len(self.text)
+
+    def indentation(self, piece: YamlPiece) -> str | None:
+        """What stands before a piece in its line; `None` if that is more than blanks."""
+        before = self.text[self.line_begin(piece.begin) : piece.begin]
+        return before if not before.strip(" ") else None
+
+    def has_blank_line(self, begin: int, end: int) -> bool:
+        """Whether there is a blank line between two places."""
+        lines = _LINE_END.split(self.text[begin:end])
+        return any(not line.strip() for line in lines[1:-1])
+
+    def behind_comments(self, index: int, column: int) -> int:
+        """The end of the line, or of the comments that follow it and are indented as far as `column`."""
+        stop = self.line_stop(index)
+        while match := _LINE_END.match(self.text, stop):
+            line = self.text[match.end() : self.line_stop(match.end())]
+            if not line.lstrip(" ").startswith("#") or len(line) - len(line.lstrip(" ")) < column:
+                break
+            stop = self.line_stop(match.end())
+        return stop

@@ -1,0 +1,33 @@
+"""Runs in wall time: nodes that exchange messages, and what carries these (paper, Figure 5)."""
+
+from scbm.nodes.buses.bus import Bus, BusError
+from scbm.nodes.roles.cell_topics import NodeContext, new_status
+from scbm.nodes.roles.child_processes import Children
+from scbm.nodes.roles.controller import ControllerNode
+from scbm.nodes.roles.node_process import ServedNode, serve
+from scbm.nodes.roles.readiness import Lack, NotReadyError, Reason, beyond_reach
+from scbm.nodes.roles.resources_node import ResourcesNode
+from scbm.nodes.roles.session import LoopbackCell, RemoteCell, Session
+from scbm.nodes.roles.tester_node import LostError, NodeRun, TesterNode
+
+__all__ = [
+    "Bus",
+    "BusError",
+    "Children",
+    "ControllerNode",
+    "Lack",
+    "LoopbackCell",
+    "LostError",
+    "NodeContext",
+    "NodeRun",
+    "NotReadyError",
+    "Reason",
+    "RemoteCell",
+    "ResourcesNode",
+    "ServedNode",
+    "Session",
+    "TesterNode",
+    "beyond_reach",
+    "new_status",
+    "serve",
+]

@@ -1,0 +1,1 @@
+"""Message buses behind one interface: in-process loopback, Cyclone DDS, rclpy."""

@@ -1,0 +1,211 @@
+"""What nodes need of a middleware: topics, services, and who is there.
+
+The names are those of ROS 2. A bus is one of `loopback`, `dds` or `ros2`; nodes and links know this protocol alone.
+All that is called back is called on the event loop that the bus was opened on, in the order in which it came.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from scbm.model import SET_BOOL, TRIGGER, FieldType, MessageType, Scalar, ServiceType
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+__all__ = [
+    "ONLY_BEST_EFFORT",
+    "SET_BOOL",
+    "TRIGGER",
+    "Answered",
+    "Bus",
+    "BusError",
+    "Client",
+    "FieldType",
+    "MessageType",
+    "Publisher",
+    "Received",
+    "Scalar",
+    "Service",
+    "ServiceType",
+    "Subscription",
+    "Topic",
+    "Unmatched",
+]
+
+
+ONLY_BEST_EFFORT = (
+    "its reliability is best effort, and we ask for reliable; a measured topic can say `best_effort: true`"
+)
+"""Why a publication is not matched, and what can be written."""
+
+
+@dataclass(frozen=True, slots=True)
+class Topic:
+    """A topic.
+
+    Attributes:
+        name: as ROS 2 writes it, from the root: `/scanner/request`.
+        type: what its messages carry.
+        is_latched: whether each publisher's last message reaches those that come later (transient local).
+        is_best_effort: whether a message that is lost on its way is lost. A subscription that asks for this hears
+            publishers of both kinds, and may lose messages of either; one that does not hears none that offer this.
+    """
+
+    name: str
+    type: MessageType = MessageType.STRING
+    is_latched: bool = False
+    is_best_effort: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Service:
+    """A service: its name from the root, and its type."""
+
+    name: str
+    type: ServiceType
+
+
+@dataclass(frozen=True, slots=True)
+class Received:
+    """A message that came.
+
+    Attributes:
+        data: what it carries.
+        source: tells its publisher from others of the same topic, as long as that is there.
+        stamp_ns: when it came, by `time.monotonic_ns`.
+    """
+
+    data: Scalar
+    source: int
+    stamp_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """The response to a call came.
+
+    Attributes:
+        call: what `Client.call` returned.
+        fields: the fields of the response.
+        stamp_ns: when it came, by `time.monotonic_ns`.
+    """
+
+    call: int
+    fields: Mapping[str, Scalar]
+    stamp_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class Unmatched:
+    """Why nobody is matched.
+
+    Attributes:
+        why: a clause.
+        is_mismatch: whether somebody is there who does not go with us: that is mended there or here, not by waiting.
+    """
+
+    why: str
+    is_mismatch: bool
+
+    @staticmethod
+    def by_all(reasons: Iterable[Unmatched | None]) -> Unmatched | None:
+        """All reasons as one, which is a mismatch if one of them is; `None` if there are none."""
+        shown = [reason for reason in reasons if reason is not None]
+        if not shown:
+            return None
+        return Unmatched("; ".join(reason.why for reason in shown), any(reason.is_mismatch for reason in shown))
+
+
+class Publisher(Protocol):
+    """Publishes on one topic; nothing is lost between it and those that are matched, unless that is best effort."""
+
+    @property
+    def peers(self) -> int:
+        """How many subscriptions are matched."""
+        ...
+
+    def publish(self, data: Scalar) -> None:
+        """Sends a message to all of them. Raises `BusError` if the middleware cannot take it."""
+        ...
+
+
+class Subscription(Protocol):
+    """Hears one topic."""
+
+    @property
+    def peers(self) -> int:
+        """How many publishers are matched."""
+        ...
+
+
+class Client(Protocol):
+    """Calls one service. Any number of calls may be under way; a call to a server that is lost gets no answer."""
+
+    @property
+    def peers(self) -> int:
+        """How many servers are there, to take a request and to answer."""
+        ...
+
+    def call(self, fields: Mapping[str, Scalar]) -> int:
+        """Sends a request with all its fields; returns a number that no other call of this client has."""
+        ...
+
+
+class Bus(Protocol):
+    """A participant of one middleware, with a name that its tools show."""
+
+    @property
+    def words(self) -> str:
+        """Where this is, in words: `this process`, `DDS domain 3`."""
+        ...
+
+    def publisher(self, topic: Topic, matched: Callable[[int], None] | None = None) -> Publisher:
+        """A publisher. `matched` gets the number of its peers whenever that changes."""
+        ...
+
+    def subscribe(
+        self,
+        topic: Topic,
+        receive: Callable[[Received], None],
+        matched: Callable[[int], None] | None = None,
+        left: Callable[[int], None] | None = None,
+    ) -> Subscription:
+        """Hears a topic, its own publishers left out.
+
+        Args:
+            topic: which.
+            receive: gets each message.
+            matched: gets the number of publishers whenever that changes.
+            left: gets the `source` of a publisher that is gone, closed or lost, behind the last of its messages.
+        """
+        ...
+
+    def client(
+        self, service: Service, receive: Callable[[Answered], None], matched: Callable[[int], None] | None = None
+    ) -> Client:
+        """A client. `receive` gets each answer once; `matched` the number of servers whenever that changes."""
+        ...
+
+    def serve(self, service: Service, answer: Callable[[Mapping[str, Scalar]], Mapping[str, Scalar]]) -> None:
+        """Serves a service: `answer` gets the fields of a request and returns those of the response."""
+        ...
+
+    def why_alone(self, what: Topic | Service) -> Unmatched | None:
+        """Why nobody is matched there, if it shows: another type, qualities that do not go together, a similar name."""
+        ...
+
+    async def close(self) -> None:
+        """Leaves: all of its endpoints are gone for the others, at once. What was sent before is on its way."""
+        ...
+
+
+class BusError(Exception):
+    """A middleware cannot be used: a sentence that says why, a remedy if one is known, and which middleware it is."""
+
+    def __init__(self, message: str, remedy: str | None = None, where: str = "DDS") -> None:
+        super().__init__(message)
+        self.message = message
+        self.remedy = remedy
+        self.where = where

@@ -1,0 +1,35 @@
+"""Cyclone DDS, at home in ROS 2: the one package that imports cyclonedds. Without cyclonedds it says so when asked."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scbm.nodes.buses.bus import BusError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scbm.nodes.buses.bus import Bus
+
+__all__ = ["open_dds"]
+
+
+def open_dds(node: str, domain: int, complain: Callable[[str], None]) -> Bus:
+    """A bus on the running event loop.
+
+    Args:
+        node: the name that tools show.
+        domain: of DDS, from 0 to 232; in ROS 2 that is `ROS_DOMAIN_ID`.
+        complain: gets a sentence about each message that cannot be understood, and all that Cyclone DDS warns of
+            while it starts. It is called on the loop.
+
+    Raises:
+        BusError: cyclonedds is not installed, or Cyclone DDS does not start: `CYCLONEDDS_URI`, the network.
+    """
+    try:
+        from scbm.nodes.buses.dds.dds_bus import DdsBus  # noqa: PLC0415 - cyclonedds may be missing
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.partition(".")[0] != "cyclonedds":
+            raise
+        raise BusError("cyclonedds is not installed", "pip install 'scbm[dds]'") from error
+    return DdsBus.open(node, domain, complain)

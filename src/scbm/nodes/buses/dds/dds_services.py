@@ -1,0 +1,257 @@
+"""Services as rmw_cyclonedds has them on the wire: a topic of requests, and one of responses.
+
+Each request and response begins with `guid`, which client, and `seq`, which of its calls. All clients of a service hear
+all responses, and drop those that are not their own.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+from uuid import uuid4
+
+from scbm.nodes.buses.bus import Answered, BusError
+from scbm.nodes.buses.dds import dds_names, message_types
+from scbm.nodes.buses.dds.endpoint_pairs import EndpointPair
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from uuid import UUID
+
+    from cyclonedds.domain import DomainParticipant
+    from cyclonedds.idl import IdlStruct
+
+    from scbm.nodes.buses.bus import Scalar, Service
+    from scbm.nodes.buses.dds.endpoint_pairs import Match, Taken
+
+    HandOver: TypeAlias = Callable[[Callable[[], None]], None]
+    Complain: TypeAlias = Callable[[str], None]
+
+READER_WAIT_S = 0.1
+"""How long a response waits until the server sees the reader of its client, as in rmw_cyclonedds."""
+
+
+class ServiceClient:
+    """Calls one service.
+
+    Attributes:
+        pair: its endpoints.
+    """
+
+    def __init__(  # noqa: PLR0913, PLR0917 - whose, which, and whom it tells what
+        self,
+        participant: DomainParticipant,
+        service: Service,
+        hand_over: HandOver,
+        receive: Callable[[Answered], None],
+        matched: Callable[[int], None] | None,
+        complain: Complain,
+    ) -> None:
+        """Made once for each service that is called.
+
+        Args:
+            participant: whose endpoints these are.
+            service: which.
+            hand_over: queues work for the event loop, from any thread.
+            receive: gets each answer once, on the event loop.
+            matched: gets the number of servers whenever that changes, on the event loop.
+            complain: gets a sentence about what came and cannot be right.
+
+        Raises `BusError` if DDS cannot have such endpoints, `ValueError` if names or fields are none of ROS 2.
+        """
+        self._service = service
+        self._receive = receive
+        self._matched = matched
+        self._complain = complain
+        identity = uuid4()
+        self._guid = identity.int >> 64
+        self._last = 0
+        self._waiting: set[int] = set()
+        self._peers = 0
+        self._has_met_unknown = False
+        self._is_closed = False
+        request, response = message_types.service_classes(service.type)
+        self.pair = EndpointPair(
+            participant,
+            f"clientid={_id_text(identity)};",
+            written=(dds_names.request_name(service.name), request),
+            read=(dds_names.reply_name(service.name), response),
+            came=lambda taken: hand_over(lambda: self._hear(taken)),
+            changed=lambda: hand_over(self._count),
+        )
+
+    @property
+    def peers(self) -> int:
+        """How many servers are there: those that take requests from here, and whose responses come here."""
+        return self._peers
+
+    def call(self, fields: Mapping[str, Scalar]) -> int:
+        """Sends a request, and returns its number.
+
+        Raises `ValueError` if the values are not those of the fields, `BusError` if DDS cannot take it.
+        """
+        number = self._last + 1
+        request = message_types.request(self._service.type, self._guid, number, fields)
+        self.pair.write(request)
+        self._last = number
+        self._waiting.add(number)
+        return number
+
+    def close(self) -> None:
+        """Leaves. Nothing is called back any more."""
+        self._is_closed = True
+        self.pair.close()
+
+    def _count(self) -> None:
+        if self._is_closed:
+            return
+        takers = Counter(map(_server, self.pair.readers()))
+        responders = Counter(map(_server, self.pair.writers()))
+        peers = (takers & responders).total()
+        if peers != self._peers:
+            self._peers = peers
+            if self._matched is not None:
+                self._matched(peers)
+
+    def _hear(self, taken: Taken) -> None:
+        for response, _ in taken.samples:
+            guid, number = message_types.call_of(response)
+            if guid == self._guid and not self._is_closed:
+                self._hear_own(number, response, taken.stamp_ns)
+        for fault in () if self._is_closed else taken.faults:
+            self._complain(f"a response of {self._service.name} cannot be read: {fault}")
+
+    def _hear_own(self, number: int, response: IdlStruct, stamp_ns: int) -> None:
+        if number in self._waiting:
+            self._waiting.remove(number)
+            self._receive(Answered(number, message_types.fields_of(response, self._service.type.response), stamp_ns))
+        elif 0 < number <= self._last:
+            self._complain(f"a second response to call {number} of {self._service.name} is dropped")
+        elif not self._has_met_unknown:
+            self._has_met_unknown = True
+            self._complain(f"a response of {self._service.name} to call {number}, which was not made, is dropped")
+
+
+def _server(match: Match) -> str | UUID:
+    """Tells servers apart; those of one participant that do not say who they are, are taken for one another."""
+    return match.identities.get("serviceid", match.participant)
+
+
+def _id_text(identity: UUID) -> str:
+    """As rmw_cyclonedds writes the 16 bytes."""
+    return ".".join(f"{byte:x}" for byte in identity.bytes)
+
+
+@dataclass(frozen=True, slots=True)
+class _Response:
+    """A response that waits for the reader of its client, and until when."""
+
+    sample: IdlStruct
+    writer: int
+    timer: asyncio.TimerHandle
+
+
+class ServiceServer:
+    """Serves one service.
+
+    Attributes:
+        pair: its endpoints.
+    """
+
+    def __init__(
+        self,
+        participant: DomainParticipant,
+        service: Service,
+        hand_over: HandOver,
+        answer: Callable[[Mapping[str, Scalar]], Mapping[str, Scalar]],
+        complain: Complain,
+    ) -> None:
+        """Made once for each service that is served.
+
+        Args:
+            participant: whose endpoints these are.
+            service: which.
+            hand_over: queues work for the event loop, from any thread.
+            answer: gets the fields of a request, on the event loop, and returns those of the response.
+            complain: gets a sentence about what came and cannot be right, and about responses that are lost.
+
+        Raises as `ServiceClient` does.
+        """
+        self._service = service
+        self._answer = answer
+        self._complain = complain
+        self._clients: dict[int, str | None] = {}
+        self._hearing: list[str | None] = []
+        self._responses: list[_Response] = []
+        self._is_closed = False
+        request, response = message_types.service_classes(service.type)
+        self.pair = EndpointPair(
+            participant,
+            f"serviceid={_id_text(uuid4())};",
+            written=(dds_names.reply_name(service.name), response),
+            read=(dds_names.request_name(service.name), request),
+            came=lambda taken: hand_over(lambda: self._hear(taken)),
+            changed=lambda: hand_over(self._look),
+        )
+
+    def close(self) -> None:
+        """Leaves. Nothing is called back any more, and responses that wait are not sent."""
+        self._is_closed = True
+        for response in self._responses:
+            response.timer.cancel()
+        self.pair.close()
+
+    def _hear(self, taken: Taken) -> None:
+        for request, writer in taken.samples:
+            if not self._is_closed:
+                self._serve(request, writer)
+        for fault in () if self._is_closed else taken.faults:
+            self._complain(f"a request to {self._service.name} cannot be read: {fault}")
+
+    def _serve(self, request: IdlStruct, writer: int) -> None:
+        fields = self._answer(message_types.fields_of(request, self._service.type.request))
+        try:
+            response = message_types.response(self._service.type, *message_types.call_of(request), fields)
+        except ValueError as error:
+            self._complain(f"a request to {self._service.name} gets no response: {error}")
+            return
+        if self._is_heard_by(writer):
+            self._send(response)
+        else:
+            timer = asyncio.get_running_loop().call_later(READER_WAIT_S, self._give_up, response)
+            self._responses.append(_Response(response, writer, timer))
+
+    def _is_heard_by(self, writer: int) -> bool:
+        """Whether the client of the writer hears responses, as far as it says who it is."""
+        if writer not in self._clients:
+            self._look()
+        client = self._clients.get(writer)
+        return client is None or client in self._hearing
+
+    def _send(self, response: IdlStruct) -> None:
+        try:
+            self.pair.write(response)
+        except BusError as error:
+            self._complain(f"a response of {self._service.name} is lost: {error.message}")
+
+    def _give_up(self, sample: IdlStruct) -> None:
+        self._responses = [response for response in self._responses if response.sample is not sample]
+        self._complain(f"a response of {self._service.name} is lost: its client does not hear any")
+
+    def _look(self) -> None:
+        """Clients have come or gone. What waits for one that is gone is forgotten: nobody is there to miss it."""
+        if self._is_closed:
+            return
+        self._clients = {match.handle: match.identities.get("clientid") for match in self.pair.writers()}
+        self._hearing = [match.identities.get("clientid") for match in self.pair.readers()]
+        responses, self._responses = self._responses, []
+        for response in responses:
+            if self._clients.get(response.writer) in self._hearing:
+                response.timer.cancel()
+                self._send(response.sample)
+            elif response.writer in self._clients:
+                self._responses.append(response)
+            else:
+                response.timer.cancel()

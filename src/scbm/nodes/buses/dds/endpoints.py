@@ -1,0 +1,221 @@
+"""Publishers and subscriptions of one participant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from time import monotonic_ns
+from typing import TYPE_CHECKING
+
+from cyclonedds.core import DDSException, Policy, Qos
+from cyclonedds.topic import Topic as DdsTopic
+from cyclonedds.util import duration
+
+from scbm.nodes.buses.bus import BusError, Received
+from scbm.nodes.buses.dds.dds_names import topic_name
+from scbm.nodes.buses.dds.message_types import message_class
+from scbm.nodes.buses.dds.payloads import BadPayloadError, decode, encode
+from scbm.nodes.buses.dds.raw_samples import RawReader, RawWriter, listener, refused_policy
+from scbm.nodes.buses.dds.unmatched import EndpointRole, WantedEndpoint
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from threading import Lock
+
+    from cyclonedds.core import Entity
+    from cyclonedds.domain import DomainParticipant
+    from cyclonedds.idl import IdlStruct
+    from cyclonedds.internal import dds_c_t
+
+    from scbm.nodes.buses.bus import Scalar, Topic
+    from scbm.nodes.buses.dds.thread_bridge import HandOver
+
+_BLOCKS_S = 2
+"""So long `publish` waits for subscriptions that do not acknowledge: longer than a lost one stays matched."""
+
+_HANDLE_MASK = 2**64 - 1
+"""Handles come as signed numbers with a status, and without a sign with a sample."""
+
+
+def _qos(topic: Topic) -> Qos:
+    # Keep-all at both ends: nothing that is on its way is replaced by what comes behind it. The last message alone is
+    # kept for those that come later.
+    durability = Policy.Durability.TransientLocal if topic.is_latched else Policy.Durability.Volatile
+    reliable = Policy.Reliability.Reliable(duration(seconds=_BLOCKS_S))
+    return Qos(
+        Policy.Reliability.BestEffort if topic.is_best_effort else reliable,
+        durability,
+        Policy.History.KeepAll,
+        Policy.DurabilityService(0, Policy.History.KeepLast(1), -1, -1, -1),
+        Policy.DataRepresentation(use_cdrv0_representation=True),
+        Policy.WriterDataLifecycle(autodispose=False),
+        Policy.IgnoreLocal.Participant,
+    )
+
+
+def wanted_by(topic: Topic, role: EndpointRole, policy: int = 0) -> WantedEndpoint:
+    """Whom an endpoint of a topic looks for."""
+    return WantedEndpoint(topic.name, topic.type.value, role, role.value, topic_name(topic.name), _qos(topic), policy)
+
+
+class EndpointPeers:
+    """How many endpoints are matched, as the event loop knows it."""
+
+    def __init__(self, hand_over: HandOver, matched: Callable[[int], None] | None) -> None:
+        self.count = 0
+        self._hand_over = hand_over
+        self._matched = matched
+
+    def are(self, count: int) -> None:
+        """Tells the loop; called on any thread."""
+        self._hand_over(partial(self._set, count))
+
+    def _set(self, count: int) -> None:
+        if count != self.count:
+            self.count = count
+            if self._matched is not None:
+                self._matched(count)
+
+
+@dataclass(frozen=True, slots=True)
+class ReceivedSample:
+    """Who gets what a subscription hears, on the loop.
+
+    Attributes:
+        receive, matched, left: as `Bus.subscribe` has them.
+        complain: gets a sentence about each message that cannot be decoded.
+    """
+
+    receive: Callable[[Received], None]
+    matched: Callable[[int], None] | None
+    left: Callable[[int], None] | None
+    complain: Callable[[str], None]
+
+
+class DdsPublisher:
+    """Publishes on one topic."""
+
+    def __init__(
+        self, participant: DomainParticipant, topic: Topic, hand_over: HandOver, matched: Callable[[int], None] | None
+    ) -> None:
+        self.topic = topic
+        self._peers = EndpointPeers(hand_over, matched)
+        called = listener(on_publication_matched=self._on_matched)
+        self.writer = RawWriter(participant, dds_topic(participant, topic), _qos(topic), called)
+
+    @property
+    def peers(self) -> int:
+        """How many subscriptions are matched."""
+        return self._peers.count
+
+    def wanted(self) -> WantedEndpoint:
+        """Whom it looks for."""
+        return wanted_by(self.topic, EndpointRole.SUBSCRIPTION, refused_policy(self.writer))
+
+    def publish(self, data: Scalar) -> None:
+        """Sends a message. Raises `BusError`: not of the type, subscriptions that do not take it, a closed bus."""
+        payload = encode(self.topic.type, data)
+        try:
+            self.writer.write_payload(payload)
+        except DDSException as error:
+            raise BusError(f"`{self.topic.name}`: {_why_not(error)}") from error
+
+    # on a thread of Cyclone DDS
+
+    def _on_matched(self, _writer: Entity | None, status: dds_c_t.publication_matched_status) -> None:
+        self._peers.are(status.current_count)
+
+
+def _why_not(error: DDSException) -> str:
+    if error.code == DDSException.DDS_RETCODE_TIMEOUT:
+        return f"a subscription has not taken what was sent for {_BLOCKS_S} seconds"
+    return f"nothing can be sent: {error}"
+
+
+class DdsSubscription:
+    """Hears one topic."""
+
+    def __init__(
+        self,
+        participant: DomainParticipant,
+        topic: Topic,
+        hand_over: HandOver,
+        order: Lock,
+        heard: ReceivedSample,
+    ) -> None:
+        """Made by its bus.
+
+        Args:
+            participant: of DDS.
+            topic: which.
+            hand_over: to the loop.
+            order: is held from taking messages to handing them over, so that two threads of Cyclone DDS do not
+                overtake each other.
+            heard: who gets what.
+        """
+        self.topic = topic
+        self._hand_over = hand_over
+        self._order = order
+        self._heard = heard
+        self._peers = EndpointPeers(hand_over, heard.matched)
+        self._is_made = False
+        called = listener(on_data_available=self._on_data, on_subscription_matched=self._on_matched)
+        self.reader = RawReader(participant, dds_topic(participant, topic), _qos(topic), called)
+        with order:
+            # What came while the reader was made.
+            self._is_made = True
+            self._take()
+
+    @property
+    def peers(self) -> int:
+        """How many publishers are matched."""
+        return self._peers.count
+
+    def wanted(self) -> WantedEndpoint:
+        """Whom it looks for."""
+        return wanted_by(self.topic, EndpointRole.PUBLICATION, refused_policy(self.reader))
+
+    # on a thread of Cyclone DDS
+
+    def _on_data(self, _reader: Entity | None) -> None:
+        with self._order:
+            self._take()
+
+    def _on_matched(self, _reader: Entity | None, status: dds_c_t.subscription_matched_status) -> None:
+        with self._order:
+            self._take()
+            if status.current_count_change < 0 and self._heard.left is not None:
+                self._hand_over(partial(self._heard.left, status.last_publication_handle & _HANDLE_MASK))
+            self._peers.are(status.current_count)
+
+    def _take(self) -> None:
+        if not self._is_made:
+            return
+        try:
+            taken = self.reader.take_payloads()
+        except DDSException as error:
+            # It is being closed, or Cyclone DDS is broken; there is nobody above to raise it to.
+            self._hand_over(partial(self._heard.complain, f"`{self.topic.name}` cannot be read: {error}"))
+            return
+        stamp_ns = monotonic_ns()
+        for payload, info in taken:
+            if info.valid_data:
+                self._hand_over(self._told(payload, info.publication_handle, stamp_ns))
+
+    def _told(self, payload: bytes, source: int, stamp_ns: int) -> Callable[[], None]:
+        try:
+            data = decode(self.topic.type, payload)
+        except BadPayloadError as error:
+            what = f"a message on `{self.topic.name}` is no {self.topic.type.value} and was dropped: {error}"
+            return partial(self._heard.complain, what)
+        return partial(self._heard.receive, Received(data, source, stamp_ns))
+
+
+def dds_topic(participant: DomainParticipant, topic: Topic) -> DdsTopic[IdlStruct]:
+    """The topic of DDS. Raises `BusError` if the name is none, or the participant has it with another type."""
+    try:
+        return DdsTopic(participant, topic_name(topic.name), message_class(topic.type))
+    except ValueError as error:
+        raise BusError(str(error)) from error
+    except DDSException as error:
+        raise BusError(f"`{topic.name}` cannot be used as {topic.type.value}: {error}") from error

@@ -1,0 +1,210 @@
+"""Opening a participant of a domain, and leaving it.
+
+What Cyclone DDS says while it starts: it gives codes that say nothing, and writes the reason to stderr.
+
+How a participant appears in ROS 2: it says itself which endpoints belong to which node (rmw_dds_common).
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from contextlib import contextmanager
+from tempfile import TemporaryFile
+from threading import Lock
+from typing import TYPE_CHECKING
+
+from cyclonedds.core import DDSException, Policy, Qos
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.topic import Topic
+
+from scbm.nodes.buses.bus import BusError
+from scbm.nodes.buses.dds.message_types import PARTICIPANT_ENTITIES, NodeEntities, participant_entities
+from scbm.nodes.buses.dds.raw_samples import RawWriter, delete
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from cyclonedds.core import Entity
+
+_STDERR = 2
+_LINE = re.compile(r"\d+\.\d+ \[\d*\] +[^:]*: (.*)")
+"""`1795295511.554664 [99]     python: Failed to find a free participant index for domain 99`"""
+
+_STDERR_IS_ONE = Lock()
+"""There is one stderr in a process, and what two threads do to it must not cross."""
+
+
+@contextmanager
+def heard(lines: list[str]) -> Iterator[None]:
+    """Puts the lines that Cyclone DDS writes meanwhile into a list, when the block is left, by an error too.
+
+    The library has no other way out for them; what others write there meanwhile goes there when the block is left.
+    """
+    with _STDERR_IS_ONE, TemporaryFile() as file:
+        kept = os.dup(_STDERR)
+        os.dup2(file.fileno(), _STDERR)
+        try:
+            yield
+        finally:
+            os.dup2(kept, _STDERR)
+            os.close(kept)
+            file.seek(0)
+            for line in file.read().decode(errors="replace").splitlines():
+                _sort(line, lines)
+
+
+def _sort(line: str, lines: list[str]) -> None:
+    match = _LINE.fullmatch(line)
+    if match is None:
+        sys.stderr.write(f"{line}\n")
+    else:
+        lines.append(match[1])
+
+
+TOPIC = "ros_discovery_info"
+"""Without the prefix that topics of nodes have."""
+
+_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,254}")
+_NAMESPACE = re.compile(r"/|(/[A-Za-z_][A-Za-z0-9_]*)+")
+_BLOCKS_NS = 2_000_000_000
+"""So long writing waits for readers that do not acknowledge: longer than a lost one stays matched."""
+
+_QOS = Qos(
+    Policy.Reliability.Reliable(_BLOCKS_NS),
+    Policy.Durability.TransientLocal,
+    Policy.History.KeepLast(1),
+    Policy.DataRepresentation(use_cdrv0_representation=True),
+)
+
+
+class NodeAnnouncement:
+    """A node, its publishers and its subscriptions, as `ros2 node list` and `ros2 node info` show them."""
+
+    def __init__(self, participant: DomainParticipant, node: str, namespace: str = "/") -> None:
+        """Announces a node, the only one of its participant, without endpoints.
+
+        Raises `BusError` if that is no name of a node, or no namespace.
+        """
+        if not _NAME.fullmatch(node):
+            raise BusError(f"`{node}` is no name of a node of ROS 2", "use letters, digits and underscores")
+        if not _NAMESPACE.fullmatch(namespace):
+            raise BusError(f"`{namespace}` is no namespace of ROS 2", "use `/` or one such as `/cell/line_1`")
+        self._name = node
+        self._namespace = namespace
+        self._readers: tuple[bytes, ...] = ()
+        self._writers: tuple[bytes, ...] = ()
+        try:
+            self._participant = participant.guid.bytes
+            self._writer = RawWriter(participant, Topic(participant, TOPIC, PARTICIPANT_ENTITIES), _QOS)
+        except DDSException as error:
+            raise BusError(f"DDS refuses `{TOPIC}`: {error}") from error
+        self._say()
+
+    def add_writer(self, writer: Entity) -> None:
+        """The node has one more writer of DDS: of a topic, or of a service."""
+        self._writers = (*self._writers, writer.guid.bytes)
+        self._say()
+
+    def add_reader(self, reader: Entity) -> None:
+        """The node has one more reader of DDS: of a topic, or of a service."""
+        self._readers = (*self._readers, reader.guid.bytes)
+        self._say()
+
+    def close(self) -> None:
+        """The node is gone, and nothing is said any more."""
+        self._send([])
+        delete(self._writer)
+
+    def _say(self) -> None:
+        self._send([NodeEntities(self._namespace, self._name, self._readers, self._writers)])
+
+    def _send(self, nodes: list[NodeEntities]) -> None:
+        try:
+            self._writer.write_payload(participant_entities(self._participant, nodes).serialize(use_version_2=False))
+        except DDSException as error:
+            raise BusError(f"DDS cannot send on `{TOPIC}`: {error}") from error
+
+
+URI = "CYCLONEDDS_URI"
+LAST_DOMAIN = 232
+"""The ports of higher ones do not exist."""
+
+_OURS = (
+    "<CycloneDDS><Domain Id='any'><Discovery><LeaseDuration>1s</LeaseDuration><SPDPInterval>200ms</SPDPInterval>"
+    "</Discovery></Domain></CycloneDDS>"
+)
+"""A process that was killed is missed after the lease. Each says so often that it is there that one which stands still
+for half of that is not; Cyclone DDS by itself missed it, and found it again only after half a minute. `CYCLONEDDS_URI`
+comes behind, so it may say otherwise.
+"""
+
+_CORRECT = f"correct `{URI}`, or unset it"
+_REMEDIES = (
+    ("participant index", f"end other processes in this domain, or raise `MaxAutoParticipantIndex` in `{URI}`"),
+    (
+        "failed to find interfaces",
+        "the machine needs a network interface that is up; for itself alone: `ip link set lo up`",
+    ),
+    (
+        "available interface",
+        f"correct the network interface in `{URI}`, or unset it; `ip address` shows which there are",
+    ),
+    ("configuration file", _CORRECT),
+    ("config:", _CORRECT),
+)
+
+
+class Participant:
+    """A participant of a domain, as a ROS 2 context has one.
+
+    Attributes:
+        entity: of DDS.
+        warnings: what Cyclone DDS had to say, though it started.
+    """
+
+    def __init__(self, node: str, domain: int) -> None:
+        """Joins. Raises `BusError`."""
+        if not 0 <= domain <= LAST_DOMAIN:
+            raise BusError(f"there is no DDS domain {domain}", f"domains are numbered from 0 to {LAST_DOMAIN}")
+        self.warnings: list[str] = []
+        try:
+            # One thread at a time hears the log, so that the environment has one at a time, too.
+            with heard(self.warnings), _completed_configuration():
+                self.entity = DomainParticipant(domain, _qos(node))
+        except DDSException as error:
+            raise _error(domain, self.warnings, error) from error
+
+    def close(self) -> None:
+        """Leaves. Blocks for up to a second while what was sent before is not acknowledged."""
+        delete(self.entity)
+
+
+@contextmanager
+def _completed_configuration() -> Iterator[None]:
+    """Cyclone DDS reads it with the first participant of a process in a domain, and forgets it with the last.
+
+    A `Domain` with a configuration of its own would be there until it is deleted, and take the participants of others
+    in the process with it.
+    """
+    uri = os.environ.get(URI)
+    os.environ[URI] = f"{_OURS},{uri or ''}"
+    try:
+        yield
+    finally:
+        if uri is None:
+            del os.environ[URI]
+        else:
+            os.environ[URI] = uri
+
+
+def _qos(node: str) -> Qos:
+    return Qos(Policy.Userdata(b"enclave=/;"), Policy.EntityName(node))
+
+
+def _error(domain: int, lines: list[str], error: DDSException) -> BusError:
+    """Why: Cyclone DDS logs it, and raises a code that says nothing."""
+    said = "; ".join(lines) or str(error)
+    remedy = next((remedy for part, remedy in _REMEDIES if part in said), None)
+    return BusError(f"DDS domain {domain} cannot be joined: {said}", remedy)

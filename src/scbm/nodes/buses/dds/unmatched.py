@@ -1,0 +1,218 @@
+"""Why nobody is matched: what others have in the same domain, next to what we look for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+from cyclonedds.builtin import BuiltinDataReader, BuiltinTopicDcpsPublication, BuiltinTopicDcpsSubscription
+from cyclonedds.core import Policy
+
+from scbm.files import nearest
+from scbm.nodes.buses.bus import ONLY_BEST_EFFORT, Unmatched
+from scbm.nodes.buses.dds import dds_names
+from scbm.nodes.buses.dds.raw_samples import delete, refused_policy
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from cyclonedds.builtin import BuiltinTopic
+    from cyclonedds.core import Qos
+    from cyclonedds.domain import DomainParticipant
+
+    from scbm.nodes.buses.bus import Service
+    from scbm.nodes.buses.dds.endpoint_pairs import EndpointPair
+
+_MOST = 10_000
+"""So many endpoints of each role are looked at."""
+
+
+class EndpointRole(StrEnum):
+    """The two sides of a topic."""
+
+    PUBLICATION = "publication"
+    SUBSCRIPTION = "subscription"
+
+
+_BUILTIN: tuple[tuple[EndpointRole, BuiltinTopic], ...] = (
+    (EndpointRole.PUBLICATION, BuiltinTopicDcpsPublication),
+    (EndpointRole.SUBSCRIPTION, BuiltinTopicDcpsSubscription),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Endpoint:
+    """An endpoint of another participant, with its names in DDS."""
+
+    role: EndpointRole
+    topic: str
+    type: str
+    qos: Qos
+
+
+def others(participant: DomainParticipant) -> list[Endpoint]:
+    """The endpoints of other participants that discovery has told of."""
+    own = participant.guid
+    found: list[Endpoint] = []
+    for role, builtin in _BUILTIN:
+        reader = BuiltinDataReader(participant, builtin)
+        found += [
+            Endpoint(role, sample.topic_name, sample.type_name, sample.qos)
+            for sample in reader.take(_MOST)
+            if sample.participant_key != own
+        ]
+        delete(reader)
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class WantedEndpoint:
+    """Whom one of our endpoints looks for.
+
+    Attributes:
+        name: of the topic or service, as ROS 2 writes it.
+        type: of the topic or service, as ROS 2 writes it.
+        role: the side that is looked for.
+        who: what that is for people: `publication`, `server`.
+        dds_topic: the name of its topic in DDS.
+        qos: ours.
+        policy: the number of the policy that kept others away most recently; 0 if none did.
+    """
+
+    name: str
+    type: str
+    role: EndpointRole
+    who: str
+    dds_topic: str
+    qos: Qos
+    policy: int = 0
+
+
+def taker_of_requests(service: Service, pair: EndpointPair) -> WantedEndpoint:
+    """Whom a client looks for to be asked."""
+    return _reader(service, "server", dds_names.request_name(service.name), pair)
+
+
+def giver_of_responses(service: Service, pair: EndpointPair) -> WantedEndpoint:
+    """Whom a client looks for to be answered."""
+    return _writer(service, "server", dds_names.reply_name(service.name), pair)
+
+
+def giver_of_requests(service: Service, pair: EndpointPair) -> WantedEndpoint:
+    """Whom a server looks for to be asked."""
+    return _writer(service, "client", dds_names.request_name(service.name), pair)
+
+
+def taker_of_responses(service: Service, pair: EndpointPair) -> WantedEndpoint:
+    """Whom a server looks for to answer."""
+    return _reader(service, "client", dds_names.reply_name(service.name), pair)
+
+
+def _reader(service: Service, who: str, dds_topic: str, pair: EndpointPair) -> WantedEndpoint:
+    policy = refused_policy(pair.writer)
+    return WantedEndpoint(service.name, service.type.name, EndpointRole.SUBSCRIPTION, who, dds_topic, pair.qos, policy)
+
+
+def _writer(service: Service, who: str, dds_topic: str, pair: EndpointPair) -> WantedEndpoint:
+    policy = refused_policy(pair.reader)
+    return WantedEndpoint(service.name, service.type.name, EndpointRole.PUBLICATION, who, dds_topic, pair.qos, policy)
+
+
+def why_alone(wanted: Iterable[WantedEndpoint], there: list[Endpoint], known: list[str]) -> Unmatched | None:
+    """Why none of those that are wanted is matched; `None` if nothing shows.
+
+    Args:
+        wanted: in the order in which they are looked at.
+        there: what others have.
+        known: topics in DDS that we use ourselves, so that nobody means another one by them.
+    """
+    wishes = list(wanted)
+    found = [
+        _why_not(wish, endpoint)
+        for wish in wishes
+        for endpoint in there
+        if endpoint.role is wish.role and endpoint.topic == wish.dds_topic
+    ]
+    if found:
+        why = next((why for why in found if why is not None), None)
+        return None if why is None else Unmatched(why, is_mismatch=True)
+    hint = next((hint for wish in wishes if (hint := _elsewhere(wish, there, known))), None)
+    return None if hint is None else Unmatched(hint, is_mismatch=False)
+
+
+def _why_not(wish: WantedEndpoint, endpoint: Endpoint) -> str | None:
+    """Why an endpoint with the right name is not matched."""
+    type_ = dds_names.ros_type(endpoint.type)
+    if type_ != wish.type:
+        return f"`{wish.name}` has a {wish.who} of type {type_}, and not {wish.type}"
+    reason = next(_differences(wish, endpoint.qos), None)
+    if reason is None and wish.policy:
+        reason = f"its {_POLICIES.get(wish.policy, f'policy {wish.policy}')} does not go with ours"
+    return None if reason is None else f"`{wish.name}` has a {wish.who}, but {reason}"
+
+
+_POLICIES = {
+    2: "durability",
+    3: "presentation",
+    4: "deadline",
+    5: "latency budget",
+    6: "ownership",
+    8: "liveliness",
+    10: "partition",
+    11: "reliability",
+    12: "destination order",
+    24: "type",
+    25: "data representation",
+}
+"""The names of policies by the numbers that Cyclone DDS has for them."""
+
+
+def _differences(wish: WantedEndpoint, theirs: Qos) -> Iterator[str]:
+    """What does not go together, with both sides in words."""
+    they_in, we_in = _partitions(theirs), _partitions(wish.qos)
+    if they_in != we_in:
+        yield f"it is in {they_in}, and we are in {we_in}"
+    for what, strength in (("reliability", _reliability), ("durability", _durability)):
+        (their_rank, they_say), (our_rank, we_say) = strength(theirs), strength(wish.qos)
+        if wish.role is EndpointRole.PUBLICATION and their_rank < our_rank:
+            is_measured = what == "reliability" and wish.who == EndpointRole.PUBLICATION  # a binding may ask for less
+            yield ONLY_BEST_EFFORT if is_measured else f"its {what} is {they_say}, and we ask for {we_say}"
+        if wish.role is EndpointRole.SUBSCRIPTION and their_rank > our_rank:
+            yield f"it asks for the {what} {they_say}, and ours is {we_say}"
+
+
+def _partitions(qos: Qos) -> str:
+    policy = qos[Policy.Partition]
+    return "no partition" if policy is None else "partition " + ", ".join(f"`{name}`" for name in policy.partitions)
+
+
+def _reliability(qos: Qos) -> tuple[int, str]:
+    is_reliable = isinstance(qos[Policy.Reliability], Policy.Reliability.Reliable)
+    return (1, "reliable") if is_reliable else (0, "best effort")
+
+
+def _durability(qos: Qos) -> tuple[int, str]:
+    rank = _DURABILITIES.index(qos[Policy.Durability])
+    return rank, ("volatile", "transient local", "transient", "persistent")[rank]
+
+
+_DURABILITIES = [
+    Policy.Durability.Volatile,
+    Policy.Durability.TransientLocal,
+    Policy.Durability.Transient,
+    Policy.Durability.Persistent,
+]
+
+
+def _elsewhere(wish: WantedEndpoint, there: list[Endpoint], known: list[str]) -> str | None:
+    """A similar name that somebody has."""
+    prefix = wish.dds_topic.partition("/")[0]
+    suffix = wish.dds_topic.removeprefix(prefix).removeprefix(wish.name)
+    candidates = [endpoint.topic for endpoint in there if endpoint.role is wish.role and endpoint.topic not in known]
+    plain = next((topic for topic in candidates if f"/{topic.lstrip('/')}" == wish.name), None)
+    if plain is not None:
+        return f"a {wish.who} is at the DDS topic `{plain}`; in ROS 2 that of `{wish.name}` is `{wish.dds_topic}`"
+    of_ros = [topic.removeprefix(prefix) for topic in candidates if topic.startswith(f"{prefix}/")]
+    similar = nearest(wish.name, [topic.removesuffix(suffix) for topic in of_ros])
+    return None if similar is None else f"no {wish.who} is at `{wish.name}`, but one is at `{similar}`"

@@ -1,0 +1,319 @@
+"""Drivers through rclpy, for those who have an installation of ROS 2: of any vendor, services too (decision 28)."""
+
+from __future__ import annotations
+
+import asyncio
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from functools import partial
+from importlib import import_module
+from itertools import count
+from threading import Event, Thread
+from time import monotonic, monotonic_ns
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from scbm.nodes.buses.bus import ONLY_BEST_EFFORT, Answered, BusError, FieldType, Received, Service, Topic, Unmatched
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping
+    from types import ModuleType
+
+    from scbm.nodes.buses.bus import Scalar, ServiceType
+
+Foreign: TypeAlias = Any
+"""Something of rclpy, or of a package of messages: where there is no ROS 2, nothing is known of its type."""
+
+_LOOK_S = 0.1
+"""So often it is looked who is there: rclpy tells of topics when that changes, and never of services."""
+
+_LEAVES_S = 1.0
+"""So long `close` waits for those that have not taken what was sent."""
+
+_TYPES = {FieldType.BOOL: "boolean", FieldType.FLOAT32: "float", FieldType.FLOAT64: "double"}
+"""What the messages of rclpy call the types of their fields, where ROS 2 itself has another word."""
+
+
+def open_ros2(node: str, domain: int, complain: Callable[[str], None]) -> RclpyBus:
+    """A bus on the running event loop.
+
+    Args:
+        node: the name that tools show.
+        domain: of ROS 2.
+        complain: gets a sentence about what rclpy cannot do later. It is called on the loop.
+
+    Raises:
+        BusError: there is no rclpy, or it does not start.
+    """
+    return RclpyBus(_rclpy(), node, domain, complain)
+
+
+def _rclpy() -> ModuleType:
+    try:
+        import rclpy  # type: ignore[import-not-found]  # noqa: PLC0415 - it may be missing
+        from rclpy import context, duration, executors, node, qos  # noqa: F401, PLC0415 - so that rclpy has them
+    except ImportError as error:
+        remedy = (
+            "run `source /opt/ros/<distro>/setup.bash` first, with scbm installed for the Python of that distribution; "
+            "the default, `--via dds`, needs no ROS 2"
+        )
+        raise _error(f"rclpy cannot be imported: {error}", remedy) from error
+    return rclpy  # type: ignore[no-any-return]  # nothing is known of it
+
+
+def _error(message: str, remedy: str | None = None) -> BusError:
+    return BusError(message, remedy, where="rclpy")
+
+
+@contextmanager
+def _told(what: str) -> Iterator[None]:
+    """Raises `BusError` for whatever rclpy raises: its errors have no base of their own."""
+    try:
+        yield
+    except Exception as error:
+        raise _error(f"{what}: {str(error).partition(', at ')[0] or type(error).__name__}") from error
+
+
+class RclpyBus:
+    """A node of ROS 2 with a context of its own. It is for links to drivers, and less than other buses.
+
+    - `source` is always 0 and `left` cannot be asked for: rclpy does not tell publishers apart.
+    - Nothing is served, and no topic is latched.
+    - Its own publishers are not left out; a link never hears what it sends.
+    - Who is there is looked at ten times a second.
+    """
+
+    def __init__(self, rclpy: ModuleType, node: str, domain: int, complain: Callable[[str], None]) -> None:
+        """See `open_ros2`."""
+        self._rclpy = rclpy
+        self._loop = asyncio.get_running_loop()
+        self._complain = complain
+        self._peers: list[_RclpyPeers] = []
+        self._sent: list[tuple[Topic, Foreign]] = []
+        self._heard: list[Topic] = []
+        self._is_open = True
+        self._stop = Event()
+        with _told("rclpy does not start"):
+            self._context = rclpy.context.Context()
+            self._context.init(args=[], domain_id=domain)
+            # As little as can be: the node is no place of parameters, and `--ros-args` are not for it.
+            options = {"use_global_arguments": False, "enable_rosout": False, "start_parameter_services": False}
+            self._node = rclpy.node.Node(node, context=self._context, **options)
+            self._executor = rclpy.executors.SingleThreadedExecutor(context=self._context)
+            self._executor.add_node(self._node)
+            self.words = f"ROS 2 domain {domain}, {rclpy.get_rmw_implementation_identifier()}"
+        self._thread = Thread(target=self._spin, name="rclpy", daemon=True)
+        self._thread.start()
+
+    def publisher(self, topic: Topic, matched: Callable[[int], None] | None = None) -> _RclpyPublisher:
+        """A publisher. Raises `BusError` for names and types that this ROS 2 does not have."""
+        class_, qos = _class(topic.type.value), self._qos(topic)
+        with _told(f"`{topic.name}` cannot be published"):
+            entity = self._node.create_publisher(class_, topic.name, qos)
+        self._sent.append((topic, entity))
+        return _RclpyPublisher(topic, entity, class_, self._look_at(entity.get_subscription_count, matched))
+
+    def subscribe(
+        self,
+        topic: Topic,
+        receive: Callable[[Received], None],
+        matched: Callable[[int], None] | None = None,
+        left: Callable[[int], None] | None = None,
+    ) -> _RclpyPeers:
+        """Hears a topic. Raises `BusError` as `publisher` does, and `ValueError` for `left`."""
+        if left is not None:
+            raise ValueError("rclpy does not say which publisher is gone")
+
+        def receive_later(message: Foreign) -> None:
+            self._later(receive, Received(message.data, 0, monotonic_ns()))
+
+        class_, qos = _class(topic.type.value), self._qos(topic)
+        with _told(f"`{topic.name}` cannot be heard"):
+            entity = self._node.create_subscription(class_, topic.name, receive_later, qos)
+        self._heard.append(topic)
+        return self._look_at(entity.get_publisher_count, matched)
+
+    def client(
+        self, service: Service, receive: Callable[[Answered], None], matched: Callable[[int], None] | None = None
+    ) -> _RclpyClient:
+        """A client. Raises `BusError` for names and types that this ROS 2 does not have, or has with other fields."""
+        class_, qos = _service_class(service.type), self._qos(Topic(service.name))
+        with _told(f"`{service.name}` cannot be called"):
+            entity = self._node.create_client(class_, service.name, qos_profile=qos)
+        peers = self._look_at(lambda: int(entity.service_is_ready()), matched)
+        return _RclpyClient(service, entity, class_.Request, peers, partial(self._later, receive))
+
+    def serve(self, service: Service, answer: object) -> None:  # noqa: ARG002 - as every bus has it
+        """Raises `ValueError`: drivers are called."""
+        raise ValueError("nothing is served through rclpy")
+
+    def _qos(self, topic: Topic) -> Foreign:
+        if topic.is_latched:
+            raise ValueError("no topic is latched through rclpy")
+        qos = self._rclpy.qos
+        reliability = qos.ReliabilityPolicy
+        return qos.QoSProfile(
+            history=qos.HistoryPolicy.KEEP_ALL,
+            reliability=reliability.BEST_EFFORT if topic.is_best_effort else reliability.RELIABLE,
+            durability=qos.DurabilityPolicy.VOLATILE,
+        )
+
+    def why_alone(self, what: Topic | Service) -> Unmatched | None:
+        """Whether others use it with another type, or are less reliable."""
+        if isinstance(what, Service):
+            types = dict(self._node.get_service_names_and_types()).get(what.name, [])
+            return _of_another_type(what.name, types, what.type.name)
+        heard = self._node.get_publishers_info_by_topic(what.name) if what in self._heard else []
+        sent = [topic for topic, _ in self._sent]
+        hearers = self._node.get_subscriptions_info_by_topic(what.name) if what in sent else []
+        other = _of_another_type(what.name, [info.topic_type for info in (*heard, *hearers)], what.type.value)
+        best_effort = self._rclpy.qos.ReliabilityPolicy.BEST_EFFORT
+        is_too_weak = not what.is_best_effort and any(info.qos_profile.reliability == best_effort for info in heard)
+        weak = Unmatched(f"`{what.name}` has a publication, but {ONLY_BEST_EFFORT}", is_mismatch=True)
+        return other or (weak if is_too_weak else None)
+
+    def _look_at(self, look: Callable[[], int], matched: Callable[[int], None] | None) -> _RclpyPeers:
+        peers = _RclpyPeers(look, matched)
+        self._peers.append(peers)
+        return peers
+
+    def _later(self, function: Callable[..., object], *arguments: object) -> None:
+        """Calls back on the loop, unless this bus is closed by then."""
+        self._loop.call_soon_threadsafe(self._call, function, *arguments)
+
+    def _call(self, function: Callable[..., object], *arguments: object) -> None:
+        if self._is_open:
+            function(*arguments)
+
+    # on the thread of the executor
+
+    def _spin(self) -> None:
+        looks_s = monotonic()
+        while self._context.ok() and not self._stop.is_set():
+            try:
+                self._executor.spin_once(timeout_sec=_LOOK_S)
+                if monotonic() >= looks_s:
+                    self._look()
+                    looks_s = monotonic() + _LOOK_S
+            except Exception as error:  # noqa: BLE001 - there is nobody above to raise it to
+                self._later(self._complain, f"rclpy: {error}")
+        for peers in tuple(self._peers):  # somebody has shut the context down: nobody is reached any more
+            self._later(peers.are, 0)
+
+    def _look(self) -> None:
+        for peers in tuple(self._peers):
+            self._later(peers.are, peers.look())
+
+    # the end
+
+    async def close(self) -> None:
+        """Leaves. Waits for up to a second while what was published before is not acknowledged."""
+        if self._is_open:
+            self._is_open = False
+            await asyncio.to_thread(self._leave)
+
+    def _leave(self) -> None:
+        ends_s = monotonic() + _LEAVES_S
+        for _, publisher in self._sent:
+            with suppress(Exception):  # not every vendor can say it
+                publisher.wait_for_all_acked(self._rclpy.duration.Duration(seconds=max(0.0, ends_s - monotonic())))
+        self._stop.set()
+        self._thread.join()
+        self._executor.shutdown()
+        self._node.destroy_node()
+        self._context.try_shutdown()
+
+
+@dataclass(eq=False, slots=True)
+class _RclpyPeers:
+    """How many are at the other end.
+
+    Attributes:
+        look: counts them, on the thread of the executor.
+        matched: gets their number on the loop.
+        peers: their number, as the loop knows it.
+    """
+
+    look: Callable[[], int]
+    matched: Callable[[int], None] | None
+    peers: int = 0
+
+    def are(self, number: int) -> None:
+        if number != self.peers:
+            self.peers = number
+            if self.matched is not None:
+                self.matched(number)
+
+
+@dataclass(frozen=True, slots=True)
+class _RclpyPublisher:
+    topic: Topic
+    entity: Foreign
+    message: Foreign
+    others: _RclpyPeers
+
+    @property
+    def peers(self) -> int:
+        return self.others.peers
+
+    def publish(self, data: Scalar) -> None:
+        with _told(f"`{self.topic.name}`: nothing can be sent"):
+            self.entity.publish(self.message(data=data))
+
+
+@dataclass(frozen=True, slots=True)
+class _RclpyClient:
+    service: Service
+    entity: Foreign
+    request: Foreign
+    servers: _RclpyPeers
+    answered: Callable[[Answered], None]
+    calls: Iterator[int] = field(default_factory=lambda: count(1))
+
+    @property
+    def peers(self) -> int:
+        return self.servers.peers
+
+    def call(self, fields: Mapping[str, Scalar]) -> int:
+        number = next(self.calls)
+        with _told(f"`{self.service.name}`: nothing can be sent"):
+            future = self.entity.call_async(self.request(**fields))
+        future.add_done_callback(partial(self._answer, number))
+        return number
+
+    def _answer(self, number: int, future: Foreign) -> None:
+        """On the thread of the executor: a response came, as rclpy has one for each call at most."""
+        response, stamp_ns = future.result(), monotonic_ns()
+        fields = {name: getattr(response, name) for name, _ in self.service.type.response}
+        self.answered(Answered(number, fields, stamp_ns))
+
+
+def _of_another_type(name: str, types: list[str], wanted: str) -> Unmatched | None:
+    other = next((there for there in types if there != wanted), None)
+    why = f"`{name}` is of type {other} there, and not of {wanted}"
+    return None if other is None else Unmatched(why, is_mismatch=True)
+
+
+def _class(name: str) -> Foreign:
+    package, kind, short = name.split("/")
+    try:
+        return getattr(import_module(f"{package}.{kind}"), short)
+    except (ImportError, AttributeError) as error:
+        raise _error(f"this ROS 2 has no type {name}: {error}", f"source the workspace that has `{package}`") from error
+
+
+def _service_class(type_: ServiceType) -> Foreign:
+    class_ = _class(type_.name)
+    parts = ("request", class_.Request, type_.request), ("response", class_.Response, type_.response)
+    for what, part, fields in parts:
+        there = dict(part.get_fields_and_field_types())
+        said = {name: _TYPES.get(kind, kind.value) for name, kind in fields}
+        if there != said:
+            raise _error(
+                f"the {what} of {type_.name} has the fields {_shown(there)}, and the binding says {_shown(said)}",
+                "describe it as `ros2 interface show` does",
+            )
+    return class_
+
+
+def _shown(fields: Mapping[str, str]) -> str:
+    return "{" + ", ".join(f"{name}: {kind}" for name, kind in fields.items()) + "}"

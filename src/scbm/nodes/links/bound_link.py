@@ -1,0 +1,169 @@
+"""Real drivers: the links to those resources that a controller reaches as the model binds them (decision 27).
+
+Which real drivers are not there, and why.
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scbm.model import TopicPair
+from scbm.nodes.buses.bus import Topic, Unmatched
+from scbm.nodes.links.link import Reply
+from scbm.nodes.links.measured_topics import MeasuredTopics
+from scbm.nodes.links.service_link import ServiceLink
+from scbm.nodes.links.topic_link import TopicLink
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from scbm.cases.trace import Changes
+    from scbm.model import Resource
+    from scbm.nodes.buses.bus import Bus
+    from scbm.nodes.links.link import Correlation, Link, LinkListener, Measurement
+
+_MAX_ANSWERED = 100
+"""So many answered requests are remembered: who answers twice does so soon."""
+
+
+class BoundLink:
+    """The link to a real driver: where its requests go, if it takes any, and the topics that it measures by.
+
+    The resource is there when all of these are. A request goes out as soon as it can be taken, whatever is measured;
+    one to a driver that takes none has failed, as nobody can carry it out.
+
+    A second reply to a request is told of, once in each run; that it changes nothing is up to whoever hears it.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        resource: Resource,
+        hearer: LinkListener,
+        complain: Callable[[str], None],
+        now_ns: Callable[[], int],
+    ) -> None:
+        """Made once for each resource, on the event loop of the bus.
+
+        Args:
+            bus: what drivers are reached by.
+            resource: one with a binding.
+            hearer: whom it tells what comes.
+            complain: gets a sentence about each message that cannot be taken or sent.
+            now_ns: the clock that the bus stamps messages by.
+        """
+        self._resource = resource.name
+        self._hearer = hearer
+        self._now_ns = now_ns
+        self._complain = complain
+        self._was_there = False
+        self._answered: deque[Correlation] = deque(maxlen=_MAX_ANSWERED)
+        self._answered_twice: deque[str] = deque(maxlen=_MAX_ANSWERED)
+        self._measured = MeasuredTopics(bus, resource, self)
+        self._requests = _requests(bus, resource, self, complain, now_ns)
+
+    @property
+    def is_there(self) -> bool:
+        """Whether all is there that the binding names."""
+        return not self.missing
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The services and topics where nobody is."""
+        requests = () if self._requests is None else self._requests.missing
+        return (*requests, *self._measured.missing)
+
+    def send(self, request: Correlation, values: Changes) -> None:
+        """Sends a request, as the binding says."""
+        if self._requests is not None:
+            self._requests.send(request, values)
+            return
+        reply = Reply(request, succeeded=False, measured=(), stamp_ns=self._now_ns())
+        asyncio.get_running_loop().call_soon(self._hearer.heard_reply, self._resource, reply)
+
+    def cancel(self, request: Correlation) -> None:
+        """Nobody waits for this request any more."""
+        if self._requests is not None:
+            self._requests.cancel(request)
+
+    def why_alone(self) -> Unmatched | None:
+        """Why some of it is not there, if it shows."""
+        requests = None if self._requests is None else self._requests.why_alone()
+        return Unmatched.by_all([requests, self._measured.why_alone()])
+
+    # what its parts tell
+
+    def heard_reply(self, resource: str, reply: Reply) -> None:
+        """A reply came."""
+        if reply.request in self._answered:
+            self._tell_second(reply.request)
+        else:
+            self._answered.append(reply.request)
+        self._hearer.heard_reply(resource, reply)
+
+    def _tell_second(self, request: Correlation) -> None:
+        if request.run not in self._answered_twice:
+            self._answered_twice.append(request.run)
+            which = f"a second reply of `{self._resource}` to request {request.number} is dropped"
+            self._complain(f"{which}: a driver answers twice, or two drivers answer")
+
+    def heard_values(self, resource: str, measurement: Measurement) -> None:
+        """Values came unasked."""
+        self._hearer.heard_values(resource, measurement)
+
+    def heard_presence(self, resource: str, *, is_there: bool) -> None:  # noqa: ARG002 - of a part
+        """A part of it came, or was lost."""
+        if self.is_there != self._was_there:
+            self._was_there = self.is_there
+            self._hearer.heard_presence(resource, is_there=self._was_there)
+
+
+def _requests(
+    bus: Bus, resource: Resource, hearer: LinkListener, complain: Callable[[str], None], now_ns: Callable[[], int]
+) -> Link | None:
+    """The way of requests; `None` if there is none."""
+    assert resource.binding is not None  # noqa: S101 - whoever calls has looked
+    requests = resource.binding.requests
+    if requests is None:
+        return None
+    if isinstance(requests, TopicPair):
+        topics = (Topic(requests.request), Topic(requests.reply))
+        return TopicLink(bus, resource.name, topics, hearer, complain)
+    return ServiceLink(bus, resource, hearer, complain, now_ns)
+
+
+@dataclass
+class MissingDrivers:
+    """Looks for real resources.
+
+    Attributes:
+        links: those to real resources, by their names.
+    """
+
+    links: Mapping[str, Link]
+    _suspects: tuple[str, ...] = ()
+
+    def look(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """A sentence about each that is not there; and those of them that no waiting mends.
+
+        A driver that does not go with its binding may just be being replaced: it is believed at the second look.
+        """
+        before, self._suspects = self._suspects, ()
+        troubles, mismatched = [], []
+        for name, link in self.links.items():
+            if link.is_there:
+                continue
+            alone = link.why_alone()
+            why = f"nobody is at {_listed(link.missing)}" if alone is None else alone.why
+            troubles.append(f"`{name}` is not reached: {why}")
+            if alone is not None and alone.is_mismatch:
+                self._suspects += (name,)
+                mismatched += troubles[-1:] if name in before else []
+        return tuple(troubles), tuple(mismatched)
+
+
+def _listed(places: tuple[str, ...]) -> str:
+    return ", ".join(f"`{place}`" for place in dict.fromkeys(places))

@@ -1,0 +1,78 @@
+"""The way of requests from a controller to one resource, and of replies back."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+if TYPE_CHECKING:
+    from scbm.cases.trace import Changes
+    from scbm.nodes.buses.bus import Unmatched
+
+
+@dataclass(frozen=True, slots=True)
+class Correlation:
+    """Which request of which run."""
+
+    run: str
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class Reply:
+    """A resource answered a request; `stamp_ns` says when that came, by the clock of the bus."""
+
+    request: Correlation
+    succeeded: bool
+    measured: Changes
+    stamp_ns: int
+
+
+@dataclass(frozen=True, slots=True)
+class Measurement:
+    """A resource published values unasked; `stamp_ns` says when that came, by the clock of the bus."""
+
+    values: Changes
+    stamp_ns: int
+
+
+class LinkListener(Protocol):
+    """Whom a link tells what comes."""
+
+    def heard_reply(self, resource: str, reply: Reply) -> None:
+        """A reply came, perhaps to a request of another run."""
+        ...
+
+    def heard_values(self, resource: str, measurement: Measurement) -> None:
+        """Values came unasked."""
+        ...
+
+    def heard_presence(self, resource: str, *, is_there: bool) -> None:
+        """The resource came, or was lost."""
+        ...
+
+
+class Link(Protocol):
+    """Reaches one resource. It never sends a request twice, and never two replies to one request."""
+
+    @property
+    def is_there(self) -> bool:
+        """Whether requests reach the resource, and its replies come back."""
+        ...
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The services and topics where nobody is; none while it is there."""
+        ...
+
+    def send(self, request: Correlation, values: Changes) -> None:
+        """Sends a request; one that nobody can take now waits until the resource is there."""
+        ...
+
+    def cancel(self, request: Correlation) -> None:
+        """Nobody waits for this request any more; one that still waits here is forgotten."""
+        ...
+
+    def why_alone(self) -> Unmatched | None:
+        """Why the resource is not there, if it shows."""
+        ...

@@ -1,0 +1,153 @@
+"""Values that a driver publishes on topics of its own, into variables of the model.
+
+Measured values that mean nothing, told of while somebody can still mend their driver.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from math import isfinite
+from typing import TYPE_CHECKING
+
+from scbm.model import Binding, format_value
+from scbm.nodes.buses.bus import Topic, Unmatched
+from scbm.nodes.links.link import Measurement
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from scbm.cases.trace import Changes
+    from scbm.model import MeasuredTopic, Reading, Resource, Value
+    from scbm.nodes.buses.bus import Bus, Received, Scalar, Subscription
+    from scbm.nodes.links.link import LinkListener
+    from scbm.running import Program
+
+
+class MeasuredTopics:
+    """Hears the topics that a resource measures by. Each message is one measurement, of all that it is read into."""
+
+    def __init__(self, bus: Bus, resource: Resource, hearer: LinkListener) -> None:
+        """Made once for each resource.
+
+        Args:
+            bus: what carries the topics.
+            resource: one with a binding.
+            hearer: whom it tells what comes.
+        """
+        assert resource.binding is not None  # noqa: S101 - whoever makes this has looked
+        self._bus = bus
+        self._resource = resource.name
+        self._hearer = hearer
+        self._was_there = False
+        grouped: dict[Topic, list[MeasuredTopic]] = {}
+        for measured in resource.binding.measured:
+            topic = Topic(measured.topic, measured.type, is_best_effort=measured.is_best_effort)
+            grouped.setdefault(topic, []).append(measured)
+        self._topics = tuple(grouped)
+        self._subscriptions: list[Subscription] = []
+        for topic, group in grouped.items():
+            readings = tuple(measured.reading for measured in group)
+            self._subscriptions.append(bus.subscribe(topic, partial(self._receive, readings), self._matched))
+
+    @property
+    def is_there(self) -> bool:
+        """Whether each topic has somebody who publishes on it."""
+        return len(self._subscriptions) == len(self._topics) and all(heard.peers for heard in self._subscriptions)
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The topics that nobody publishes on."""
+        return tuple(topic.name for topic in self._silent())
+
+    def why_alone(self) -> Unmatched | None:
+        """Why some topic has nobody who publishes on it, if it shows."""
+        return Unmatched.by_all(map(self._bus.why_alone, self._silent()))
+
+    def _silent(self) -> list[Topic]:
+        return [topic for topic, heard in zip(self._topics, self._subscriptions, strict=True) if not heard.peers]
+
+    def _receive(self, readings: tuple[Reading, ...], received: Received) -> None:
+        values = tuple((reading.variable, value_of(reading, received.data)) for reading in readings)
+        self._hearer.heard_values(self._resource, Measurement(values, received.stamp_ns))
+
+    def _matched(self, _: int) -> None:
+        is_there = self.is_there
+        if is_there != self._was_there:
+            self._was_there = is_there
+            self._hearer.heard_presence(self._resource, is_there=is_there)
+
+
+def value_of(reading: Reading, data: Scalar) -> Value:
+    """The value that data means.
+
+    Data that means none comes out as a text that shows it and is the value of no variable, so that the runner refuses
+    it and says so: numbers as they are written, other text in quotes as in JSON.
+    """
+    if reading.ranges and not isinstance(data, str):
+        return next((value for value, interval in reading.ranges if data in interval), _shown(data))
+    if reading.texts and isinstance(data, str):
+        return dict(reading.texts).get(data, _shown(data))
+    return _shown(data) if isinstance(data, float) else data
+
+
+def _shown(data: Scalar) -> str:
+    if isinstance(data, float) and not isfinite(data):
+        return f"{data:+}"  # `nan` and `inf` could be symbols
+    return json.dumps(data)
+
+
+_MAX_TOLD = 100
+"""So many are told of: a driver may go on for ever."""
+
+_LONGEST = 40
+"""So many characters are shown of what a driver said."""
+
+
+class Refusals:
+    """Says of each variable once that a value for it was refused, and why.
+
+    The runner refuses by the same rules, and its trace has all of them; but not what comes between runs.
+    """
+
+    def __init__(self, program: Program, complain: Callable[[str], None]) -> None:
+        """Before any value has come.
+
+        Args:
+            program: of the model.
+            complain: gets the sentences.
+        """
+        self._program = program
+        self._bindings = {resource.name: resource.binding or Binding() for resource in program.model.resources}
+        self._complain = complain
+        self._told: list[tuple[str, str]] = []
+
+    def look(self, resource: str, values: Changes, measurable: tuple[str, ...]) -> None:
+        """Values came from a resource, which may be of certain variables."""
+        for name, value in values:
+            why = self._why_not(resource, name, value, measurable)
+            if why is not None and (resource, name) not in self._told and len(self._told) < _MAX_TOLD:
+                self._told.append((resource, name))
+                self._complain(f"`{_shown_value(name)}`: {_shown_value(format_value(value))} is refused: {why}")
+
+    def _why_not(self, resource: str, name: str, value: Value, measurable: tuple[str, ...]) -> str | None:
+        if name not in measurable:
+            return f"that is no variable that `{resource}` may measure"
+        if value in self._program.packing.space[name].domain:
+            return None
+        readings = [reading for reading in _readings(self._bindings[resource]) if reading.variable == name]
+        if any(reading.ranges for reading in readings):
+            return "in no range of its binding"
+        return "no text of its binding" if any(reading.texts for reading in readings) else "not in its domain"
+
+
+def _readings(binding: Binding) -> Iterator[Reading]:
+    for call in binding.calls:
+        yield from (reading for _, reading in call.measured)
+    yield from (measured.reading for measured in binding.measured)
+
+
+def _shown_value(text: str) -> str:
+    """On one line, whatever was sent."""
+    shown = text if text.isprintable() else json.dumps(text)
+    return shown if len(shown) <= _LONGEST else f"{shown[:_LONGEST]}…"

@@ -1,0 +1,193 @@
+"""A resource that is reached by services: each request is a call, and the response is its reply."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from scbm.model import Reference, ServiceCall, ServiceChoice
+from scbm.nodes.buses.bus import BusError, Service, Unmatched
+from scbm.nodes.links.link import Reply
+from scbm.nodes.links.measured_topics import value_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from scbm.cases.trace import Changes
+    from scbm.model import Resource, Scalar
+    from scbm.nodes.buses.bus import Answered, Bus, Client
+    from scbm.nodes.links.link import Correlation, LinkListener
+
+
+class ServiceLink:
+    """Calls services, and tells their responses as replies.
+
+    - A request waits until its own service is there, unless it is cancelled before; then it is called, once.
+    - Services of ROS 2 cannot be cancelled: after `cancel` the driver goes on, and its response is dropped.
+    - A server that is lost with a call under way gives no reply: whether it did the work nobody knows, and the call is
+      not repeated. The deadlines of the model decide.
+    - A request that carries a value without a service has failed: nobody can carry it out. No action of the model
+      sends such a one, but an initial state or an injection may.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        resource: Resource,
+        hearer: LinkListener,
+        complain: Callable[[str], None],
+        now_ns: Callable[[], int],
+    ) -> None:
+        """Made once for each resource, on the event loop of the bus.
+
+        Args:
+            bus: what carries the calls.
+            resource: one that is bound to services.
+            hearer: whom it tells what comes.
+            complain: gets a sentence about each call that cannot be made.
+            now_ns: the clock that the bus stamps responses by.
+        """
+        assert resource.binding is not None  # noqa: S101 - whoever makes this has looked
+        self._bus = bus
+        self._resource = resource.name
+        self._requests = resource.binding.requests
+        self._hearer = hearer
+        self._complain = complain
+        self._now_ns = now_ns
+        self._was_there = False
+        services = dict.fromkeys(Service(call.name, call.type) for call in resource.binding.calls)
+        self._lines = {service.name: _CallQueue(service, self._answered, self._lost) for service in services}
+        for line in self._lines.values():
+            line.open(bus, self._matched)
+
+    @property
+    def is_there(self) -> bool:
+        """Whether all of its services are there."""
+        return not self.missing
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The services that are not there."""
+        return tuple(service.name for service in self._lonely())
+
+    def send(self, request: Correlation, values: Changes) -> None:
+        """Calls the service of a request, as soon as it is there."""
+        call = self._call(values)
+        if call is None:
+            reply = Reply(request, succeeded=False, measured=(), stamp_ns=self._now_ns())
+            # Later, as every reply: whoever sends is not in the midst of hearing.
+            asyncio.get_running_loop().call_soon(self._hearer.heard_reply, self._resource, reply)
+        else:
+            self._lines[call.name].send(_PendingCall(request, call, _fields(call, dict(values))))
+
+    def cancel(self, request: Correlation) -> None:
+        """Nobody waits for this request any more: it is not called, or its response is dropped."""
+        for line in self._lines.values():
+            line.forget(request)
+
+    def why_alone(self) -> Unmatched | None:
+        """Why some of its services are not there, if it shows."""
+        return Unmatched.by_all(map(self._bus.why_alone, self._lonely()))
+
+    def _lonely(self) -> list[Service]:
+        return [line.service for line in self._lines.values() if not line.is_there]
+
+    def _call(self, values: Changes) -> ServiceCall | None:
+        if not isinstance(self._requests, ServiceChoice):
+            assert isinstance(self._requests, ServiceCall)  # noqa: S101 - the same
+            return self._requests
+        return dict(self._requests.calls).get(dict(values)[self._requests.variable])
+
+    def _answered(self, asked: _PendingCall, answered: Answered) -> None:
+        call, fields = asked.call, answered.fields
+        succeeded = all(fields[name] == wanted for name, wanted in call.succeeded)
+        # The other fields of a response that says failed mean nothing.
+        readings = call.measured if succeeded else ()
+        measured = tuple((reading.variable, value_of(reading, fields[name])) for name, reading in readings)
+        reply = Reply(asked.request, succeeded, measured, answered.stamp_ns)
+        self._hearer.heard_reply(self._resource, reply)
+
+    def _lost(self, asked: _PendingCall, error: BusError) -> None:
+        self._complain(f"request {asked.request.number} to `{self._resource}` is lost: {error.message}")
+
+    def _matched(self) -> None:
+        is_there = self.is_there
+        if is_there != self._was_there:
+            self._was_there = is_there
+            self._hearer.heard_presence(self._resource, is_there=is_there)
+
+
+def _fields(call: ServiceCall, values: Mapping[str, Scalar]) -> dict[str, Scalar]:
+    """What a call says: values as they are written, or as the request carries them."""
+    types = dict(call.type.request)
+    given = {name: values[said.name] if isinstance(said, Reference) else said for name, said in call.request}
+    return {name: float(value) if types[name].is_float else value for name, value in given.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class _PendingCall:
+    """A request, and the call that it is.
+
+    Attributes:
+        request: which.
+        call: the service, and how its response is read.
+        fields: what the call says.
+    """
+
+    request: Correlation
+    call: ServiceCall
+    fields: dict[str, Scalar]
+
+
+@dataclass(slots=True)
+class _CallQueue:
+    """One service, and the requests that wait for it or that it works on.
+
+    Attributes:
+        service: the service.
+        answered: gets a request that is still wanted, and the response to its call.
+        lost: gets a request that the bus does not take, and why; it keeps none of those behind it.
+        waiting: in the order in which they came.
+        called: by the number of the call.
+        client: what calls it.
+    """
+
+    service: Service
+    answered: Callable[[_PendingCall, Answered], None]
+    lost: Callable[[_PendingCall, BusError], None]
+    waiting: dict[Correlation, _PendingCall] = field(default_factory=dict)
+    called: dict[int, _PendingCall] = field(default_factory=dict)
+    client: Client | None = None
+
+    @property
+    def is_there(self) -> bool:
+        return self.client is not None and self.client.peers > 0
+
+    def open(self, bus: Bus, matched: Callable[[], None]) -> None:
+        def tell(_: int) -> None:
+            self._call_waiting()
+            matched()
+
+        self.client = bus.client(self.service, self._receive, tell)
+
+    def send(self, asked: _PendingCall) -> None:
+        self.waiting[asked.request] = asked
+        self._call_waiting()
+
+    def forget(self, request: Correlation) -> None:
+        self.waiting.pop(request, None)
+        self.called = {number: asked for number, asked in self.called.items() if asked.request != request}
+
+    def _call_waiting(self) -> None:
+        while self.waiting and self.client is not None and self.client.peers:
+            asked = self.waiting.pop(next(iter(self.waiting)))
+            try:
+                self.called[self.client.call(asked.fields)] = asked
+            except BusError as error:
+                self.lost(asked, error)
+
+    def _receive(self, answered: Answered) -> None:
+        asked = self.called.pop(answered.call, None)
+        if asked is not None:
+            self.answered(asked, answered)

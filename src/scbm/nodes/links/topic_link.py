@@ -1,0 +1,151 @@
+"""A resource that is reached by a pair of topics: the protocol of drivers (docs/nodes.md)."""
+
+from __future__ import annotations
+
+import json
+import re
+from typing import TYPE_CHECKING, Any
+
+from scbm.nodes.buses.bus import BusError, Unmatched
+from scbm.nodes.links.link import Correlation, Measurement, Reply
+from scbm.nodes.node_messages import NotAMessageError, read_object
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scbm.cases.trace import Changes
+    from scbm.nodes.buses.bus import Bus, Received, Topic
+    from scbm.nodes.links.link import LinkListener
+
+_ID = re.compile(r"([0-9A-Za-z_]{1,64})-([0-9]{1,18})")
+
+
+class TopicLink:
+    """Sends requests on one topic, and hears replies on another."""
+
+    def __init__(
+        self,
+        bus: Bus,
+        resource: str,
+        topics: tuple[Topic, Topic],
+        hearer: LinkListener,
+        complain: Callable[[str], None],
+    ) -> None:
+        """Made once for each resource.
+
+        Args:
+            bus: what carries it.
+            resource: its name in the model.
+            topics: that of requests, and that of replies.
+            hearer: whom it tells what comes.
+            complain: gets a sentence about each message that is none of the protocol, and each that cannot be sent.
+        """
+        self._bus = bus
+        self._resource = resource
+        self._topics = topics
+        self._hearer = hearer
+        self._complain = complain
+        self._waiting: dict[Correlation, str] = {}
+        self._was_there = False
+        self._requests = bus.publisher(topics[0], self._matched)
+        self._replies = bus.subscribe(topics[1], self._receive, self._matched)
+
+    @property
+    def is_there(self) -> bool:
+        """Whether somebody hears requests and somebody may answer."""
+        return bool(self._requests.peers and self._replies.peers)
+
+    @property
+    def missing(self) -> tuple[str, ...]:
+        """The topics where nobody is."""
+        return tuple(topic.name for topic in self._lonely())
+
+    def send(self, request: Correlation, values: Changes) -> None:
+        """Sends a request, or keeps it until somebody is there."""
+        text = json.dumps({"id": id_text(request), "request": dict(values)}, ensure_ascii=False)
+        if self.is_there:
+            self._requests.publish(text)
+        else:
+            self._waiting[request] = text
+
+    def cancel(self, request: Correlation) -> None:
+        """Nobody waits for this request any more."""
+        if self._waiting.pop(request, None) is None and self.is_there:
+            self._requests.publish(json.dumps({"id": id_text(request), "cancel": True}))
+
+    def why_alone(self) -> Unmatched | None:
+        """Why nobody is there, if it shows."""
+        return Unmatched.by_all(map(self._bus.why_alone, self._lonely()))
+
+    def _lonely(self) -> list[Topic]:
+        ends = zip(self._topics, (self._requests, self._replies), strict=True)
+        return [topic for topic, end in ends if not end.peers]
+
+    def _matched(self, _: int) -> None:
+        is_there = self.is_there
+        if is_there == self._was_there:
+            return
+        self._was_there = is_there
+        self._hearer.heard_presence(self._resource, is_there=is_there)
+        if is_there:
+            self._send_waiting()
+
+    def _send_waiting(self) -> None:
+        """One that the bus does not take is lost and told of, and keeps none of the others."""
+        waiting, self._waiting = self._waiting, {}
+        for request, text in waiting.items():
+            try:
+                self._requests.publish(text)
+            except BusError as error:
+                self._complain(f"request {request.number} to `{self._resource}` is lost: {error.message}")
+
+    def _receive(self, received: Received) -> None:
+        try:
+            heard = read_reply(received.data, received.stamp_ns)
+        except NotAMessageError as error:
+            self._complain(f"a message on `{self._topics[1].name}` was dropped: {error}")
+            return
+        if isinstance(heard, Reply):
+            self._hearer.heard_reply(self._resource, heard)
+        else:
+            self._hearer.heard_values(self._resource, heard)
+
+
+def id_text(request: Correlation) -> str:
+    """A request as drivers see it: `<run>-<n>`."""
+    return f"{request.run}-{request.number}"
+
+
+def read_id(text: object) -> Correlation:
+    """The request that an id stands for. Raises `NotAMessageError`."""
+    match = _ID.fullmatch(text) if isinstance(text, str) else None
+    if match is None:
+        raise NotAMessageError("`id` is not that of a request: letters, digits or `_`, a `-`, and a number")
+    return Correlation(match[1], int(match[2]))
+
+
+def read_reply(text: object, stamp_ns: int) -> Reply | Measurement:
+    """What a driver says. Raises `NotAMessageError`."""
+    data = read_object(text)
+    measured = _values(data.pop("measured", {}))
+    if "id" not in data:
+        if "succeeded" in data:
+            raise NotAMessageError("a reply has the `id` of its request")
+        _refuse_others(data)
+        return Measurement(measured, stamp_ns)
+    request, succeeded = read_id(data.pop("id")), data.pop("succeeded", None)
+    _refuse_others(data)
+    if not isinstance(succeeded, bool):
+        raise NotAMessageError("a reply says `succeeded`: true or false")
+    return Reply(request, succeeded, measured, stamp_ns)
+
+
+def _refuse_others(data: dict[str, Any]) -> None:
+    if data:
+        raise NotAMessageError(f"`{next(iter(data))[:40]}` is not known here")
+
+
+def _values(data: Any) -> Changes:  # noqa: ANN401 - JSON
+    if not isinstance(data, dict) or not all(isinstance(value, bool | int | str) for value in data.values()):
+        raise NotAMessageError("`measured` has variables and their values: true or false, a number, or a text")
+    return tuple(data.items())

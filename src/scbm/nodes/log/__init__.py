@@ -1,0 +1,1 @@
+"""Event logs: everything that a real run was given, written and replayed."""

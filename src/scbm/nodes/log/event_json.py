@@ -1,0 +1,328 @@
+"""Events of a runner, notes and reactions as JSON: on the wire and in logs (docs/event-logs.md).
+
+Whatever is read may come from anybody: kinds, fields, sorts and names are checked, and what is wrong is a `ValueError`.
+Values that a driver measured are kept as they came. The runner refuses those that do not fit, and says so.
+"""
+
+from __future__ import annotations
+
+import re
+from enum import Enum
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+
+from scbm.cases import Condition, ConditionKind, Injection, Reaction
+from scbm.cases.trace import MessageDisturbed, ResourceChanged
+from scbm.files import Scope, Where, parse_predicate
+from scbm.model import InputError, Outcome
+from scbm.running import GoalGiven, InjectionGiven, Measured, PlanAnswered, PlanStatus, ReplyArrived, TimePassed
+from scbm.running.simulation import MessageKind
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+    from scbm.cases import Delivery
+    from scbm.cases.trace import Changes
+    from scbm.model import BehaviorModel, Predicate, Value
+    from scbm.running import Event
+
+Note: TypeAlias = MessageDisturbed | ResourceChanged
+"""A record that no runner made: what the network did to a message, or a resource that was lost or came back."""
+
+NETWORK = "network"
+"""Who changes a resource if no injection does."""
+
+_Words = TypeVar("_Words", bound=Enum)
+_MESSAGES = tuple(message.value for message in MessageKind)
+_MAX_CHARACTERS = 1_000
+_FACTOR = re.compile(r"[1-9]\d{0,11}(/[1-9]\d{0,11})?", re.ASCII)
+
+
+def event_json(event: Event | Note) -> dict[str, Any]:  # noqa: PLR0911 - one for each kind
+    """An event or a note as data that `json` can write, without its time. Raises `ValueError` if no JSON says it."""
+    match event:
+        case GoalGiven(name, predicate):
+            return {"kind": "goal", "name": name, "predicate": str(predicate)}
+        case ReplyArrived(request, succeeded, measured):
+            return {"kind": "reply", "request": request, "succeeded": succeeded, "measured": _said(measured)}
+        case Measured(values):
+            return {"kind": "measured", "values": _said(values)}
+        case InjectionGiven(injection):
+            return {"kind": "injection", **_injection_json(injection)}
+        case PlanAnswered(ask, status, plan):
+            return {"kind": "plan", "ask": ask, "status": status.value, "plan": list(plan)}
+        case TimePassed():
+            return {"kind": "time"}
+        case MessageDisturbed(_, request, resource, message, copies):
+            return {"kind": "message", "request": request, "resource": resource, "message": message, "copies": copies}
+        case ResourceChanged(_, injection, resource, condition):
+            if injection != NETWORK:
+                raise ValueError(f"the runner itself says what `{injection}` does to a resource")
+            return {"kind": "resource", "resource": resource, "condition": condition}
+
+
+def read_event(data: object, model: BehaviorModel, at_ns: int = 0) -> Event | Note:
+    """The event or the note that JSON says.
+
+    Args:
+        data: what `event_json` made, as it came.
+        model: what the names in it are names of.
+        at_ns: when it happened, in time of the run; notes are records, which have it in them.
+
+    Raises:
+        ValueError: it says none; why.
+    """
+    kind = data.get("kind") if isinstance(data, dict) else None
+    if not isinstance(kind, str) or kind not in _KEYS:
+        raise ValueError("an event of no known kind")
+    return _READERS[kind](_JsonFields(data, ("kind", *_KEYS[kind]), f"`{kind}`", model), at_ns)
+
+
+def read_note(data: object, model: BehaviorModel, at_ns: int) -> Note:
+    """The same, where only a note may come."""
+    note = read_event(data, model, at_ns)
+    if not isinstance(note, Note):
+        raise ValueError("an event of the runner, where a note to the trace is expected")  # noqa: TRY004 - it is data
+    return note
+
+
+def reaction_json(reaction: Reaction) -> dict[str, Any]:
+    """What happened to a request as data that `json` can write."""
+    measured = reaction.measured
+    said = {"resource": reaction.resource, "outcome": reaction.outcome.value, "latency_ns": reaction.latency_ns}
+    travels = {"request": reaction.request, "reply": reaction.reply, "cancel": reaction.cancel}
+    return {
+        **said,
+        "measured": None if measured is None else _said(measured),
+        **{message: None if delivery is None else list(delivery) for message, delivery in travels.items()},
+    }
+
+
+def read_reaction(data: object, model: BehaviorModel) -> Reaction:
+    """What `reaction_json` made. Raises `ValueError`."""
+    fields = _JsonFields(data, ("resource", "outcome", "latency_ns", "measured", *_MESSAGES), "reaction", model)
+    return Reaction(
+        fields.resource("resource"),
+        fields.word("outcome", Outcome),
+        fields.count("latency_ns"),
+        None if fields["measured"] is None else fields.values("measured"),
+        *(fields.delivery(message) for message in _MESSAGES),
+    )
+
+
+# writing
+
+
+def _said(values: Changes) -> dict[str, Value]:
+    said = dict(values)
+    if len(said) != len(values):
+        raise ValueError("a variable has two values")
+    return said
+
+
+def _injection_json(injection: Injection) -> dict[str, Any]:
+    condition = injection.condition
+    return {
+        "name": injection.name,
+        "set": _said(injection.assign),
+        "when": None if injection.when is None else str(injection.when),
+        "at_ns": injection.at_ns,
+        "hold_ns": injection.hold_ns,
+        "resource": injection.resource,
+        "becomes": None if condition is None else {"kind": condition.kind.value, "factor": str(condition.factor)},
+    }
+
+
+# reading
+
+
+class _JsonFields:
+    """The fields of a JSON object that has these and no others; each is asked for by the sort that it must be of."""
+
+    def __init__(self, data: object, keys: Iterable[str], what: str, model: BehaviorModel) -> None:
+        names = tuple(keys)
+        if not isinstance(data, dict) or data.keys() != dict.fromkeys(names).keys():
+            raise ValueError(f"the fields of {what} are {', '.join(names)}")
+        self.model = model
+        self._data = data
+        self._what = what
+
+    def __getitem__(self, name: str) -> object:
+        return self._data[name]
+
+    def _wrong(self, name: str, expected: str) -> ValueError:
+        return ValueError(f"`{name}` of {self._what} is not {expected}")
+
+    def text(self, name: str, most: int | None = _MAX_CHARACTERS) -> str:
+        """A text that can be written as UTF-8."""
+        value = self._data[name]
+        if not isinstance(value, str) or (most is not None and len(value) > most) or not _is_sayable(value):
+            raise self._wrong(name, "a text" if most is None else f"a text of at most {most} characters")
+        return value
+
+    def count(self, name: str) -> int:
+        """A whole number from 0 on."""
+        value = self._data[name]
+        if not isinstance(value, int) or isinstance(value, bool) or value < 0:
+            raise self._wrong(name, "a number from 0 on")
+        return value
+
+    def count_or_none(self, name: str) -> int | None:
+        """The same, or nothing."""
+        return None if self._data[name] is None else self.count(name)
+
+    def truth(self, name: str) -> bool:
+        """True or false."""
+        value = self._data[name]
+        if not isinstance(value, bool):
+            raise self._wrong(name, "true or false")
+        return value
+
+    def word(self, name: str, words: type[_Words]) -> _Words:
+        """One of the words of an enumeration."""
+        try:
+            return words(self._data[name])
+        except ValueError:
+            raise self._wrong(name, f"one of {', '.join(str(word.value) for word in words)}") from None
+
+    def resource(self, name: str) -> str:
+        """The name of a resource of the model."""
+        value = self._data[name]
+        for resource in self.model.resources:
+            if resource.name == value:
+                return resource.name
+        raise self._wrong(name, "a resource of the model")
+
+    def values(self, name: str) -> Changes:
+        """Names and values, whatever they are."""
+        written = self._data[name]
+        if not isinstance(written, dict) or not all(map(_is_sayable, written)):
+            raise self._wrong(name, "an object of names and values")
+        if not all(isinstance(value, (bool, int)) or _is_sayable(value) for value in written.values()):
+            raise self._wrong(name, "an object whose values are symbols, numbers, true or false")
+        return tuple(written.items())
+
+    def assigned(self, name: str) -> Changes:
+        """Variables, and values that a case may give them."""
+        values = self.values(name)
+        space = self.model.running_space
+        for variable, value in values:
+            if variable not in space or value not in space[variable].domain or value not in space[variable].assignable:
+                raise self._wrong(name, f"what a case may set: `{variable}`")
+        return values
+
+    def delivery(self, name: str) -> Delivery | None:
+        """How a message travels."""
+        written = self._data[name]
+        if written is None:
+            return None
+        if not isinstance(written, list) or not all(type(delay) is int and delay >= 0 for delay in written):
+            raise self._wrong(name, "a list of times")
+        return tuple(written)
+
+    def predicate(self, name: str, where: Where) -> Predicate:
+        """A predicate over the variables of the model."""
+        try:
+            return parse_predicate(self.text(name, most=None), Scope.of(self.model), where)
+        except InputError as error:
+            raise self._wrong(name, f"a predicate: {error.diagnostics[0].message}") from None
+
+
+def _is_sayable(value: object) -> bool:
+    """Whether it is a text that UTF-8 can say; JSON can say half of a character."""
+    if not isinstance(value, str):
+        return False
+    try:
+        value.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def _goal(fields: _JsonFields, _: int) -> Event:
+    return GoalGiven(fields.text("name", most=None), fields.predicate("predicate", Where.WORLD))
+
+
+def _reply(fields: _JsonFields, _: int) -> Event:
+    return ReplyArrived(fields.count("request"), fields.truth("succeeded"), fields.values("measured"))
+
+
+def _measured(fields: _JsonFields, _: int) -> Event:
+    return Measured(fields.values("values"))
+
+
+def _injection(fields: _JsonFields, _: int) -> Event:
+    name = fields.text("name")
+    resource = None if fields["resource"] is None else fields.resource("resource")
+    condition = None if fields["becomes"] is None else _condition(fields["becomes"], fields.model)
+    if not name or name == NETWORK:
+        raise ValueError("an injection has a name of its own")
+    if (resource is None) != (condition is None):
+        raise ValueError("`resource` and `becomes` of an injection belong together")
+    return InjectionGiven(
+        Injection(
+            name,
+            fields.assigned("set"),
+            None if fields["when"] is None else fields.predicate("when", Where.GUARD),
+            fields.count_or_none("at_ns"),
+            fields.count_or_none("hold_ns"),
+            resource,
+            condition,
+        )
+    )
+
+
+def _condition(data: object, model: BehaviorModel) -> Condition:
+    fields = _JsonFields(data, ("kind", "factor"), "`becomes`", model)
+    factor = fields.text("factor")
+    if not _FACTOR.fullmatch(factor) or Fraction(factor) < 1:
+        raise ValueError("`factor` of `becomes` is not a fraction from 1 on")
+    return Condition(fields.word("kind", ConditionKind), Fraction(factor))
+
+
+def _plan(fields: _JsonFields, _: int) -> Event:
+    status = fields.word("status", PlanStatus)
+    plan = fields["plan"]
+    known = frozenset(operation.name for operation in fields.model.operations)
+    if not isinstance(plan, list) or not all(isinstance(name, str) and name in known for name in plan):
+        raise ValueError("`plan` of `plan` is not a list of operations of the model")
+    if plan and status is not PlanStatus.SOLVED:
+        raise ValueError("there is a plan only where the problem is solved")
+    return PlanAnswered(fields.count("ask"), status, tuple(plan))
+
+
+def _time(_: _JsonFields, __: int) -> Event:
+    return TimePassed()
+
+
+def _message(fields: _JsonFields, at_ns: int) -> Note:
+    message = fields.word("message", MessageKind).value
+    request, resource = fields.count("request"), fields.resource("resource")
+    return MessageDisturbed(at_ns, request, resource, message, fields.count("copies"))
+
+
+def _resource(fields: _JsonFields, at_ns: int) -> Note:
+    return ResourceChanged(at_ns, NETWORK, fields.resource("resource"), fields.text("condition"))
+
+
+_READERS: Mapping[str, Callable[[_JsonFields, int], Event | Note]] = {
+    "goal": _goal,
+    "reply": _reply,
+    "measured": _measured,
+    "injection": _injection,
+    "plan": _plan,
+    "time": _time,
+    "message": _message,
+    "resource": _resource,
+}
+
+_KEYS: Mapping[str, tuple[str, ...]] = {
+    "goal": ("name", "predicate"),
+    "reply": ("request", "succeeded", "measured"),
+    "measured": ("values",),
+    "injection": ("name", "set", "when", "at_ns", "hold_ns", "resource", "becomes"),
+    "plan": ("ask", "status", "plan"),
+    "time": (),
+    "message": ("request", "resource", "message", "copies"),
+    "resource": ("resource", "condition"),
+}

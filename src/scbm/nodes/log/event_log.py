@@ -1,0 +1,428 @@
+"""What happened to a runner in a real run: all that its trace follows from, and by which it is judged.
+
+A runner has neither clock nor chance, so the same events at the same times give the same records. A log is JSON Lines
+(docs/event-logs.md): a header, a line for each step, a line for the reaction to each request.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import asdict, dataclass, fields
+from fractions import Fraction
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scbm.cases.trace import End, RunEnded
+from scbm.files import read_case, write_case
+from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.nodes.log.event_json import Note, event_json, reaction_json, read_event, read_reaction
+from scbm.running import Runner, RunnerOptions, records_of
+from scbm.running.simulation import Simulated
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from scbm.cases import Case, Reaction
+    from scbm.cases.trace import Record
+    from scbm.model import BehaviorModel
+    from scbm.running import Event, Program
+
+FORMAT = "scbm-events"
+FORMAT_VERSION = 2
+"""Grows with every change that a reader must know of; `docs/event-logs.md` describes each version."""
+
+MAX_BYTES = 256 * 1024 * 1024
+"""A log may be so large: some millions of steps."""
+
+_MAX_OF_THE_HEADER = 16 * 1024 * 1024
+_MAX_OF_A_LINE = 1024 * 1024
+_MAX_TOLD = 20
+"""So many wrong lines are told of; a log with more is something else."""
+
+_MAX_NS = 2**63 - 1
+
+_MAX_AT_ONCE = 1_000_000
+"""No livelock is awaited for longer: nothing else happens meanwhile, and all of it is kept."""
+_DIGEST = re.compile(r"[0-9a-f]{64}", re.ASCII)
+_SCALE = re.compile(r"[1-9]\d{0,8}(/[1-9]\d{0,8})?", re.ASCII)
+
+
+@dataclass(frozen=True, slots=True)
+class LogStep:
+    """One thing that happened.
+
+    Attributes:
+        at_ns: when, in time of the run.
+        event: what came to the runner; or a record that did not come from it, which has the same time.
+        after: of a note, how many records of the event before it stand before it; `None` if all of them do.
+    """
+
+    at_ns: int
+    event: Event | Note
+    after: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class EventLog:
+    """One run.
+
+    Attributes:
+        model: the name of the model.
+        digest: what tells this version of it from others.
+        case: the case that was run.
+        options: those of the runner, the limits of the case among them.
+        time_scale: how many seconds of the run passed in one of the wall.
+        real: the resources that were reached at real drivers.
+        steps: what happened, in order.
+        reactions: what happened to the requests, in the order in which they were sent.
+        end: how the run ended.
+        trace: the SHA-256 of its trace as text, in hexadecimal digits.
+        model_file: the model file, seen from the directory of the log; `None` leaves that to who reads it.
+    """
+
+    model: str
+    digest: str
+    case: Case
+    options: RunnerOptions
+    time_scale: Fraction
+    real: tuple[str, ...]
+    steps: tuple[LogStep, ...]
+    reactions: tuple[Reaction, ...]
+    end: End
+    trace: str
+    model_file: str | None = None
+
+
+def replay(log: EventLog, program: Program) -> tuple[Record, ...]:
+    """The records of the run, from its events alone.
+
+    Args:
+        log: the run.
+        program: the model that it is of, compiled.
+
+    Raises:
+        ValueError: a note stands behind more records than its event has.
+    """
+    runner = Runner(program, log.case.initial, log.options)
+    records: list[Record] = []
+    begin = 0
+    for step in log.steps:
+        if isinstance(step.event, Note):
+            place = len(records) if step.after is None else begin + step.after
+            if place > len(records):
+                raise ValueError(f"a note stands behind {step.after} records, and there are {len(records) - begin}")
+            records.insert(place, step.event)
+        else:
+            begin = len(records)
+            records += records_of(runner.handle(step.event, step.at_ns))
+    return tuple(records)
+
+
+def rerun(log: EventLog, program: Program) -> Simulated:
+    """The run as a simulation would give it: its records, and how and when it ended.
+
+    Raises:
+        ValueError: the events do not end the run; or as in `replay`.
+    """
+    records = replay(log, program)
+    ended = next((record for record in reversed(records) if isinstance(record, RunEnded)), None)
+    if ended is None:
+        raise ValueError("the run does not end with these events")
+    return Simulated(End(ended.end), ended.at_ns, records)
+
+
+# writing
+
+
+def write_event_log(log: EventLog, model: BehaviorModel) -> str:
+    """The log as JSON Lines, each line ended. Raises `ValueError` for what no log says."""
+    header = {
+        "format": FORMAT,
+        "version": FORMAT_VERSION,
+        "model": log.model,
+        "model_digest": log.digest,
+        "model_file": log.model_file,
+        "case": write_case(log.case, model, None),
+        "time_scale": str(log.time_scale),
+        "real": log.real,
+        "options": asdict(log.options),
+        "end": _of_a_trace(log.end).value,
+        "trace": log.trace,
+        "steps": len(log.steps),
+        "reactions": len(log.reactions),
+    }
+    reactions = ({"reaction": reaction_json(reaction)} for reaction in log.reactions)
+    return "".join(f"{_line(said)}\n" for said in chain([header], map(_step_json, log.steps), reactions))
+
+
+def _line(said: dict[str, Any]) -> str:
+    return json.dumps(said, ensure_ascii=False, separators=(",", ":"))
+
+
+def _step_json(step: LogStep) -> dict[str, Any]:
+    if isinstance(step.event, Note) and step.event.at_ns != step.at_ns:
+        raise ValueError(f"a note of {step.event.at_ns} ns stands at {step.at_ns} ns")
+    said = {"at_ns": step.at_ns, "event": event_json(step.event)}
+    return said if step.after is None else said | {"after": step.after}
+
+
+def _of_a_trace(end: End) -> End:
+    if end is End.LOST:
+        raise ValueError("a run that was lost has no log")
+    return end
+
+
+# reading
+
+
+def open_event_log(path: Path) -> LogDocument:
+    """The log in a file, cut into lines. Raises `InputError` if the file cannot be read, or its header is wrong."""
+    try:
+        with path.open("rb") as stream:
+            data = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        message = f"cannot read the file: {reason}"
+        raise InputError([Diagnostic(Slug.FILE_UNREADABLE, message, Place(str(path)))]) from None
+    if len(data) > MAX_BYTES:
+        message = f"the file is larger than {MAX_BYTES // 1024**2} MiB"
+        raise InputError([Diagnostic(Slug.FILE_TOO_LARGE, message, Place(str(path)))])
+    try:
+        text = data.decode()
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise _bad(f"the byte 0x{data[error.start]:02x} is not UTF-8", Place(str(path), line)) from None
+    return LogDocument(text, str(path))
+
+
+def read_event_log(text: str, model: BehaviorModel, digest: str, file: str = "log") -> EventLog:
+    """The log that was written as `text`.
+
+    Args:
+        text: JSON Lines.
+        model: the model that it is of.
+        digest: what tells this version of it from others.
+        file: what errors call the text.
+
+    Raises:
+        InputError: it is none, is cut off, newer, or of another model; or with each line that is wrong.
+    """
+    return LogDocument(text, file).read(model, digest)
+
+
+class LogDocument:
+    """A log whose header is read; the names in it are those of a model that is still to come."""
+
+    def __init__(self, text: str, file: str) -> None:
+        """Raises `InputError` if the text is no log, is cut off, or newer."""
+        self._file = file
+        *lines, rest = text.split("\n")
+        if not lines or rest:
+            message = "the log is empty" if not text else f"the log is cut off in line {len(lines) + 1}"
+            raise _bad(message, Place(file))
+        self._header = _Header(_object(lines[0], Place(file, 1), _MAX_OF_THE_HEADER), Place(file, 1))
+        self._steps, self._reactions = self._header.counts
+        self._lines = lines[1:]
+        told, found = self._steps + self._reactions, len(self._lines)
+        if told != found:
+            what = "is cut off" if found < told else "is too long"
+            raise _bad(
+                f"the log {what}: it has {told} lines behind the header, as that says, and here are {found}",
+                Place(file),
+            )
+
+    def model_path(self) -> Path:
+        """The model file, seen from where the log is. Raises `InputError` if the log does not name one."""
+        named = self._header.model_file
+        if named is None:
+            message = "the log does not say where its model is"
+            raise InputError([Diagnostic(Slug.MODEL_MISSING, message, Place(self._file), "add `--model FILE`")])
+        return Path(self._file).parent / named
+
+    def read(self, model: BehaviorModel, digest: str) -> EventLog:
+        """The log, for a model of which `digest` tells the version. Raises `InputError`."""
+        header = self._header
+        self._refuse_another_model(model, digest)
+        case = read_case(header.case, model, f"{self._file} (case)")
+        self._refuse_others(header.real, model)
+        wrong: list[Diagnostic] = []
+        steps = tuple(self._read_steps(model, wrong))
+        reactions = tuple(self._read_reactions(model, wrong))
+        if wrong:
+            raise InputError(wrong[:_MAX_TOLD])
+        return EventLog(
+            model.name, digest, case, header.options, header.time_scale, header.real, steps, reactions, header.end,
+            header.trace, header.model_file,
+        )  # fmt: skip
+
+    def _refuse_another_model(self, model: BehaviorModel, digest: str) -> None:
+        name, known = self._header.model
+        if name == model.name and known == digest:
+            return
+        what = f"`{name}`, not `{model.name}`" if name != model.name else "another version of it"
+        message = f"this log is of another model than this one: {what}"
+        remedy = "a log can be run again with the very model that it was made with"
+        raise InputError([Diagnostic(Slug.LOG_OTHER_MODEL, message, Place(self._file, 1), remedy)])
+
+    def _refuse_others(self, real: tuple[str, ...], model: BehaviorModel) -> None:
+        names = [resource.name for resource in model.resources]
+        if list(real) != [name for name in names if name in real]:
+            raise _bad("`real` is not some resources of the model, in its order", Place(self._file, 1))
+
+    def _read_steps(self, model: BehaviorModel, wrong: list[Diagnostic]) -> Iterator[LogStep]:
+        now_ns = 0
+        for number, line in enumerate(self._lines[: self._steps], start=2):
+            try:
+                step = _step(_object(line, Place(self._file, number)), model, now_ns)
+            except InputError as error:
+                wrong += error.diagnostics
+            except ValueError as error:
+                wrong += _bad(str(error), Place(self._file, number)).diagnostics
+            else:
+                now_ns = step.at_ns
+                yield step
+
+    def _read_reactions(self, model: BehaviorModel, wrong: list[Diagnostic]) -> Iterator[Reaction]:
+        for number, line in enumerate(self._lines[self._steps :], start=2 + self._steps):
+            try:
+                said = _object(line, Place(self._file, number))
+                _refuse_other_keys(said, ("reaction",))
+                yield read_reaction(said["reaction"], model)
+            except InputError as error:
+                wrong += error.diagnostics
+            except ValueError as error:
+                wrong += _bad(str(error), Place(self._file, number)).diagnostics
+
+
+def _step(said: dict[str, Any], model: BehaviorModel, now_ns: int) -> LogStep:
+    """A step, not before `now_ns`. Raises `ValueError`."""
+    _refuse_other_keys(said, ("at_ns", "event"), ("after",))
+    at_ns, after = said["at_ns"], said.get("after", 0)
+    if not _is_count(at_ns) or at_ns > _MAX_NS:
+        raise ValueError("`at_ns` is not a time in nanoseconds")
+    if at_ns < now_ns:
+        raise ValueError(f"time runs backwards, from {now_ns} ns to {at_ns} ns")
+    event = read_event(said["event"], model, at_ns)
+    if not _is_count(after) or ("after" in said and not isinstance(event, Note)):
+        raise ValueError("`after` is a number of records, and belongs to a note")
+    return LogStep(at_ns, event, said.get("after"))
+
+
+class _Header:
+    """The first line of a log. What is wrong with it is told at once."""
+
+    def __init__(self, said: dict[str, Any], place: Place) -> None:
+        self._said = said
+        self._place = place
+        if said.get("format") != FORMAT:
+            noun = (
+                "the trace of a run, which does not have its events" if said.get("format") == "scbm-trace" else "no log"
+            )
+            raise _bad(f"this is {noun}", place)
+        if said.get("version") != FORMAT_VERSION:
+            message = f"version {said.get('version')} of the format of logs; this scbm reads version {FORMAT_VERSION}"
+            raise _bad(message, place)
+        try:
+            self._read()
+        except ValueError as error:
+            raise _bad(str(error), place) from None
+
+    def _read(self) -> None:
+        _refuse_other_keys(self._said, _HEADER)
+        self.model = (self._text("model"), self._matched("model_digest", _DIGEST))
+        self.model_file = None if self._said["model_file"] is None else self._text("model_file")
+        self.case = self._text("case")
+        self.time_scale = Fraction(self._matched("time_scale", _SCALE))
+        self.real = self._names("real")
+        self.options = read_options(self._said["options"])
+        self.end = self._end()
+        self.trace = self._matched("trace", _DIGEST)
+        self.counts = self._count("steps"), self._count("reactions")
+
+    def _text(self, name: str) -> str:
+        value = self._said[name]
+        if not isinstance(value, str):
+            raise ValueError(f"`{name}` is not a text")  # noqa: TRY004 - it is data
+        return value
+
+    def _names(self, name: str) -> tuple[str, ...]:
+        value = self._said[name]
+        if not isinstance(value, list) or not all(isinstance(one, str) for one in value):
+            raise ValueError(f"`{name}` is not a list of names")
+        return tuple(value)
+
+    def _matched(self, name: str, pattern: re.Pattern[str]) -> str:
+        value = self._text(name)
+        if not pattern.fullmatch(value):
+            raise ValueError(f"`{name}` is not what it must be: {_WORDS[name]}")
+        return value
+
+    def _count(self, name: str) -> int:
+        value = self._said[name]
+        if not _is_count(value):
+            raise ValueError(f"`{name}` is not a number of lines")
+        return int(value)
+
+    def _end(self) -> End:
+        try:
+            return _of_a_trace(End(self._said["end"]))
+        except ValueError:
+            raise ValueError("`end` is not the end of a run") from None
+
+
+_HEADER = (
+    "format", "version", "model", "model_digest", "model_file", "case", "time_scale", "real", "options", "end",
+    "trace", "steps", "reactions",
+)  # fmt: skip
+
+_WORDS = {
+    "model_digest": "a SHA-256, 64 hexadecimal digits",
+    "trace": "a SHA-256, 64 hexadecimal digits",
+    "time_scale": "a number such as `20` or `1/2`",
+}
+
+
+def read_options(said: object) -> RunnerOptions:
+    """The options of a runner by their names, all of them. Raises `ValueError`."""
+    types = {field.name: type(getattr(RunnerOptions(), field.name)) for field in fields(RunnerOptions)}
+    if not isinstance(said, dict):
+        raise ValueError("`options` are not an object")  # noqa: TRY004 - it is data
+    _refuse_other_keys(said, tuple(types))
+    for name, type_ in types.items():
+        if type(said[name]) is not type_ or not 0 <= said[name] <= _MAX_NS:
+            raise ValueError(
+                f"`{name}` of `options` is not {'a number from 0 on' if type_ is int else 'true or false'}"
+            )
+    for name in ("livelock_bound", "instant_bound"):
+        if said[name] > _MAX_AT_ONCE:
+            raise ValueError(f"`{name}` of `options` is more than {_MAX_AT_ONCE}")
+    return RunnerOptions(**said)
+
+
+def _refuse_other_keys(said: dict[str, Any], required: Sequence[str], optional: Iterable[str] = ()) -> None:
+    allowed = (*required, *optional)
+    if any(name not in said for name in required) or any(name not in allowed for name in said):
+        raise ValueError(f"the fields here are {', '.join(required)}")
+
+
+def _is_count(value: object) -> bool:
+    return type(value) is int and value >= 0
+
+
+def _object(line: str, place: Place, most: int = _MAX_OF_A_LINE) -> dict[str, Any]:
+    """The JSON object of a line. Raises `InputError`."""
+    if len(line) > most:
+        raise _bad(f"a line of more than {most} characters", place)
+    try:
+        value = json.loads(line)
+    except (ValueError, RecursionError):
+        value = None
+    if not isinstance(value, dict):
+        raise _bad("a line of a log is a JSON object", place)
+    return value
+
+
+def _bad(message: str, place: Place) -> InputError:
+    return InputError([Diagnostic(Slug.BAD_LOG, message, place)])

@@ -1,0 +1,317 @@
+"""What nodes of a cell say to each other: values of these classes as JSON (docs/nodes.md).
+
+Whatever comes may come from anybody: what is no message of this version is refused, with a reason.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass, fields
+from fractions import Fraction
+from functools import cache
+from types import UnionType
+from typing import Any, ClassVar, TypeAlias, get_args, get_origin, get_type_hints
+
+VERSION = 1
+"""Grows with every change that older nodes do not understand."""
+
+_MAX_CHARACTERS = 8_000_000
+_MOST = 2**63 - 1
+_FRACTION = re.compile(r"[1-9]\d{0,17}(/[1-9]\d{0,17})?", re.ASCII)
+
+
+class NotAMessageError(ValueError):
+    """What came is none; the sentence says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """A node says who it is. The older of two nodes that cannot both be in a cell stays.
+
+    Attributes:
+        role: `controller`, `resources` or `tester`.
+        node: an id that no other node has.
+        version: `VERSION`.
+        model, digest: the name of its model, and its identity.
+        resources: those that it simulates, or of a controller those that it reaches at real drivers.
+        troubles: sentences about what it lacks to take part in a run.
+        mismatched: those of them that no waiting mends: a driver is there, and does not go with its binding.
+        since_ns: when it began, in nanoseconds since 1970.
+        words: its process and machine, for people.
+    """
+
+    kind: ClassVar[str] = "status"
+    role: str
+    node: str
+    version: int
+    model: str
+    digest: str
+    resources: tuple[str, ...]
+    troubles: tuple[str, ...]
+    mismatched: tuple[str, ...]
+    since_ns: int
+    words: str
+
+
+# from the tester to controller and resources
+
+
+@dataclass(frozen=True, slots=True)
+class Prepare:
+    """A run is going to begin; all that was before it is over.
+
+    Attributes:
+        run: its id, which no other run has.
+        nodes: who has to be ready.
+        case: the case as YAML.
+        options: those of the runner, by their names.
+        time_scale: a fraction: how many seconds of the run pass in one of the wall.
+        is_relayed: whether the tester decides how messages of resources travel.
+        real: the resources that are reached at real drivers; nobody waits for those who simulate them as well.
+    """
+
+    kind: ClassVar[str] = "prepare"
+    run: str
+    nodes: tuple[str, ...]
+    case: str
+    options: dict[str, Any]
+    time_scale: str
+    is_relayed: bool
+    real: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Go:
+    """The run begins."""
+
+    kind: ClassVar[str] = "go"
+    run: str
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """Something happened that belongs into the trace: a record without its time."""
+
+    kind: ClassVar[str] = "note"
+    run: str
+    note: dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Abandon:
+    """Nobody wants the run any more."""
+
+    kind: ClassVar[str] = "abandon"
+    run: str
+
+
+# from controller and resources to the tester
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """A node is ready for the run."""
+
+    kind: ClassVar[str] = "prepared"
+    run: str
+    node: str
+
+
+@dataclass(frozen=True, slots=True)
+class Forgot:
+    """A node was told something of a run that it does not know, or not any more."""
+
+    kind: ClassVar[str] = "forgot"
+    run: str
+    node: str
+
+
+@dataclass(frozen=True, slots=True)
+class Refused:
+    """A node cannot take part in the run."""
+
+    kind: ClassVar[str] = "refused"
+    run: str
+    node: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class Stepped:
+    """An event came to the runner, or a note to the trace; `number` counts them from 1."""
+
+    kind: ClassVar[str] = "step"
+    run: str
+    number: int
+    at_ns: int
+    event: dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """The run ended with its last step; `trace` is the SHA-256 of its records as the controller has them."""
+
+    kind: ClassVar[str] = "ended"
+    run: str
+    steps: int
+    trace: str
+
+
+@dataclass(frozen=True, slots=True)
+class Answering:
+    """A simulated resource is about to answer, and asks how the reply travels; `job` counts its answers."""
+
+    kind: ClassVar[str] = "answering"
+    run: str
+    request: int
+    resource: str
+    job: int
+
+
+# from the tester to simulated resources
+
+
+@dataclass(frozen=True, slots=True)
+class React:
+    """What becomes of a request: see `cases.Reaction`. `copies` has the delay of each copy that arrives."""
+
+    kind: ClassVar[str] = "react"
+    run: str
+    request: int
+    resource: str
+    outcome: str
+    latency_ns: int
+    measured: dict[str, Any] | None
+    copies: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Fate:
+    """How a cancellation (`job` is 0) or a reply travels."""
+
+    kind: ClassVar[str] = "fate"
+    run: str
+    request: int
+    resource: str
+    job: int
+    copies: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Become:
+    """The condition of a resource changes; `factor` is a fraction."""
+
+    kind: ClassVar[str] = "become"
+    run: str
+    resource: str
+    condition: str
+    factor: str
+
+
+@dataclass(frozen=True, slots=True)
+class RestartResource:
+    """A resource goes down, or comes up again."""
+
+    kind: ClassVar[str] = "restart"
+    run: str
+    resource: str
+    is_down: bool
+
+
+Message: TypeAlias = (
+    Status
+    | Prepare
+    | Go
+    | Note
+    | Abandon
+    | Prepared
+    | Forgot
+    | Refused
+    | Stepped
+    | Ended
+    | Answering
+    | React
+    | Fate
+    | Become
+    | RestartResource
+)
+
+
+def encode(message: Message) -> str:
+    """The message as JSON."""
+    written = {field.name: getattr(message, field.name) for field in fields(message)}
+    return json.dumps({"kind": message.kind, **written}, ensure_ascii=False, separators=(",", ":"))
+
+
+def decode(text: object) -> Message:
+    """The message that a text is. Raises `NotAMessageError`."""
+    data = read_object(text)
+    kind = data.pop("kind", None)
+    shape = _shapes().get(kind) if isinstance(kind, str) else None
+    if shape is None:
+        raise NotAMessageError(f"`{str(kind)[:40]}` is no kind of message")
+    made, types = shape
+    if data.keys() != types.keys():
+        raise NotAMessageError(f"a `{kind}` has the fields {', '.join(types)}")
+    wrong = [name for name, type_ in types.items() if not _fits(data[name], type_)]
+    if wrong:
+        raise NotAMessageError(f"`{wrong[0]}` of a `{kind}` is of the wrong sort")
+    values = {name: tuple(value) if isinstance(value, list) else value for name, value in data.items()}
+    message: Message = made(**values)
+    return message
+
+
+def read_object(text: object) -> dict[str, Any]:
+    """The JSON object that a text is. Raises `NotAMessageError`."""
+    if not isinstance(text, str) or len(text) > _MAX_CHARACTERS:
+        raise NotAMessageError(f"a message is a text of at most {_MAX_CHARACTERS} characters")
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError):
+        raise NotAMessageError("this is not JSON") from None
+    if not isinstance(data, dict):
+        raise NotAMessageError("a message is a JSON object")
+    if "\\u" in text and not _is_sayable(data):
+        raise NotAMessageError("it has half of a character, or is too deep")
+    return data
+
+
+def read_fraction(text: str) -> Fraction:
+    """The fraction greater than 0 that a field says. Raises `NotAMessageError`."""
+    if not _FRACTION.fullmatch(text):
+        raise NotAMessageError(f"`{text[:40]}` is not a fraction greater than 0")
+    return Fraction(text)
+
+
+def _is_sayable(data: dict[str, Any]) -> bool:
+    """Whether UTF-8 can say it; JSON can say half of a character, and may be as deep as just can be read."""
+    try:
+        json.dumps(data, ensure_ascii=False).encode()
+    except (UnicodeEncodeError, RecursionError):
+        return False
+    return True
+
+
+@cache
+def _shapes() -> dict[str, tuple[Any, dict[str, Any]]]:
+    """The class of each kind of message, and the types of its fields."""
+    shapes = {}
+    for message in get_args(Message):
+        types = get_type_hints(message)
+        shapes[message.kind] = (message, {field.name: types[field.name] for field in fields(message)})
+    return shapes
+
+
+def _fits(value: Any, type_: Any) -> bool:  # noqa: ANN401 - JSON, and the type that it should have
+    if isinstance(type_, UnionType):
+        return any(_fits(value, part) for part in get_args(type_))
+    if type_ is type(None):
+        return value is None
+    if get_origin(type_) is tuple:
+        return isinstance(value, list) and all(_fits(element, get_args(type_)[0]) for element in value)
+    if get_origin(type_) is dict:
+        return isinstance(value, dict)
+    if type_ is int:
+        return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= _MOST
+    return isinstance(value, type_)

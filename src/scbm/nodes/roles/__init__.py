@@ -1,0 +1,1 @@
+"""The nodes of a cell (controller, resources, tester) and how a process runs one."""

@@ -1,0 +1,110 @@
+"""The names of a cell's topics, and those of its runs and nodes."""
+
+from __future__ import annotations
+
+import os
+import socket
+from dataclasses import dataclass
+from time import monotonic_ns, time_ns
+from typing import TYPE_CHECKING
+from uuid import uuid4
+
+from scbm.nodes.buses.bus import Topic
+from scbm.nodes.node_messages import VERSION, Status
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from scbm.model import BehaviorModel
+    from scbm.nodes.buses.bus import Bus
+
+
+@dataclass(frozen=True, slots=True)
+class NodeContext:
+    """What every node of a cell is given.
+
+    Attributes:
+        bus: what carries its messages; who opened it closes it.
+        model: what the cell is for.
+        status: what the node says of itself.
+        complain: gets a sentence about each message that cannot be taken.
+        tell: gets a line about each thing that the node does.
+        now_ns: the clock that the bus stamps messages by, and that the event loop goes by.
+    """
+
+    bus: Bus
+    model: BehaviorModel
+    status: Status
+    complain: Callable[[str], None]
+    tell: Callable[[str], None] = lambda _: None
+    now_ns: Callable[[], int] = monotonic_ns
+
+
+@dataclass(frozen=True, slots=True)
+class CellTopics:
+    """The topics of the cell of a model.
+
+    Attributes:
+        root: what all their names begin with.
+    """
+
+    root: str
+
+    @staticmethod
+    def of(model: BehaviorModel) -> CellTopics:
+        """Those of the model; dots in names, which ROS 2 does not know, are levels."""
+        return CellTopics(f"/scbm/{_segment(model.name)}")
+
+    @property
+    def status(self) -> Topic:
+        """Who is here."""
+        return Topic(f"{self.root}/status", is_latched=True)
+
+    @property
+    def case(self) -> Topic:
+        """From the tester to all."""
+        return Topic(f"{self.root}/case")
+
+    @property
+    def run(self) -> Topic:
+        """From the controller to the tester."""
+        return Topic(f"{self.root}/run")
+
+    @property
+    def simulated(self) -> Topic:
+        """From simulated resources to the tester."""
+        return Topic(f"{self.root}/simulated")
+
+    def request(self, resource: str) -> Topic:
+        """From the controller to a simulated resource."""
+        return Topic(f"{self.root}/{_segment(resource)}/request")
+
+    def reply(self, resource: str) -> Topic:
+        """From a simulated resource to the controller."""
+        return Topic(f"{self.root}/{_segment(resource)}/reply")
+
+
+def _segment(name: str) -> str:
+    return name.replace(".", "/")
+
+
+GIVEN_UP = "given up"
+"""The injection by which a controller ends a run that it cannot go on with. None of a case has such a name."""
+
+_RUN = "run_"
+
+
+def new_run() -> str:
+    """An id that no other run has. It is in no trace."""
+    return f"{_RUN}{uuid4().hex}"
+
+
+def is_of_tester(run: str) -> bool:
+    """Whether a tester gave this id, who decides what becomes of its requests."""
+    return run.startswith(_RUN)
+
+
+def new_status(role: str, model: BehaviorModel, digest: str, resources: Iterable[str] = ()) -> Status:
+    """What a node that begins now says of itself."""
+    words = f"process {os.getpid()} on {socket.gethostname()}"
+    return Status(role, uuid4().hex, VERSION, model.name, digest, tuple(resources), (), (), time_ns(), words)

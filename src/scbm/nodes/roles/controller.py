@@ -1,0 +1,353 @@
+"""The controller of a cell: runner and planner, in a process of its own (paper, Figure 5)."""
+
+from __future__ import annotations
+
+import asyncio
+from collections import deque
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from hashlib import sha256
+from typing import TYPE_CHECKING
+
+from scbm.cases import Injection
+from scbm.cases.trace import InjectionApplied, ResourceChanged, Trace, write_trace
+from scbm.files import read_case
+from scbm.model import InputError
+from scbm.nodes.buses.bus import BusError
+from scbm.nodes.links.bound_link import BoundLink, MissingDrivers
+from scbm.nodes.links.link import Correlation
+from scbm.nodes.links.measured_topics import Refusals
+from scbm.nodes.links.topic_link import TopicLink, id_text
+from scbm.nodes.log.event_json import NETWORK, event_json, read_note
+from scbm.nodes.log.event_log import read_options
+from scbm.nodes.node_messages import (
+    Abandon,
+    Ended,
+    Go,
+    NotAMessageError,
+    Prepare,
+    Prepared,
+    Refused,
+    Stepped,
+    decode,
+    encode,
+    read_fraction,
+)
+from scbm.nodes.node_messages import Note as NoteMessage
+from scbm.nodes.roles.background import Background
+from scbm.nodes.roles.cell_topics import GIVEN_UP, CellTopics
+from scbm.nodes.roles.membership import Membership
+from scbm.nodes.roles.wall_clock import Clock, Driver
+from scbm.planning import PlanCache, PlanLimits, Planner, Solved
+from scbm.running import (
+    GoalGiven,
+    InjectionGiven,
+    Measured,
+    PlanAnswered,
+    PlanStatus,
+    Program,
+    ReplyArrived,
+    Runner,
+    RunnerOptions,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator
+    from fractions import Fraction
+
+    from scbm.cases import Case
+    from scbm.cases.trace import Record
+    from scbm.model import Resource, Value
+    from scbm.nodes.buses.bus import Bus, Received
+    from scbm.nodes.links.link import Link, Measurement, Reply
+    from scbm.nodes.log.event_json import Note
+    from scbm.nodes.roles.cell_topics import NodeContext
+    from scbm.running import AskPlan, CancelRequest, Event, RunFinished, SendRequest
+
+_MAX_RUNS = 1_000
+"""Late replies to the requests of so many runs are dropped without a word."""
+
+_LOOK_S = 0.5
+"""So long after real resources were looked for, they are looked for again."""
+
+
+@dataclass(slots=True)
+class _ControlledRun:
+    """A run that is prepared or goes on; `asked` has the resource of each request."""
+
+    id: str
+    case: Case
+    options: RunnerOptions
+    scale: Fraction
+    tester: int
+    driver: Driver | None = None
+    steps: int = 0
+    asked: dict[int, str] = field(default_factory=dict)
+
+
+class ControllerNode:
+    """Runs one case after the other for the tester of its cell."""
+
+    def __init__(self, seat: NodeContext, plan_limits: PlanLimits | None = None, drivers: Bus | None = None) -> None:
+        """On the running event loop.
+
+        Args:
+            seat: where it is; `resources` of its status are reached at real drivers, as they are bound.
+            plan_limits: when planning is given up.
+            drivers: what real resources are reached by; the bus of the cell, if there is no other.
+        """
+        bus, model = seat.bus, seat.model
+        self._model = model
+        self._complain = seat.complain
+        self._tell = seat.tell
+        self._now_ns = seat.now_ns
+        self._program = Program(model)
+        self._refusals = Refusals(self._program, seat.complain)
+        self._plans = PlanCache(Planner(model))
+        self._plan_limits = plan_limits or PlanLimits()
+        self._thread = Background("planner")
+        self._loop = asyncio.get_running_loop()
+        self._run: _ControlledRun | None = None
+        self._runs: deque[str] = deque(maxlen=_MAX_RUNS)
+        self._records: list[Record] = []
+        self._planning: asyncio.Future[PlanAnswered] | None = None
+        topics = CellTopics.of(model)
+        self._to_tester = bus.publisher(topics.run)
+        self._real = seat.status.resources
+        self._measured: dict[str, Value] = {}
+        self._measures = {resource.name: resource.measures for resource in model.resources}
+        self._drivers = drivers or bus
+        self._links = {resource.name: self._link(seat, topics, resource) for resource in model.resources}
+        self._missing = MissingDrivers({name: self._links[name] for name in self._real})
+        self._told_troubles: tuple[str, ...] | None = None
+        troubles, mismatched = self._missing.look()
+        self.membership = Membership(bus, topics, replace(seat.status, troubles=troubles, mismatched=mismatched))
+        self._timer: asyncio.Handle | None = self._look_later() if troubles else None
+        bus.subscribe(topics.case, self._receive, left=self._lose_tester)
+
+    def _link(self, seat: NodeContext, topics: CellTopics, resource: Resource) -> Link:
+        if resource.name in self._real:
+            return BoundLink(self._drivers, resource, self, seat.complain, seat.now_ns)
+        pair = (topics.request(resource.name), topics.reply(resource.name))
+        return TopicLink(seat.bus, resource.name, pair, self, seat.complain)
+
+    def _look_for_troubles(self) -> None:
+        """Tells which real resources are not there, and why; that may show only after a while."""
+        is_over = False
+        with self._complaining("what the controller lacks could not be told"):
+            troubles, mismatched = self._missing.look()
+            self._tell_troubles(troubles)
+            self.membership.tell_troubles(troubles, mismatched)
+            is_over = not troubles
+        self._timer = None if is_over else self._look_later()
+
+    def _tell_troubles(self, troubles: tuple[str, ...]) -> None:
+        if troubles != self._told_troubles:
+            self._told_troubles = troubles
+            self._tell("; ".join(troubles) or "all real resources are there")
+
+    def _look_later(self) -> asyncio.TimerHandle:
+        return self._loop.call_later(_LOOK_S, self._look_for_troubles)
+
+    async def close(self) -> None:
+        """Gives up what goes on, with requests in flight cancelled. The bus is closed by who opened it."""
+        self._give_up()
+        if self._timer is not None:
+            self._timer.cancel()
+        self._thread.shutdown()
+
+    # the tester
+
+    def _receive(self, received: Received) -> None:
+        try:
+            message = decode(received.data)
+        except NotAMessageError as error:
+            self._complain(f"a message of a tester was dropped: {error}")
+            return
+        if isinstance(message, Prepare):
+            if self.membership.own.node in message.nodes:
+                self._prepare(message, received.source)
+            return
+        run = self._run
+        if run is None or not isinstance(message, Go | NoteMessage | Abandon) or message.run != run.id:
+            return  # of a run that is over
+        if isinstance(message, Go) and run.driver is None:
+            self._go(run, received.stamp_ns)
+        elif isinstance(message, NoteMessage) and run.driver is not None:
+            self._note(run.driver, message, received.stamp_ns)
+        elif isinstance(message, Abandon):
+            self._give_up()
+
+    def _prepare(self, message: Prepare, tester: int) -> None:
+        run = self._run
+        if run is not None and run.id == message.run:
+            self._be_ready(run)
+            return
+        if run is not None and run.tester != tester:
+            return  # that one is still there: one of the two leaves
+        self._give_up()
+        try:
+            case = read_case(message.case, self._model)
+            options = read_options(message.options)
+            scale = read_fraction(message.time_scale)
+        except (InputError, ValueError) as error:
+            self._say(Refused(message.run, self.membership.own.node, f"the case cannot be read: {error}"))
+            return
+        self._run = _ControlledRun(message.run, case, options, scale, tester)
+        self._records = []
+        self._runs.append(message.run)
+        self._be_ready(self._run)
+
+    def _be_ready(self, run: _ControlledRun) -> None:
+        """Says so once requests reach all simulated resources; until then the tester asks again."""
+        simulated = (link for name, link in self._links.items() if name not in self._real)
+        if run.driver is None and all(link.is_there for link in simulated):
+            self._say(Prepared(run.id, self.membership.own.node))
+
+    def _go(self, run: _ControlledRun, stamp_ns: int) -> None:
+        runner = Runner(self._program, run.case.initial, run.options)
+        run.driver = driver = Driver(runner, Clock(stamp_ns, run.scale), self)
+        for injection in run.case.injections:
+            driver.give(InjectionGiven(injection), stamp_ns)
+        if self._measured:  # what was measured before the run is true in it, whatever the case says
+            driver.give(Measured(tuple(self._measured.items())), stamp_ns)
+        driver.give(GoalGiven(run.case.goal, run.case.predicate), stamp_ns)
+        for name, link in self._links.items():
+            if not link.is_there:
+                self.heard_presence(name, is_there=False)
+
+    def _note(self, driver: Driver, message: NoteMessage, stamp_ns: int) -> None:
+        try:
+            note = read_note(message.note, self._model, 0)
+        except ValueError as error:
+            self._complain(f"a note of the tester was dropped: {error}")
+            return
+        driver.give(note, stamp_ns)
+
+    def _lose_tester(self, source: int) -> None:
+        if self._run is not None and self._run.tester == source:
+            self._tell("the tester is gone, and its run is given up")
+            self._give_up()
+
+    def _give_up(self) -> None:
+        """Ends the run by the rules of the model: the plan is aborted, and what is in flight cancelled."""
+        run = self._run
+        if run is not None and run.driver is not None:
+            injection = Injection(GIVEN_UP, assign=(("plan.state", "aborted"),))
+            run.driver.give(InjectionGiven(injection), self._now_ns())
+            run.driver.close()
+        if self._planning is not None:
+            self._planning.cancel()  # the next run does not wait for a plan that has not been begun
+        self._run = None
+
+    def _say(self, message: Prepared | Refused | Stepped | Ended) -> None:
+        with self._complaining(f"a `{message.kind}` for the tester is lost"):
+            self._to_tester.publish(encode(message))
+
+    @contextmanager
+    def _complaining(self, what: str) -> Iterator[None]:
+        """What a bus does not take is lost and told of; the run goes on, and its deadlines pass."""
+        try:
+            yield
+        except BusError as error:
+            self._complain(f"{what}: {error.message}")
+
+    # what the driver wants
+
+    def send(self, request: SendRequest) -> None:
+        """A request goes to its resource."""
+        assert self._run is not None  # noqa: S101 - only a run sends
+        self._run.asked[request.request] = request.resource
+        with self._complaining(f"request {request.request} to `{request.resource}` is lost"):
+            self._links[request.resource].send(Correlation(self._run.id, request.request), request.payload)
+
+    def cancel(self, request: CancelRequest) -> None:
+        """The resource learns that nobody waits for a request."""
+        assert self._run is not None  # noqa: S101 - only a run cancels
+        with self._complaining(f"that request {request.request} to `{request.resource}` is cancelled is lost"):
+            self._links[request.resource].cancel(Correlation(self._run.id, request.request))
+
+    def plan(self, asked: AskPlan) -> None:
+        """Plans in a thread, so that replies come in time meanwhile."""
+        run = self._run
+        is_wanted = lambda: run is self._run  # noqa: E731 - asked in the thread: a run that is over wants nothing
+        self._planning = self._loop.run_in_executor(self._thread, self._answer, asked, is_wanted)
+        self._planning.add_done_callback(lambda done: self._planned(run, done))
+
+    def _answer(self, asked: AskPlan, is_wanted: Callable[[], bool]) -> PlanAnswered:
+        answer = self._plans.plan(asked.state, asked.goal, self._plan_limits, is_wanted)
+        plan = answer.plan if isinstance(answer, Solved) else ()
+        return PlanAnswered(asked.ask, PlanStatus(answer.status), plan)
+
+    def _planned(self, run: _ControlledRun | None, done: asyncio.Future[PlanAnswered]) -> None:
+        error = None if done.cancelled() else done.exception()
+        if run is None or run is not self._run or run.driver is None or done.cancelled():
+            return
+        if error is None:
+            run.driver.give(done.result(), self._now_ns())
+        else:
+            self._complain(f"planning failed: {error!r}")
+            self._say(Refused(run.id, self.membership.own.node, f"planning failed: {error!r}"))
+            self._give_up()
+
+    def stepped(self, at_ns: int, event: Event | Note, records: tuple[Record, ...]) -> None:
+        """The tester learns of each step."""
+        run = self._run
+        assert run is not None  # noqa: S101 - only a run steps
+        run.steps += 1
+        self._records.extend(records)
+        self._say(Stepped(run.id, run.steps, at_ns, event_json(event)))
+
+    def finished(self, end: RunFinished) -> None:
+        """The tester learns what the trace was, to see that it has the same."""
+        run = self._run
+        assert run is not None  # noqa: S101 - only a run ends
+        trace = Trace(self._model.name, run.case.name, tuple(self._records))
+        self._say(Ended(run.id, run.steps, sha256(write_trace(trace).encode()).hexdigest()))
+        applied = [record.injection for record in self._records if isinstance(record, InjectionApplied)]
+        how = GIVEN_UP if GIVEN_UP in applied else end.end.replace("_", " ")
+        self._tell(f"{run.case.name}: {how} after {self._records[-1].at_ns / 1e9:.3f} s")
+        self._run = None
+
+    # what links tell
+
+    def heard_reply(self, resource: str, reply: Reply) -> None:
+        """A reply came; one of another run is not for this one, nor one of somebody who was not asked."""
+        run, number = self._run, reply.request.number
+        if run is None or run.driver is None or reply.request.run != run.id:
+            if reply.request.run not in self._runs:
+                self._complain(
+                    f"a reply of `{resource}` was dropped: it is for `{id_text(reply.request)}`, not asked here"
+                )
+            return
+        asked = run.asked.get(number, resource)  # one that nobody was asked is told by the runner
+        if asked != resource:
+            self._complain(f"a reply of `{resource}` to request {number} was dropped: that went to `{asked}`")
+            return
+        self._refusals.look(resource, reply.measured, self._measures[resource])
+        self._remember((name, value) for name, value in reply.measured if name in self._measured)
+        run.driver.give(ReplyArrived(number, reply.succeeded, reply.measured), reply.stamp_ns)
+
+    def heard_values(self, resource: str, measurement: Measurement) -> None:
+        """Values came unasked."""
+        run = self._run
+        self._refusals.look(resource, measurement.values, self._program.measured)
+        self._remember(measurement.values)
+        if run is not None and run.driver is not None:
+            run.driver.give(Measured(measurement.values), measurement.stamp_ns)
+
+    def _remember(self, values: Iterable[tuple[str, Value]]) -> None:
+        """What is true of the next run, too; not what the runner of this one refuses, and tells in its trace."""
+        space = self._program.packing.space
+        known = ((name, value) for name, value in values if name in self._program.measured)
+        self._measured.update((name, value) for name, value in known if value in space[name].domain)
+
+    def heard_presence(self, resource: str, *, is_there: bool) -> None:
+        """A resource came or was lost: the trace says so, the model's deadlines decide."""
+        self._tell(f"{resource} {'is there' if is_there else 'is not there'}")
+        if resource in self._real and self._timer is None:
+            self._timer = self._loop.call_soon(self._look_for_troubles)
+        run = self._run
+        if run is not None and run.driver is not None:
+            noted = ResourceChanged(0, NETWORK, resource, "well" if is_there else "down")
+            run.driver.give(noted, self._now_ns())

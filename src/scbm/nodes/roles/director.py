@@ -1,0 +1,187 @@
+"""What becomes of the requests of one run (decision 25).
+
+The tester follows what the runner wants, in its order, and decides as a simulation does: `Choices` is the same, so the
+n-th request of a case fares alike wherever its resource lives.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Protocol
+
+from scbm.cases import AT_ONCE, Condition, Reaction
+from scbm.cases.trace import (
+    BecameCurrent,
+    MessageDisturbed,
+    OperationStepped,
+    ReplyDropped,
+    ReplyReceived,
+    RequestSent,
+    ResourceChanged,
+)
+from scbm.model import OperationState, Outcome
+from scbm.nodes.log.event_json import NETWORK
+from scbm.nodes.node_messages import Become, Fate, React, RestartResource
+from scbm.running import CancelRequest, ChangeResource, SendRequest
+from scbm.running.simulation import MessageKind
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from scbm.cases import Delivery
+    from scbm.cases.trace import Record
+    from scbm.model import Resource
+    from scbm.nodes.log.event_json import Note
+    from scbm.nodes.node_messages import Answering
+    from scbm.running import Effect
+    from scbm.running.simulation import Choices
+
+
+class RequestStage(Protocol):
+    """Where the decisions go."""
+
+    def tell(self, message: React | Fate | Become | RestartResource) -> None:
+        """To the node that simulates the resource."""
+        ...
+
+    def note(self, record: Note) -> None:
+        """Into the trace, with the time at which the controller hears of it."""
+        ...
+
+
+class Director:
+    """Decides for one run."""
+
+    def __init__(
+        self, run: str, resources: Mapping[str, Resource], real: Iterable[str], choices: Choices, stage: RequestStage
+    ) -> None:
+        """Made anew for each run.
+
+        Args:
+            run: its id.
+            resources: all of the model, by their names.
+            real: those that nobody can direct.
+            choices: decides, as in a simulation.
+            stage: where decisions go.
+        """
+        self._run = run
+        self._resources = resources
+        self._real = tuple(real)
+        self._choices = choices
+        self._stage = stage
+        self._operation: str | None = None
+        self._conditions: dict[str, Condition] = {}
+        self._downs: dict[str, int] = {}
+        self._open: dict[int, React] = {}
+        self._asked: dict[int, str] = {}
+        self._due: dict[int, int] = {}
+        self._missed: list[int] = []
+
+    @property
+    def is_relayed(self) -> bool:
+        """Whether messages of simulated resources have fates."""
+        return not self._choices.is_plain
+
+    def follow(self, effects: Iterable[Effect], at_ns: int) -> None:
+        """What the runner wanted at a time of the run."""
+        for effect in effects:
+            match effect:
+                case SendRequest(request, resource):
+                    self._react(request, resource, at_ns)
+                case CancelRequest(request, resource):
+                    self._open.pop(request, None)
+                    if self._due.pop(request, at_ns) < at_ns:
+                        self._missed.append(request)
+                    if self.is_relayed and resource not in self._real:
+                        copies = self._travel(MessageKind.CANCEL, request, resource, at_ns)
+                        self._stage.tell(Fate(self._run, request, resource, 0, copies))
+                case ChangeResource(resource, condition):
+                    self._conditions[resource] = condition
+                    self._expect_nothing_of(resource)
+                    self._stage.tell(self._become(resource, condition))
+                case ReplyReceived() | ReplyDropped():
+                    self._open.pop(effect.request, None)
+                    self._due.pop(effect.request, None)
+                case BecameCurrent():
+                    self._operation = effect.operation
+                case OperationStepped() if effect.target is OperationState.INITIAL:
+                    self._operation = None
+                case _:
+                    pass
+
+    def answering(self, asked: Answering, at_ns: int) -> None:
+        """A simulated resource asks how its reply travels. Raises `ValueError` if it was not asked itself."""
+        if asked.request not in self._asked or self._asked[asked.request] != asked.resource:
+            raise ValueError(f"`{asked.resource[:40]}` has no request {asked.request}")
+        copies = self._travel(MessageKind.REPLY, asked.request, asked.resource, at_ns)
+        if self._due.pop(asked.request, None) is not None and copies:
+            self._due[asked.request] = at_ns + min(copies)
+        self._stage.tell(Fate(self._run, asked.request, asked.resource, asked.job, copies))
+
+    def restart(self, resource: str, *, is_down: bool) -> None:
+        """The case has a resource go down, or come up; such times may overlap."""
+        self._downs[resource] = downs = self._downs.get(resource, 0) + (1 if is_down else -1)
+        self._expect_nothing_of(resource)
+        self._stage.tell(RestartResource(self._run, resource, downs > 0))
+        condition = "down" if downs else str(self._conditions.get(resource, Condition()))
+        self._stage.note(ResourceChanged(0, NETWORK, resource, condition))
+
+    def tell_again(self, resources: Iterable[str]) -> None:
+        """A node that came back in the middle of the run learns what holds of its resources."""
+        for resource in resources:
+            if resource in self._conditions:
+                self._stage.tell(self._become(resource, self._conditions[resource]))
+            if self._downs.get(resource, 0):
+                self._stage.tell(RestartResource(self._run, resource, is_down=True))
+            for message in self._open.values():
+                if message.resource == resource:
+                    self._stage.tell(message)
+
+    def reactions(self, records: Iterable[Record]) -> tuple[Reaction, ...]:
+        """What happened to the requests of the run: what was decided, and what was seen where that went otherwise.
+
+        Nobody decides what real resources do; and a simulated one may be lost before it does what was decided.
+        """
+        seen = list(self._choices.taken)
+        sent: dict[int, RequestSent] = {}
+        for record in records:
+            if isinstance(record, RequestSent) and record.resource in self._real:
+                sent[record.request] = record
+                seen[record.request - 1] = Reaction(record.resource, Outcome.TIMEOUT, 0)
+            elif isinstance(record, ReplyReceived) and record.request in sent:
+                latency_ns = record.at_ns - sent[record.request].at_ns
+                outcome = Outcome.SUCCEED if record.succeeded else Outcome.FAIL
+                seen[record.request - 1] = Reaction(record.resource, outcome, latency_ns)
+        for request in self._missed:
+            seen[request - 1] = replace(seen[request - 1], outcome=Outcome.TIMEOUT, measured=None)
+        return tuple(seen)
+
+    def _react(self, request: int, resource: str, at_ns: int) -> None:
+        reaction = self._choices.react(self._resources[resource], self._operation)
+        if resource in self._real:
+            return
+        copies = self._travel(MessageKind.REQUEST, request, resource, at_ns)
+        measured = None if reaction.measured is None else dict(reaction.measured)
+        outcome = reaction.outcome.value
+        message = React(self._run, request, resource, outcome, reaction.latency_ns, measured, copies)
+        self._asked[request] = resource
+        if copies and reaction.outcome is not Outcome.TIMEOUT and not self._is_troubled(resource):
+            self._due[request] = at_ns + min(copies) + reaction.latency_ns
+        self._open[request] = message
+        self._stage.tell(message)
+
+    def _is_troubled(self, resource: str) -> bool:
+        return resource in self._conditions or self._downs.get(resource, 0) > 0
+
+    def _expect_nothing_of(self, resource: str) -> None:
+        """The case itself stands in the way of its replies."""
+        self._due = {request: due for request, due in self._due.items() if self._asked[request] != resource}
+
+    def _travel(self, message: MessageKind, request: int, resource: str, at_ns: int) -> Delivery:
+        delivery = self._choices.travel(request, message, at_ns)
+        if delivery is not AT_ONCE and len(delivery) != 1:
+            self._stage.note(MessageDisturbed(0, request, resource, message.value, len(delivery)))
+        return delivery
+
+    def _become(self, resource: str, condition: Condition) -> Become:
+        return Become(self._run, resource, condition.kind.value, str(condition.factor))

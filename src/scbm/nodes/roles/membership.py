@@ -1,0 +1,97 @@
+"""Who is in a cell: every node says so on one latched topic, and hears the others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from scbm.nodes.node_messages import NotAMessageError, Status, decode, encode
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scbm.nodes.buses.bus import Bus, Received
+    from scbm.nodes.roles.cell_topics import CellTopics
+
+UNIQUE = ("controller", "tester")
+"""A cell has one of each."""
+
+
+class Membership:
+    """What a node says of itself, and what the others said.
+
+    Attributes:
+        own: this node.
+        changed: called whenever somebody came or went.
+    """
+
+    def __init__(self, bus: Bus, topics: CellTopics, own: Status) -> None:
+        self.own = own
+        self.changed: Callable[[], None] = lambda: None
+        self._others: dict[int, Status] = {}
+        self._strangers: dict[int, str] = {}
+        self._publisher = bus.publisher(topics.status)
+        self._publisher.publish(encode(own))
+        bus.subscribe(topics.status, self._receive, left=self._lose)
+
+    def tell_troubles(self, troubles: tuple[str, ...], mismatched: tuple[str, ...] = ()) -> None:
+        """What this node lacks now, and what of that no waiting mends. Raises `BusError` if it cannot be told."""
+        own = replace(self.own, troubles=troubles, mismatched=mismatched)
+        if own != self.own:
+            self._publisher.publish(encode(own))
+            self.own = own
+
+    @property
+    def others(self) -> tuple[Status, ...]:
+        """The other nodes, in the order in which they came."""
+        return tuple(self._others.values())
+
+    @property
+    def strangers(self) -> tuple[str, ...]:
+        """Why what others said could not be understood: nodes of another version, or none at all."""
+        return tuple(self._strangers.values())
+
+    def controller(self) -> Status | None:
+        """The controller, if it is there; the oldest, as the others have to leave."""
+        return min(self._of("controller"), key=_age, default=None)
+
+    def node_of(self, resource: str) -> Status | None:
+        """The node that simulates a resource, if there is one; the oldest."""
+        return min((other for other in self._of("resources") if resource in other.resources), key=_age, default=None)
+
+    def _of(self, role: str) -> list[Status]:
+        return [other for other in self._others.values() if other.role == role]
+
+    def rival(self) -> Status | None:
+        """An older node that cannot be in the cell beside this one; so this one has to leave."""
+        return next((other for other in self._others.values() if self._is_rival(other)), None)
+
+    def _is_rival(self, other: Status) -> bool:
+        own = self.own
+        if other.role != own.role or _age(other) > _age(own):
+            return False
+        return own.role in UNIQUE or any(resource in other.resources for resource in own.resources)
+
+    def _receive(self, received: Received) -> None:
+        try:
+            message = decode(received.data)
+        except NotAMessageError as error:
+            self._strangers[received.source] = str(error)
+        else:
+            if isinstance(message, Status):
+                self._others[received.source] = message
+                self._strangers.pop(received.source, None)
+        self.changed()
+
+    def _lose(self, source: int) -> None:
+        self._others.pop(source, None)
+        self._strangers.pop(source, None)
+        self.changed()
+
+
+def _age(status: Status) -> tuple[int, str]:
+    """Of two nodes all agree which is older, whatever their clocks say: each tells once when it began.
+
+    If a clock goes wrong it may be the one that came first who has to leave; never both, and never neither.
+    """
+    return status.since_ns, status.node

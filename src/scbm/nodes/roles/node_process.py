@@ -1,0 +1,149 @@
+"""A node as a process: it is there until somebody stops it, and then leaves as it should.
+
+Notices that this process did not run for a while: it was stopped, or its machine slept.
+
+Others have missed it then, and it may have missed them. What two participants of DDS know of each other after that is
+not always whole again; a new participant is nobody's acquaintance.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+import sys
+from threading import Event, Thread
+from time import monotonic_ns
+from typing import TYPE_CHECKING, Protocol
+
+from scbm.nodes.buses.bus import BusError
+
+if TYPE_CHECKING:
+    from asyncio import AbstractEventLoop
+    from collections.abc import Awaitable, Callable
+
+    from scbm.nodes.buses.bus import Bus
+    from scbm.nodes.roles.membership import Membership
+
+_LOOK_S = 0.2
+MISSED_NS = 1_000_000_000
+"""Who was away for so long is missed by the others: as long as a lease."""
+
+
+class AbsenceWatch:
+    """Looks at the clock, in a thread of its own: a busy event loop is no absence."""
+
+    def __init__(self, loop: AbstractEventLoop, was_away: Callable[[], None]) -> None:
+        """Begins. `was_away` is called on the loop, once."""
+        self._loop = loop
+        self._was_away = was_away
+        self._is_over = Event()
+        self._last_ns = monotonic_ns()
+        Thread(target=self._look, name="absence", daemon=True).start()
+
+    @property
+    def has_noticed(self) -> bool:
+        """Whether there was an absence, even if nobody was called yet."""
+        return monotonic_ns() - self._last_ns > MISSED_NS
+
+    def close(self) -> None:
+        """Looks no more."""
+        self._is_over.set()
+
+    def _look(self) -> None:
+        while not self._is_over.wait(_LOOK_S):
+            now_ns = monotonic_ns()
+            if now_ns - self._last_ns > MISSED_NS:
+                self._loop.call_soon_threadsafe(self._was_away)
+                return
+            self._last_ns = now_ns
+
+
+_SWITCH_S = 0.0005
+"""So long a thread that plans may keep those waiting that hear messages; Python's own 5 ms would be their delay."""
+
+
+class ServedNode(Protocol):
+    """What is served."""
+
+    membership: Membership
+
+    async def close(self) -> None:
+        """Gives up what goes on."""
+        ...
+
+
+async def serve(
+    open_bus: Callable[[], Awaitable[Bus]],
+    make: Callable[[Bus], ServedNode],
+    *,
+    tell: Callable[[str], None],
+    until_eof: bool,
+) -> bool:
+    """Serves a node until SIGINT or SIGTERM, or until nothing can come by the standard input any more.
+
+    It also ends, and is to be served again, when the process did not run for so long that the others have missed it.
+
+    Args:
+        open_bus: joins the cell.
+        make: the node.
+        tell: gets a line when the node is there.
+        until_eof: whether the end of the standard input ends it too.
+
+    Returns:
+        Whether the node is to join its cell again.
+
+    Raises:
+        BusError: the bus cannot be opened, or an older node has this one's place in the cell.
+    """
+    sys.setswitchinterval(_SWITCH_S)
+    stop = asyncio.Event()
+    loop = asyncio.get_running_loop()
+    for name in (signal.SIGINT, signal.SIGTERM):
+        loop.add_signal_handler(name, stop.set)
+    was_away = asyncio.Event()
+
+    def leave() -> None:
+        was_away.set()
+        stop.set()
+
+    bus = await open_bus()
+    watch = AbsenceWatch(loop, leave)
+    try:
+        node = make(bus)
+        node.membership.changed = lambda: stop.set() if node.membership.rival() else None
+        if until_eof:
+            _watch_stdin(stop)
+        tell(f"{node.membership.own.role} of `{node.membership.own.model}`, {bus.words}")
+        await stop.wait()
+        await node.close()
+        if was_away.is_set():
+            tell("it was stopped for a while, and joins again")
+            return True
+        rival = node.membership.rival()
+        if rival is not None:
+            raise BusError(
+                f"{_place(rival.role, rival.resources)} of `{rival.model}` is already in {bus.words}: {rival.words}",
+                "stop it, or choose another domain with `--domain`",
+            )
+    finally:
+        watch.close()
+        await bus.close()
+    return False
+
+
+def _place(role: str, resources: tuple[str, ...]) -> str:
+    return f"a {role}" if role != "resources" else f"a node of {', '.join(resources)}"
+
+
+def _watch_stdin(stop: asyncio.Event) -> None:
+    try:
+        asyncio.get_running_loop().add_reader(sys.stdin.fileno(), _drain, stop)
+    except PermissionError:  # a file, or /dev/null: nobody holds it open who could end
+        stop.set()
+
+
+def _drain(stop: asyncio.Event) -> None:
+    if not os.read(sys.stdin.fileno(), 4096):
+        asyncio.get_running_loop().remove_reader(sys.stdin.fileno())
+        stop.set()

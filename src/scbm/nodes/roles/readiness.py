@@ -1,0 +1,88 @@
+"""Which cases say what nobody can bring about, as some resources are real.
+
+What stands between a cell and its first run, or its next one.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import TYPE_CHECKING
+
+from scbm.cases import Network
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from scbm.cases import Case
+    from scbm.model import BehaviorModel
+
+
+class Lack(StrEnum):
+    """What sort of thing is missing or wrong: who tells of it says what to do."""
+
+    RIVAL = "another tester is at work"
+    FOREIGN = "a node was not started for this tester"
+    VERSION = "a node speaks another version"
+    MODEL = "a node has another version of the model"
+    TIME_SCALE = "a real resource cannot be made faster"
+    CHILD = "a node that was started here cannot work"
+    CONTROLLER = "nobody is the controller"
+    RESOURCES = "nobody simulates some resources"
+    STRANGER = "somebody is there who cannot be understood"
+    DRIVER = "a real resource is not reached"
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """One thing that is missing or wrong.
+
+    Attributes:
+        lack: what sort of thing.
+        message: one sentence, lower case, without a full stop.
+        resources: those that nobody simulates, as far as that is known.
+    """
+
+    lack: Lack
+    message: str
+    resources: tuple[str, ...] = ()
+
+
+class NotReadyError(Exception):
+    """A cell is not what a tester needs."""
+
+    def __init__(self, reasons: Iterable[Reason]) -> None:
+        self.reasons = tuple(reasons)
+        super().__init__("; ".join(reason.message for reason in self.reasons))
+
+
+def beyond_reach(case: Case, model: BehaviorModel, real: Sequence[str]) -> str | None:
+    """What of a case nobody can bring about: `says …`, `has …`; `None` if all of it can be.
+
+    Nobody directs a real resource, nor delays what it is sent: simulated ones carry out the faults of a network.
+    """
+    told = _told_of(case, model)
+    name = next((name for name in real if name in told), None)
+    if name is not None:
+        return f"says what becomes of `{name}`, which is real"
+    is_alone = all(resource.name in real for resource in model.resources)
+    if real and is_alone and case.network != Network():
+        return "has faults of the network, and no resource is simulated that could carry them out"
+    return None
+
+
+def _told_of(case: Case, model: BehaviorModel) -> list[str | None]:
+    """The resources of which the case says something: themselves, or by the name of an operation.
+
+    `None`, all of them, is said of the simulated ones.
+    """
+    network = case.network
+    subjects = [rule.subject for rule in case.outcomes]
+    sent = [action.target for o in model.operations if o.name in subjects for action in o.pre.running_actions]
+    return [
+        *subjects,
+        *[resource.name for resource in model.resources if resource.trigger in sent],
+        *[injection.resource for injection in case.injections],
+        *[cut.resource for cut in network.partitions],
+        *[restart.resource for restart in network.restarts],
+    ]

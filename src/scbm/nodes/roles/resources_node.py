@@ -1,0 +1,407 @@
+"""Simulated resources in a process of their own: they hear requests, and answer as a tester says, or as drawn."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from scbm.cases import AT_ONCE, Condition, ConditionKind, Reaction
+from scbm.model import Outcome
+from scbm.nodes.links.link import Correlation
+from scbm.nodes.links.topic_link import id_text, read_id
+from scbm.nodes.node_messages import (
+    Abandon,
+    Answering,
+    Become,
+    Fate,
+    Forgot,
+    NotAMessageError,
+    Prepare,
+    Prepared,
+    React,
+    RestartResource,
+    decode,
+    encode,
+    read_fraction,
+    read_object,
+)
+from scbm.nodes.roles.cell_topics import CellTopics, is_of_tester
+from scbm.nodes.roles.membership import Membership
+from scbm.nodes.roles.wall_clock import Clock
+from scbm.running.simulation.simulated_resources import Job, SimulatedResource
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scbm.model import Resource
+    from scbm.nodes.buses.bus import Bus, Received
+    from scbm.nodes.roles.cell_topics import NodeContext
+    from scbm.running.simulation import Reactions
+
+_MAX_WAITING = 1_000
+"""So many requests of a run that nobody has announced are kept; a run has one at a time for each resource."""
+
+
+_MAX_COPIES = 1_000
+"""No network makes more of one message."""
+
+
+class ResourcesNode:
+    """Simulates resources of one model."""
+
+    def __init__(self, seat: NodeContext, reactions: Reactions) -> None:
+        """On the running event loop.
+
+        Args:
+            seat: where it is; `resources` of its status are those that it simulates.
+            reactions: decides what becomes of requests when there is no tester.
+        """
+        bus, model, status = seat.bus, seat.model, seat.status
+        self._complain = seat.complain
+        self.tell = seat.tell
+        self._loop = asyncio.get_running_loop()
+        self._reactions = reactions
+        self._run: _AnsweredRun | None = None
+        topics = CellTopics.of(model)
+        self.membership = Membership(bus, topics, status)
+        self._to_tester = bus.publisher(topics.simulated)
+        by_name = {resource.name: resource for resource in model.resources}
+        self._desks = {name: _RequestQueue(self, bus, topics, by_name[name]) for name in status.resources}
+        bus.subscribe(topics.case, self._hear, left=self._lose_tester)
+
+    async def close(self) -> None:
+        """All jobs are forgotten. The bus is closed by who opened it."""
+        self._forget()
+
+    @property
+    def run(self) -> _AnsweredRun | None:
+        """The run that a tester announced."""
+        return self._run
+
+    def say(self, message: Answering | Prepared | Forgot) -> None:
+        """Tells the tester."""
+        self._to_tester.publish(encode(message))
+
+    def react(self, resource: Resource) -> Reaction:
+        """What becomes of a request if nobody decides."""
+        return self._reactions.react(resource)
+
+    def later(self, delay_ns: int, work: Callable[[], None]) -> None:
+        """Does some work after a time of the run; at once if that is none."""
+        run = self._run
+        wall_ns = delay_ns if run is None else run.clock.lasts_ns(delay_ns)
+        if wall_ns:
+            self._loop.call_later(wall_ns / 1e9, work)
+        else:
+            work()
+
+    def complain(self, words: str) -> None:
+        """A message cannot be taken."""
+        self._complain(words)
+
+    # the tester
+
+    def _hear(self, received: Received) -> None:
+        try:
+            message = decode(received.data)
+        except NotAMessageError as error:
+            self._complain(f"a message of a tester was dropped: {error}")
+            return
+        run = self._run
+        if isinstance(message, Prepare):
+            if self.membership.own.node in message.nodes:
+                self._prepare(message, received.source)
+        elif run is None or getattr(message, "run", None) != run.id:
+            if isinstance(message, React) and message.resource in self._desks:
+                self.say(Forgot(message.run, self.membership.own.node))
+        elif isinstance(message, Abandon):
+            self._forget()
+        elif isinstance(message, React | Fate | Become | RestartResource) and message.resource in self._desks:
+            self._direct(message)
+
+    def _prepare(self, message: Prepare, tester: int) -> None:
+        """Says that it is ready once its answers reach the controller; until then the tester asks again."""
+        run = self._run
+        if run is None or run.id != message.run:
+            if run is not None and run.tester != tester:
+                return  # that one is still there: one of the two leaves
+            try:
+                clock = Clock(0, read_fraction(message.time_scale))
+            except NotAMessageError as error:
+                self._complain(f"a time scale of a tester cannot be used: {error}")
+                return
+            self._run = _AnsweredRun(message.run, clock, message.is_relayed, tester)
+            for desk in self._desks.values():
+                desk.begin(message.run)
+        if all(desk.is_heard for name, desk in self._desks.items() if name not in message.real):
+            self.say(Prepared(message.run, self.membership.own.node))
+
+    def _direct(self, message: React | Fate | Become | RestartResource) -> None:
+        try:
+            self._desks[message.resource].hear_tester(message)
+        except ValueError as error:
+            self._complain(f"a `{message.kind}` of a tester was dropped: {error}")
+
+    def _lose_tester(self, source: int) -> None:
+        if self._run is not None and self._run.tester == source:
+            self._forget()
+
+    def _forget(self) -> None:
+        self._run = None
+        for desk in self._desks.values():
+            desk.begin(None)
+
+
+@dataclass(frozen=True, slots=True)
+class _AnsweredRun:
+    """The run that a tester announced."""
+
+    id: str
+    clock: Clock
+    is_relayed: bool
+    tester: int
+
+
+@dataclass(slots=True)
+class _PendingRequest:
+    """A request: who sent it, once it is here, and what becomes of each copy of it, once that is decided.
+
+    `number` tells it from all others of the resource, those of other runs among them.
+    """
+
+    id: Correlation
+    number: int
+    source: int | None = None
+    reaction: Reaction | None = None
+    copies: tuple[int, ...] = ()
+    is_cancelled: bool = False
+
+
+@dataclass(slots=True)
+class _Answer:
+    """A reply whose fate is awaited."""
+
+    request: Correlation
+    text: str
+
+
+@dataclass(slots=True)
+class _RequestProgress:
+    """What is true of a resource in one run."""
+
+    resource: SimulatedResource
+    requests: dict[Correlation, _PendingRequest] = field(default_factory=dict)
+    numbered: dict[int, _PendingRequest] = field(default_factory=dict)
+    last: int = 0
+    answers: dict[int, _Answer] = field(default_factory=dict)
+    jobs: int = 0
+
+    def request(self, known_as: Correlation) -> _PendingRequest:
+        """What is known of a request, if only that there is one."""
+        if known_as not in self.requests:
+            self.last += 1
+            self.requests[known_as] = self.numbered[self.last] = _PendingRequest(known_as, self.last)
+        return self.requests[known_as]
+
+    def forget_oldest(self, most: int) -> None:
+        """Remembers so many requests at most; what is worked on for older ones is given up."""
+        while len(self.requests) > most:
+            oldest = self.requests.pop(next(iter(self.requests)))
+            del self.numbered[oldest.number]
+            self.resource.cancel(oldest.number)
+
+
+class _RequestQueue:
+    """Where the messages of one resource come and go."""
+
+    def __init__(self, node: ResourcesNode, bus: Bus, topics: CellTopics, resource: Resource) -> None:
+        self._node = node
+        self._resource = resource
+        self._run: str | None = None
+        self._early: dict[Correlation, int] = {}
+        self._state = _RequestProgress(SimulatedResource(resource.name))
+        self._unheard: list[str] = []
+        self._replies = bus.publisher(topics.reply(resource.name), self._matched)
+        self._topic = topics.request(resource.name).name
+        self._requests = bus.subscribe(topics.request(resource.name), self._hear_controller, left=self._lose_controller)
+
+    @property
+    def is_heard(self) -> bool:
+        """Whether a controller reaches the resource, and its answers the controller."""
+        return bool(self._requests.peers and self._replies.peers)
+
+    def begin(self, run: str | None) -> None:
+        """Forgets everything; what came for this run already is what it begins with."""
+        self._state = _RequestProgress(SimulatedResource(self._resource.name))
+        self._run = run
+        self._unheard.clear()
+        early, self._early = self._early, {}
+        for request, source in early.items():
+            if request.run == run:
+                self._take(request, source)
+
+    # the controller
+
+    def _hear_controller(self, received: Received) -> None:
+        try:
+            request, is_cancel = _read_request(received.data)
+        except NotAMessageError as error:
+            self._node.complain(f"a message on `{self._topic}` was dropped: {error}")
+            return
+        if is_cancel:
+            self._early.pop(request, None)
+            if not self._is_relayed(request):
+                self._give_up(request)
+        elif self._run is not None and request.run == self._run:
+            self._take(request, received.source)
+        elif is_of_tester(request.run):
+            if len(self._early) < _MAX_WAITING:  # its run is announced soon
+                self._early[request] = received.source
+            else:
+                self._node.complain(f"{id_text(request)} was dropped: too many requests of runs that are not announced")
+        else:
+            self._state.forget_oldest(_MAX_WAITING)  # nobody says when such a client has asked for the last time
+            self._take(request, received.source)
+            self._decide(request, self._node.react(self._resource), AT_ONCE)
+
+    def _is_relayed(self, request: Correlation) -> bool:
+        """Whether the tester decides how its messages travel."""
+        run = self._node.run
+        return run is not None and run.is_relayed and run.id == request.run
+
+    def _take(self, request: Correlation, source: int) -> None:
+        taken = self._state.request(request)
+        if taken.source is None:  # nothing is done twice
+            taken.source = source
+            self._work_on(taken)
+
+    def _lose_controller(self, source: int) -> None:
+        """The requests of a controller that is gone are forgotten; not those of a person, who may leave at once."""
+        for request in list(self._state.requests.values()):
+            if request.source == source and is_of_tester(request.id.run):
+                self._give_up(request.id)
+        self._early = {request: other for request, other in self._early.items() if other != source}
+
+    def _give_up(self, request: Correlation) -> None:
+        """Nobody waits for it any more, even if it is still to be decided what becomes of it."""
+        if request in self._state.requests:
+            self._state.requests[request].is_cancelled = True
+            self._cancel(request)
+
+    def _cancel(self, request: Correlation) -> None:
+        self._state.resource.cancel(self._state.request(request).number)
+
+    # the tester
+
+    def hear_tester(self, message: React | Fate | Become | RestartResource) -> None:
+        """What the tester decided."""
+        resource = self._state.resource
+        if isinstance(message, React | Fate) and len(message.copies) > _MAX_COPIES:
+            raise ValueError(f"more than {_MAX_COPIES} copies of one message")
+        match message:
+            case React():
+                self._react(message)
+            case Fate():
+                self._travel(message)
+            case Become():
+                condition = Condition(ConditionKind(message.condition), read_fraction(message.factor))
+                for job, latency_ns in resource.become(condition):
+                    self._begin(job, latency_ns, self._state.numbered[job.request].id)
+            case RestartResource():
+                resource.downs = int(message.is_down)
+                resource.forget()
+
+    def _react(self, message: React) -> None:
+        measured = None if message.measured is None else tuple(message.measured.items())
+        reaction = Reaction(message.resource, Outcome(message.outcome), message.latency_ns, measured)
+        self._decide(Correlation(message.run, message.request), reaction, message.copies)
+
+    def _decide(self, request: Correlation, reaction: Reaction, copies: tuple[int, ...]) -> None:
+        taken = self._state.request(request)
+        if taken.reaction is None:
+            taken.reaction, taken.copies = reaction, copies
+            self._work_on(taken)
+
+    def _work_on(self, taken: _PendingRequest) -> None:
+        """Begins when both are there: the request, and what becomes of it."""
+        reaction = taken.reaction
+        if taken.source is None or reaction is None:
+            return
+        for delay_ns in taken.copies:
+            self._after(delay_ns, lambda: self._arrive(taken.id, reaction))
+
+    def _arrive(self, request: Correlation, reaction: Reaction) -> None:
+        taken = self._state.request(request)
+        if taken.is_cancelled:
+            return
+        begun = self._state.resource.receive(taken.number, reaction)
+        self._node.tell(f"{self._resource.name} gets {id_text(request)}")
+        if begun is not None:
+            self._begin(*begun, request)
+
+    # answers
+
+    def _begin(self, job: Job, latency_ns: int, request: Correlation) -> None:
+        self._after(latency_ns, lambda: self._finish(job, request))
+
+    def _finish(self, job: Job, request: Correlation) -> None:
+        state = self._state
+        if not state.resource.finish(job):
+            return
+        measured = dict(job.reaction.measured or ()) if job.succeeds else {}
+        said: dict[str, Any] = {"id": id_text(request), "succeeded": job.succeeds}
+        text = json.dumps({**said, "measured": measured} if measured else said, ensure_ascii=False)
+        self._node.tell(f"{self._resource.name} answers {id_text(request)}: {_word(job)}")
+        if not self._is_relayed(request):
+            self._answer(request, text)
+            return
+        state.jobs += 1
+        state.answers[state.jobs] = _Answer(request, text)
+        self._node.say(Answering(request.run, request.number, self._resource.name, state.jobs))
+
+    def _travel(self, fate: Fate) -> None:
+        if not fate.job:
+            for delay_ns in fate.copies:
+                self._after(delay_ns, lambda: self._cancel(Correlation(fate.run, fate.request)))
+            return
+        answer = self._state.answers.pop(fate.job, None)
+        if answer is not None:
+            for delay_ns in fate.copies:
+                self._after(delay_ns, lambda: self._answer(answer.request, answer.text))
+
+    def _answer(self, request: Correlation, text: str) -> None:
+        """Says it to the controller once that hears it: who comes in the middle of a run may be asked before that."""
+        if self._replies.peers or not is_of_tester(request.run):
+            self._replies.publish(text)
+        elif len(self._unheard) < _MAX_WAITING:
+            self._unheard.append(text)
+        else:
+            self._node.complain(f"the answer to {id_text(request)} was dropped: too many that nobody hears")
+
+    def _matched(self, _: int) -> None:
+        if self._replies.peers:
+            unheard, self._unheard = self._unheard, []
+            for text in unheard:
+                self._replies.publish(text)
+
+    def _after(self, delay_ns: int, work: Callable[[], None]) -> None:
+        """Does some work after a time of the run, if that is not over by then."""
+        state = self._state
+        self._node.later(delay_ns, lambda: work() if state is self._state else None)
+
+
+def _word(job: Job) -> str:
+    return "succeeded" if job.succeeds else "failed"
+
+
+def _read_request(text: object) -> tuple[Correlation, bool]:
+    """A request, and whether it is cancelled. Raises `NotAMessageError`."""
+    data = read_object(text)
+    request = read_id(data.get("id"))
+    if data.keys() == {"id", "cancel"} and data["cancel"] is True:
+        return request, True
+    if data.keys() == {"id", "request"} and isinstance(data["request"], dict):
+        return request, False
+    raise NotAMessageError('a request is {"id": …, "request": {…}} or {"id": …, "cancel": true}')

@@ -1,0 +1,314 @@
+"""A tester and its cell, for those that run cases one by one and have no event loop."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+from dataclasses import replace
+from threading import current_thread, main_thread
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
+
+from scbm.nodes.buses.loopback import LoopbackHub
+from scbm.nodes.roles.cell_topics import NodeContext, new_status
+from scbm.nodes.roles.controller import ControllerNode
+from scbm.nodes.roles.node_process import AbsenceWatch
+from scbm.nodes.roles.readiness import Lack, NotReadyError, Reason
+from scbm.nodes.roles.resources_node import ResourcesNode
+from scbm.nodes.roles.tester_node import LostError, TesterNode
+from scbm.running.simulation import PlainReactions
+
+if TYPE_CHECKING:
+    from collections.abc import Awaitable, Callable, Coroutine
+    from fractions import Fraction
+    from types import TracebackType
+
+    from scbm.cases import Case
+    from scbm.model import BehaviorModel
+    from scbm.nodes.buses.bus import Bus
+    from scbm.nodes.node_messages import Status
+    from scbm.nodes.roles.child_processes import Children
+    from scbm.nodes.roles.tester_node import NodeRun
+    from scbm.running import RunnerOptions
+    from scbm.running.simulation import Choices
+
+T = TypeVar("T")
+
+
+class Cell(Protocol):
+    """What a tester finds itself in."""
+
+    async def open(self, model: BehaviorModel, complain: Callable[[str], None]) -> Bus:
+        """Joins it."""
+        ...
+
+    @property
+    def is_own(self) -> bool:
+        """Whether all of its nodes are begun here."""
+        ...
+
+    async def mend(self) -> Bus | None:
+        """Brings back what is lost, as far as that can be done from here. Raises `NotReadyError` if it never can.
+
+        Returns:
+            The bus from now on, if it had to join again.
+        """
+        ...
+
+    async def keep(self) -> None:
+        """Brings back nodes whenever they are lost, until this is cancelled."""
+        ...
+
+    async def close(self) -> None:
+        """Leaves it, and ends what was begun."""
+        ...
+
+
+class LoopbackCell:
+    """Controller and resources in this process."""
+
+    def __init__(self, digest: str) -> None:
+        self._digest = digest
+        self._hub = LoopbackHub()
+        self._nodes: list[ControllerNode | ResourcesNode] = []
+        self._buses: list[Bus] = []
+
+    async def open(self, model: BehaviorModel, complain: Callable[[str], None]) -> Bus:
+        """Makes them."""
+        names = [resource.name for resource in model.resources]
+        seats = []
+        for role, resources in (("controller", []), ("resources", names)):
+            bus = self._hub.join(role)
+            self._buses.append(bus)
+            seats.append(NodeContext(bus, model, new_status(role, model, self._digest, resources), complain))
+        self._nodes = [ControllerNode(seats[0]), ResourcesNode(seats[1], PlainReactions())]
+        own = self._hub.join("tester")
+        self._buses.append(own)
+        return own
+
+    @property
+    def is_own(self) -> bool:
+        """It is."""
+        return True
+
+    async def mend(self) -> None:
+        """Nothing is ever lost."""
+
+    async def keep(self) -> None:
+        """Nothing is ever lost."""
+        await asyncio.Event().wait()
+
+    async def close(self) -> None:
+        """Ends them."""
+        for node in self._nodes:
+            await node.close()
+        for bus in self._buses:
+            await bus.close()
+
+
+class RemoteCell:
+    """Controller and resources in other processes: those of `children`, or whoever is there."""
+
+    def __init__(self, open_bus: Callable[[], Awaitable[Bus]], children: Children | None = None) -> None:
+        self._open_bus = open_bus
+        self._children = children
+        self._bus: Bus | None = None
+        self._watch: AbsenceWatch | None = None
+        self._complain: Callable[[str], None] = lambda _: None
+
+    async def open(self, model: BehaviorModel, complain: Callable[[str], None]) -> Bus:  # noqa: ARG002 - as all cells
+        """Joins first, so that what keeps everybody out is told once."""
+        self._complain = complain
+        bus = await self._join()
+        await self._start_children()
+        return bus
+
+    @property
+    def is_own(self) -> bool:
+        """Whether they are children."""
+        return self._children is not None
+
+    async def mend(self) -> Bus | None:
+        """Starts children that are not there. Raises `NotReadyError` if one of them cannot work.
+
+        Joins again, as a participant that nobody knows, if this process was stopped for so long that others missed it.
+        """
+        is_missed = self._watch is not None and self._watch.has_noticed
+        joined = await self._join_again() if is_missed else None
+        await self._start_children()
+        return joined
+
+    async def _join(self) -> Bus:
+        self._bus = bus = await self._open_bus()
+        self._watch = AbsenceWatch(asyncio.get_running_loop(), lambda: None)  # it is asked before each case
+        return bus
+
+    async def _join_again(self) -> Bus:
+        self._complain("the tester was stopped for a while, and joins again")
+        await self._leave()
+        return await self._join()
+
+    async def _leave(self) -> None:
+        if self._watch is not None:
+            self._watch.close()
+        if self._bus is not None:
+            await self._bus.close()
+
+    async def _start_children(self) -> None:
+        if self._children is None:
+            return
+        if self._children.broken is not None:
+            raise NotReadyError([Reason(Lack.CHILD, self._children.broken)])
+        for ended in await self._children.start():
+            self._complain(f"{ended}, and was started again")
+
+    async def keep(self) -> None:
+        """Starts children again whenever they end."""
+        while self._children is not None:
+            await self._children.one_ends()
+            await self._start_children()
+        await asyncio.Event().wait()
+
+    async def close(self) -> None:
+        """Ends the children."""
+        if self._children is not None:
+            await self._children.end()
+        await self._leave()
+
+
+def _interrupt(*_: object) -> None:
+    """SIGTERM ends what goes on as SIGINT does, also where that is ignored, as of what a script starts with `&`."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    signal.raise_signal(signal.SIGINT)
+
+
+class Session:
+    """Runs cases over nodes. SIGINT ends it by `KeyboardInterrupt`, with the run given up.
+
+    Attributes:
+        complain: gets sentences about what went wrong and is mended.
+        waiting: gets what a case waits for before it begins, once that takes long.
+    """
+
+    def __init__(self, cell: Cell, model: BehaviorModel, digest: str, time_scale: Fraction, wait_s: float) -> None:
+        """Begins with `with`.
+
+        Args:
+            cell: where the nodes are.
+            model: what is tested.
+            digest: its identity.
+            time_scale: how many seconds of a run pass in one of the wall.
+            wait_s: so long nodes may take to come.
+        """
+        self._cell = cell
+        self._model = model
+        self._digest = digest
+        self._time_scale = time_scale
+        self._wait_s = wait_s
+        self._runner = asyncio.Runner()
+        self._tester: TesterNode | None = None
+        self._was_lost = False
+        self._work: asyncio.Task[Any] | None = None
+        self._before: Any = None
+        self.complain: Callable[[str], None] = lambda _: None
+        self.waiting: Callable[[tuple[Reason, ...]], None] = lambda _: None
+
+    def __enter__(self) -> Self:
+        """Joins the cell and waits for all of it. Raises `BusError`, `NotReadyError`."""
+        if current_thread() is main_thread():  # others cannot be interrupted
+            self._before = signal.signal(signal.SIGTERM, _interrupt)
+        try:
+            self._runner.run(self._noted(self._open()))
+        except BaseException:
+            self._close()
+            raise
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self._close()
+
+    @property
+    def real(self) -> tuple[str, ...]:
+        """The resources that are reached at real drivers."""
+        assert self._tester is not None  # noqa: S101 - `with` has opened it
+        return self._tester.real
+
+    def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
+        """Runs a case. Raises `LostError` if it is not finished."""
+        return self._runner.run(self._noted(self._run(case, choices, options)))
+
+    async def _noted(self, work: Coroutine[Any, Any, T]) -> T:
+        self._work = asyncio.current_task()
+        return await work
+
+    async def _open(self) -> None:
+        status = new_status("tester", self._model, self._digest)  # before others begin here: it is older than they
+        bus = await self._cell.open(self._model, self.complain)
+        tester = self._sit(bus, status)
+        await _beside(self._cell.keep(), tester.wait_for_cell(self._wait_s, self.waiting))
+
+    def _sit(self, bus: Bus, status: Status) -> TesterNode:
+        seat = NodeContext(bus, self._model, status, self.complain)
+        self._tester = TesterNode(seat, self._time_scale, is_first=self._cell.is_own)
+        return self._tester
+
+    async def _run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
+        assert self._tester is not None  # noqa: S101 - `with` has opened it
+        tester = self._tester
+        bus = await self._cell.mend()
+        if bus is not None:
+            tester = self._sit(bus, self._status_again(tester.membership.own))
+            self._was_lost = False
+        try:
+            wait_s = 0.0 if self._was_lost else self._wait_s
+            await _beside(self._cell.keep(), tester.wait_for_cell(wait_s, self.waiting))
+        except NotReadyError as error:
+            if tester.membership.rival() is not None:
+                raise
+            self._was_lost = True  # the next case does not wait as long again
+            raise LostError(str(error)) from None
+        self._was_lost = False
+        awaits = any(name in tester.real for name in self._measuring())
+        run = tester.run(case, choices, replace(options, awaits_measurements=awaits))
+        return await _beside(self._cell.keep(), run)
+
+    def _status_again(self, before: Status) -> Status:
+        """Of a tester that joins again. It is as old as before only among its own nodes, which are not older than it.
+
+        Elsewhere another one may have taken its place.
+        """
+        status = new_status("tester", self._model, self._digest)
+        return replace(status, since_ns=before.since_ns) if self._cell.is_own else status
+
+    def _measuring(self) -> list[str]:
+        """The resources that may publish values unasked."""
+        return [resource.name for resource in self._model.resources if resource.measures]
+
+    def _close(self) -> None:
+        self._runner.run(self._leave())
+        self._runner.close()
+        if self._before is not None:
+            signal.signal(signal.SIGTERM, self._before)
+
+    async def _leave(self) -> None:
+        """Gives up first what an exception broke off from outside, as long as there is a bus to say so."""
+        if self._work is not None and not self._work.done():
+            self._work.cancel()
+            await asyncio.wait([self._work])
+        await self._cell.close()
+
+
+async def _beside(help_: Coroutine[Any, Any, None], work: Coroutine[Any, Any, T]) -> T:
+    """What the work returns; help goes on as long as it takes. Raises what either of them raises."""
+    tasks = helping, working = asyncio.ensure_future(help_), asyncio.ensure_future(work)
+    try:
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        if helping.done():
+            helping.result()
+        return working.result()
+    finally:
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)

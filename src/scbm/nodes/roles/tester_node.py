@@ -1,0 +1,511 @@
+"""The tester of a cell: sends cases, decides what resources do, follows the runs (paper, Figure 5)."""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import asdict, dataclass, replace
+from hashlib import sha256
+from typing import TYPE_CHECKING
+
+from scbm.cases.trace import End, MessageDisturbed, ResourceChanged, Trace, write_trace
+from scbm.files import write_case
+from scbm.nodes.buses.bus import BusError
+from scbm.nodes.log.event_json import event_json, read_event
+from scbm.nodes.log.event_log import EventLog, LogStep
+from scbm.nodes.node_messages import (
+    VERSION,
+    Abandon,
+    Answering,
+    Ended,
+    Forgot,
+    Go,
+    NotAMessageError,
+    Prepare,
+    Prepared,
+    Refused,
+    Stepped,
+    decode,
+    encode,
+)
+from scbm.nodes.node_messages import Note as NoteMessage
+from scbm.nodes.roles.cell_topics import GIVEN_UP, CellTopics, new_run
+from scbm.nodes.roles.director import Director
+from scbm.nodes.roles.membership import Membership
+from scbm.nodes.roles.readiness import Lack, NotReadyError, Reason, beyond_reach
+from scbm.nodes.roles.wall_clock import Clock
+from scbm.running import InjectionGiven, Program, RunFinished, Runner, records_of
+from scbm.running.simulation import Simulated
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from fractions import Fraction
+
+    from scbm.cases import Case
+    from scbm.cases.trace import Record
+    from scbm.model import BehaviorModel
+    from scbm.nodes.buses.bus import Received
+    from scbm.nodes.log.event_json import Note
+    from scbm.nodes.node_messages import Become, Fate, Message, React, RestartResource
+    from scbm.nodes.roles.cell_topics import NodeContext
+    from scbm.running import Effect, Event, RunnerOptions
+    from scbm.running.simulation import Choices
+
+_QUIET_S = 1.0
+"""Who is waited for so long is told of."""
+
+_READY_S = 5.0
+"""So long nodes that are there may take to prepare a run."""
+
+_AGAIN_S = 0.1
+"""So long after a node was asked to prepare, it is asked again."""
+
+_SILENT_NS = 3_000_000_000
+"""A controller that says nothing for so long after a deadline of its run has passed is lost, even if it is there."""
+
+
+class LostError(Exception):
+    """A run was not finished; the sentence says why."""
+
+
+@dataclass(frozen=True, slots=True)
+class NodeRun:
+    """What came of a run over nodes.
+
+    Attributes:
+        run: its end and its records, as of a simulated run.
+        log: what happened to the runner and to the requests; a fresh runner makes the same records of it.
+    """
+
+    run: Simulated
+    log: EventLog
+
+
+class TesterNode:
+    """Runs cases in a cell, one by one.
+
+    Attributes:
+        program: the compiled model.
+        complain, now_ns: those of its seat.
+    """
+
+    __test__ = False  # its name looks to pytest like that of a class of tests
+
+    def __init__(self, seat: NodeContext, time_scale: Fraction, *, is_first: bool = False) -> None:
+        """On the running event loop.
+
+        Args:
+            seat: where it is.
+            time_scale: how many seconds of a run pass in one of the wall.
+            is_first: whether the others are started for this one: those that are older are not its own.
+        """
+        bus, model = seat.bus, seat.model
+        self._bus = bus
+        self._model = model
+        self.complain = seat.complain
+        self.now_ns = seat.now_ns
+        self._time_scale = time_scale
+        self._is_first = is_first
+        self.program = Program(model)
+        self._resources = {resource.name: resource for resource in model.resources}
+        self._topics = topics = CellTopics.of(model)
+        self._run: _DirectedRun | None = None
+        self._told: tuple[str, ...] = ()
+        self._changed = asyncio.Event()
+        self.membership = Membership(bus, topics, seat.status)
+        self.membership.changed = self._look
+        self._to_all = bus.publisher(topics.case)
+        bus.subscribe(topics.run, self._hear, left=self._lose)
+        bus.subscribe(topics.simulated, self._hear)
+
+    # the cell
+
+    @property
+    def real(self) -> tuple[str, ...]:
+        """The resources that are reached at real drivers."""
+        controller = self.membership.controller()
+        return () if controller is None else controller.resources
+
+    async def wait_for_cell(
+        self, wait_s: float, waiting: Callable[[tuple[Reason, ...]], None] = lambda _: None
+    ) -> None:
+        """Waits until everybody is there. Raises `NotReadyError` with all that is missing or wrong then.
+
+        Args:
+            wait_s: so long they may take.
+            waiting: gets what is missing after a second, and again whenever that changes.
+        """
+        try:
+            async with asyncio.timeout(wait_s):
+                await self._wait(waiting)
+        except TimeoutError:
+            pass
+        reasons = self._wrong() or self._missing()
+        if reasons:
+            raise NotReadyError(reasons)
+
+    async def _wait(self, waiting: Callable[[tuple[Reason, ...]], None]) -> None:
+        loop = asyncio.get_running_loop()
+        told: tuple[Reason, ...] = ()
+        late = asyncio.Event()
+        timers = [loop.call_later(_QUIET_S, wake) for wake in (late.set, self._changed.set)]
+        try:
+            while (missing := self._missing()) and not self._wrong():
+                if late.is_set() and missing != told:
+                    waiting(missing)
+                    told = missing
+                self._changed.clear()
+                await self._changed.wait()
+        finally:
+            for timer in timers:
+                timer.cancel()
+
+    def _wrong(self) -> tuple[Reason, ...]:
+        """What no waiting mends."""
+        rival = self.membership.rival()
+        reasons = [] if rival is None else [Reason(Lack.RIVAL, f"another tester is at work: {rival.words}")]
+        if self.real and self._time_scale != 1:
+            message = f"`{self.real[0]}` is real, and cannot be made faster: no time scale goes with it"
+            reasons.append(Reason(Lack.TIME_SCALE, message))
+        controller = self.membership.controller()
+        reasons += [Reason(Lack.DRIVER, message) for message in (controller.mismatched if controller else ())]
+        there = [controller, *map(self.membership.node_of, self._simulated())]
+        for other in filter(None, dict.fromkeys(there)):
+            node = self.words_of(other.node)
+            if self._is_first and other.since_ns < self.membership.own.since_ns:
+                reasons.append(Reason(Lack.FOREIGN, f"{node} is somebody else's: {other.words}"))
+            elif other.version != VERSION:
+                message = f"{node} speaks version {other.version}, this scbm version {VERSION}: {other.words}"
+                reasons.append(Reason(Lack.VERSION, message))
+            elif other.digest != self.membership.own.digest:
+                reasons.append(Reason(Lack.MODEL, f"{node} has another version of the model: {other.words}"))
+        return tuple(reasons)
+
+    def _missing(self) -> tuple[Reason, ...]:
+        """Who is not there."""
+        controller = self.membership.controller()
+        names = tuple(name for name in self._simulated() if not self.membership.node_of(name))
+        if controller is None:
+            alone = self._bus.why_alone(self._topics.status)
+            strangers = (*self.membership.strangers, *(() if alone is None else (alone.why,)))
+            first = Reason(Lack.CONTROLLER, f"no controller of `{self._model.name}`", names)
+            return (first, *(Reason(Lack.STRANGER, message) for message in strangers))
+        troubles = tuple(Reason(Lack.DRIVER, message) for message in controller.troubles)
+        if not names:
+            return troubles
+        message = f"nobody simulates {', '.join(f'`{name}`' for name in names)}"
+        return (*troubles, Reason(Lack.RESOURCES, message, names))
+
+    def _simulated(self) -> list[str]:
+        return [name for name in self._resources if name not in self.real]
+
+    def simulating(self) -> dict[str, tuple[str, ...]]:
+        """The ids of the nodes that simulate resources, and what each has."""
+        found = map(self.membership.node_of, self._simulated())
+        return {other.node: other.resources for other in found if other is not None}
+
+    def _look(self) -> None:
+        """Somebody came or went."""
+        self._changed.set()
+        if self._run is not None:
+            self._run.look()
+            if self._run.is_going and self.membership.controller() is not None:
+                self._tell_lacks()
+
+    def _tell_lacks(self) -> None:
+        """Resources that are lost in a run are told of once: the run goes on, and may wait for them for long."""
+        lacks = self.lacks()
+        for message in lacks:
+            if message not in self._told:
+                self.complain(f"{message}; the run goes on, by the deadlines of the model")
+        if self._told and not lacks:
+            self.complain("all resources are there again")
+        self._told = lacks
+
+    def lacks(self) -> tuple[str, ...]:
+        """Which resources are not there, as far as the controller is."""
+        return tuple(r.message for r in self._missing() if r.lack in (Lack.RESOURCES, Lack.DRIVER))
+
+    # runs
+
+    async def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
+        """Runs a case. Raises `LostError` if it is not finished, whatever the reason."""
+        if (why := beyond_reach(case, self._model, self.real)) is not None:
+            raise LostError(f"the case {why}")
+        run = _DirectedRun(self, case, choices, options, self._time_scale)
+        self._run = run
+        self._told = ()
+        try:
+            return await run.finish()
+        except (LostError, asyncio.CancelledError):
+            self.say(Abandon(run.id))
+            raise
+        finally:
+            run.close()
+            self._run = None
+
+    def expected(self) -> tuple[str, ...]:
+        """The ids of the nodes that have to be ready."""
+        controller = self.membership.controller()
+        return (*(() if controller is None else (controller.node,)), *self.simulating())
+
+    def why_not(self) -> str | None:
+        """Why no run can take place now, in a clause."""
+        return next((reason.message for reason in (*self._wrong(), *self._missing())), None)
+
+    def say(self, message: Prepare | Go | NoteMessage | Abandon | React | Fate | Become | RestartResource) -> None:
+        """To all; a run of which the bus does not take a message is lost."""
+        try:
+            self._to_all.publish(encode(message))
+        except BusError as error:
+            self.complain(f"a `{message.kind}` is lost: {error.message}")
+            if self._run is not None:
+                self._run.fail("a message of the tester could not be sent")
+
+    def words_of(self, node: str) -> str:
+        """A node, for people."""
+        for other in self.membership.others:
+            if other.node == node:
+                return "the controller" if other.role == "controller" else f"the node of {', '.join(other.resources)}"
+        return "a node that is gone"
+
+    @property
+    def model(self) -> BehaviorModel:
+        """What is tested."""
+        return self._model
+
+    # what comes
+
+    def _hear(self, received: Received) -> None:
+        try:
+            message = decode(received.data)
+        except NotAMessageError as error:
+            self.complain(f"a message was dropped: {error}")
+            return
+        run = self._run
+        if run is not None and getattr(message, "run", None) == run.id:
+            run.hear(message, received)
+
+    def _lose(self, source: int) -> None:
+        if self._run is not None:
+            self._run.lose(source)
+
+
+class _DirectedRun:
+    """One run: its double of the runner makes the records of the controller's steps."""
+
+    def __init__(
+        self, node: TesterNode, case: Case, choices: Choices, options: RunnerOptions, time_scale: Fraction
+    ) -> None:
+        self.id = new_run()
+        self.is_going = False
+        self._node = node
+        self._case = case
+        self._options = options
+        self._scale = time_scale
+        self._runner = Runner(node.program, case.initial, options)
+        resources = {resource.name: resource for resource in node.model.resources}
+        self._real = tuple(name for name in resources if name in node.real)
+        self._director = Director(self.id, resources, self._real, choices, self)
+        self._loop = asyncio.get_running_loop()
+        self._done: asyncio.Future[Ended] = self._loop.create_future()
+        self._ready: dict[str, bool] = {}
+        self._all_ready = asyncio.Event()
+        self._controller: int | None = None
+        self._clock = Clock(0, time_scale)
+        self._timers: list[asyncio.TimerHandle] = []
+        self._watch: asyncio.TimerHandle | None = None
+        self._records: list[Record] = []
+        self._steps: list[LogStep] = []
+        self._finished: RunFinished | None = None
+        self._again: asyncio.TimerHandle | None = None
+
+    async def finish(self) -> NodeRun:
+        """Prepares everybody, lets the run go, and waits until it has ended. Raises `LostError`."""
+        await self._prepare()
+        self.is_going = True
+        self._node.say(Go(self.id))
+        self._arm_watch(_SILENT_NS)
+        ended = await self._done
+        finished = self._finished
+        if finished is None or ended.steps != len(self._steps):
+            raise LostError("steps of the controller did not arrive")
+        records = tuple(self._records)
+        model = self._node.model
+        digest = sha256(write_trace(Trace(model.name, self._case.name, records)).encode()).hexdigest()
+        if digest != ended.trace:
+            raise LostError("the steps of the controller do not give the trace that it has")
+        if finished.end is not End.REACHED and (lacks := self._node.lacks()):
+            raise LostError(lacks[0])
+        log = EventLog(
+            model.name,
+            self._node.membership.own.digest,
+            self._case,
+            self._options,
+            self._scale,
+            self._real,
+            tuple(self._steps),
+            self._director.reactions(records),
+            finished.end,
+            digest,
+        )
+        return NodeRun(Simulated(finished.end, self._steps[-1].at_ns, records), log)
+
+    def close(self) -> None:
+        """Nothing is waited for any more."""
+        self.is_going = False
+        for timer in self._timers:
+            timer.cancel()
+        for pending in (self._watch, self._again):
+            if pending is not None:
+                pending.cancel()
+        self._done.cancel()
+
+    async def _prepare(self) -> None:
+        """Nothing has begun yet: whoever goes meanwhile is waited for, and whoever comes takes part."""
+        text = write_case(self._case, self._node.model, None)
+        relayed = self._director.is_relayed
+        prepare = Prepare(self.id, (), text, asdict(self._options), str(self._scale), relayed, self._real)
+        self.look()
+        self._say_until_ready(prepare)
+        try:
+            async with asyncio.timeout(_READY_S):
+                await self._all_ready.wait()
+        except TimeoutError:
+            silent = [self._node.words_of(node) for node, is_ready in self._ready.items() if not is_ready]
+            raise LostError(self._node.why_not() or f"{', '.join(silent)} did not prepare the run") from None
+        if self._done.done():
+            self._done.result()
+
+    def _say_until_ready(self, prepare: Prepare) -> None:
+        """Again and again: a node may be known before it hears, and one may come back in the middle of the run."""
+        nodes = tuple(node for node, is_ready in self._ready.items() if not is_ready)
+        if nodes:
+            self._node.say(replace(prepare, nodes=nodes))
+        self._again = self._loop.call_later(_AGAIN_S, self._say_until_ready, prepare)
+
+    def look(self) -> None:
+        """Somebody came or went: whoever is there has to be ready, resources in the middle of the run too."""
+        rival = self._node.membership.rival()
+        if rival is not None:
+            self.fail(f"another tester is at work: {rival.words}")
+        self._look_at_real()
+        expected = self._node.simulating() if self.is_going else self._node.expected()
+        self._ready = {node: self._ready.get(node, False) for node in expected}
+        self._see_who_is_ready()
+
+    def _look_at_real(self) -> None:
+        """Nothing is decided for real resources, so they are the same from the beginning."""
+        is_led = self._node.membership.controller() is not None
+        if is_led and not self.is_going and set(self._node.real) != set(self._real):
+            self.fail("another controller came, with other real resources")
+
+    def _see_who_is_ready(self) -> None:
+        if self._controller is not None and all(self._ready.values()) and self._node.why_not() is None:
+            self._all_ready.set()
+
+    # the stage of the director
+
+    def tell(self, message: React | Fate | Become | RestartResource) -> None:
+        """To the node that simulates the resource."""
+        self._node.say(message)
+
+    def note(self, record: Note) -> None:
+        """Into the trace."""
+        self._node.say(NoteMessage(self.id, event_json(record)))
+
+    # what comes
+
+    def hear(self, message: Message, received: Received) -> None:
+        """Something of this run came."""
+        match message:
+            case Prepared(node=node):
+                self._be_ready(node, received.source)
+            case Refused(node=node, why=why):
+                self.fail(f"{self._node.words_of(node)} refused the run: {why}")
+            case Forgot(node=node) if node in self._ready:
+                self._ready[node] = False
+            case Stepped():
+                self._step(message, received.stamp_ns)
+            case Answering():
+                self._answering(message, received.stamp_ns)
+            case Ended() if not self._done.done():
+                self._done.set_result(message)
+            case _:
+                pass
+
+    def _answering(self, message: Answering, stamp_ns: int) -> None:
+        try:
+            self._director.answering(message, self._clock.of_run_ns(stamp_ns))
+        except ValueError as error:
+            self._node.complain(f"a message was dropped: {error}")
+
+    def _be_ready(self, node: str, source: int) -> None:
+        if self._ready.get(node, True):
+            return
+        self._ready[node] = True
+        controller = self._node.membership.controller()
+        if controller is not None and controller.node == node:
+            self._controller = source
+        if self.is_going:
+            self._director.tell_again(self._node.simulating()[node])
+        self._see_who_is_ready()
+
+    def lose(self, source: int) -> None:
+        """A controller is gone."""
+        if source == self._controller:
+            self._controller = None
+            if self.is_going:
+                self.fail("the controller was lost")
+
+    def fail(self, why: str) -> None:
+        """The run is lost; `why` is a clause."""
+        self._all_ready.set()
+        if not self._done.done():
+            self._done.set_exception(LostError(why))
+
+    def _step(self, message: Stepped, stamp_ns: int) -> None:
+        if self._done.done():
+            return
+        if message.number != len(self._steps) + 1:
+            self.fail("a step of the controller did not arrive")
+            return
+        if not self._steps:
+            self._begin(stamp_ns)
+        try:
+            event = read_event(message.event, self._node.model, message.at_ns)
+            self._follow(message.at_ns, event)
+        except ValueError as error:
+            self.fail(f"a step of the controller makes no sense: {error}")
+            return
+        if isinstance(event, InjectionGiven) and event.injection.name == GIVEN_UP:
+            self.fail("the controller gave it up")
+        deadline_ns = self._runner.deadline_ns
+        if deadline_ns is not None:
+            self._arm_watch(self._clock.wall_ns(deadline_ns) - self._node.now_ns() + _SILENT_NS)
+
+    def _follow(self, at_ns: int, event: Event | Note) -> None:
+        self._steps.append(LogStep(at_ns, event))
+        if isinstance(event, MessageDisturbed | ResourceChanged):
+            effects: list[Effect] = [event]
+        else:
+            effects = self._runner.handle(event, at_ns)
+        self._records += records_of(effects)
+        self._finished = next((effect for effect in effects if isinstance(effect, RunFinished)), self._finished)
+        self._director.follow(effects, at_ns)
+
+    def _begin(self, stamp_ns: int) -> None:
+        """The controller let the run begin about now: what the case says of resources at times is due then."""
+        self._clock = Clock(stamp_ns, self._scale)
+        for restart in self._case.network.restarts:
+            self._at(restart.at_ns, restart.resource, is_down=True)
+            self._at(restart.at_ns + restart.for_ns, restart.resource, is_down=False)
+
+    def _at(self, at_ns: int, resource: str, *, is_down: bool) -> None:
+        when = self._clock.wall_ns(at_ns) / 1e9
+        work = lambda: self._director.restart(resource, is_down=is_down)  # noqa: E731 - a keyword that call_at cannot give
+        self._timers.append(self._loop.call_at(when, work))
+
+    def _arm_watch(self, wait_ns: int) -> None:
+        if self._watch is not None:
+            self._watch.cancel()
+        self._watch = self._loop.call_later(wait_ns / 1e9, self.fail, "the controller says nothing any more")

@@ -1,0 +1,155 @@
+"""Drives one runner in wall time (decision 26).
+
+What happens is given to it with the time at which it came; a deadline passes at its own time, before all that came
+later. The runner itself is the one of simulations, and knows nothing of clocks.
+
+The time of a run: wall time since it began, some times faster (decision 26).
+"""
+
+from __future__ import annotations
+
+import asyncio
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, Protocol
+
+from scbm.cases.trace import MessageDisturbed, ResourceChanged
+from scbm.running import AskPlan, CancelRequest, RunFinished, SendRequest, TimePassed, records_of
+
+if TYPE_CHECKING:
+    from scbm.cases.trace import Record
+    from scbm.nodes.log.event_json import Note
+    from scbm.running import Event, Runner
+
+
+class Surroundings(Protocol):
+    """What a driver does with what its runner wants."""
+
+    def send(self, request: SendRequest) -> None:
+        """The request goes to its resource."""
+        ...
+
+    def cancel(self, request: CancelRequest) -> None:
+        """The resource learns that nobody waits for the request."""
+        ...
+
+    def plan(self, asked: AskPlan) -> None:
+        """A plan is wanted; the answer is given to the driver when it is there."""
+        ...
+
+    def stepped(self, at_ns: int, event: Event | Note, records: tuple[Record, ...]) -> None:
+        """The runner was given an event, or the trace a note, at a time of the run; these records came of it."""
+        ...
+
+    def finished(self, end: RunFinished) -> None:
+        """The run is over."""
+        ...
+
+
+class Driver:
+    """Gives events to one runner, and arms one timer for the deadline that it answers."""
+
+    def __init__(self, runner: Runner, clock: Clock, surroundings: Surroundings) -> None:
+        """On the running event loop. The runner is new, and its time that of `clock`."""
+        self._runner = runner
+        self._clock = clock
+        self._surroundings = surroundings
+        self._loop = asyncio.get_running_loop()
+        self._timer: asyncio.Handle | None = None
+        self._now_ns = 0
+        self._is_over = False
+
+    def give(self, event: Event | Note, stamp_ns: int) -> None:
+        """Something happened, at a reading of `time.monotonic_ns`; nothing does once the run is over."""
+        at_ns = self._clock.of_run_ns(stamp_ns)
+        self._pass_deadlines(at_ns)
+        if not self._is_over:
+            self._step(event, max(at_ns, self._now_ns))
+            self._arm()
+
+    def close(self) -> None:
+        """Nothing happens any more."""
+        self._is_over = True
+        self._disarm()
+
+    def _pass_deadlines(self, at_ns: int) -> None:
+        """Deadlines before a time pass, each at its own."""
+        while not self._is_over:
+            deadline_ns = self._runner.deadline_ns
+            if deadline_ns is None or deadline_ns >= at_ns:
+                return
+            self._step(TimePassed(), max(deadline_ns, self._now_ns))
+
+    def _step(self, event: Event | Note, at_ns: int) -> None:
+        self._now_ns = at_ns
+        if isinstance(event, MessageDisturbed | ResourceChanged):
+            noted = replace(event, at_ns=at_ns)
+            self._surroundings.stepped(at_ns, noted, (noted,))
+            return
+        effects = self._runner.handle(event, at_ns)
+        records = records_of(effects)
+        self._surroundings.stepped(at_ns, event, records)
+        finished = None
+        for effect in effects:
+            match effect:
+                case SendRequest():
+                    self._surroundings.send(effect)
+                case CancelRequest():
+                    self._surroundings.cancel(effect)
+                case AskPlan():
+                    self._surroundings.plan(effect)
+                case RunFinished():
+                    finished = effect
+                case _:
+                    pass  # records; and the conditions of simulated resources, which are the tester's
+        if finished is not None:  # last of all: automatic transitions may still send something behind the end
+            self.close()
+            self._surroundings.finished(finished)
+
+    # the timer
+
+    def _arm(self) -> None:
+        self._disarm()
+        deadline_ns = self._runner.deadline_ns
+        if deadline_ns is not None and not self._is_over:
+            when = self._clock.wall_ns(deadline_ns) / 1e9  # the loop's own time is that of the same clock
+            self._timer = self._loop.call_at(when, self._let_others_first, deadline_ns)
+
+    def _disarm(self) -> None:
+        if self._timer is not None:
+            self._timer.cancel()
+            self._timer = None
+
+    def _let_others_first(self, deadline_ns: int) -> None:
+        """What came before the deadline may stand in the loop's queue behind the timer."""
+        self._timer = self._loop.call_soon(self._pass, deadline_ns)
+
+    def _pass(self, deadline_ns: int) -> None:
+        self._timer = None
+        self._pass_deadlines(deadline_ns + 1)
+        self._arm()
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """Turns readings of `time.monotonic_ns` into time of a run, and back.
+
+    Attributes:
+        start_ns: the reading at which the run began.
+        scale: how many seconds of the run pass in one of the wall; greater than 0.
+    """
+
+    start_ns: int
+    scale: Fraction = Fraction(1)
+
+    def of_run_ns(self, stamp_ns: int) -> int:
+        """The time of the run at a reading; never negative."""
+        return max(0, int((stamp_ns - self.start_ns) * self.scale))
+
+    def wall_ns(self, at_ns: int) -> int:
+        """The first reading at which that time of the run has come."""
+        return self.start_ns - int(-at_ns / self.scale // 1)
+
+    def lasts_ns(self, duration_ns: int) -> int:
+        """How long a duration of the run takes by the wall."""
+        return -int(-duration_ns / self.scale // 1)

@@ -1,0 +1,24 @@
+"""Which states a system of moves can reach, and how far each is from a goal; exactly, and for all states at once.
+
+Imports `model` alone. The engines themselves are imported from `scbm.planning.engines.exploration`: every start of
+`scbm` imports this package, and only large models need them.
+"""
+
+from scbm.planning.engines.distances_on_demand import DistancesOnDemand
+from scbm.planning.engines.engine import Exceeded, ExplorationBound, ExplorationLimits
+from scbm.planning.engines.relevance import may_leave, narrowed, relevant
+from scbm.planning.engines.transition_system import Move, MovePart, Region, TransitionSystem
+
+__all__ = [
+    "DistancesOnDemand",
+    "Exceeded",
+    "ExplorationBound",
+    "ExplorationLimits",
+    "Move",
+    "MovePart",
+    "Region",
+    "TransitionSystem",
+    "may_leave",
+    "narrowed",
+    "relevant",
+]

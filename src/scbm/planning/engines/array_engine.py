@@ -1,0 +1,209 @@
+"""Distances of the states of a sorted array, backwards along the edges between them.
+
+The engine for codes of up to 63 bits: states in sorted arrays, all of one level at once.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from scbm.planning.engines.array_functions import SortedRuns, Vectors, contained, distinct
+from scbm.planning.engines.engine import check_bytes, check_states
+from scbm.planning.engines.reduced_system import StateCodes
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from scbm.planning.engines.array_functions import Codes, Flags, Indices, VectorStep
+    from scbm.planning.engines.conditions import Condition
+    from scbm.planning.engines.engine import ExplorationLimits
+    from scbm.planning.engines.reduced_system import ReducedRegion, ReducedSystem
+
+    Places: TypeAlias = NDArray[np.int32]
+
+_DISTANCE_CHUNK = 1 << 16
+
+_BYTES_OF_EDGE = 32
+"""Both ends, where they are found and where they are joined; then the order of the edges, and their sources in it."""
+
+_BYTES_OF_DISTANCE = 24
+"""Its code, its distance, its first move, and where the edges to it begin."""
+
+_NONE = -1
+"""Instead of a distance, where there is no way; instead of a move, where none leads closer."""
+
+
+class ArrayDistances:
+    """Distances and first moves of all states of a set, at their places in its array."""
+
+    def __init__(self, codes: Codes, goals: Flags, steps: Sequence[VectorStep], limits: ExplorationLimits) -> None:
+        """Makes all edges, unless there is no goal.
+
+        Args:
+            codes: the states, in order; closed under the steps.
+            goals: which of them are goals.
+            steps: the steps, in order.
+            limits: raises `LimitExceededError` if the edges take too much.
+        """
+        self._codes = codes
+        self._steps = steps
+        self._distances = np.where(goals, 0, _NONE).astype(np.int32)
+        self._first = np.full(len(codes), _NONE, np.int32)
+        if goals.any():
+            self._measure(*self._edges_by_target(limits))
+            self._choose()
+
+    def distance(self, code: int) -> int | None:
+        """The fewest moves to the goal; `None` if there is no way."""
+        distance = int(self._distances[self._place(code)])
+        return None if distance == _NONE else distance
+
+    def first_move(self, code: int) -> tuple[int, int] | None:
+        """The first move on the way, and where it leads; `None` at the goal, and where there is no way."""
+        number = int(self._first[self._place(code)])
+        if number == _NONE:
+            return None
+        step = self._steps[number]
+        return step.index, int(step.transfer(np.array([code], np.uint64))[0])
+
+    def _place(self, code: int) -> int:
+        return int(np.searchsorted(self._codes, np.uint64(code)))
+
+    def _edges(self) -> Iterator[tuple[int, Places, Places]]:
+        """For each piece of the array and each step, in order: its number, and where it leads from and to."""
+        for begin in range(0, len(self._codes), _DISTANCE_CHUNK):
+            chunk = self._codes[begin : begin + _DISTANCE_CHUNK]
+            for number, step in enumerate(self._steps):
+                enabled = np.flatnonzero(step.is_enabled(chunk))
+                targets = np.searchsorted(self._codes, step.transfer(chunk[enabled]))
+                yield number, (enabled + begin).astype(np.int32), targets.astype(np.int32)
+
+    def _edges_by_target(self, limits: ExplorationLimits) -> tuple[Places, Indices]:
+        """The sources of all edges in the order of their targets, and where those of each target begin."""
+        found_sources: list[Places] = [np.empty(0, np.int32)]
+        found_targets: list[Places] = [np.empty(0, np.int32)]
+        count = 0
+        for _, sources, targets in self._edges():
+            moving = sources != targets
+            found_sources.append(sources[moving])
+            found_targets.append(targets[moving])
+            count += len(found_sources[-1])
+            check_bytes(count * _BYTES_OF_EDGE + len(self._codes) * _BYTES_OF_DISTANCE, limits)
+        targets = np.concatenate(found_targets)
+        found_targets.clear()
+        begins = np.concatenate(([0], np.cumsum(np.bincount(targets, minlength=len(self._codes)))))
+        order = np.argsort(targets)
+        return np.concatenate(found_sources)[order], begins
+
+    def _measure(self, sources: Places, begins: Indices) -> None:
+        """Level by level, backwards."""
+        level = np.flatnonzero(self._distances == 0)
+        distance = 0
+        while len(level):
+            distance += 1
+            before = sources[_ranges(begins[level], begins[level + 1])]
+            level = distinct(before[self._distances[before] == _NONE])
+            self._distances[level] = distance
+
+    def _choose(self) -> None:
+        """Each state takes the first step that leads closer."""
+        for number, sources, targets in self._edges():
+            distances = self._distances[sources]
+            closer = (distances > 0) & (self._distances[targets] == distances - 1) & (self._first[sources] == _NONE)
+            self._first[sources[closer]] = number
+
+
+def _ranges(begins: Indices, ends: Indices) -> Indices:
+    """All numbers of some ranges, one range after the other."""
+    counts = ends - begins
+    offsets = np.concatenate(([0], np.cumsum(counts)[:-1])) if len(counts) else counts
+    ranges: Indices = np.repeat(begins - offsets, counts) + np.arange(counts.sum())
+    return ranges
+
+
+_CHUNK = 1 << 16
+"""So many states are looked at in one go: enough for an array, and few beside all that are found."""
+
+_BYTES_OF_STATE = 32
+"""A code where it is kept, and three times while runs are merged."""
+
+
+class ArrayEngine:
+    """Explores level by level."""
+
+    def __init__(self, box: ReducedSystem, limits: ExplorationLimits) -> None:
+        self.layout = StateCodes.fields(box.counts)
+        self.limits = limits
+        self.vectors = Vectors(self.layout)
+        self.steps = tuple(map(self.vectors.step, box.steps))
+        self._box = box
+
+    def reach(self) -> ArrayStates:
+        """Level by level; of each level what was found before is left out."""
+        found = SortedRuns()
+        frontier = self._starts()
+        while len(frontier):
+            found.add(frontier)
+            check_states(len(found), self.limits)
+            check_bytes(len(found) * _BYTES_OF_STATE, self.limits)
+            frontier = self._next_level(frontier, found)
+        return ArrayStates(self, found.all())
+
+    def _next_level(self, frontier: Codes, found: SortedRuns) -> Codes:
+        level = SortedRuns()
+        for chunk in chunks(frontier):
+            reached = [step.transfer(chunk[step.is_enabled(chunk)]) for step in self.steps]
+            level.add(level.without(found.without(distinct(np.concatenate([chunk[:0], *reached])))))
+        return level.all()
+
+    def _starts(self) -> Codes:
+        return distinct(np.concatenate([np.empty(0, np.uint64), *map(self._start, self._box.starts)]))
+
+    def _start(self, region: ReducedRegion) -> Codes:
+        """All combinations, of which those are kept in which the condition holds."""
+        codes = np.zeros(1, np.uint64)
+        for stride, values in zip(self.layout.strides, region.values, strict=True):
+            codes = np.add.outer(codes, np.array(values, np.uint64) * np.uint64(stride)).ravel()
+        return codes[self.vectors.test(region.where)(codes)]
+
+
+class ArrayStates:
+    """A set of states, closed under the moves."""
+
+    def __init__(self, engine: ArrayEngine, codes: Codes) -> None:
+        self._engine = engine
+        self._codes = codes
+
+    def __len__(self) -> int:
+        return len(self._codes)
+
+    def __contains__(self, code: object) -> bool:
+        return isinstance(code, int) and bool(contained(np.array([code], np.uint64), self._codes)[0])
+
+    def __iter__(self) -> Iterator[int]:
+        for chunk in chunks(self._codes):
+            yield from chunk.tolist()
+
+    def first(self, condition: Condition) -> int | None:
+        """The least code in which the condition holds."""
+        holds = self._engine.vectors.test(condition)
+        for chunk in chunks(self._codes):
+            if len(holding := chunk[holds(chunk)]):
+                return int(holding[0])
+        return None
+
+    def distances(self, goal: Condition) -> ArrayDistances:
+        """Backwards along all edges between these states."""
+        is_goal = self._engine.vectors.test(goal)
+        goals = np.concatenate([np.empty(0, np.bool_), *map(is_goal, chunks(self._codes))])
+        return ArrayDistances(self._codes, goals, self._engine.steps, self._engine.limits)
+
+
+def chunks(codes: Codes) -> Iterator[Codes]:
+    """An array in pieces that are small beside all that is found."""
+    for begin in range(0, len(codes), _CHUNK):
+        yield codes[begin : begin + _CHUNK]

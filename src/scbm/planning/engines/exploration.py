@@ -1,0 +1,156 @@
+"""The door of the room: questions about all that is reached from some regions. Each has three answers.
+
+First the values that variables can ever have are found (`box`), and what they rule out is answered without a search.
+Then the shape of what is left decides which engine searches.
+
+Which engine searches a box: its shape and the limits decide alone, so that it is the same everywhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from functools import cached_property
+from math import prod
+from typing import TYPE_CHECKING
+
+from scbm.planning.engines.dense_engine import DenseEngine
+from scbm.planning.engines.engine import Exceeded, ExplorationLimits, LimitExceededError, check_states
+from scbm.planning.engines.hash_engine import HashedEngine
+from scbm.planning.engines.reached import Distances, Reached
+from scbm.planning.engines.reduced_system import StateCodes, reduce_system
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from scbm.model import Predicate, StateSpace, Value
+    from scbm.planning.engines.engine import Engine
+    from scbm.planning.engines.reduced_system import ReducedSystem
+    from scbm.planning.engines.transition_system import Region, TransitionSystem
+
+_MAX_BITS = 63
+"""Of a code in an array."""
+
+
+class EngineKind(Enum):
+    """How a box can be searched."""
+
+    DENSE = "the whole box at once, as one integer"
+    ARRAYS = "level by level, in sorted arrays of codes"
+    HASHED = "state by state, in dictionaries"
+
+
+def suited(box: ReducedSystem, limits: ExplorationLimits) -> EngineKind:
+    """The engine that is made for boxes of this shape."""
+    if DenseEngine.suits(box, limits):
+        return EngineKind.DENSE
+    return EngineKind.ARRAYS if StateCodes.fields(box.counts).size <= 1 << _MAX_BITS else EngineKind.HASHED
+
+
+def engine_of(kind: EngineKind, box: ReducedSystem, limits: ExplorationLimits) -> Engine:
+    """An engine for the box. Raises `LimitExceededError` if it would need too much memory from the beginning."""
+    match kind:
+        case EngineKind.DENSE:
+            return DenseEngine(box, limits)
+        case EngineKind.HASHED:
+            return HashedEngine(box, limits)
+        case EngineKind.ARRAYS:
+            # It brings numpy, which takes longer to load than all other rooms, and few systems need it.
+            from scbm.planning.engines.array_engine import ArrayEngine  # noqa: PLC0415
+
+            return ArrayEngine(box, limits)
+
+
+__all__ = ["Distances", "EngineKind", "Exploration", "Found", "Reached", "Unreachable"]
+
+_DEFAULT_LIMITS = ExplorationLimits()
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The predicate holds in a state that is reached.
+
+    Attributes:
+        state: the first such state, by the value of the last variable, then of the one before it, and so on; with the
+            variables that matter.
+    """
+
+    state: Mapping[str, Value]
+
+
+@dataclass(frozen=True, slots=True)
+class Unreachable:
+    """The predicate holds in no state that is reached; this is proved."""
+
+
+class Exploration:
+    """All that moves reach from some regions. Everything is found when it is first asked for, and kept.
+
+    Predicates that are asked for may read variables that matter alone; others raise `KeyError`.
+
+    Attributes:
+        engine: what searches.
+    """
+
+    def __init__(
+        self,
+        system: TransitionSystem,
+        starts: Sequence[Region],
+        observed: Iterable[str] = (),
+        limits: ExplorationLimits = _DEFAULT_LIMITS,
+        engine: EngineKind | None = None,
+    ) -> None:
+        """Finds the values that variables can ever have, and searches nothing yet.
+
+        Args:
+            system: what is explored.
+            starts: the regions to start from; `KeyError` for a value outside of its domain.
+            observed: variables that matter for what will be asked, whatever the moves make of them.
+            limits: how far to go.
+            engine: what searches, if not what suits the shape best; for comparisons.
+        """
+        self._box = reduce_system(system, starts, observed)
+        self._limits = limits
+        self.engine = engine or suited(self._box, limits)
+
+    @property
+    def space(self) -> StateSpace:
+        """The variables that matter, in order; states are told apart by these alone."""
+        return self._box.space
+
+    @cached_property
+    def values(self) -> dict[str, tuple[Value, ...]]:
+        """The values that each variable that matters can ever have; a superset of those that it has."""
+        pairs = zip(self._box.space, self._box.values, strict=True)
+        return {variable.name: tuple(variable.domain.values[i] for i in indices) for variable, indices in pairs}
+
+    @cached_property
+    def reached(self) -> Reached | Exceeded:
+        """All states that are reached."""
+        try:
+            check_states(self._combinations(), self._limits)
+            engine = engine_of(self.engine, self._box, self._limits)
+            return Reached(self._box, engine.layout, engine.reach())
+        except LimitExceededError as error:
+            return error.exceeded
+
+    def find(self, predicate: Predicate) -> Found | Unreachable | Exceeded:
+        """Whether the predicate holds in a state that is reached, and the first such state."""
+        if self._box.condition(predicate) is False:
+            return Unreachable()
+        if isinstance(self.reached, Exceeded):
+            return self.reached
+        state = self.reached.first(predicate)
+        return Unreachable() if state is None else Found(state)
+
+    def distances(self, goal: Predicate) -> Distances | Unreachable | Exceeded:
+        """How far each state that is reached is from the goal; `Unreachable` if the goal holds in none of them."""
+        found = self.find(goal)
+        if not isinstance(found, Found):
+            return found
+        assert isinstance(self.reached, Reached)  # noqa: S101 - where else was it found
+        return self.reached.distances(goal)
+
+    def _combinations(self) -> int:
+        """So many combinations of values the regions have at most."""
+        return sum(prod(map(len, region.values)) for region in self._box.starts)

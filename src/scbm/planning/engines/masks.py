@@ -1,0 +1,113 @@
+"""Conditions as sets of states, of which each is one large integer: bit i stands for the state with code i.
+
+Large integers as sets of numbers, and as numbers of many states at once.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scbm.planning.engines.conditions import Among, Condition, Conjunction, Disjunction, Related
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.planning.engines.reduced_system import StateCodes
+
+_BITS_OF_BYTE = tuple(tuple(bit for bit in range(8) if byte >> bit & 1) for byte in range(256))
+
+
+def holds_bit(members: bytes, number: int) -> bool:
+    """Whether the number is in the set, given as bytes, the least first. An integer would be shifted as a whole."""
+    return bool(members[number >> 3] >> (number & 7) & 1)
+
+
+def codes_of(members: bytes) -> Iterator[int]:
+    """The numbers in the set, in order."""
+    for place, byte in enumerate(members):
+        for bit in _BITS_OF_BYTE[byte]:
+            yield 8 * place + bit
+
+
+class BitPlanes:
+    """A number for each of many states, 0 at first. Plane k is the set of states whose number has bit k.
+
+    Numbers are added to whole sets of states, to each state at most once. After the first look no more are added.
+    """
+
+    def __init__(self, size: int) -> None:
+        self._bytes_of_plane = size // 8 + 1
+        self._planes: list[int] = []
+        self._looked_at: list[bytes] = []
+
+    def add(self, states: int, number: int) -> None:
+        """All these states have this number."""
+        self._planes.extend([0] * (number.bit_length() - len(self._planes)))
+        for k in range(number.bit_length()):
+            if number >> k & 1:
+                self._planes[k] |= states
+
+    def __getitem__(self, code: int) -> int:
+        if len(self._looked_at) < len(self._planes):
+            self._looked_at = [plane.to_bytes(self._bytes_of_plane, "little") for plane in self._planes]
+        return sum(1 << k for k, plane in enumerate(self._looked_at) if holds_bit(plane, code))
+
+
+class Masks:
+    """Makes the masks of a dense layout; all share its width."""
+
+    def __init__(self, layout: StateCodes) -> None:
+        self._layout = layout
+        self.everything = (1 << layout.size) - 1
+
+    def of(self, condition: Condition) -> int:
+        """The states in which the condition holds."""
+        match condition:
+            case bool():
+                return self.everything if condition else 0
+            case Among(variable, allowed, _):
+                return self.among(variable, allowed)
+            case Related():
+                return self._related(condition)
+            case Conjunction(parts):
+                return self._all_of(parts)
+            case Disjunction(parts):
+                return self._any_of(parts)
+
+    def among(self, variable: int, allowed: int) -> int:
+        """The states in which a variable has one of some values: a pattern as long as its values, again and again."""
+        stride, count = self._layout.strides[variable], self._layout.counts[variable]
+        run = (1 << stride) - 1
+        pattern = 0
+        for value in range(count):
+            if allowed >> value & 1:
+                pattern |= run << (value * stride)
+        return _repeated(pattern, count * stride, self._layout.size // (count * stride))
+
+    def _related(self, related: Related) -> int:
+        mask = 0
+        for left in range(len(related.left_values)):
+            if row := related.row(left):
+                mask |= self.among(related.left, 1 << left) & self.among(related.right, row)
+        return mask
+
+    def _all_of(self, parts: tuple[Condition, ...]) -> int:
+        mask = self.everything
+        for part in parts:
+            mask &= self.of(part)
+        return mask
+
+    def _any_of(self, parts: tuple[Condition, ...]) -> int:
+        mask = 0
+        for part in parts:
+            mask |= self.of(part)
+        return mask
+
+
+def _repeated(pattern: int, width: int, times: int) -> int:
+    """The pattern so many times, side by side, by doubling."""
+    if times <= 1:
+        return pattern * times
+    half = _repeated(pattern, width, times // 2)
+    doubled = half | half << (width * (times // 2))
+    return doubled << width | pattern if times % 2 else doubled

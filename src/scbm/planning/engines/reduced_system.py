@@ -1,0 +1,175 @@
+"""The box: a system cut down to the variables that matter and the values that they can ever have.
+
+States as one integer, their code: a sum over the variables of number times stride.
+
+The first variable has the least stride, and no two states have one code. So all layouts of a box order its states
+alike: by the last variable, then by the one before it, and so on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, TypeAlias
+
+from scbm.model import Packing, Predicate, StateSpace
+from scbm.planning.engines.conditions import Condition, allowed, bits_of, restricted, through
+from scbm.planning.engines.delete_relaxation import values_ever
+from scbm.planning.engines.joint_moves import JointMove, identity, restricted_step, steps_of
+from scbm.planning.engines.relevance import narrowed, relevant
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from scbm.model import Value
+    from scbm.planning.engines.transition_system import Region, TransitionSystem
+
+Coordinates: TypeAlias = tuple[int, ...]
+"""For each variable of a box the index of its value among those that it can ever have."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReducedRegion:
+    """A region to start from, in the box: for each variable the numbers of its values, and a condition."""
+
+    values: tuple[tuple[int, ...], ...]
+    where: Condition
+
+
+@dataclass(frozen=True)
+class ReducedSystem:
+    """What an engine explores.
+
+    Attributes:
+        space: the variables that matter, in order, with their whole domains.
+        values: for each of them the indices, in its domain, of the values that it can ever have; in order.
+        names: the names of all moves.
+        steps: the moves that may be possible and change something, in order, over these values.
+        starts: the regions to start from.
+    """
+
+    space: StateSpace
+    values: tuple[tuple[int, ...], ...]
+    names: tuple[str, ...]
+    steps: tuple[JointMove, ...]
+    starts: tuple[ReducedRegion, ...]
+
+    @cached_property
+    def counts(self) -> tuple[int, ...]:
+        """How many values each variable can have."""
+        return tuple(map(len, self.values))
+
+    @cached_property
+    def _packing(self) -> Packing:
+        return Packing(self.space)
+
+    def condition(self, predicate: Predicate) -> Condition:
+        """What the predicate asks of the box. Raises `KeyError` if it reads a variable that is not observed."""
+        whole = through(self._packing.normal_form(predicate), identity(self.space))
+        return restricted(whole, self.values)
+
+    def coordinates(self, state: Mapping[str, Value]) -> Coordinates | None:
+        """Where the state lies; `None` outside of the box. It may have more variables than the space."""
+        found = []
+        for variable, numbers in zip(self.space, self._numbers, strict=True):
+            number = numbers.get(variable.domain.index(state[variable.name]))
+            if number is None:
+                return None
+            found.append(number)
+        return tuple(found)
+
+    @cached_property
+    def _numbers(self) -> tuple[dict[int, int], ...]:
+        return tuple({index: number for number, index in enumerate(indices)} for indices in self.values)
+
+    def state(self, coordinates: Coordinates) -> dict[str, Value]:
+        """The values of the variables that matter."""
+        places = zip(self.space, self.values, coordinates, strict=True)
+        return {variable.name: variable.domain.values[indices[number]] for variable, indices, number in places}
+
+
+def reduce_system(system: TransitionSystem, starts: Sequence[Region], observed: Iterable[str] = ()) -> ReducedSystem:
+    """The box of everything that the moves reach from some regions.
+
+    Args:
+        system: what is explored.
+        starts: where from. Raises `KeyError` for a value outside of its domain, or a variable without values.
+        observed: variables that matter beside those that the moves and the regions read.
+    """
+    space = relevant(system, [*observed, *(name for region in starts for name in region.where.reads())])
+    steps = steps_of(narrowed(system, space))
+    regions = [_whole_region(region, space) for region in starts]
+    values = values_ever(steps, _values_at(regions, space))
+    possible = (restricted_step(step, values) for step in steps)
+    return ReducedSystem(
+        space,
+        values,
+        tuple(move.name for move in system.moves),
+        tuple(step for step in possible if step.guard is not False and step.writes),
+        tuple(_restricted_region(region, values) for region in regions),
+    )
+
+
+def _whole_region(region: Region, space: StateSpace) -> ReducedRegion:
+    """The region over whole domains."""
+    where = through(Packing(space).normal_form(region.where), identity(space))
+    indices = (map(variable.domain.index, region.values[variable.name]) for variable in space)
+    return ReducedRegion(tuple(tuple(dict.fromkeys(found)) for found in indices), where)
+
+
+def _values_at(regions: Sequence[ReducedRegion], space: StateSpace) -> list[int]:
+    """The values of each variable in one of the regions, as bits. All have some, unless there is no state at all."""
+    values = [0 for _ in space]
+    for region in regions:
+        found = [bits_of(indices) & allowed(region.where, variable) for variable, indices in enumerate(region.values)]
+        if all(found) and region.where is not False:
+            values = [known | more for known, more in zip(values, found, strict=True)]
+    return values
+
+
+def _restricted_region(region: ReducedRegion, values: Sequence[tuple[int, ...]]) -> ReducedRegion:
+    numbers = ({index: number for number, index in enumerate(indices)} for indices in values)
+    kept = (tuple(known[i] for i in found if i in known) for known, found in zip(numbers, region.values, strict=True))
+    return ReducedRegion(tuple(kept), restricted(region.where, values))
+
+
+@dataclass(frozen=True, slots=True)
+class StateCodes:
+    """Where each variable lies in a code.
+
+    Attributes:
+        counts: how many values each variable has.
+        strides: what one more of each adds to the code.
+        size: all codes are less.
+    """
+
+    counts: tuple[int, ...]
+    strides: tuple[int, ...]
+    size: int
+
+    @staticmethod
+    def dense(counts: tuple[int, ...]) -> StateCodes:
+        """Without gaps (mixed radix): `size` is the number of states."""
+        strides, size = [], 1
+        for count in counts:
+            strides.append(size)
+            size *= count
+        return StateCodes(counts, tuple(strides), size)
+
+    @staticmethod
+    def fields(counts: tuple[int, ...]) -> StateCodes:
+        """A field of whole bits for each variable: `size` is a power of two."""
+        strides, bits = [], 0
+        for count in counts:
+            strides.append(1 << bits)
+            bits += max(count - 1, 0).bit_length()
+        return StateCodes(counts, tuple(strides), 1 << bits)
+
+    def code(self, coordinates: Coordinates) -> int:
+        """The code of a state."""
+        return sum(number * stride for number, stride in zip(coordinates, self.strides, strict=True))
+
+    def coordinates(self, code: int) -> Coordinates:
+        """The state of a code."""
+        ends = (*self.strides[1:], self.size)
+        return tuple(code % end // stride for stride, end in zip(self.strides, ends, strict=False))

@@ -1,0 +1,109 @@
+"""A model as the planner sees it, on packed integers.
+
+Only variables that planning can tell apart are packed: those that a guard, a goal or an action of another packed
+variable reads. The rest (commands that requests carry, counters of the runner) cannot change what is possible. The
+variables of the runner stand still while a plan is made.
+
+A goal, and the packed task in which it can be told apart.
+
+A model as a system of moves, as the planner sees it.
+
+An operation is one move of two parts (semantics 3.3): enabled in S when `pre.g` holds in S and `post.g` in
+S' = `pre.a`(S); it leads to `post.a`(S').
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+from scbm.model import Packing
+from scbm.planning.engines import Move, MovePart, TransitionSystem, narrowed, relevant
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+    from scbm.model import Action, BehaviorModel, Operation, Predicate, Value
+
+    Step: TypeAlias = Callable[[int], int | None]
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """What is planned for; the state from which is still open.
+
+    Attributes:
+        is_goal: whether the goal holds in a packed state of the task.
+    """
+
+    model: BehaviorModel
+    goal: Predicate
+    task: Task
+    is_goal: Callable[[int], bool]
+
+
+def system_of(model: BehaviorModel) -> TransitionSystem:
+    """The operations as moves, over all variables; those of the runner stand still, at rest, wherever one starts."""
+    return TransitionSystem(model.running_space, tuple(map(_move, model.operations)))
+
+
+def _move(operation: Operation) -> Move:
+    halves = (operation.pre, operation.post)
+    return Move(operation.name, tuple(MovePart(half.g, half.a) for half in halves))
+
+
+_MAX_REMEMBERED = 200_000
+"""States whose successors are kept for the next search on the same task."""
+
+
+class Task:
+    """The packed transition system of a model. Remembers the successors of states it has seen.
+
+    Attributes:
+        packing: the fields of the variables that matter, in the order of the model.
+        operations: the names of the operations, in the order of the model.
+    """
+
+    def __init__(self, model: BehaviorModel, also: Iterable[str] = ()) -> None:
+        """Packs a model; `also` names variables that matter for more than the operations, such as a goal's."""
+        system = system_of(model)
+        self.packing = Packing(relevant(system, also))
+        self.operations = tuple(move.name for move in system.moves)
+        self._steps = tuple(_step(move, self.packing) for move in narrowed(system, self.packing.space).moves)
+        self._seen: dict[int, tuple[tuple[int, int], ...]] = {}
+
+    def pack(self, state: Mapping[str, Value]) -> int:
+        """The state of the world as this task packs it; the runner's variables are at rest, whatever `state` says."""
+        space = self.packing.space
+        return self.packing.pack({v.name: v.initial if v.role.is_runner else state[v.name] for v in space})
+
+    def update(self, actions: Iterable[Action]) -> Step:
+        """Actions as a function of packed states; `None` where they would leave a domain."""
+        return self.packing.update(action for action in actions if action.target in self.packing.space)
+
+    def successors(self, state: int) -> tuple[tuple[int, int], ...]:
+        """Each operation that is enabled, by its index and in order, with the state that it leads to."""
+        known = self._seen.get(state)
+        if known is None:
+            results = ((index, step(state)) for index, step in enumerate(self._steps))
+            known = tuple((index, result) for index, result in results if result is not None)
+            if len(self._seen) < _MAX_REMEMBERED:
+                self._seen[state] = known
+        return known
+
+
+def _step(move: Move, packing: Packing) -> Step:
+    """The move as one step; `None` where it is not enabled or would leave a domain."""
+    pre, post = move.parts
+    pre_holds, post_holds = packing.test(pre.guard), packing.test(post.guard)
+    start, complete = packing.update(pre.actions), packing.update(post.actions)
+
+    def step(state: int) -> int | None:
+        if not pre_holds(state):
+            return None
+        between = start(state)
+        if between is None or not post_holds(between):
+            return None
+        return complete(between)
+
+    return step

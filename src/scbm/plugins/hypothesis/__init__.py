@@ -1,0 +1,17 @@
+"""Hypothesis strategies for the test cases of a model.
+
+All of them shrink towards what is plain: the nominal state, the first goal, success, nothing injected, a perfect
+network. All of them draw only what a case file may say.
+"""
+
+try:
+    import hypothesis as _hypothesis  # noqa: F401 - only whether it is there
+except ModuleNotFoundError as _missing:
+    if _missing.name != "hypothesis":
+        raise
+    raise ImportError("scbm.plugins.hypothesis needs Hypothesis: pip install 'scbm[testing]'") from None
+
+from scbm.plugins.hypothesis.case_strategies import cases
+from scbm.plugins.hypothesis.clause_strategies import goals, initial_states, injections, networks, outcomes
+
+__all__ = ["cases", "goals", "initial_states", "injections", "networks", "outcomes"]

@@ -1,0 +1,154 @@
+"""Case files as pytest items, a fixture that runs cases in Python tests, and the coverability report at the end.
+
+This module is loaded into every pytest session of whoever has `scbm` installed. So it imports nothing but pytest, and
+all else only where there is a case; where there is none, it does nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+    from typing import Any
+
+    from scbm.plugins.pytest.fixture import ModelUnderTest
+    from scbm.plugins.pytest.session_models import SessionModels
+
+_BENCH = pytest.StashKey["SessionModels"]()
+_STORED = pytest.StashKey[list[str]]()
+_SUFFIXES = (".yaml", ".yml")
+_SNIFFED_BYTES = 65_536
+
+_MAY_BE_CASE = re.compile(rb"^[^\w\r\n]*(case|goal)\b", re.MULTILINE | re.IGNORECASE)
+"""True of every case. Only of what it is true of the reader of cases is asked, as loading that takes its time."""
+
+_OUTPUT = "scbm"
+"""The key under which a worker of pytest-xdist hands over what it ran."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """The options and the configuration of the plugin."""
+    group = parser.getgroup("scbm", "behavior models")
+    group.addoption("--scbm-model", metavar="PATH", help="The model of all case files, whichever they name.")
+    group.addoption(
+        "--scbm-report",
+        choices=("full", "short", "none"),
+        help="The coverability report: full, a line for each model, or none. [full if one model was run, else short]",
+    )
+    group.addoption(
+        "--scbm-fail-under", type=_percent, metavar="P", help="Fail if fewer per cent of a model are visited."
+    )
+    group.addoption("--scbm-store", metavar="FILE", help="Add the cases that were run to this coverage store.")
+    parser.addini("scbm_model", "The model of case files that name none; seen from the directory of this file.")
+    parser.addini("scbm_cases", "Whether case files are collected.", type="bool", default=True)
+
+
+def _percent(text: str) -> float:
+    try:
+        percent = float(text.removesuffix("%"))
+    except ValueError:
+        percent = -1
+    if not 0 <= percent <= 100:  # noqa: PLR2004 - all of it
+        raise argparse.ArgumentTypeError(f"`{text}` is not a number from 0 to 100")
+    return percent
+
+
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
+    """YAML files that are cases."""
+    if file_path.suffix not in _SUFFIXES or not parent.config.getini("scbm_cases"):
+        return None
+    try:
+        with file_path.open("rb") as stream:
+            head = stream.read(_SNIFFED_BYTES)
+    except OSError:
+        return None
+    if not _MAY_BE_CASE.search(head):
+        return None
+    from scbm.plugins.pytest.items import collect_case
+
+    return collect_case(file_path, head.decode("utf-8", errors="replace"), parent)
+
+
+@pytest.fixture(scope="module")  # not for each function, as Hypothesis calls a test many times in one of these
+def scbm_model(request: pytest.FixtureRequest) -> Callable[..., ModelUnderTest]:
+    """`scbm_model(path)`: a model to run cases of; the path is seen from the directory of the test file.
+
+    Without a path it is the model of the configuration.
+    """
+    from scbm.plugins.pytest.fixture import factory
+
+    return factory(bench_of(request.config), request.path.parent)
+
+
+def bench_of(config: pytest.Config) -> SessionModels:
+    """The models of a session and what they ran, made when it is asked for first."""
+    if _BENCH not in config.stash:
+        from scbm.plugins.pytest.session_models import SessionModels
+
+        config.stash[_BENCH] = SessionModels(config)
+    return config.stash[_BENCH]
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:  # noqa: ANN401 - pytest-xdist has no types, and may not be there
+    """Takes over what a worker of pytest-xdist ran."""
+    packed = getattr(node, "workeroutput", {}).get(_OUTPUT)
+    if packed is not None:
+        bench_of(node.config).ledger.unpack(packed)
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Hands over what was run, or judges the coverage of it."""
+    config = session.config
+    bench = config.stash.get(_BENCH, None)
+    if bench is not None:
+        bench.ledger.place(session)
+    output = getattr(config, "workeroutput", None)
+    if output is not None:
+        if bench is not None:
+            output[_OUTPUT] = bench.ledger.pack()
+        return
+    _keep(session)
+    if _judges(config) and session.exitstatus in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED):
+        from scbm.plugins.pytest.summary import find_shortfalls
+
+        if find_shortfalls(bench_of(config)):
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    """The coverability report, and what falls short of it."""
+    if config.stash.get(_BENCH, None) is None and not _judges(config):
+        return
+    if hasattr(config, "workeroutput"):
+        return
+    from scbm.plugins.pytest.summary import summarize
+
+    summarize(bench_of(config), terminalreporter, judged=_judges(config))
+    for line in config.stash.get(_STORED, []):
+        is_wrong = line.startswith("FAIL ")
+        terminalreporter.write_line(line, bold=is_wrong, red=is_wrong)
+
+
+def _keep(session: pytest.Session) -> None:
+    """Adds what was run to the store that is asked for; the session fails if it cannot."""
+    config = session.config
+    file: str | None = config.getoption("--scbm-store")
+    if file is None or config.getoption("collectonly"):
+        return
+    from scbm.plugins.pytest.summary import keep
+
+    said, is_well = keep(config, list(bench_of(config).ledger.parts()), file)
+    config.stash[_STORED] = said
+    if not is_well and session.exitstatus in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED):
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+def _judges(config: pytest.Config) -> bool:
+    return config.getoption("--scbm-fail-under") is not None and not config.getoption("collectonly")

@@ -1,0 +1,141 @@
+"""Models in Python tests: cases as keyword arguments, run like those in files."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections import Counter
+from operator import index
+from typing import TYPE_CHECKING
+
+from scbm.files import read_case
+from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.plugins.pytest.session_results import ModelResults
+from scbm.reports import told_failures
+from scbm.testing import RandomCases
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from scbm.cases import Case
+    from scbm.model import BehaviorModel
+    from scbm.plugins.pytest.session_models import LoadedModel, SessionModels
+    from scbm.testing import Execution
+
+_FILE = "model.run(…)"
+"""What errors call the arguments of a run."""
+
+
+def factory(bench: SessionModels, directory: Path) -> Callable[..., ModelUnderTest]:
+    """What the fixture gives to the tests of a directory."""
+    counts: Counter[str] = Counter()
+
+    def scbm_model(path: str | os.PathLike[str] | None = None) -> ModelUnderTest:
+        """The model in a file, seen from the directory of the test; that of the configuration, if none is named.
+
+        Raises `InputError` with everything that is wrong with the file.
+        """
+        __tracebackhide__ = True
+        file = (bench.model_of_all or bench.model_of_others) if path is None else directory / path
+        if file is None:
+            message = "no model is named, neither here nor in the configuration"
+            remedy = 'write `scbm_model("<path>")`, or set `scbm_model` in the configuration of pytest'
+            raise InputError([Diagnostic(Slug.MODEL_MISSING, message, Place("scbm_model()"), remedy)])
+        try:
+            return ModelUnderTest(bench, bench.load(file), counts)
+        except InputError as error:
+            raise InputError(error.diagnostics) from None
+
+    return scbm_model
+
+
+class ModelUnderTest:
+    """A model whose cases tests run. What they run counts into the coverage of the session."""
+
+    def __init__(self, bench: SessionModels, loaded: LoadedModel, counts: Counter[str]) -> None:
+        self._bench = bench
+        self._loaded = loaded
+        self._counts = counts
+
+    def __repr__(self) -> str:
+        return f"ModelUnderTest({self._loaded.shown})"
+
+    @property
+    def behavior(self) -> BehaviorModel:
+        """The model itself."""
+        return self._loaded.behavior
+
+    def run(self, case: Case | None = None, /, **keys: object) -> Execution:
+        """Runs a case, whether it passes or not.
+
+        Args:
+            case: the case; if it is missing, the keys say it.
+            keys: the keys of a case file: `goal`, `initial`, `outcomes`, `injections`, `network`, …
+
+        Raises:
+            InputError: the keys do not say a case of this model; with everything that is wrong.
+        """
+        __tracebackhide__ = True
+        if case is not None and keys:
+            raise TypeError("a case says everything, so there is nothing to be said beside it")
+        test = _current_test()
+        if case is not None:
+            return self._execute(case, test)
+        try:
+            return self._execute(self._read(keys, test), test)
+        except InputError as error:  # its own traceback shows how cases are read, which is not what is wrong
+            raise InputError(error.diagnostics) from None
+
+    def check(self, case: Case | None = None, /, **keys: object) -> Execution:
+        """The same as `run`, but raises `AssertionError` if the case fails, which says why and shows it."""
+        __tracebackhide__ = True
+        execution = self.run(case, **keys)
+        if not execution.verdict.passed:
+            lines = [text.plain for text in told_failures(self.behavior, execution)]
+            raise AssertionError("\n".join([f"case {execution.case.name} failed", *lines]))
+        return execution
+
+    def random(self, seed: int = 0, cases: int = 20) -> tuple[Execution, ...]:
+        """Runs the first random cases of a seed, as `scbm test --seed SEED --cases CASES` does.
+
+        Raises:
+            InputError: the model has no goals, or no initial state that it allows is found.
+            TypeError: a number is none.
+            ValueError: `cases` is negative.
+        """
+        if index(cases) < 0:
+            raise ValueError(f"{cases} cases cannot be run")
+        seed, test = index(seed), _current_test()
+        drawn = RandomCases(self.behavior, self._loaded.shown).first(cases, seed)
+        return tuple(self._bench.run(self._loaded, case, test, ModelResults.RANDOM) for case in drawn)
+
+    def _execute(self, case: Case, test: str) -> Execution:
+        return self._bench.run(self._loaded, case, test, ModelResults.TEST)
+
+    def _read(self, keys: dict[str, object], test: str) -> Case:
+        """The case that keys say, read as a file is: each key is a line of it."""
+        said = {"case": self._name(test)} | keys
+        return read_case("".join(_line(key, value) for key, value in said.items()), self.behavior, _FILE)
+
+    def _name(self, test: str) -> str:
+        """The name of the test, with a number from the second case on."""
+        function, bracket, parameters = test.partition("[")  # parameters may have anything in them
+        written = function.rpartition("::")[2] + bracket + parameters
+        name = re.sub(r"[^A-Za-z0-9_.-]+", "_", written).strip("_.-") or "case"
+        name = name if name[0].isalpha() else f"case_{name}"
+        self._counts[test] += 1
+        count = self._counts[test]
+        return name if count == 1 else f"{name}-{count}"
+
+
+def _line(key: str, value: object) -> str:
+    """A key with its value. JSON is YAML, and looks like the Python that was written."""
+    written = json.dumps(value, ensure_ascii=False, default=str)
+    return f"{key if key.isidentifier() else json.dumps(key)}: {written}\n"
+
+
+def _current_test() -> str:
+    """The node id of the test that runs now."""
+    return os.environ.get("PYTEST_CURRENT_TEST", "").rpartition(" ")[0]

@@ -1,0 +1,132 @@
+"""A case file as a pytest file with one item: the case."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from scbm.files import is_case_text, open_case
+from scbm.model import InputError
+from scbm.plugins.pytest import bench_of
+from scbm.plugins.pytest.session_results import ModelResults
+from scbm.reports import told_failures
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from _pytest._code.code import ExceptionInfo, TerminalRepr  # what `repr_failure` is declared with
+
+    from scbm.files import CaseDocument
+    from scbm.plugins.pytest.session_models import LoadedModel, SessionModels
+
+_KEY = re.compile(r"""^\ufeff?["']?case["']?[ \t]*:""", re.MULTILINE)
+
+
+def collect_case(path: Path, head: str, parent: pytest.Collector) -> pytest.Collector | None:
+    """The file, if it is a case."""
+    if not is_case_text(head):
+        return None
+    file: PytestCaseFile = PytestCaseFile.from_parent(parent, path=path)
+    found = _KEY.search(head)
+    file.line = head.count("\n", 0, found.start()) if found else 0
+    return file
+
+
+class CaseFailedError(Exception):
+    """A case failed; says all that a person needs."""
+
+
+class PytestCaseFile(pytest.File):
+    """A file with a case."""
+
+    line = 0
+    """The line in which the case begins, counted from 0."""
+
+    def collect(self) -> Iterator[pytest.Item]:
+        """The case. What is wrong with the file is said when it is run, so that it stops no other case."""
+        bench = bench_of(self.config)
+        name, document = self.path.stem, None
+        wrong: InputError | None = None
+        model: Path | None = None
+        try:
+            document = open_case(bench.shown(self.path))
+            name = document.name if document.name.isprintable() else name
+            model = _model_path(document, bench)
+        except InputError as error:
+            wrong = error
+        yield CaseItem.from_parent(self, name=name, document=document, model=model, wrong=wrong, line=self.line)
+
+
+def _model_path(document: CaseDocument, bench: SessionModels) -> Path:
+    """Where the model is, as an absolute path. Raises `InputError` if nothing says it."""
+    path = bench.model_of_all
+    if path is None and document.model_path is None:
+        path = bench.model_of_others
+    return path or bench.config.invocation_params.dir / document.required_model_path()
+
+
+class CaseItem(pytest.Item):
+    """A case that is run and judged."""
+
+    def __init__(
+        self,
+        *,
+        document: CaseDocument | None,
+        model: Path | None,
+        wrong: InputError | None,
+        line: int,
+        **node: Any,  # noqa: ANN401 - what all items are made of
+    ) -> None:
+        """Made by `from_parent`.
+
+        Args:
+            document: the file, unless it is no YAML.
+            model: the file of the model, unless there is none.
+            wrong: what is wrong with the file by now.
+            line: where the case begins, counted from 0.
+            node: what all items are made of.
+        """
+        super().__init__(**node)
+        self._document = document
+        self._model = model
+        self._wrong = wrong
+        self._line = line
+
+    def runtest(self) -> None:
+        """Runs the case. Raises `CaseFailedError`, or `InputError` if the case or its model is wrong."""
+        if self._wrong is not None or self._document is None or self._model is None:
+            raise InputError(self._wrong.diagnostics if self._wrong is not None else ())
+        bench = bench_of(self.config)
+        loaded = bench.load(self._model)
+        case = self._document.read(loaded.behavior)
+        execution = bench.run(loaded, case, self.nodeid, ModelResults.FILE)
+        if not execution.verdict.passed:
+            lines = [text.plain for text in told_failures(loaded.behavior, execution)]
+            raise CaseFailedError("\n".join([*lines, f"again: {self._command(bench, loaded)}"]))
+
+    def _command(self, bench: SessionModels, loaded: LoadedModel) -> str:
+        """What shows the run again."""
+        command = f"scbm replay {shlex.quote(bench.shown(self.path))}"
+        assert self._document is not None  # noqa: S101 - it was run
+        named = self._document.model_path
+        is_named = named is not None and (bench.config.invocation_params.dir / named).resolve() == loaded.path
+        return command if is_named else f"{command} --model {shlex.quote(loaded.shown)}"
+
+    def repr_failure(self, excinfo: ExceptionInfo[BaseException], style: Any = None) -> str | TerminalRepr:  # noqa: ANN401 - as pytest declares it
+        """The sentences of a failure, without a traceback; located in the case file."""
+        if not isinstance(excinfo.value, (CaseFailedError, InputError)):
+            return super().repr_failure(excinfo, style)
+        shown = excinfo.getrepr(style="value", chain=False)
+        if shown.reprcrash is not None:
+            message = str(excinfo.value).partition("\n")[0]
+            shown.reprcrash.path, shown.reprcrash.lineno = str(self.path), self._line + 1
+            shown.reprcrash.message = message
+        return shown
+
+    def reportinfo(self) -> tuple[Path, int, str]:
+        """Where the case begins, and what it is called."""
+        return self.path, self._line, f"case {self.name}"

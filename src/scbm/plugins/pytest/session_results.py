@@ -1,0 +1,113 @@
+"""What was run in a session, or in one worker of it: model by model, in the order of the tests."""
+
+from __future__ import annotations
+
+import pickle
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scbm.testing import Campaign
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import pytest
+
+    from scbm.model import BehaviorModel
+    from scbm.plugins.pytest.session_models import LoadedModel
+    from scbm.testing import CaseResult
+
+
+class ModelResults(StrEnum):
+    """Where a case comes from."""
+
+    FILE = "case file"
+    TEST = "case of a test"
+    RANDOM = "random case"
+
+
+@dataclass(frozen=True, slots=True)
+class TestResult:
+    """A case that was run.
+
+    Attributes:
+        model: the file of its model.
+        test: the node id of the test that ran it.
+        number: which case of its process it is.
+        group: where the case comes from.
+        result: what came of it.
+        position: which of all tests its test is, once that is known.
+    """
+
+    model: str
+    test: str
+    number: int
+    group: ModelResults
+    result: CaseResult
+    position: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SessionPart:
+    """All cases of one model.
+
+    Attributes:
+        file: the model file, as people are told of it.
+        path: the same, resolved.
+        entries: the cases, in the order of the tests.
+        campaign: what came of the cases.
+        groups: how many cases came from where.
+    """
+
+    file: str
+    path: Path
+    entries: tuple[TestResult, ...]
+    campaign: Campaign
+    groups: dict[ModelResults, int]
+
+
+class SessionResults:
+    """Keeps results. Those of the workers of pytest-xdist come in as one text for each."""
+
+    def __init__(self) -> None:
+        self._models: dict[str, tuple[str, BehaviorModel]] = {}
+        self._entries: list[TestResult] = []
+
+    def add(self, loaded: LoadedModel, test: str, group: ModelResults, result: CaseResult) -> None:
+        """Keeps a result."""
+        key = str(loaded.path)
+        self._models[key] = (loaded.shown, loaded.behavior)
+        self._entries.append(TestResult(key, test, len(self._entries), group, result))
+
+    def place(self, session: pytest.Session) -> None:
+        """Notes the positions of tests, so that the order is the same however the tests were spread."""
+        items: list[pytest.Item] = getattr(session, "items", [])
+        positions = {item.nodeid: position for position, item in enumerate(items)}
+        self._entries = [
+            entry if entry.position is not None else replace(entry, position=positions.get(entry.test, len(positions)))
+            for entry in self._entries
+        ]
+
+    def pack(self) -> bytes:
+        """All of it, for another process."""
+        return pickle.dumps((self._models, self._entries))
+
+    def unpack(self, packed: bytes) -> None:
+        """Adds what another process packed."""
+        models, entries = pickle.loads(packed)  # noqa: S301 - it comes from a worker that this session started
+        self._models = models | self._models
+        self._entries += entries
+
+    def parts(self) -> Iterator[SessionPart]:
+        """The cases of each model, the models in the order of their first tests."""
+        by_model: dict[str, list[TestResult]] = {}
+        for entry in sorted(self._entries, key=lambda entry: (entry.position or 0, entry.number)):
+            by_model.setdefault(entry.model, []).append(entry)
+        for key, entries in by_model.items():
+            shown, behavior = self._models[key]
+            counts = {group: sum(entry.group is group for entry in entries) for group in ModelResults}
+            groups = {group: count for group, count in counts.items() if count}
+            campaign = Campaign.of(behavior, (entry.result for entry in entries))
+            yield SessionPart(shown, Path(key), tuple(entries), campaign, groups)

@@ -1,0 +1,133 @@
+"""What a session says at its end: the coverability report of each model, and which of them fall short.
+
+`--scbm-store`: what a session ran, added to a coverage store.
+"""
+
+from __future__ import annotations
+
+from io import StringIO
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.text import Text
+
+from scbm.cases.coverage import Threshold
+from scbm.files import read_file
+from scbm.model import InputError
+from scbm.plugins.pytest.session_results import ModelResults
+from scbm.reports import Setting, counted, coverage_report
+from scbm.reports.terminal.combined_report import in_all, since_last_run
+from scbm.store import Recipe, begin_run, drawn_recipe, sayable, write_store, written_recipe
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    import pytest
+
+    from scbm.plugins.pytest.session_models import SessionModels
+    from scbm.plugins.pytest.session_results import SessionPart, TestResult
+
+
+def keep(config: pytest.Config, parts: Sequence[SessionPart], file: str) -> tuple[list[str], bool]:
+    """Adds all cases of the session to a store; gives what is to be said, and whether all went well."""
+    if not parts:
+        return [f"{file}: no case was run, so nothing was added."], True
+    if len(parts) > 1:
+        names = ", ".join(part.file for part in parts)
+        return [f"FAIL {file}: a coverage store is of one model, and cases of {len(parts)} were run: {names}."], False
+    (part,) = parts
+    try:
+        return _kept(config, part, file), True
+    except InputError as error:
+        return [f"FAIL {line}" for diagnostic in error.diagnostics for line in str(diagnostic).splitlines()], False
+
+
+def _kept(config: pytest.Config, part: SessionPart, file: str) -> list[str]:
+    run = begin_run(["pytest", *config.invocation_params.args], part.file, read_file(part.path))
+    coverage = part.campaign.coverage
+    with write_store(config.invocation_params.dir / file, part.campaign.model, run) as writer:
+        for position, entry in enumerate(part.entries, start=1):
+            writer.add(position, _recipe(part, entry), entry.result)
+        since = since_last_run(coverage.obligations, writer.before, coverage.visited)
+        return [since.plain, in_all(*writer.totals(), file).plain]
+
+
+def _recipe(part: SessionPart, entry: TestResult) -> Recipe:
+    case = entry.result.case
+    if entry.group is ModelResults.RANDOM:
+        return drawn_recipe(case, "")
+    return written_recipe(case, part.campaign.model, sayable(str(Path(entry.test.partition("::")[0]))))
+
+
+_PLURALS = {ModelResults.FILE: "case files", ModelResults.TEST: "cases of tests", ModelResults.RANDOM: "random cases"}
+
+
+def summarize(bench: SessionModels, terminal: pytest.TerminalReporter, *, judged: bool) -> None:
+    """Writes the report, and whether the coverage is good enough."""
+    parts = list(bench.ledger.parts())
+    style = _style(bench.config, parts)
+    if parts and style != "none":
+        terminal.write_sep("=", "coverability")
+        for number, part in enumerate(parts):
+            for text in _full(part, is_first=not number) if style == "full" else _short(part):
+                terminal.write_line(_rendered(text, coloured=terminal.hasmarkup))
+    if judged:
+        wanted = _wanted(bench.config)
+        shortfalls = find_shortfalls(bench)
+        for line in shortfalls or [f"Required coverability of {wanted:g} % reached."]:
+            terminal.write_line(line, bold=True, red=bool(shortfalls), green=not shortfalls)
+
+
+def _style(config: pytest.Config, parts: list[SessionPart]) -> str:
+    asked: str | None = config.getoption("--scbm-report")
+    is_brief = len(parts) > 1 or config.get_verbosity() < 0
+    return asked or ("short" if is_brief else "full")
+
+
+def _full(part: SessionPart, *, is_first: bool) -> Iterator[Text]:
+    if not is_first:
+        yield Text()
+    groups = tuple(counted(count, group.value, _PLURALS[group]) for group, count in part.groups.items())
+    yield from coverage_report(part.campaign, Setting(part.file, groups=groups))
+
+
+def _short(part: SessionPart) -> Iterator[Text]:
+    """The figure, and what it is made of, on one line."""
+    figure, campaign = part.campaign.coverage.figure, part.campaign
+    line = Text(f"{part.file}: SCBM-IAS ").append(str(figure), style="bold")
+    line.append(f", {figure.visited} of {counted(figure.of, 'obligation')}, {counted(len(campaign.results), 'case')}")
+    yield line.append(f", {len(campaign.failed)} failed", style="red") if campaign.failed else line
+
+
+def _rendered(text: Text, *, coloured: bool) -> str:
+    """One line for a terminal, however long it is."""
+    if not coloured:
+        return text.plain
+    stream = StringIO()
+    console = Console(file=stream, force_terminal=True, color_system="standard", legacy_windows=False)
+    console.print(text, soft_wrap=True, highlight=False, markup=False, end="")
+    return stream.getvalue()
+
+
+def find_shortfalls(bench: SessionModels) -> list[str]:
+    """Why the coverage is not good enough, a sentence for each model; none if it is."""
+    wanted = _wanted(bench.config)
+    parts = list(bench.ledger.parts())
+    if not parts:
+        return [f"FAIL Required coverability of {wanted:g} % not reached: no case was run."]
+    return [sentence for part in parts for sentence in _shortfall(part, wanted)]
+
+
+def _shortfall(part: SessionPart, wanted: float) -> Iterator[str]:
+    figure = part.campaign.coverage.figure
+    failed = f"FAIL Required coverability of {wanted:g} % not reached: {part.file}"
+    if figure.percent is None:
+        yield f"{failed} has no obligations, so it is not measurable."
+    elif not Threshold(wanted).is_met(part.campaign.coverage):
+        yield f"{failed} is at {figure}."
+
+
+def _wanted(config: pytest.Config) -> float:
+    percent: float = config.getoption("--scbm-fail-under")
+    return percent

@@ -1,0 +1,65 @@
+"""Whether a certificate proves what it claims."""
+
+from __future__ import annotations
+
+from collections import Counter
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from scbm.cases.coverage import Obligations
+from scbm.proofcheck.certificate import CertificateFlaw, RunsArgument, StructureArgument, ValuesArgument
+from scbm.proofcheck.runs_check import check_runs
+from scbm.proofcheck.structure_check import check_structure
+from scbm.proofcheck.values_check import check_values
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from scbm.cases.coverage import Obligation
+    from scbm.model import BehaviorModel
+    from scbm.proofcheck.certificate import Argument, Certificate
+
+MAX_FLAWS = 20
+"""So many flaws are told."""
+
+
+def check_certificate(certificate: Certificate, model: BehaviorModel) -> tuple[CertificateFlaw, ...]:
+    """The first flaws of a certificate; none if it proves its claims for this model.
+
+    Args:
+        certificate: of any origin; nothing in it is believed.
+        model: whether it is the model that `certificate.digest` tells is for the caller to compare.
+    """
+    return tuple(islice(_flaws(certificate, model), MAX_FLAWS))
+
+
+def _flaws(certificate: Certificate, model: BehaviorModel) -> Iterator[CertificateFlaw]:
+    """What is wrong with the claims themselves, or else with the argument."""
+    if certificate.model != model.name:
+        yield CertificateFlaw(
+            "the certificate", f"it is one of the model {certificate.model}, and this is {model.name}"
+        )
+        return
+    known = {str(obligation): obligation for obligation in Obligations.of(model)}
+    names = [claim.obligation for claim in certificate.claims]
+    flaws = [
+        CertificateFlaw(f"claim {name}", "the model has no such obligation") for name in names if name not in known
+    ]
+    flaws += [
+        CertificateFlaw(f"claim {name}", "it is made twice") for name, times in Counter(names).items() if times > 1
+    ]
+    if not names:
+        flaws.append(CertificateFlaw("the claims", "there are none"))
+    yield from flaws or _check_argument([known[name] for name in names if name in known], certificate.argument, model)
+
+
+def _check_argument(
+    claimed: Sequence[Obligation], argument: Argument, model: BehaviorModel
+) -> Iterator[CertificateFlaw]:
+    match argument:
+        case StructureArgument():
+            return check_structure(claimed, argument, model)
+        case ValuesArgument():
+            return check_values(claimed, argument, model)
+        case RunsArgument():
+            return check_runs(claimed, argument, model)

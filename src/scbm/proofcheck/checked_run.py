@@ -1,0 +1,323 @@
+"""A run on named values, one method for each kind of micro-step, to be read beside semantics 5 and 6.
+
+What can happen to a run that is settled, and what comes of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+from scbm.cases.coverage import Aspect, Obligation
+from scbm.model import OperationState, PlanState, RequestState, format_value
+from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
+from scbm.planning import LimitReached, Solved, Unsolvable
+
+if TYPE_CHECKING:
+    from scbm.model import Predicate, Value
+    from scbm.planning import Answer
+    from scbm.proofcheck.certificate import Situation
+    from scbm.proofcheck.checker_plans import Plans
+    from scbm.proofcheck.guarded_parts import GuardedRule, GuardedRules, OperationRules, Values
+
+MAX_AUTOMATIC = 1_000
+"""So many automatic transitions one settling may take (semantics 5.1)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """A plan was asked for, and the answer has not come yet.
+
+    Attributes:
+        asked_in: what the values were then; `None` if they have changed since, whatever they were.
+        answer: what it will be.
+    """
+
+    asked_in: Values | None
+    answer: Answer
+
+
+class CheckedRun:
+    """A run for one goal while it goes on. Whoever made it says where it is and what happens; then it settles.
+
+    Attributes:
+        values: of all variables that are looked at, and the states of all operations.
+        queue: the operations behind the current one.
+        in_flight: the resources that a reply is awaited from, in the order of asking.
+        question: what the planner was asked and has not answered.
+        unsolvable_in: the values from which the planner said that there is no plan.
+        has_ended: whether the run has ended.
+        visited: the names of the obligations visited so far.
+        asked: the values and the requests in flight whenever a plan was asked for.
+    """
+
+    def __init__(self, rules: GuardedRules, goal: Predicate, plans: Plans, values: Values) -> None:
+        self.values = values
+        self.queue: list[str] = []
+        self.in_flight: list[str] = []
+        self.question: Question | None = None
+        self.unsolvable_in: Values | None = None
+        self.has_ended = False
+        self.visited: dict[str, None] = {}
+        self.asked: list[tuple[Values, tuple[str, ...]]] = []
+        self._rules = rules
+        self._goal = goal
+        self._plans = plans
+        self._deadline_has_passed = False
+        self._automatic = 0
+
+    # what happens to it
+
+    def receive_reply(self, reply: ReplyEvent) -> None:
+        """The reply to the request in flight: its measured values, and the request state (6.2, 6.3)."""
+        self.in_flight.remove(reply.resource)
+        state = RequestState.SUCCEEDED if reply.succeeded else RequestState.FAILED
+        self._set(dict(reply.measured))
+        self._set({self._rules.resources[reply.resource].request_state: state.value})
+
+    def receive_answer(self) -> None:
+        """The answer of the planner. Other than a plan, it does nothing before the run settles, or ends it."""
+        assert self.question is not None  # noqa: S101 - only questions are answered
+        question, self.question = self.question, None
+        match question.answer:
+            case Solved(plan):
+                self.queue = list(plan)
+                self._set({PLAN_STATE: PlanState.EXECUTING.value})
+                for operation in plan:
+                    self._visit(operation, Aspect.QUEUED)
+            case Unsolvable():
+                self.unsolvable_in = question.asked_in
+            case LimitReached():
+                self.end(PlanState.ABORTED)
+
+    def pass_deadline(self) -> None:
+        """The current operation has been in its state for as long as it may."""
+        self._deadline_has_passed = True
+
+    def settle(self) -> None:
+        """Micro-steps until none applies."""
+        self._automatic = 0
+        while self._micro_step():
+            pass
+
+    def _micro_step(self) -> bool:
+        """The first thing that applies, in the order of semantics 5; `False` if nothing does."""
+        return (
+            self._take_automatic()
+            or self._abort()
+            or self._send_request()
+            or self._cancel_request()
+            or self._reach_goal()
+            or self._go_on()
+        )
+
+    # 5.1, 5.2: automatic transitions, and what they may lead to
+
+    def _take_automatic(self) -> bool:
+        """The first automatic transition that can be taken and changes something. Also when the run has ended."""
+        following = self._rules.next_automatic(self.values)
+        if following is None:
+            return False
+        if self._automatic == MAX_AUTOMATIC:
+            return self._livelock()
+        self._automatic += 1
+        rule, self.values = following
+        self._visit(rule.name, Aspect.TAKEN)
+        if rule.fails_operation:
+            self._become(OperationState.FAILED)
+        return True
+
+    def _livelock(self) -> bool:
+        if not self.has_ended:
+            self.end(PlanState.ABORTED)
+        return False
+
+    def _abort(self) -> bool:
+        if self.has_ended or self.values[PLAN_STATE] != PlanState.ABORTED:
+            return False
+        self.end(PlanState.ABORTED)
+        return True
+
+    # 5.3: requests
+
+    def _send_request(self) -> bool:
+        """Sends one. If there is one in flight to the same resource, that one is cancelled (6.2)."""
+        for name, resource in self._rules.resources.items():
+            if self.values[resource.trigger] and self.values[resource.request_state] == RequestState.INITIAL:
+                self.in_flight = [*(other for other in self.in_flight if other != name), name]
+                self._set({resource.request_state: RequestState.EXECUTING.value})
+                return True
+        return False
+
+    def _cancel_request(self) -> bool:
+        for name in self.in_flight:
+            resource = self._rules.resources[name]
+            if not self.values[resource.trigger]:
+                self.in_flight.remove(name)
+                self._set({resource.request_state: RequestState.INITIAL.value})
+                return True
+        return False
+
+    # 5.4: the goal
+
+    def _reach_goal(self) -> bool:
+        if self.has_ended or self.values[CURRENT_STATE] != OperationState.INITIAL or not self._goal.holds(self.values):
+            return False
+        self.end(PlanState.COMPLETED)
+        return True
+
+    # 5.5: the operation, the queue, the planner
+
+    def _go_on(self) -> bool:
+        if self.has_ended:
+            return False
+        if self.values[CURRENT_NAME] != NO_OPERATION:
+            return self._step_operation(self._rules.operations[str(self.values[CURRENT_NAME])])
+        if self.queue:
+            self._set({CURRENT_NAME: self.queue.pop(0)})
+            return True
+        return self._ask_plan()
+
+    def _step_operation(self, operation: OperationRules) -> bool:
+        match self.values[CURRENT_STATE]:
+            case OperationState.INITIAL:
+                return self._take(operation.pre, OperationState.EXECUTING) or self._become(OperationState.DISABLED)
+            case OperationState.DISABLED:
+                return self._take(operation.pre, OperationState.EXECUTING) or self._give_up_waiting()
+            case OperationState.EXECUTING:
+                return (
+                    self._take(operation.post, OperationState.COMPLETED)
+                    or (operation.failed is not None and self._take(operation.failed, OperationState.FAILED))
+                    or self._time_out(operation)
+                )
+            case OperationState.COMPLETED:
+                return self._leave()
+            case _:  # failed, timed out
+                self.queue = []
+                return self._leave()
+
+    def _take(self, rule: GuardedRule, target: OperationState) -> bool:
+        after = rule.taken(self.values)
+        if after is None:
+            return False
+        self.values = after
+        return self._become(target)
+
+    def _become(self, state: OperationState) -> bool:
+        """The current operation is in another state, in which no time has passed yet.
+
+        Not even a deadline of no time passes in the same settling: behind a deadline that has passed comes a new plan.
+        """
+        name = str(self.values[CURRENT_NAME])
+        self._set({operation_state_name(name): state.value, CURRENT_STATE: state.value})
+        self._deadline_has_passed = False
+        self._visit(name, Aspect(state.value))
+        return True
+
+    def _leave(self) -> bool:
+        """The current operation is initial, and not current any more."""
+        self._set({**self._rules.at_rest, CURRENT_NAME: NO_OPERATION, CURRENT_STATE: OperationState.INITIAL.value})
+        self._deadline_has_passed = False
+        return True
+
+    def _give_up_waiting(self) -> bool:
+        """The operation was disabled for too long: a new plan is asked for."""
+        if not self._deadline_has_passed:
+            return False
+        self.queue = []
+        return self._leave()
+
+    def _time_out(self, operation: OperationRules) -> bool:
+        """The operation executed for too long; if its `timedout` actions do not fit, that is a model error (2.4)."""
+        if not self._deadline_has_passed:
+            return False
+        if operation.timedout.taken(self.values) is None:
+            self.end(PlanState.ABORTED)
+            return True
+        return self._take(operation.timedout, OperationState.TIMEDOUT)
+
+    def _ask_plan(self) -> bool:
+        """Asks the planner, unless it has been asked, or has said that there is no plan from here (5.6)."""
+        if self.question is not None:
+            return False
+        if self.unsolvable_in == self.values:
+            if not self.in_flight:
+                self.end(PlanState.UNSOLVABLE)
+            return self.has_ended
+        self.asked.append((self.values, tuple(self.in_flight)))
+        self._set({PLAN_STATE: PlanState.PLANNING.value})
+        self.question = Question(self.values, self._plans.answer(self.values))
+        return True
+
+    # the end
+
+    def end(self, plan_state: PlanState) -> None:
+        """Ends the run: requests given up, the operation initial, the queue gone (semantics 5, behind the table)."""
+        self._set({PLAN_STATE: plan_state.value})
+        for name, resource in self._rules.resources.items():
+            occupied = self.values[resource.request_state] == RequestState.EXECUTING and name not in self.in_flight
+            if name in self.in_flight or (self.values[resource.trigger] and not occupied):
+                self._set({resource.request_state: RequestState.INITIAL.value})
+            self._set({resource.trigger: False})
+        self._leave()
+        self.has_ended = True
+        self.queue, self.in_flight = [], []
+        self.question, self.unsolvable_in = None, None
+
+    # inside
+
+    def _set(self, changes: Values) -> None:
+        self.values = {**self.values, **changes}
+
+    def _visit(self, subject: str, aspect: Aspect) -> None:
+        self.visited[str(Obligation(subject, aspect))] = None
+
+
+@dataclass(frozen=True, slots=True)
+class ReplyEvent:
+    """A resource replies to the request in flight; if it succeeds, with a value for each variable that it measures."""
+
+    resource: str
+    succeeded: bool
+    measured: tuple[tuple[str, Value], ...] = ()
+
+    def __str__(self) -> str:
+        said = f"{self.resource} {'succeeds' if self.succeeded else 'fails'}"
+        measured = ", ".join(f"{name} = {format_value(value)}" for name, value in self.measured)
+        return f"{said} with {measured}" if measured else said
+
+
+@dataclass(frozen=True, slots=True)
+class DeadlineEvent:
+    """The time that the current operation may be in its state has passed."""
+
+    def __str__(self) -> str:
+        return "the deadline passes"
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerAnswer:
+    """The planner answers."""
+
+    def __str__(self) -> str:
+        return "the planner answers"
+
+
+Event: TypeAlias = ReplyEvent | DeadlineEvent | PlannerAnswer
+
+
+@dataclass(frozen=True, slots=True)
+class CheckedStep:
+    """What came of one event.
+
+    Attributes:
+        situation: where the run is now; `None` if it has ended, or goes round without waiting for anything.
+        values: the values of all variables that are looked at, and the states of all operations.
+        visited: the names of the obligations that were visited.
+        cut_off: those that would have been visited instead if the limit of plans had ended the run on the way.
+    """
+
+    situation: Situation | None
+    values: dict[str, Value]
+    visited: tuple[str, ...]
+    cut_off: tuple[str, ...] = ()

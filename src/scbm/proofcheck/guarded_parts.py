@@ -1,0 +1,199 @@
+"""A model as far as some of its variables are concerned: its guards, and the actions that assign one of them.
+
+Everything in a model that has a guard or actions, in one list.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+from scbm.model import Constant, Equal, OperationState, Reference, Role, Truth, conjunction
+from scbm.model.variables import operation_state_name
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from scbm.model import Action, BehaviorModel, Domain, Operation, Predicate, Resource, StateSpace, Transition, Value
+
+    Values: TypeAlias = dict[str, Value]
+
+
+@dataclass(frozen=True, slots=True)
+class GuardedPart:
+    """What the runner takes at once.
+
+    Attributes:
+        what: what reports call it.
+        guard: `g && gr`.
+        actions: `a` and `ar`.
+        is_automatic: whether it is an automatic transition.
+    """
+
+    what: str
+    guard: Predicate
+    actions: tuple[Action, ...]
+    is_automatic: bool = False
+
+
+def parts_of(model: BehaviorModel) -> Iterator[GuardedPart]:
+    """The parts of all operations, then the automatic transitions, in the order of the model."""
+    for operation in model.operations:
+        yield from _parts_of_operation(operation)
+    for transition in model.automatic_transitions:
+        yield GuardedPart(f"automatic transition {transition.name}", *_both(transition), is_automatic=True)
+
+
+def _parts_of_operation(operation: Operation) -> Iterator[GuardedPart]:
+    yield GuardedPart(f"the precondition of {operation.name}", *_both(operation.pre))
+    yield GuardedPart(f"the postcondition of {operation.name}", *_both(operation.post))
+    if operation.failed is not None:
+        yield GuardedPart(f"the `failed` transition of {operation.name}", *_both(operation.failed))
+    yield GuardedPart(f"the `timedout` actions of {operation.name}", Truth(True), operation.timedout)
+
+
+def _both(transition: Transition) -> tuple[Predicate, tuple[Action, ...]]:
+    return transition.running_guard, transition.running_actions
+
+
+def fails_operation(action: Action, space: StateSpace) -> bool:
+    """Whether the action fails the current operation (semantics 1.3)."""
+    return space[action.target].role in (Role.OPERATION_STATE, Role.CURRENT_STATE)
+
+
+def results(action: Action, space: StateSpace) -> Iterator[tuple[Value, Value | None]]:
+    """For an action that reads a variable: each value of it, with what is assigned then; `None` outside the domain."""
+    (source,) = action.reads()
+    domain = space[action.target].domain
+    for value in space[source].domain.values:
+        assigned = action.value({source: value})
+        yield value, assigned if assigned in domain else None
+
+
+def may_leave(action: Action, space: StateSpace) -> bool:
+    """Whether some value that the action reads makes it leave its domain (semantics 2.4)."""
+    if not action.reads():
+        return False
+    return any(assigned is None for _, assigned in results(action, space))
+
+
+_MAX_REMEMBERED = 200_000
+"""For so many values it is remembered what is taken next."""
+
+
+@dataclass(frozen=True, slots=True)
+class GuardedRule:
+    """A guard, and actions that are taken at once.
+
+    Attributes:
+        domains: of the targets of the actions.
+        fails_operation: whether the actions would fail the current operation; that action is not among them.
+    """
+
+    name: str
+    guard: Predicate
+    actions: tuple[Action, ...]
+    domains: tuple[Domain, ...]
+    fails_operation: bool = False
+
+    def taken(self, values: Values) -> Values | None:
+        """The values afterwards; `None` if the guard does not hold, or an action would leave a domain."""
+        return self.acted(values) if self.guard.holds(values) else None
+
+    def acted(self, values: Values) -> Values | None:
+        """The values after the actions, whatever the guard says; `None` if one of them would leave a domain."""
+        assigned = [action.value(values) for action in self.actions]
+        for value, domain in zip(assigned, self.domains, strict=True):
+            if value not in domain:
+                return None
+        return {**values, **{action.target: value for action, value in zip(self.actions, assigned, strict=True)}}
+
+
+@dataclass(frozen=True, slots=True)
+class OperationRules:
+    """An operation (semantics 3.2).
+
+    Attributes:
+        failed: its own `failed` transition.
+        timed: the states that it can only be in for some time.
+    """
+
+    name: str
+    pre: GuardedRule
+    post: GuardedRule
+    failed: GuardedRule | None
+    timedout: GuardedRule
+    timed: tuple[str, ...]
+
+
+class GuardedRules:
+    """All rules of a model.
+
+    Attributes:
+        model: the model.
+        variables: the variables that are looked at, in order.
+        at_rest: the states of all operations when none is current.
+    """
+
+    def __init__(self, model: BehaviorModel, variables: Sequence[str]) -> None:
+        self.model = model
+        self.variables = tuple(variables)
+        initial = OperationState.INITIAL.value
+        self.at_rest: Values = {operation_state_name(operation.name): initial for operation in model.operations}
+        self.operations = {operation.name: self._operation(operation) for operation in model.operations}
+        self.resources: dict[str, Resource] = {resource.name: resource for resource in model.resources}
+        self._automatic_rules = tuple(self._automatic(transition) for transition in model.automatic_transitions)
+        self._known: dict[tuple[Value, ...], tuple[GuardedRule, Values] | None] = {}
+
+    def next_automatic(self, values: Values) -> tuple[GuardedRule, Values] | None:
+        """The first automatic transition that can be taken and changes something, with the values afterwards (5.1).
+
+        Remembered, as runs come through the same values again and again. The variables always stand in one order.
+        """
+        key = tuple(values.values())
+        if key in self._known:
+            return self._known[key]
+        found = self._find_automatic(values)
+        if len(self._known) < _MAX_REMEMBERED:
+            self._known[key] = found
+        return found
+
+    def _find_automatic(self, values: Values) -> tuple[GuardedRule, Values] | None:
+        for rule in self._automatic_rules:
+            after = rule.taken(values)
+            if after is not None and (after != values or rule.fails_operation):
+                return rule, after
+        return None
+
+    def _operation(self, operation: Operation) -> OperationRules:
+        timers = {
+            OperationState.EXECUTING.value: operation.deadline_ns,
+            OperationState.DISABLED.value: operation.disabled_deadline_ns,
+        }
+        return OperationRules(
+            operation.name,
+            self._rule(operation.pre),
+            self._rule(operation.post),
+            None if operation.failed is None else self._rule(operation.failed),
+            self._acting(f"{operation.name} timing out", conjunction(()), operation.timedout),
+            tuple(state for state, allowed_ns in timers.items() if allowed_ns is not None),
+        )
+
+    def _rule(self, transition: Transition) -> GuardedRule:
+        return self._acting(transition.name, transition.running_guard, transition.running_actions)
+
+    def _automatic(self, transition: Transition) -> GuardedRule:
+        """An automatic transition; one that fails an operation can be taken only while that one executes (1.3)."""
+        space = self.model.running_space
+        failing = [action for action in transition.running_actions if fails_operation(action, space)]
+        others = [action for action in transition.running_actions if action not in failing]
+        executing = Constant(OperationState.EXECUTING.value)
+        guards = [transition.running_guard, *(Equal(Reference(action.target), executing) for action in failing)]
+        return self._acting(transition.name, conjunction(guards), others, fails_operation=bool(failing))
+
+    def _acting(
+        self, name: str, guard: Predicate, actions: Iterable[Action], *, fails_operation: bool = False
+    ) -> GuardedRule:
+        kept = tuple(action for action in actions if action.target in self.variables)
+        domains = tuple(self.model.running_space[action.target].domain for action in kept)
+        return GuardedRule(name, guard, kept, domains, fails_operation)

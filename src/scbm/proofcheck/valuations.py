@@ -1,0 +1,82 @@
+"""Which values of variables satisfy a predicate: plain backtracking over values that are known in part."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeAlias
+
+from scbm.model import And, Implies, Not, Or, Truth
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from scbm.model import Predicate, Value
+
+    Choices: TypeAlias = Mapping[str, tuple[Value, ...]]
+
+MAX_STEPS = 100_000
+"""So many valuations, of all variables or of some, are looked at for one question."""
+
+
+class TooManyStepsError(Exception):
+    """The answer was not found within so many steps."""
+
+
+def valuations(predicate: Predicate, choices: Choices, most_steps: int) -> Iterator[dict[str, Value]]:
+    """Every way to give each variable one of its values so that the predicate holds.
+
+    Args:
+        predicate: reads no variables but those in `choices`.
+        choices: the values of each variable. What comes first is varied last.
+        most_steps: how many valuations, of all variables or of some, are looked at.
+
+    Raises:
+        TooManyStepsError: there are more of them, or more dead ends, than are looked at.
+    """
+    names = tuple(choices)
+    stack: list[dict[str, Value]] = [{}]
+    steps = 0
+    while stack:
+        known = stack.pop()
+        steps += 1
+        if steps > most_steps:
+            raise TooManyStepsError
+        if truth(predicate, known) is False:
+            continue
+        if len(known) == len(names):
+            yield known
+            continue
+        name = names[len(known)]
+        stack.extend({**known, name: value} for value in reversed(choices[name]))
+
+
+def is_satisfiable(predicate: Predicate, choices: Choices) -> bool:
+    """Whether there is such a valuation of the variables that the predicate reads. Raises `TooManyStepsError`."""
+    read = {name: choices[name] for name in predicate.reads()}
+    return any(True for _ in valuations(predicate, read, MAX_STEPS))
+
+
+def truth(predicate: Predicate, known: Mapping[str, Value]) -> bool | None:
+    """What the predicate is if only some variables are known; `None` if that is open."""
+    match predicate:
+        case Truth(value):
+            return value
+        case Not(operand):
+            return _negated(truth(operand, known))
+        case And(operands):
+            return _negated(_any([_negated(truth(operand, known)) for operand in operands]))
+        case Or(operands):
+            return _any([truth(operand, known) for operand in operands])
+        case Implies(condition, consequence):
+            return _any([_negated(truth(condition, known)), truth(consequence, known)])
+        case _:
+            return predicate.holds(known) if all(name in known for name in predicate.reads()) else None
+
+
+def _negated(value: bool | None) -> bool | None:  # noqa: FBT001 - a truth value of three
+    return None if value is None else not value
+
+
+def _any(values: list[bool | None]) -> bool | None:
+    if True in values:
+        return True
+    return None if None in values else False

@@ -1,0 +1,82 @@
+"""The figure as a badge for a README: one SVG that fetches nothing, and has no `id` that could be another's."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import TYPE_CHECKING
+
+from scbm.reports.ci.xml_text import visible
+
+if TYPE_CHECKING:
+    from scbm.cases.coverage import Figure
+    from scbm.store import History
+
+_COLOURS = ((100.0, "#2a7a3b"), (90.0, "#4a7326"), (75.0, "#6f6a00"), (50.0, "#8a5a00"), (25.0, "#a8480f"))
+"""From so many per cent on a colour; white on each of them has a contrast of 4.5 at least."""
+
+_LOW = "#b3261e"
+_NOTHING = "#666666"
+_LABEL = "#444444"
+
+_NARROW = "ijlftrI.,:;'|!()[]{}- "
+_WIDE = "mwMW%@"
+_CAPITALS = "ABCDEFGHJKLNOPQRSTUVXYZ"
+_MARGIN = 6
+"""Pixels on each side of a text."""
+
+
+def badge(history: History) -> str:
+    """The badge of all cases of a store."""
+    return badge_svg(history.coverage.figure)
+
+
+def badge_svg(figure: Figure, label: str = "SCBM-IAS") -> str:
+    """A badge of the usual size, 20 pixels high: a label, and the figure on a colour that goes with it.
+
+    Args:
+        figure: what to show.
+        label: what stands before it.
+    """
+    value = str(figure)
+    left, right = _width(label), _width(value)
+    name = escape(visible(f"{label}: {value}"))
+    return f"""\
+<svg xmlns="http://www.w3.org/2000/svg" width="{left + right}" height="20" role="img" aria-label="{name}">
+  <title>{name}</title>
+  <path d="M3 0h{left - 3}v20H3a3 3 0 0 1-3-3V3a3 3 0 0 1 3-3z" fill="{_LABEL}"/>
+  <path d="M{left} 0h{right - 3}a3 3 0 0 1 3 3v14a3 3 0 0 1-3 3H{left}z" fill="{_colour(figure)}"/>
+  <g fill="#fff" text-anchor="middle" font-family="Verdana,DejaVu Sans,Geneva,sans-serif" font-size="11">
+    {_text(label, 0, left)}
+    {_text(value, left, right)}
+  </g>
+</svg>
+"""
+
+
+def _text(text: str, x: int, width: int) -> str:
+    """A text in the middle of its part; its length is said, so that it fits in whatever font there is."""
+    length = width - 2 * _MARGIN
+    middle = x + width / 2
+    return f'<text x="{middle:g}" y="14" textLength="{length}" aria-hidden="true">{escape(visible(text))}</text>'
+
+
+def _width(text: str) -> int:
+    """About as many pixels as a text takes in Verdana, with a margin on both sides."""
+    return round(sum(map(_advance, text))) + 2 * _MARGIN
+
+
+def _advance(character: str) -> float:
+    if character in _NARROW:
+        return 4.5
+    if character in _WIDE:
+        return 10.5
+    if character in _CAPITALS:
+        return 7.8
+    return 6.9 if character.isascii() else 11.0
+
+
+def _colour(figure: Figure) -> str:
+    percent = figure.percent
+    if percent is None:
+        return _NOTHING
+    return next((colour for least, colour in _COLOURS if percent >= least), _LOW)

@@ -1,0 +1,117 @@
+"""The model file as a file of code in Cobertura's XML: the branch rate is SCBM-IAS (decision 21)."""
+
+from __future__ import annotations
+
+import posixpath
+from datetime import UTC, datetime, timedelta
+from typing import TYPE_CHECKING
+from xml.etree.ElementTree import Element, SubElement
+
+from scbm import __version__
+from scbm.cases.coverage import Figure
+from scbm.reports.ci.marked_lines import as_code, mark_file
+from scbm.reports.ci.xml_text import is_absolute, portable, xml_text
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from scbm.reports.ci.marked_lines import MarkedFile, MarkedLine, MarkedPart
+    from scbm.store import History
+
+_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+
+
+def cobertura_xml(history: History) -> str:
+    """A Cobertura file, as `coverage-04.dtd` has it: one package, the directory; one class in it, the model file.
+
+    Raises:
+        InputError: the source of the history says no model.
+    """
+    marked = as_code(mark_file(history.model, history.source, history.coverage))
+    base, name = _located(history.source.path)
+    root = Element("coverage", _rates(marked.measured))
+    lines, branches = _lines_figure(marked.measured), _branches_figure(marked.measured)
+    root.set("lines-covered", str(lines.visited))
+    root.set("lines-valid", str(lines.of))
+    root.set("branches-covered", str(branches.visited))
+    root.set("branches-valid", str(branches.of))
+    root.set("version", f"scbm {__version__}")
+    root.set("timestamp", str(_milliseconds(history.runs[-1].started)))
+    SubElement(SubElement(root, "sources"), "source").text = base
+    package = SubElement(SubElement(root, "packages"), "package", _rates(marked.measured))
+    package.set("name", posixpath.dirname(name) or ".")
+    file = SubElement(SubElement(package, "classes"), "class", _rates(marked.measured))
+    file.set("name", posixpath.basename(name))
+    file.set("filename", name)
+    _add_parts(file, marked)
+    _add_lines(file, marked.measured)
+    return xml_text(root)
+
+
+def _located(path: str) -> tuple[str, str]:
+    """Where files are sought, and what the model file is called there.
+
+    A relative path is seen from the directory that everything is run in, which is that of the repository in CI. An
+    absolute one is split, as GitLab finds the part of a source that lies in the repository, but not that of a name.
+    """
+    name = portable(path)
+    return (posixpath.dirname(name), posixpath.basename(name)) if is_absolute(name) else (".", name)
+
+
+def _add_parts(file: Element, marked: MarkedFile) -> None:
+    """Operations and automatic transitions, which are the methods of the model."""
+    by_number = {line.number: line for line in marked.measured}
+    methods = SubElement(file, "methods")
+    for part in marked.parts:
+        lines = [by_number[number] for number in part.lines]
+        method = SubElement(methods, "method", _rates(lines, part))
+        method.set("name", part.name)
+        method.set("signature", "")
+        _add_lines(method, lines, part)
+
+
+def _add_lines(owner: Element, lines: Sequence[MarkedLine], part: MarkedPart | None = None) -> None:
+    group = SubElement(owner, "lines")
+    for line in lines:
+        element = SubElement(group, "line", {"number": str(line.number), "hits": str(line.hits)})
+        branches = _branches(line, part)
+        if not branches:
+            element.set("branch", "false")
+            continue
+        visited = sum(count > 0 for _, count in branches)
+        element.set("branch", "true")
+        element.set("condition-coverage", f"{100 * visited // len(branches)}% ({visited}/{len(branches)})")
+        conditions = SubElement(element, "conditions")
+        for number, (kind, count) in enumerate(branches):
+            coverage = "100%" if count else "0%"
+            SubElement(conditions, "condition", {"number": str(number), "type": kind, "coverage": coverage})
+
+
+def _branches(line: MarkedLine, part: MarkedPart | None) -> list[tuple[str, int]]:
+    """The branches of a line: all of them, or those of one part that shares it with others."""
+    return [(o.aspect.value, count) for o, count in line.obligations if part is None or part.owns(o)]
+
+
+def _rates(lines: Sequence[MarkedLine], part: MarkedPart | None = None) -> dict[str, str]:
+    """What every level says of itself."""
+    branches = _branches_figure(lines, part)
+    return {"line-rate": _rate(_lines_figure(lines)), "branch-rate": _rate(branches), "complexity": "0"}
+
+
+def _lines_figure(lines: Sequence[MarkedLine]) -> Figure:
+    return Figure(sum(bool(line.hits) for line in lines), len(lines))
+
+
+def _branches_figure(lines: Sequence[MarkedLine], part: MarkedPart | None = None) -> Figure:
+    counts = [count for line in lines for _, count in _branches(line, part)]
+    return Figure(sum(count > 0 for count in counts), len(counts))
+
+
+def _rate(figure: Figure) -> str:
+    """A figure as a share, to as many digits as it has in per cent; 1 if there is nothing to measure."""
+    return "1" if figure.percent is None else f"{figure.percent / 100:.4f}"
+
+
+def _milliseconds(started: str) -> int:
+    """A moment as milliseconds since 1970."""
+    return (datetime.fromisoformat(started) - _EPOCH) // timedelta(milliseconds=1)

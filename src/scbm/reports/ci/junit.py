@@ -1,0 +1,91 @@
+"""The cases of a store as JUnit XML, for Jenkins, GitLab and whatever else shows tests. docs/report-formats.md."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+from xml.etree.ElementTree import Element, SubElement
+
+from scbm.reports.ci.xml_text import portable, xml_text
+from scbm.reports.figure_table import counted
+from scbm.reports.reproduction import again, again_words, place_of
+from scbm.store import Drawn
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.store import History, StoredCase
+
+_SECONDS = len("2026-11-21T12:00:00")
+"""The time of a run to the second, as Ant wrote it first and the tools still read it."""
+
+
+def junit_xml(history: History) -> str:
+    """A JUnit file: one suite, named as the model, with each case as a test. Times are seconds of the runs.
+
+    Valid against the schema of Jenkins' xUnit plugin. That allows several failures of one test, but Jenkins and GitLab
+    show only one, so it tells of all.
+    """
+    lost = sum(case.is_lost for case in history.cases)
+    counts = {"tests": str(len(history.cases)), "failures": str(len(history.failed) - lost), "errors": str(lost)}
+    time = _seconds(history.ended_ns)
+    root = Element("testsuites", {"name": "scbm", "time": time, **counts})
+    suite = SubElement(root, "testsuite", {"name": history.model.name, "time": time, **counts, "skipped": "0"})
+    suite.set("timestamp", history.runs[-1].started[:_SECONDS])
+    suite.set("file", portable(history.source.path))
+    properties = SubElement(suite, "properties")
+    for name, value in _properties(history):
+        SubElement(properties, "property", {"name": name, "value": value})
+    for label, case in zip(history.labels, history.cases, strict=True):
+        _add_case(suite, label, case, history)
+    return xml_text(root)
+
+
+def _properties(history: History) -> Iterator[tuple[str, str]]:
+    yield "model", history.model.name
+    yield "model_file", portable(history.source.path)
+    yield "command", history.runs[-1].command
+    seeds = dict.fromkeys(case.recipe.seed for case in history.cases if isinstance(case.recipe, Drawn))
+    if seeds:
+        yield "seed", ", ".join(map(str, seeds))
+    over_nodes = sum(case.is_over_nodes for case in history.cases)
+    if over_nodes:
+        yield "cases_over_nodes", str(over_nodes)
+    figure = history.coverage.figure
+    yield "scbm_ias", str(figure)
+    yield "obligations_visited", str(figure.visited)
+    yield "obligations", str(figure.of)
+
+
+def _add_case(suite: Element, label: str, case: StoredCase, history: History) -> None:
+    test = SubElement(suite, "testcase", {"name": label, "classname": history.model.name})
+    test.set("time", _seconds(case.ended_ns))
+    place = place_of(case, history)
+    if not case.verdict.passed:
+        _add_failure(test, case, history)
+    if place:
+        SubElement(test, "system-out").text = f"ran {place}"
+
+
+def _add_failure(test: Element, case: StoredCase, history: History) -> None:
+    first, *others = case.verdict.failures
+    more = f" (and {counted(len(others), 'more failure')})" if others else ""
+    tag = "error" if case.is_lost else "failure"  # that a test was not carried out is another thing to JUnit
+    failure = SubElement(test, tag, {"type": first.kind.value, "message": f"{first}{more}"})
+    failure.text = "\n".join(_told(case, history))
+
+
+def _told(case: StoredCase, history: History) -> Iterator[str]:
+    """All that is to be said of a case that failed."""
+    for failure in case.verdict.failures:
+        yield f"{failure.kind.value} {failure.subject}: {failure}"
+    yield f"goal: {case.goal}"
+    where = place_of(case, history) or "simulated"
+    yield f"ended: {case.verdict.end.replace('_', ' ')} after {_seconds(case.ended_ns)} s {where}"
+    command = again(case, portable(history.source.path), history.runs)
+    if command:
+        yield f"{again_words(case)}: {command}"
+
+
+def _seconds(time_ns: int) -> str:
+    """Nanoseconds as seconds; the schema of Jenkins allows three digits behind the point."""
+    return f"{time_ns / 1e9:.3f}"

@@ -1,0 +1,52 @@
+"""The model file as a file of code in a tracefile of LCOV: its branches are the obligations (decision 21)."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from scbm.reports.ci.marked_lines import as_code, mark_file
+from scbm.reports.ci.xml_text import portable, visible
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.reports.ci.marked_lines import MarkedFile, MarkedLine
+    from scbm.store import History
+
+
+_NO_WORD = re.compile(r"\W", re.ASCII)
+"""What the name of a test may not have."""
+
+
+def lcov_info(history: History) -> str:
+    """A tracefile, for `lcov` 1 and 2, `genhtml`, and the tools that read the same.
+
+    Raises:
+        InputError: the source of the history says no model.
+    """
+    marked = as_code(mark_file(history.model, history.source, history.coverage))
+    return "".join(f"{line}\n" for line in _records(history, marked))
+
+
+def _records(history: History, marked: MarkedFile) -> Iterator[str]:
+    yield f"TN:{_NO_WORD.sub('_', history.model.name)}"
+    yield f"SF:{visible(portable(history.source.path))}"
+    yield from (f"FN:{part.number},{part.name}" for part in marked.parts)
+    yield from (f"FNDA:{part.hits},{part.name}" for part in marked.parts)
+    yield f"FNF:{len(marked.parts)}"
+    yield f"FNH:{sum(part.hits > 0 for part in marked.parts)}"
+    counts = [count for line in marked.measured for _, count in line.obligations]
+    yield from (record for line in marked.measured for record in _branches(line))
+    yield f"BRF:{len(counts)}"
+    yield f"BRH:{sum(count > 0 for count in counts)}"
+    yield from (f"DA:{line.number},{line.hits}" for line in marked.measured)
+    yield f"LF:{len(marked.measured)}"
+    yield f"LH:{sum(bool(line.hits) for line in marked.measured)}"
+    yield "end_of_record"
+
+
+def _branches(line: MarkedLine) -> Iterator[str]:
+    """The branches of a line; `-` says that it was not executed at all."""
+    for index, (_, count) in enumerate(line.obligations):
+        yield f"BRDA:{line.number},0,{index},{count if line.hits else '-'}"

@@ -1,0 +1,190 @@
+"""A store as a summary in Markdown, for the page of a job, or a comment on a change, at GitHub or GitLab."""
+
+from __future__ import annotations
+
+import re
+from html import escape
+from typing import TYPE_CHECKING
+
+from scbm.cases.coverage import STATE_ASPECTS, Aspect, Figure
+from scbm.reports.causes import causes_of
+from scbm.reports.ci.xml_text import visible
+from scbm.reports.figure_table import counted
+from scbm.reports.missed_reasons import close_command, missed_reasons
+from scbm.reports.reproduction import again, durations
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from scbm.reports.causes import Cause
+    from scbm.reports.missed_reasons import Missed
+    from scbm.store import History
+
+MAX_CHARACTERS = 65_536
+"""What GitHub takes for a comment; the summary of a step may be sixteen times as long."""
+
+_ORDER = (*STATE_ASPECTS, Aspect.TAKEN, Aspect.QUEUED)
+_BAR_WIDTH = 40
+_SMALL_BAR_WIDTH = 16
+_MAX_CAUSES = 20
+_MAX_NAMED = 3
+_MAX_ROWS = 100
+_FEWEST_HIDDEN = 6
+"""A list of so many is folded."""
+
+_MAX_OF_A_TEXT = 400
+"""So much of a message or of a name is shown."""
+
+_BLANKS = re.compile(r"\s+")
+_MARKUP = re.compile(r"[\\`*_{}\[\]|~#$!]")
+_BACKTICKS = re.compile(r"`+")
+
+
+def markdown(history: History, missed: Sequence[Missed] | None = None, most_characters: int = MAX_CHARACTERS) -> str:
+    """The figure, what failed, and what is missing and why: the more important, the further up.
+
+    Args:
+        history: what to tell of.
+        missed: what is missing; all that is, if this is not said.
+        most_characters: how long it may be; what is too much is left out at the end, and a sentence says so.
+    """
+    file = history.source.path
+    told = missed_reasons(history.model, history.coverage, file) if missed is None else missed
+    blocks = [_headline(history), *_failed(causes_of(history), history), _figures(history), *_missing(told, file)]
+    return _joined(blocks, most_characters)
+
+
+def _joined(blocks: Sequence[str], most_characters: int) -> str:
+    """The blocks that there is room for, in their order, and what is said of the others."""
+    text = "\n".join(blocks)
+    if len(text) <= most_characters:
+        return text
+    cut = "\n*The rest is left out, as this would be too long: `scbm report` shows all of it.*\n"
+    kept = ""
+    for block in blocks:
+        if len(kept) + len(block) + 1 + len(cut) > most_characters:
+            break
+        kept += f"{block}\n"
+    return kept + cut
+
+
+def _headline(history: History) -> str:
+    figure = history.coverage.figure
+    mark = "❌" if history.failed else "✅" if history.cases else "⚪"
+    bar = "" if figure.percent is None else f"`{_bar(figure, _BAR_WIDTH)}` "
+    cases = f"{counted(len(history.cases), 'case')}: {', '.join(_ends(history))}" if history.cases else "no cases"
+    failed = f"**{len(history.failed)} failed**; " if history.failed else ""
+    return (
+        f"## {mark} SCBM-IAS of {_code(history.model.name)}: {figure}\n\n"
+        f"{bar}{figure.visited} of {figure.of} obligations visited\n\n"
+        f"{failed}{cases}; {durations(history)}\n"
+    )
+
+
+def _ends(history: History) -> Iterator[str]:
+    ends: dict[str, int] = {}
+    for case in history.cases:
+        ends[case.verdict.end.value] = ends.get(case.verdict.end.value, 0) + 1
+    return (f"{count} {end.replace('_', ' ')}" for end, count in ends.items())
+
+
+def _failed(causes: Sequence[Cause], history: History) -> Iterator[str]:
+    if not causes:
+        return
+    rows = [_row(*_cause(cause, history)) for cause in causes[:_MAX_CAUSES]]
+    table = _table(("what failed", "cases", "see it"), rows)
+    more = len(causes) - _MAX_CAUSES
+    rest = f"\nand {counted(more, 'more cause')}\n" if more > 0 else ""
+    yield f"### Failed: {counted(len(history.failed), 'case')}\n\n{table}{rest}"
+
+
+def _cause(cause: Cause, history: History) -> tuple[str, str, str]:
+    named = ", ".join(_cell(label) for label in cause.labels[:_MAX_NAMED])
+    more = len(cause.labels) - _MAX_NAMED
+    command = again(cause.case, history.source.path, history.runs)
+    all_of_it = "all of its run: " if cause.case.is_over_nodes else ""
+    return (
+        f"**{cause.failure.kind.replace('_', ' ')}**: {_plain(cause.failure.message)}",
+        f"{named} and {more} more" if more > 0 else named,
+        f"{all_of_it}{_cell(command)}" if command else "",
+    )
+
+
+def _figures(history: History) -> str:
+    coverage = history.coverage
+    rows = []
+    for aspect in _ORDER:
+        figure = coverage.figure_of(aspect)
+        beside = " (beside the figure)" if aspect is Aspect.QUEUED else ""
+        bar = f"`{_bar(figure, min(figure.of, _SMALL_BAR_WIDTH))}`" if figure.of else ""
+        rows.append(_row(f"{aspect.value}{beside}", f"{figure.visited} / {figure.of}", bar))
+    return _table(("", "visited", ""), rows)
+
+
+def _missing(missed: Sequence[Missed], file: str) -> Iterator[str]:
+    """What is missing, aspect by aspect, and the commands that say what would close it."""
+    if not missed:
+        return
+    yield (
+        f"### Missing\n\nWhat would close one of them, and how: {_code(missed[0].command)}. "
+        f"All of them: {_code(close_command(file))}.\n"
+    )
+    for aspect in _ORDER:
+        group = [each for each in missed if each.obligation.aspect is aspect]
+        if group:
+            yield _missing_of(aspect, group)
+
+
+def _missing_of(aspect: Aspect, group: Sequence[Missed]) -> str:
+    """What is missing of one aspect, those with one reason together; folded if it is long."""
+    by_reason: dict[str, list[str]] = {}
+    for each in group[:_MAX_ROWS]:
+        by_reason.setdefault(each.reason, []).append(_cell(each.obligation.subject))
+    table = _table(("", "why"), [_row(", ".join(names), _plain(reason)) for reason, names in by_reason.items()])
+    more = len(group) - _MAX_ROWS
+    body = f"{table}\nand {more} more\n" if more > 0 else table
+    title = f"{len(group)} {aspect.value}"
+    if len(group) < _FEWEST_HIDDEN:
+        return f"**{title}**\n\n{body}"
+    return f"<details><summary><b>{title}</b></summary>\n\n{body}\n</details>\n"
+
+
+def _bar(figure: Figure, width: int) -> str:
+    """Never full before all is visited, never empty when something is."""
+    filled = round(width * figure.visited / figure.of) if figure.of else 0
+    if 0 < figure.visited < figure.of:
+        filled = min(max(filled, 1), width - 1)
+    return "█" * filled + "░" * (width - filled)
+
+
+def _table(heads: tuple[str, ...], rows: Sequence[str]) -> str:
+    return "".join((_row(*heads), _row(*("---" for _ in heads)), *rows))
+
+
+def _row(*cells: str) -> str:
+    return f"| {' | '.join(cells)} |\n"
+
+
+def _cell(text: str) -> str:
+    """A name or a command, as code, in a cell of a table."""
+    return _code(text).replace("|", "\\|")
+
+
+def _code(text: str) -> str:
+    """A text as code."""
+    shown = _shown(text)
+    ticks = "`" * (1 + max((len(found) for found in _BACKTICKS.findall(shown)), default=0))
+    blank = " " if shown.startswith("`") or shown.endswith("`") else ""
+    return f"{ticks}{blank}{shown or ' '}{blank}{ticks}"
+
+
+def _plain(text: str) -> str:
+    """A text that is shown as it is: nothing in it is markup, nor the name of someone to call."""
+    escaped = _MARKUP.sub(r"\\\g<0>", escape(_shown(text), quote=False))
+    return escaped.replace("@", "@<!-- -->")
+
+
+def _shown(text: str) -> str:
+    """A text in one line, and not too long."""
+    line = _BLANKS.sub(" ", visible(text)).strip()
+    return line if len(line) <= _MAX_OF_A_TEXT else f"{line[:_MAX_OF_A_TEXT]}…"

@@ -1,0 +1,169 @@
+"""What failed, as a log in SARIF 2.1.0 for code scanning: each cause at the line of the model that it broke."""
+
+from __future__ import annotations
+
+import json
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
+
+from scbm import __version__
+from scbm.files import read_located
+from scbm.model import Place
+from scbm.reports.causes import asked_for, causes_of
+from scbm.reports.ci.xml_text import is_absolute, portable
+from scbm.reports.figure_table import counted
+from scbm.reports.reproduction import again, again_words, place_of
+from scbm.store import Written
+from scbm.testing import FailureKind
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.files import Places
+    from scbm.reports.causes import Cause
+    from scbm.store import History
+
+_SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
+
+_MAX_NAMED = 3
+"""So many cases are named in a message; the properties of a result have them all."""
+
+_RULES = {
+    FailureKind.REQUIREMENT: ("A requirement was broken", "A run came into a state that a requirement forbids."),
+    FailureKind.EXPECTATION: ("An expectation was not met", "Something that a case expects did not come of its run."),
+    FailureKind.LIVELOCK: ("Automatic transitions go round", "Automatic transitions enable each other for ever."),
+    FailureKind.MODEL_ERROR: ("The model is wrong", "A run came to where the model does not say what happens."),
+    FailureKind.NOT_REACHED: (
+        "A goal was not reached",
+        "A goal was not reached in a run in which nothing was made to go wrong.",
+    ),
+    FailureKind.LOST: ("A run was not finished", "A node was lost meanwhile, which says nothing of the model."),
+}
+"""For each kind of failure a title and a sentence."""
+
+
+def sarif_log(history: History) -> str:
+    """A SARIF log with one run: a rule for each kind of failure, a result for each cause. Without any it is empty.
+
+    Raises:
+        InputError: the source of the history says no model.
+    """
+    log = {"$schema": _SCHEMA, "version": "2.1.0", "runs": [_run(history)]}
+    return json.dumps(log, indent=2, ensure_ascii=False) + "\n"
+
+
+def _run(history: History) -> dict[str, Any]:
+    _, places = read_located(history.source.text, portable(history.source.path))
+    results = [_result(cause, history, places) for cause in causes_of(history)]
+    files = dict.fromkeys((portable(history.source.path), *_case_files(history)))
+    return {
+        "tool": {
+            "driver": {
+                "name": "scbm",
+                "semanticVersion": __version__,
+                "rules": [_rule(kind, *words) for kind, words in _RULES.items()],
+            }
+        },
+        "automationDetails": {"id": f"scbm/{history.model.name}/"},
+        "invocations": [{"commandLine": history.runs[-1].command, "executionSuccessful": True}],
+        "columnKind": "unicodeCodePoints",
+        "artifacts": [{"location": _artifact(file)} for file in files],
+        "results": results,
+    }
+
+
+def _rule(kind: FailureKind, title: str, sentence: str) -> dict[str, Any]:
+    return {
+        "id": kind.value,
+        "name": kind.value.title().replace("_", ""),
+        "shortDescription": {"text": title},
+        "fullDescription": {"text": sentence},
+        "help": {"text": f"{sentence} `scbm run` and `scbm replay` show the run of a case, moment by moment."},
+        "defaultConfiguration": {"level": "error"},
+        "properties": {"precision": "very-high", "problem.severity": "error", "tags": ["testing"]},
+    }
+
+
+def _result(cause: Cause, history: History, places: Places) -> dict[str, Any]:
+    kind = cause.failure.kind
+    place = _place(cause, history, places)
+    fingerprint = _fingerprint(cause, place)
+    return {
+        "ruleId": kind.value,
+        "ruleIndex": list(_RULES).index(kind),
+        "level": "error",
+        "message": {"text": _message(cause, history)},
+        "locations": [{"physicalLocation": _location(place)}],
+        "partialFingerprints": {"scbmCause/v1": fingerprint, "primaryLocationLineHash": f"{fingerprint}:1"},
+        "properties": {"subject": cause.failure.subject, "goal": cause.case.goal, "cases": list(cause.labels)},
+    }
+
+
+def _message(cause: Cause, history: History) -> str:
+    """The failure, the cases that have it, and the command that shows the first one."""
+    named = ", ".join(cause.labels[:_MAX_NAMED])
+    more = len(cause.labels) - _MAX_NAMED
+    others = f" and {counted(more, 'more case')}" if more > 0 else ""
+    place = place_of(cause.case, history)
+    ran = f"\nran {place}" if place else ""
+    command = again(cause.case, portable(history.source.path), history.runs)
+    how = f"\n{again_words(cause.case)}: {command}" if command else ""
+    return f"{cause.failure}\nin {named}{others}{ran}{how}"
+
+
+def _place(cause: Cause, history: History, places: Places) -> Place:
+    """Where a cause is told: in the model, or in the file of a case that asks for more than the model does."""
+    failure, recipe = cause.failure, cause.case.recipe
+    known = [requirement.name for requirement in history.model.requirements]
+    is_own = failure.kind is FailureKind.REQUIREMENT and failure.subject not in known
+    place, _ = places.find(_path(cause))
+    if isinstance(recipe, Written) and (is_own or failure.kind is FailureKind.EXPECTATION):
+        return Place(portable(recipe.path), 1)
+    return place
+
+
+def _path(cause: Cause) -> tuple[str, ...]:
+    """Where the model says what was broken."""
+    match cause.failure.kind:
+        case FailureKind.REQUIREMENT:
+            return ("requirements", cause.failure.subject)
+        case FailureKind.NOT_REACHED:
+            return ("goals", cause.case.goal)
+        case FailureKind.LIVELOCK:
+            return ("automatic_transitions",)
+        case _:
+            return ("behavior_model",)
+
+
+def _location(place: Place) -> dict[str, Any]:
+    region = {"startLine": max(1, place.line)}
+    if place.column:
+        region |= {"startColumn": place.column, "endColumn": place.column + place.length}
+    return {"artifactLocation": _artifact(place.file), "region": region}
+
+
+def _artifact(file: str) -> dict[str, str]:
+    """A portable path as an address: a relative one is seen from the root of the repository."""
+    address = quote(file, safe="/:")
+    if is_absolute(file):
+        return {"uri": f"file:///{address.removeprefix('/')}"}
+    return {"uri": f"./{address}" if ":" in address.split("/")[0] else address, "uriBaseId": "%SRCROOT%"}
+
+
+def _case_files(history: History) -> Iterator[str]:
+    """The files of written cases that failed."""
+    return (portable(case.recipe.path) for case in history.failed if isinstance(case.recipe, Written))
+
+
+def _fingerprint(cause: Cause, place: Place) -> str:
+    """What tells a cause from others, also when lines move: kind, subject, goal or file, but no moments and values."""
+    kind = cause.failure.kind
+    parts = [kind.value, cause.failure.subject, place.file]
+    if kind is FailureKind.REQUIREMENT:
+        parts += filter(None, [asked_for(cause.failure, cause.case.recipe)])
+    if kind is FailureKind.NOT_REACHED:
+        parts.append(cause.case.goal)
+    if kind is FailureKind.EXPECTATION:
+        parts.append(cause.case.name)
+    return sha256(json.dumps(parts).encode()).hexdigest()[:32]

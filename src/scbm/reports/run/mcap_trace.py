@@ -1,0 +1,339 @@
+"""A run as MCAP, for Foxglove and what else reads recordings of robots.
+
+Messages are JSON, each channel with the JSON Schema of its messages. Channels of states have a message where the state
+changes, beginning with the first one; the rest have a message where something happens. The `sequence` of a message is
+the number of the record in the trace that it comes of, from 0. `docs/traces.md` says what is on which topic.
+
+The file is neither compressed nor dated: the same run is the same bytes.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from itertools import groupby
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+from mcap.well_known import MessageEncoding, SchemaEncoding
+from mcap.writer import CompressionType, Writer
+
+import scbm
+from scbm.cases.trace import (
+    AutomaticTaken,
+    InjectionApplied,
+    MeasurementRefused,
+    MessageDisturbed,
+    PlanReceived,
+    PutBack,
+    ReplyDropped,
+    RequestSent,
+    ResourceChanged,
+    RunStarted,
+)
+from scbm.model import OperationState, PlanState, RequestState, ValueKind, format_moment
+from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, PLAN_STATE, operation_state_name
+from scbm.reports.terminal.timeline import stretch
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from rich.text import Text
+
+    from scbm.cases.trace import Record
+    from scbm.model import BehaviorModel, Domain, Value
+    from scbm.testing import Execution
+
+    Json = dict[str, Any]
+
+_TIME_WIDTH = len(" " * 11) + len("  ")
+"""So many characters stand before each line of a timeline."""
+
+_INFO, _WARNING, _ERROR = 2, 3, 4
+"""Levels of `foxglove.Log`."""
+
+_WARNINGS = ("yellow", "red", "magenta")
+"""What the timeline paints so is worth a second look."""
+
+
+@dataclass(frozen=True, slots=True)
+class McapMessage:
+    """One message.
+
+    Attributes:
+        topic: its channel.
+        at_ns: when.
+        record: the number of the record that it comes of.
+        content: what it says.
+    """
+
+    topic: str
+    at_ns: int
+    record: int
+    content: Json
+
+
+def write_mcap(model: BehaviorModel, execution: Execution, stream: BinaryIO) -> int:
+    """Writes the run to a stream, and says how many messages it has."""
+    writer = Writer(stream, compression=CompressionType.NONE)
+    writer.start(profile="", library=f"scbm {scbm.__version__}")
+    channels = {topic: _registered(writer, topic, schema) for topic, schema in _schemas(model, execution).items()}
+    writer.add_metadata("scbm", _about(execution))
+    messages = sorted(_messages(model, execution), key=lambda message: (message.at_ns, message.record))
+    for message in messages:
+        data = json.dumps(message.content, ensure_ascii=False, separators=(",", ":")).encode()
+        writer.add_message(channels[message.topic], message.at_ns, data, message.at_ns, message.record)
+    writer.finish()  # type: ignore[no-untyped-call]  # it has no annotation
+    return len(messages)
+
+
+def _registered(writer: Writer, topic: str, schema: Json) -> int:
+    data = json.dumps(schema, ensure_ascii=False, separators=(",", ":")).encode()
+    schema_id = writer.register_schema(schema["title"], SchemaEncoding.JSONSchema, data)
+    return writer.register_channel(topic, MessageEncoding.JSON, schema_id)
+
+
+def _about(execution: Execution) -> dict[str, str]:
+    case, verdict = execution.case, execution.verdict
+    return {
+        "scbm": scbm.__version__,
+        "model": execution.trace.model,
+        "case": case.name,
+        "goal": case.goal,
+        "predicate": str(case.predicate),
+        "verdict": verdict.end.value,
+        "passed": json.dumps(verdict.passed),
+        "failures": json.dumps([str(failure) for failure in verdict.failures], ensure_ascii=False),
+        "simulated_ns": str(execution.ended_ns),
+    }
+
+
+# schemas
+
+
+def _object(title: str, **properties: Json) -> Json:
+    return {"title": title, "type": "object", "properties": properties, "required": list(properties)}
+
+
+def _one_of(values: Iterable[str]) -> Json:
+    return {"type": "string", "enum": list(values)}
+
+
+_TEXT: Json = {"type": "string"}
+_NUMBER: Json = {"type": "integer"}
+_TEXTS: Json = {"type": "array", "items": _TEXT}
+_VALUES: Json = {"type": "object", "additionalProperties": {"type": ["boolean", "integer", "string"]}}
+
+_TIME: Json = {
+    "type": "object",
+    "title": "time",
+    "properties": {
+        "sec": {"type": "integer", "minimum": 0},
+        "nsec": {"type": "integer", "minimum": 0, "maximum": 999_999_999},
+    },
+}
+_LEVELS = ("UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL")
+_LOG = _object(
+    "foxglove.Log",
+    timestamp=_TIME,
+    level={"title": "foxglove.LogLevel", "oneOf": [{"title": name, "const": n} for n, name in enumerate(_LEVELS)]},
+    message=_TEXT,
+    name=_TEXT,
+    file=_TEXT,
+    line={"type": "integer", "minimum": 0},
+)
+
+
+def _schemas(model: BehaviorModel, execution: Execution) -> dict[str, Json]:
+    """The schema of each topic, in order."""
+    operation = _object("scbm.Operation", state=_one_of(OperationState))
+    requirement = _object("scbm.Requirement", state=_one_of(("kept", "violated")), reason=_TEXT, values=_VALUES)
+    requirements = (*model.requirements, *execution.case.requirements)
+    return {
+        "/events": _LOG,
+        "/plan": _plan_schema(model),
+        **{f"/operations/{each.name}": operation for each in model.operations},
+        **{f"/resources/{each.name}": _resource_schema() for each in model.resources},
+        **{f"/variables/{each.name}": _variable_schema(each.domain) for each in model.variables},
+        **{f"/requirements/{each.name}": requirement for each in requirements},
+        "/automatic": _object("scbm.Automatic", transition=_TEXT, failed=_TEXT, changes=_VALUES),
+        "/injections": _object("scbm.Injection", injection=_TEXT, state=_TEXT, changes=_VALUES),
+        "/network": _object("scbm.Network", request=_NUMBER, resource=_TEXT, message=_TEXT, fate=_TEXT),
+    }
+
+
+def _plan_schema(model: BehaviorModel) -> Json:
+    names = ("none", *(operation.name for operation in model.operations))
+    states = {"current_state": _one_of(OperationState), "state": _one_of(PlanState)}
+    return _object("scbm.Plan", **states, current=_one_of(names), ask=_NUMBER, status=_TEXT, operations=_TEXTS)
+
+
+def _resource_schema() -> Json:
+    asked = {"request": _NUMBER, "payload": _VALUES}
+    return _object("scbm.Resource", state=_one_of(RequestState), trigger={"type": "boolean"}, condition=_TEXT, **asked)
+
+
+def _variable_schema(domain: Domain) -> Json:
+    return _object(f"scbm.Variable {domain}", value=_value_schema(domain))
+
+
+def _value_schema(domain: Domain) -> Json:
+    match domain.kind:
+        case ValueKind.BOOLEAN:
+            return {"type": "boolean"}
+        case ValueKind.INTEGER:
+            return {"type": "integer", "minimum": domain.values[0], "maximum": domain.values[-1]}
+        case ValueKind.SYMBOL:
+            return _one_of(map(str, domain.values))
+
+
+# messages
+
+
+def _messages(model: BehaviorModel, execution: Execution) -> Iterator[McapMessage]:
+    yield from _logged(model, execution)
+    yield from _states(model, execution)
+    yield from _happened(execution)
+    yield from _judged(model, execution)
+
+
+def _states(model: BehaviorModel, execution: Execution) -> Iterator[McapMessage]:
+    """The states of plan, operations, resources and variables, wherever they change."""
+    following = _FollowedRun(model)
+    said: dict[str, Json] = {}
+    for number, record in enumerate(execution.trace.records):
+        for content in following.contents(record):
+            for topic, told in content.items():
+                if said.get(topic) != told:
+                    said[topic] = told
+                    yield McapMessage(topic, record.at_ns, number, told)
+
+
+class _FollowedRun:
+    """The state behind record after record, topic by topic."""
+
+    def __init__(self, model: BehaviorModel) -> None:
+        self._model = model
+        self._state: dict[str, Value] = {}
+        self._plan: Json = {"ask": 0, "status": "", "operations": []}
+        self._asked = {resource.name: {"request": 0, "payload": {}} for resource in model.resources}
+        self._conditions = {resource.name: "well" for resource in model.resources}
+        self._topics = _topics(model)
+
+    def contents(self, record: Record) -> Iterator[dict[str, Json]]:
+        """What each touched topic has to say: at the start of a run all of them, before anything changes."""
+        if isinstance(record, RunStarted):
+            self._state.update(record.state)
+            yield self._contents(dict.fromkeys(self._topics.values()))
+        touched = {self._topics[name]: None for name, _ in record.changes}
+        if isinstance(record, PlanReceived):
+            self._plan = {"ask": record.ask, "status": record.status, "operations": list(record.plan)}
+            touched["/plan"] = None
+        elif isinstance(record, RequestSent):
+            self._asked[record.resource] = {"request": record.request, "payload": dict(record.payload)}
+            touched[f"/resources/{record.resource}"] = None
+        elif isinstance(record, ResourceChanged):
+            self._conditions[record.resource] = record.condition
+            touched[f"/resources/{record.resource}"] = None
+        if self._state:  # what changed before is in the state with which the run starts
+            self._state.update(record.changes)
+            yield self._contents(touched)
+
+    def _contents(self, topics: Iterable[str]) -> dict[str, Json]:
+        return {topic: self._content(topic) for topic in topics}
+
+    def _content(self, topic: str) -> Json:
+        _, room, *rest = topic.split("/")
+        if room == "plan":
+            states = {"current_state": self._state[CURRENT_STATE], "state": self._state[PLAN_STATE]}
+            return {**states, "current": self._state[CURRENT_NAME], **self._plan}
+        name = rest[0]
+        if room == "operations":
+            return {"state": self._state[operation_state_name(name)]}
+        if room == "variables":
+            return {"value": self._state[name]}
+        resource = next(resource for resource in self._model.resources if resource.name == name)
+        states = {"state": self._state[resource.request_state], "trigger": self._state[resource.trigger]}
+        return {**states, "condition": self._conditions[name], **self._asked[name]}
+
+
+def _topics(model: BehaviorModel) -> dict[str, str]:
+    """The topic of each variable."""
+    return {
+        **dict.fromkeys((PLAN_STATE, CURRENT_NAME, CURRENT_STATE), "/plan"),
+        **{operation_state_name(operation.name): f"/operations/{operation.name}" for operation in model.operations},
+        **{name: f"/resources/{each.name}" for each in model.resources for name in (each.request_state, each.trigger)},
+        **{variable.name: f"/variables/{variable.name}" for variable in model.variables},
+    }
+
+
+def _happened(execution: Execution) -> Iterator[McapMessage]:
+    """What has no state: automatic transitions, injections, faults of the network."""
+    for number, record in enumerate(execution.trace.records):
+        told = _told(record)
+        if told is not None:
+            yield McapMessage(told[0], record.at_ns, number, told[1])
+
+
+def _told(record: Record) -> tuple[str, Json] | None:  # noqa: PLR0911 - one for each record that is told
+    changes = dict(record.changes)
+    match record:
+        case AutomaticTaken():
+            return "/automatic", {"transition": record.transition, "failed": record.failed or "", "changes": changes}
+        case InjectionApplied():
+            return "/injections", {"injection": record.injection, "state": "applied", "changes": changes}
+        case PutBack():
+            return "/injections", {"injection": record.injection, "state": "put back", "changes": changes}
+        case ResourceChanged():
+            state = f"{record.resource} is {record.condition}"
+            return "/injections", {"injection": record.injection, "state": state, "changes": changes}
+        case MessageDisturbed():
+            fate = f"delivered {record.copies} times" if record.copies else "lost"
+            of = {"request": record.request, "resource": record.resource}
+            return "/network", {**of, "message": record.message, "fate": fate}
+        case ReplyDropped():
+            fate = f"dropped: {record.why}"
+            return "/network", {"request": record.request, "resource": "", "message": "reply", "fate": fate}
+        case MeasurementRefused():
+            message = f"{record.variable} = {json.dumps(record.value)}"
+            return "/network", {"request": 0, "resource": "", "message": message, "fate": "refused"}
+        case _:
+            return None
+
+
+def _judged(model: BehaviorModel, execution: Execution) -> Iterator[McapMessage]:
+    """Each requirement: kept at first, and violated when it is; of a run that was lost nobody knows."""
+    for requirement in (*model.requirements, *execution.case.requirements) if execution.trace.records else ():
+        kept: Json = {"state": "kept", "reason": "", "values": {}}
+        yield McapMessage(f"/requirements/{requirement.name}", 0, 0, kept)
+    for each in execution.violations:
+        broken = {"state": "violated", "reason": each.reason, "values": dict(each.values)}
+        yield McapMessage(f"/requirements/{each.requirement}", each.at_ns, each.record, broken)
+
+
+def _logged(model: BehaviorModel, execution: Execution) -> Iterator[McapMessage]:
+    """The timeline, line by line; all lines of one moment come of its last record."""
+    begin = end = at_ns = 0
+    for at_ns, records in groupby(execution.trace.records, key=lambda record: record.at_ns):
+        end = begin + sum(1 for _ in records)
+        for line in stretch(model, execution, begin, end):
+            yield McapMessage("/events", at_ns, end - 1, _log(execution, line, at_ns, end - 1))
+        begin = end
+    for failure in execution.verdict.failures:
+        told = {"message": f"FAILED  {failure}", "level": _ERROR}
+        last = max(0, end - 1)  # a run that was lost has no records
+        yield McapMessage("/events", at_ns, last, _log_of(execution, at_ns, last) | told)
+
+
+def _log(execution: Execution, line: Text, at_ns: int, record: int) -> Json:
+    message = line.plain[_TIME_WIDTH:]
+    styles = " ".join(str(span.style) for span in line.spans)
+    level = _WARNING if any(colour in styles for colour in _WARNINGS) else _INFO
+    told = {"message": message, "level": _ERROR if message.startswith("✗") else level}
+    return _log_of(execution, at_ns, record) | told
+
+
+def _log_of(execution: Execution, at_ns: int, record: int) -> Json:
+    seconds, nanoseconds = divmod(at_ns, 1_000_000_000)
+    timestamp = {"sec": seconds, "nsec": nanoseconds}
+    about = {"name": execution.case.name, "file": execution.trace.model, "line": record}
+    return {"timestamp": timestamp, "level": _INFO, "message": format_moment(at_ns), **about}

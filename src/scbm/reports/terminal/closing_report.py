@@ -1,0 +1,336 @@
+"""What closing came to, for the terminal: the figure before and after, what is new, what cannot be, what would help."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import floor
+from shlex import quote
+from textwrap import wrap
+from typing import TYPE_CHECKING, NamedTuple
+
+from rich.text import Text
+
+from scbm.cases.coverage import Aspect, Figure
+from scbm.closing import Decision
+from scbm.closing.advice.suggestions import grouped
+from scbm.closing.summaries import aspects_in_words, in_few_words
+from scbm.model import format_moment
+from scbm.reports.figure_table import counted
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from scbm.closing import Closing, ClosingCase, Decided, Suggestion
+    from scbm.closing.closing_files import ClosingFiles
+    from scbm.closing.failing_cases import FailedCase, FoundFault
+
+_BAR_WIDTH = 50
+_COLUMNS = 110
+"""A list of names is broken into lines of about so many."""
+
+
+class _FigureSegment(NamedTuple):
+    """A part of the bar: what it is made of, how, and what it stands for."""
+
+    mark: str
+    style: str
+    name: str
+
+
+_BEFORE = _FigureSegment("█", "green", "before")
+_NEW = _FigureSegment("▓", "bold green", "new cases")
+_NEVER = _FigureSegment("░", "dim", "uncoverable")
+_OPEN = _FigureSegment("?", "bold red", "undecided")
+
+
+@dataclass(frozen=True, slots=True)
+class ClosingSetting:
+    """What the report tells beside the result.
+
+    Attributes:
+        file: the model file, for the commands that are suggested.
+        suite: what was run before, in words; nothing, if closing began from nothing.
+        files: the case files of that suite as words of a command, with a blank before each.
+        drawing: the options that draw its random cases, in the same way.
+        closing: how `scbm close` begins with it, in the same way, with its other options.
+        output: where cases and certificates were written, if they were.
+        failed: the cases that failed.
+        found: the new cases that end as no run of a good model does.
+        written: the goals that were written into the model before it was closed.
+        already: the goals that were to be written, and are in the model already.
+    """
+
+    file: str
+    suite: str = ""
+    files: str = ""
+    drawing: str = ""
+    closing: str = ""
+    output: ClosingFiles | None = None
+    failed: tuple[FailedCase, ...] = ()
+    found: tuple[FoundFault, ...] = ()
+    written: tuple[str, ...] = ()
+    already: tuple[str, ...] = ()
+
+
+def closing_report(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
+    """The report, line by line."""
+    yield Text("Closing report: ", style="bold").append(closing.model.name)
+    yield Text()
+    yield from _figures(closing, setting)
+    yield from _failed(setting)
+    yield from _cases(closing.cases)
+    yield from _found(setting)
+    yield from _decisions("Proved uncoverable", closing, Decision.UNCOVERABLE)
+    yield from _decisions("Undecided", closing, Decision.UNDECIDED)
+    yield from _suggestions(closing.suggestions, setting)
+    yield from _commands(closing, setting)
+
+
+# the figures
+
+
+def _figures(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
+    before, after = closing.before.figure, closing.after.figure
+    line = Text("  SCBM-IAS: ")
+    if before.visited != after.visited:
+        line.append(f"{before} → ")
+    line.append(str(after), style="bold").append("  ")
+    counts = _counts(closing)
+    parts = {
+        _BEFORE: before.visited,
+        _NEW: after.visited - before.visited,
+        _NEVER: counts[Decision.UNCOVERABLE],
+        _OPEN: after.of - after.visited - counts[Decision.UNCOVERABLE],
+    }
+    legend = "   ".join(f"{part.mark} {part.name}" for part, count in parts.items() if count)
+    indentation = " " * line.cell_len
+    line.append_text(_bar(parts))
+    line.rstrip()
+    yield line
+    if legend:
+        yield Text(f"{indentation}{legend}", style="dim")
+    yield from _told_counts(closing, counts)
+    yield Text(f"  Before:   {setting.suite or 'nothing'}")
+    for goal in setting.written:
+        yield Text(f"  Written:  goal {goal}, into {setting.file}", style="green")
+    for goal in setting.already:
+        yield Text(f"  Written:  goal {goal} is in {setting.file} already")
+
+
+def _counts(closing: Closing) -> dict[Decision, int]:
+    """How the obligations of the paper's figure end."""
+    counted_ones = [found.decision for found in closing.decided if found.obligation.counts]
+    return {decision: counted_ones.count(decision) for decision in Decision}
+
+
+def _bar(parts: dict[_FigureSegment, int]) -> Text:
+    """Each part by its share, but never empty when something is in it."""
+    there = {part: count for part, count in parts.items() if count}
+    of = sum(there.values())
+    widths = {part: max(1, _BAR_WIDTH * count // of) for part, count in there.items()}
+    by_rest = sorted(there, key=lambda part: _BAR_WIDTH * there[part] % of, reverse=True)
+    for part in by_rest[: max(0, _BAR_WIDTH - sum(widths.values()))]:
+        widths[part] += 1
+    bar = Text()
+    for part, width in widths.items():
+        bar.append(part.mark * width, style=part.style)
+    return bar
+
+
+def _told_counts(closing: Closing, counts: dict[Decision, int]) -> Iterator[Text]:
+    told = ", ".join(f"{counts[decision]} {decision}" for decision in Decision)
+    line = Text(f"  Decided:  {told} of {sum(counts.values())}")
+    coverable = Figure(counts[Decision.COVERED], counts[Decision.COVERED] + counts[Decision.UNDECIDED])
+    if coverable.percent is not None and counts[Decision.UNCOVERABLE]:
+        line.append(f"; {coverable} of what can be covered")
+    yield line
+    queued = closing.after.figure_of(Aspect.QUEUED)
+    never = [d for d in closing.decided if not d.obligation.counts and d.decision is Decision.UNCOVERABLE]
+    more = f", {len(never)} never can be" if never else ""
+    if queued.of:
+        yield Text(f"  Queued:   {queued.visited} of {queued.of} in a plan{more}").append(
+            "  (beside the figure)", "dim"
+        )
+
+
+# what failed
+
+
+def _failed(setting: ClosingSetting) -> Iterator[Text]:
+    if not setting.failed:
+        return
+    yield from _head(f"Failed: {counted(len(setting.failed), 'case')}", "bold red")
+    for failed in setting.failed:
+        yield Text(f"  {failed.name}")
+        for failure in failed.failures:
+            yield Text(f"    {failure}", style="red")
+        yield Text("    again: ").append(failed.again, style="cyan")
+
+
+# the new cases
+
+
+def _cases(cases: Sequence[ClosingCase]) -> Iterator[Text]:
+    if not cases:
+        return
+    time = format_moment(sum(made.execution.ended_ns for made in cases))
+    yield from _head(f"New cases: {len(cases)}, {time} simulated")
+    rows = [("name", "goal", "ends", "after", "adds"), *(_row(made) for made in cases)]
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    yield _cells(rows[0], widths, "dim")
+    for made, row in zip(cases, rows[1:], strict=True):
+        yield _cells(row, widths)
+        for words in in_few_words(made.adds):
+            yield from _wrapped(words, 6)
+
+
+def _row(made: ClosingCase) -> tuple[str, str, str, str, str]:
+    end = made.execution.verdict.end.replace("_", " ")
+    adds = sum(obligation.counts for obligation in made.adds)
+    return made.case.name, made.case.goal, end, format_moment(made.execution.ended_ns), str(adds)
+
+
+def _cells(cells: Sequence[str], widths: Sequence[int], style: str = "") -> Text:
+    *words, time, number = cells
+    *columns, time_width, number_width = widths
+    told = [f"{word:<{width}}" for word, width in zip(words, columns, strict=True)]
+    return Text(f"  {'  '.join(told)}  {time:>{time_width}}  {number:>{number_width}}", style=style)
+
+
+def _found(setting: ClosingSetting) -> Iterator[Text]:
+    if not setting.found:
+        return
+    yield from _head("Found on the way", "bold red")
+    for fault in setting.found:
+        yield from _wrapped(f"{fault.name} {fault.message}", 2, "red")
+        yield Text("    again: ").append(fault.again, style="cyan")
+
+
+# what is not covered
+
+
+def _decisions(title: str, closing: Closing, decision: Decision) -> Iterator[Text]:
+    """The obligations that end so: operation by operation, with the reason; what is alike is told once."""
+    found = [decided for decided in closing.decided if decided.decision is decision]
+    if not found:
+        return
+    beside = sum(not decided.obligation.counts for decided in found)
+    more = f", and {beside} queued" if beside else ""
+    yield from _head(f"{title}: {len(found) - beside}{more}", "bold red" if decision is Decision.UNDECIDED else "bold")
+    for subjects, groups in _grouped(found).items():
+        yield from _told_groups(subjects, groups)
+    if decision is Decision.UNDECIDED:
+        yield Text("  --max-states says how many situations of runs may be looked at")
+
+
+def _grouped(found: Iterable[Decided]) -> dict[tuple[str, ...], tuple[tuple[str, str], ...]]:
+    """Subjects with the same aspects and reasons, and for these each group of aspects with its reason."""
+    by_subject: dict[tuple[str, bool], dict[str, list[Aspect]]] = {}
+    for decided in found:
+        obligation = decided.obligation
+        reasons = by_subject.setdefault((obligation.subject, obligation.aspect is Aspect.TAKEN), {})
+        reasons.setdefault(_of_it(decided.reason, obligation.subject), []).append(obligation.aspect)
+    alike: dict[tuple[tuple[str, str], ...], list[str]] = {}
+    for (subject, is_automatic), reasons in by_subject.items():
+        groups = tuple((aspects_in_words(aspects), reason) for reason, aspects in reasons.items())
+        alike.setdefault(groups, []).append(f"automatic/{subject}" if is_automatic else subject)
+    return {tuple(subjects): groups for groups, subjects in alike.items()}
+
+
+def _of_it(reason: str, subject: str) -> str:
+    """A reason without the name of what it is about, as that stands above it."""
+    if reason.startswith(f"{subject} "):
+        return f"it {reason.removeprefix(subject).lstrip()}"
+    return reason.replace(f"takes automatic/{subject};", "takes it;")
+
+
+def _told_groups(subjects: tuple[str, ...], groups: tuple[tuple[str, str], ...]) -> Iterator[Text]:
+    told = ", ".join(subjects)
+    for aspects, reason in groups:
+        is_automatic = aspects == Aspect.TAKEN
+        yield from _wrapped(told if is_automatic else f"{told}: {aspects}", 2, "")
+        yield Text(f"      {reason}", style="dim")
+
+
+# what would change it
+
+
+def _suggestions(suggestions: Sequence[Suggestion], setting: ClosingSetting) -> Iterator[Text]:
+    if not suggestions:
+        return
+    yield from _head("What would change that")
+    for suggestion in grouped(suggestions):
+        for words in in_few_words(suggestion.obligations):
+            yield from _wrapped(words, 2, "")
+        for clause in suggestion.text.split("; "):
+            yield Text(f"      {clause}", style="dim")
+        if suggestion.name is not None:
+            yield Text("      ").append(f"{_close(setting)} --write {suggestion.name}", style="cyan")
+    if sum(suggestion.name is not None for suggestion in suggestions) > 1:
+        yield Text("  all of these goals")
+        yield Text("      ").append(f"{_close(setting)} --write all", style="cyan")
+
+
+def _close(setting: ClosingSetting) -> str:
+    return f"scbm close {quote(setting.file)}{setting.closing}"
+
+
+# what to do next
+
+
+def _commands(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
+    output = setting.output
+    if output is None and (closing.cases or closing.certificates):
+        yield from _head("Save it")
+        made = [counted(len(closing.cases), "case")] if closing.cases else []
+        made += [counted(len(closing.certificates), "certificate")] if closing.certificates else []
+        yield _command(f"{_close(setting)} --out closed", f"writes {' and '.join(made)}")
+    elif output is not None:
+        yield from _head(f"Written: {_written(output)}")
+        yield from _checks(closing, setting, output)
+
+
+def _written(output: ClosingFiles) -> str:
+    parts = [(len(output.cases), "case"), (len(output.certificates), "certificate")]
+    made = " and ".join(counted(count, noun) for count, noun in parts if count) or "nothing"
+    removed = f"; {counted(len(output.removed), 'file')} of an earlier closing removed" if output.removed else ""
+    return f"{made} below {output.directory}{removed}"
+
+
+def _checks(closing: Closing, setting: ClosingSetting, output: ClosingFiles) -> Iterator[Text]:
+    """The commands that repeat what was written."""
+    new = f" {quote(str(output.directory))}" if output.cases else ""
+    suite = f"{setting.files}{new}{setting.drawing}"
+    figure = closing.after.figure
+    if suite:
+        under = f" --fail-under {floor(10_000 * figure.visited / figure.of) / 100:g}" if figure.of else ""
+        yield _command(f"scbm test {quote(setting.file)}{suite}{under}", "runs all cases")
+    if output.certificates:
+        files = list(output.certificates.values())
+        path = files[0] if len(files) == 1 else files[0].parent
+        yield _command(f"scbm close --check {quote(str(path))}", "checks the proofs")
+
+
+def _command(command: str, what: str) -> Text:
+    return Text("  ").append(command, style="cyan").append(f"   {what}", style="dim")
+
+
+# words
+
+
+def _head(words: str, style: str = "bold") -> Iterator[Text]:
+    yield Text()
+    yield Text(words, style=style)
+
+
+def _wrapped(words: str, columns: int, style: str = "dim") -> Iterator[Text]:
+    """Words in lines that are not too long; the names in them are never broken."""
+    lines = wrap(
+        words,
+        _COLUMNS,
+        initial_indent=" " * columns,
+        subsequent_indent=" " * (columns + 2),
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+    yield from (Text(line, style=style) for line in lines)

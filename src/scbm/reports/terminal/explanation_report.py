@@ -1,0 +1,230 @@
+"""Why obligations ended as they did, in sentences."""
+
+from __future__ import annotations
+
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from rich.text import Text
+
+from scbm.cases.coverage import Aspect
+from scbm.closing import Decision
+from scbm.closing.summaries import in_few_words, plan_in_words
+from scbm.model import format_moment, format_value
+from scbm.proofcheck import StructureArgument, ValuesArgument
+from scbm.reports.figure_table import counted
+from scbm.reports.terminal.timeline import stretch
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+    from scbm.cases import Case
+    from scbm.cases.coverage import Obligation
+    from scbm.closing import Suggestion
+    from scbm.closing.explanations import Explanation, SearchedRuns, Visit
+    from scbm.model import BehaviorModel
+
+_LINES = 8
+"""So many lines of a run are shown for a visit: the last one is the visit."""
+
+_TIME_WIDTH = 11
+"""The columns of the time in a timeline."""
+
+_ARROW = " → "
+
+_MAX_WRONG = 6
+"""So many things that went wrong before a visit are told, the last ones."""
+
+_FOLLOWS_FROM = {
+    StructureArgument.kind: "what stands in the model file",
+    ValuesArgument.kind: "the values that transitions and replies can give the variables",
+}
+_STYLES = {Decision.COVERED: "bold green", Decision.UNCOVERABLE: "bold", Decision.UNDECIDED: "bold red"}
+
+
+def told_explanations(
+    explanations: Iterable[Explanation], model: BehaviorModel, files: Mapping[str, str], command: str
+) -> Iterator[Text]:
+    """All of them, with a blank line between; what is not covered for the same reason is told once.
+
+    Args:
+        explanations: what is told.
+        model: whose obligations they are.
+        files: the files of the cases of the suite, by the name of the case.
+        command: how the model was closed.
+    """
+    told = _ExplanationText(model, files, command)
+    for number, alike in enumerate(_alike(explanations)):
+        yield from [Text()] if number else []
+        yield from told.lines(alike)
+
+
+def told_case(text: str, command: str | None, path: str | None = None) -> Iterator[Text]:
+    """A case as YAML, and the command that shows its run."""
+    yield Text()
+    if path is not None:
+        yield Text(f"# {path}", style="dim")
+    for line in text.splitlines():
+        yield Text(line)
+    if command:
+        yield Text()
+        yield Text("Again: ").append(command, style="cyan")
+
+
+def _alike(explanations: Iterable[Explanation]) -> Iterator[list[Explanation]]:
+    """Those that are not covered for the same reason together; each of the others alone."""
+    groups: dict[object, list[Explanation]] = {}
+    for explanation in explanations:
+        decided = explanation.decided
+        key = (decided.decision, decided.reason) if explanation.visit is None else decided.obligation
+        groups.setdefault(key, []).append(explanation)
+    yield from groups.values()
+
+
+class _ExplanationText:
+    """Tells explanations one after the other, and nothing twice."""
+
+    def __init__(self, model: BehaviorModel, files: Mapping[str, str], command: str) -> None:
+        self._model = model
+        self._files = files
+        self._command = command
+        self._suggestions: dict[Suggestion, None] = {}
+        self._looked_at: dict[SearchedRuns, None] = {}
+        self._cases: dict[str, None] = {}
+
+    def lines(self, alike: Sequence[Explanation]) -> Iterator[Text]:
+        """Explanations that differ in nothing but their obligations."""
+        explanation = alike[0]
+        decided = explanation.decided
+        by = f" by {decided.case}" if decided.case is not None else ""
+        name = str(decided.obligation)
+        if len(alike) > 1:
+            name = ", ".join(in_few_words(each.decided.obligation for each in alike))
+        yield Text(name, style="bold").append("  ").append(f"{decided.decision}{by}", style=_STYLES[decided.decision])
+        if explanation.visit is not None:
+            yield from self._visit(explanation.visit, decided.obligation)
+        else:
+            yield from self._not_covered(explanation)
+        for suggestion in dict.fromkeys(suggestion for each in alike for suggestion in each.suggestions):
+            if suggestion not in self._suggestions:
+                yield from _suggestion(suggestion, self._command)
+            self._suggestions[suggestion] = None
+
+    def _not_covered(self, explanation: Explanation) -> Iterator[Text]:
+        yield Text(f"  {_sentence(explanation.decided.reason)}")
+        if explanation.looked_at is not None:
+            if explanation.looked_at not in self._looked_at:
+                yield Text(f"  {_looked_at(explanation.looked_at)}")
+            self._looked_at[explanation.looked_at] = None
+        elif explanation.decided.certificate in _FOLLOWS_FROM:
+            yield Text(f"  That follows from {_FOLLOWS_FROM[explanation.decided.certificate]}; no run was looked at.")
+        if explanation.decided.decision is Decision.UNDECIDED:
+            yield Text("  --max-states says how many situations of runs may be looked at.", style="dim")
+
+    def _visit(self, visit: Visit, obligation: Obligation) -> Iterator[Text]:
+        case = visit.execution.case
+        is_new = case.name not in self._cases
+        self._cases[case.name] = None
+        if is_new:
+            yield from _case(case, self._model, self._files)
+        if obligation.aspect is not Aspect.QUEUED and visit.plan:
+            plan = plan_in_words(visit.plan, _ARROW)
+            yield Text(f"  The plan is then {counted(len(visit.plan), 'operation')}: {plan}.")
+        yield from _wrong(visit)
+        yield Text(f"  At {format_moment(visit.at_ns)} {told_obligation(obligation)}:")
+        yield from _picture(visit, self._model)
+        if is_new:
+            end = visit.execution.verdict.end.replace("_", " ")
+            yield Text(f"  The run ends {end} after {format_moment(visit.execution.ended_ns)}.")
+
+
+def _case(case: Case, model: BehaviorModel, files: Mapping[str, str]) -> Iterator[Text]:
+    whose = f"a case of the suite, in {files[case.name]}" if case.name in files else "a case that closing made"
+    yield Text(f"  {case.name} is {whose}.")
+    yield Text(f"  It begins in {_beginning(case, model)}, and pursues {_goal(case)}.")
+
+
+def _beginning(case: Case, model: BehaviorModel) -> str:
+    nominal = model.nominal_state
+    different = [f"{name} = {format_value(value)}" for name, value in case.initial.items() if nominal[name] != value]
+    return f"the nominal state but for {', '.join(different)}" if different else "the nominal state"
+
+
+def _goal(case: Case) -> str:
+    predicate = str(case.predicate)
+    return predicate if case.goal == predicate else f"{case.goal}: {predicate}"
+
+
+def _wrong(visit: Visit) -> Iterator[Text]:
+    """What went wrong on the way; the last things, as they lead to the visit."""
+    if not visit.wrong:
+        yield Text("  Nothing goes wrong until then.")
+        return
+    yield Text("  This goes wrong until then:")
+    left_out = len(visit.wrong) - _MAX_WRONG
+    if left_out > 0:
+        yield Text(f"    … {left_out} before", style="dim")
+    for words in islice(visit.wrong, max(0, left_out), None):
+        yield Text(f"    {words}")
+
+
+def _picture(visit: Visit, model: BehaviorModel) -> Iterator[Text]:
+    """The last lines of the run up to the visit, from one that has its time; plans, which are told, are left out."""
+    *before, last = stretch(model, visit.execution, 0, visit.record + 1)
+    lines = [*(line for line in before if not _is_plan(line)), last][-_LINES:]
+    first = next((index for index, line in enumerate(lines) if _has_time(line)), 0)
+    for line in lines[first:]:
+        yield Text("  ").append_text(_with_short_plan(line, visit.plan))
+
+
+def _with_short_plan(line: Text, plan: Sequence[str]) -> Text:
+    told = line.plain.replace(_ARROW.join(plan), plan_in_words(plan, _ARROW)) if plan else line.plain
+    return line if told == line.plain else Text(told)
+
+
+def _is_plan(line: Text) -> bool:
+    return line.plain[_TIME_WIDTH:].strip().startswith("plan  ") and not _has_time(line)
+
+
+def _has_time(line: Text) -> bool:
+    return bool(line.plain[:_TIME_WIDTH].strip())
+
+
+def _looked_at(looked_at: SearchedRuns) -> str:
+    count = looked_at.initial_states
+    states = "all initial states" if count is None else counted(count, "initial state")
+    if not looked_at.situations:
+        return f"Looked at: {states} and {counted(looked_at.goals, 'goal')}."
+    situations = f"{looked_at.situations:,} situation{'' if looked_at.situations == 1 else 's'}"
+    return (
+        f"Looked at: {states}, {counted(looked_at.goals, 'goal')}, and {situations}, "
+        "which are all that runs can be in between two events."
+    )
+
+
+def _suggestion(suggestion: Suggestion, command: str) -> Iterator[Text]:
+    yield Text(f"  What would change it: {_sentence(suggestion.text)}")
+    if suggestion.name is not None:
+        yield Text("    ").append(f"{command} --write {suggestion.name}", style="cyan")
+
+
+def _sentence(words: str) -> str:
+    """The words with a full stop; a capital would make another name of one that they begin with."""
+    return words if words.endswith((".", "!", "?")) else f"{words}."
+
+
+def told_obligation(obligation: Obligation) -> str:
+    """An obligation in words: `scan is disabled`."""
+    subject = str(obligation) if obligation.aspect is Aspect.TAKEN else obligation.subject
+    return f"{subject} {_WORDS[obligation.aspect]}"
+
+
+_WORDS = {
+    Aspect.TAKEN: "is taken",
+    Aspect.QUEUED: "is in a plan",
+    Aspect.DISABLED: "is disabled",
+    Aspect.EXECUTING: "executes",
+    Aspect.TIMEDOUT: "times out",
+    Aspect.FAILED: "fails",
+    Aspect.COMPLETED: "completes",
+}

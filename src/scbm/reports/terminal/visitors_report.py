@@ -1,0 +1,143 @@
+"""Which case visits what, and the smallest suite that visits the same, for the terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich.text import Text
+
+from scbm.cases.coverage import Coverage, only_by, visitors_of_each
+from scbm.model import format_moment
+from scbm.reports.figure_table import counted
+from scbm.reports.reproduction import again
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from scbm.cases.coverage import Cover
+    from scbm.store import History, StoredCase
+
+_MAX_CASES_NAMED = 3
+_MAX_OBLIGATIONS_NAMED = 8
+
+
+def contexts_report(history: History) -> Iterator[Text]:
+    """For each obligation the cases that visit it, then for each case what it alone visits."""
+    yield Text("Contexts: ", style="bold").append(f"{history.model.name}, {counted(len(history.cases), 'case')}")
+    yield from _visitors(history)
+    yield from _alone(history)
+
+
+def _visitors(history: History) -> Iterator[Text]:
+    visitors = visitors_of_each(history.coverage)
+    visited = [(str(each), by) for each, by in zip(history.obligations, visitors, strict=True) if by]
+    width = max((len(name) for name, _ in visited), default=0)
+    if visited:
+        yield Text()
+        yield Text(f"{'Obligation':<{width + 2}}  cases", style="bold")
+    for name, by in visited:
+        first = [history.labels[place] for place in by[:_MAX_CASES_NAMED]]
+        yield Text(f"  {name:<{width}}  {len(by):>5}  ").append(_some(first, len(by)), style="dim")
+    missed = len(visitors) - len(visited)
+    if missed:
+        yield Text()
+        yield Text(f"  {counted(missed, 'obligation')} more, which no case visits", style="red")
+
+
+def _alone(history: History) -> Iterator[Text]:
+    alone = only_by(history.coverage)
+    rows = [place for place, bits in enumerate(alone) if bits]
+    yield from _heading("Case", "visits  alone", [history.labels[place] for place in rows])
+    width = max((len(history.labels[place]) for place in rows), default=0)
+    for place in rows:
+        visits, bits = _count(history, history.cases[place].visited), alone[place]
+        yield Text(f"  {history.labels[place]:<{width}}  {visits:>6}  {_count(history, bits):>5}")
+        yield _names(history, bits)
+    rest = len(history.cases) - len(rows)
+    if rest:
+        more = counted(rest, "more case" if rows else "case")
+        yield Text(f"  {more} {'visits' if rest == 1 else 'visit'} nothing alone", style="dim")
+
+
+def smallest_report(history: History, cover: Cover) -> Iterator[Text]:
+    """The cases of the smallest suite, what each brings, and the commands that run them again.
+
+    Args:
+        history: where the cases are.
+        cover: the suite: places in `history.cases`.
+    """
+    cases = [history.cases[place] for place in cover.chosen]
+    yield Text("Smallest suite: ", style="bold").append(f"{len(cases)} of {counted(len(history.cases), 'case')}")
+    yield Text()
+    yield Text("  Visits the same: ").append(str(history.coverage.figure), style="bold")
+    yield Text(f"  {_proof(cover)}", style="green" if cover.is_smallest else "yellow")
+    yield Text(f"  {_cost(cases, history)}")
+    yield from _rows(history, cover)
+    yield from _commands(history, cases)
+
+
+def _proof(cover: Cover) -> str:
+    """How small it is, and how small it could be."""
+    if cover.is_smallest:
+        return "Proved: no smaller suite visits the same"
+    return f"No fewer than {cover.at_least} can visit the same; whether {cover.at_least} can is open"
+
+
+def _cost(cases: Sequence[StoredCase], history: History) -> str:
+    requests = sum(case.requests for case in cases)
+    ended_ns = sum(case.ended_ns for case in cases)
+    of_requests = counted(sum(case.requests for case in history.cases), "request")
+    return f"It takes {requests} of {of_requests}, {format_moment(ended_ns)} of {format_moment(history.ended_ns)}"
+
+
+def _rows(history: History, cover: Cover) -> Iterator[Text]:
+    labels = [history.labels[place] for place in cover.chosen]
+    visits = [history.cases[place].visited for place in cover.chosen]
+    alone = only_by(Coverage(history.obligations, tuple(zip(labels, visits, strict=True))))
+    yield from _heading("Case", "visits   adds  needed for", labels)
+    width = max(map(len, labels), default=0)
+    before = 0
+    for label, visited, only in zip(labels, visits, alone, strict=True):
+        adds = _count(history, visited & ~before)
+        yield Text(f"  {label:<{width}}  {_count(history, visited):>6}  {adds:>5}  {_count(history, only):>10}")
+        yield _names(history, only)
+        before |= visited
+
+
+def _count(history: History, bits: int) -> int:
+    """How many obligations in the figure there are in a set; those beside it are named and not counted."""
+    return history.obligations.figure(bits).visited
+
+
+def _commands(history: History, cases: Sequence[StoredCase]) -> Iterator[Text]:
+    if not cases:
+        return
+    yield Text()
+    yield Text("Run them again", style="bold")
+    commands = [again(case, history.source.path, history.runs) for case in cases]
+    for command in dict.fromkeys(filter(None, commands)):
+        yield Text(f"  {command}", style="cyan")
+    over_nodes = sum(bool(command) and case.is_over_nodes for case, command in zip(cases, commands, strict=True))
+    if over_nodes:
+        words = f"{counted(over_nodes, 'case')} ran over nodes: only all of a run can be made again"
+        yield Text(f"  {words}", style="yellow")
+    earlier = commands.count("")
+    if earlier:
+        yield Text(f"  {counted(earlier, 'case')} of an earlier model cannot be run again", style="yellow")
+
+
+def _heading(first: str, columns: str, labels: Sequence[str]) -> Iterator[Text]:
+    yield Text()
+    if labels:
+        yield Text(f"{first:<{max(map(len, labels)) + 2}}  {columns}", style="bold")
+
+
+def _names(history: History, bits: int) -> Text:
+    """The obligations in a set, in a line of their own."""
+    names = history.obligations.names(bits)
+    return Text(f"      {_some(names[:_MAX_OBLIGATIONS_NAMED], len(names))}", style="dim")
+
+
+def _some(names: Sequence[str], of: int) -> str:
+    more = f" and {of - len(names)} more" if of > len(names) else ""
+    return f"{', '.join(names)}{more}"

@@ -1,0 +1,21 @@
+"""Runs in virtual time: simulated resources, a heap of events, and every free choice kept.
+
+The same choices give the same trace, byte for byte. Nothing here reads a clock, and nothing sleeps.
+"""
+
+from scbm.running.simulation.default_reactions import DrawnReactions, PlainReactions, typical_ns
+from scbm.running.simulation.free_choices import Choices, MessageKind, Reactions, leave_nothing_open
+from scbm.running.simulation.simulator import Simulated, Simulator, TooLongError
+
+__all__ = [
+    "Choices",
+    "DrawnReactions",
+    "MessageKind",
+    "PlainReactions",
+    "Reactions",
+    "Simulated",
+    "Simulator",
+    "TooLongError",
+    "leave_nothing_open",
+    "typical_ns",
+]

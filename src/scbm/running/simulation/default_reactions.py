@@ -1,0 +1,106 @@
+"""How resources react to requests of which a case says nothing: drawn from the model file, or plain."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from scbm.cases import Reaction
+from scbm.model import LatencyShape, Outcome
+
+if TYPE_CHECKING:
+    from random import Random
+
+    from scbm.cases.trace import Changes
+    from scbm.model import Latency, Resource
+
+_MICROSECOND_NS = 1_000
+_WIDE_NS = 1_000_000
+
+
+class PlainReactions:
+    """Every request succeeds, after the typical latency, with the first of the values listed for each variable."""
+
+    def react(self, resource: Resource) -> Reaction:
+        """The same each time."""
+        latency_ns = typical_ns(resource.simulation.latency)
+        return Reaction(resource.name, Outcome.SUCCEED, latency_ns, plainly_measured(resource))
+
+
+def plainly_measured(resource: Resource) -> Changes | None:
+    """The first of the values listed for each variable; `None` if there are none."""
+    return tuple((name, values[0]) for name, values in resource.simulation.measured) or None
+
+
+def typical_ns(latency: Latency) -> int:
+    """The one value, the middle, or the mode, as the distribution has it."""
+    match latency.shape:
+        case LatencyShape.FIXED:
+            return latency.points_ns[0]
+        case LatencyShape.UNIFORM:
+            low, high = latency.points_ns
+            return _rounded((low + high) / 2, low, high)
+        case LatencyShape.TRIANGULAR:
+            return latency.points_ns[1]
+
+
+class DrawnReactions:
+    """Draws reactions from the distributions of the model file.
+
+    Only `Random.random` is used: of all methods it alone promises the same numbers in every version of Python.
+    """
+
+    def __init__(self, random: Random) -> None:
+        self._random = random
+
+    def react(self, resource: Resource) -> Reaction:
+        """Draws an outcome, a latency, and for a success the measured values, in this order."""
+        outcome = self._outcome(resource)
+        latency_ns = self._latency_ns(resource.simulation.latency)
+        measured: Changes | None = None
+        if outcome is Outcome.SUCCEED:
+            drawn = resource.simulation.measured
+            measured = tuple((name, values[self._below(len(values))]) for name, values in drawn) or None
+        return Reaction(resource.name, outcome, latency_ns, measured)
+
+    def _outcome(self, resource: Resource) -> Outcome:
+        drawn = self._random.random()
+        outcomes = resource.simulation.outcomes
+        reached = 0.0
+        for outcome, probability in outcomes:
+            reached += float(probability)
+            if drawn < reached and probability:
+                return outcome
+        return next(outcome for outcome, probability in reversed(outcomes) if probability)
+
+    def _latency_ns(self, latency: Latency) -> int:
+        """A latency, by the inverse of its distribution function."""
+        match latency.shape:
+            case LatencyShape.FIXED:
+                return latency.points_ns[0]
+            case LatencyShape.UNIFORM:
+                low, high = latency.points_ns
+                return _rounded(low + self._random.random() * (high - low), low, high)
+            case LatencyShape.TRIANGULAR:
+                low, mode, high = latency.points_ns
+                return _rounded(_triangular(self._random.random(), low, mode, high), low, high)
+
+    def _below(self, count: int) -> int:
+        return int(self._random.random() * count)
+
+
+def _rounded(drawn_ns: float, low_ns: int, high_ns: int) -> int:
+    """Whole microseconds, which are more than any resource keeps to and easier to read; finer in a narrow range."""
+    step_ns = _MICROSECOND_NS if high_ns - low_ns >= _WIDE_NS else 1
+    rounded = round(drawn_ns / step_ns) * step_ns
+    return min(max(rounded, low_ns), high_ns)
+
+
+def _triangular(drawn: float, low: int, mode: int, high: int) -> float:
+    """The inverse of the distribution function of the triangular distribution."""
+    if low == high:
+        return low
+    share = (mode - low) / (high - low)
+    if drawn <= share:
+        return low + (high - low) * math.sqrt(drawn * share)
+    return high - (high - low) * math.sqrt((1 - drawn) * (1 - share))

@@ -1,0 +1,182 @@
+"""Free choices of a run: how resources react, and how messages travel (semantics 7.1, decision 11).
+
+What the case says is followed; what it leaves open is drawn, or plain if there is nothing to draw from. Everything
+that was decided is kept, so that a case can be made of it which leaves nothing open.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import replace
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any, Protocol
+
+from scbm.cases import AT_ONCE, LOST, Forced, Network, Reaction
+from scbm.model import Outcome
+from scbm.running.simulation.default_reactions import plainly_measured
+from scbm.running.simulation.message_links import Links
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+    from random import Random
+
+    from scbm.cases import Delivery
+    from scbm.model import Resource
+
+
+class MessageKind(StrEnum):
+    """What travels between runner and resource on behalf of a request."""
+
+    REQUEST = "request"
+    REPLY = "reply"
+    CANCEL = "cancel"
+
+
+class Reactions(Protocol):
+    """Says how a resource reacts to a request of which the case says nothing."""
+
+    def react(self, resource: Resource) -> Reaction:
+        """The reaction to the next request, which goes to `resource`."""
+        ...
+
+
+class Choices:
+    """Decides everything that is free in one run."""
+
+    def __init__(
+        self,
+        reactions: Reactions,
+        forced: Sequence[Forced] = (),
+        network: Network = Network(),  # noqa: B008 - an immutable value
+        random: Random | None = None,
+    ) -> None:
+        """Made anew for every run.
+
+        Args:
+            reactions: decides what the case leaves open.
+            forced: what the case says.
+            network: how messages travel of which it says nothing.
+            random: what the fates of messages are drawn from; needed if `network` draws.
+
+        Raises:
+            ValueError: the network draws, and there is nothing to draw from.
+        """
+        if network.draws and random is None:
+            raise ValueError("the faults of the network are a matter of chance, and there is nothing to draw from")
+        self._reactions = reactions
+        self._rules = _OutcomeRules(forced)
+        self._links = Links(network, random)
+        self._taken: list[Reaction] = []
+        self.needs_operation = bool(forced)
+        self._all_at_once = self._links.are_plain and not forced and not network.partitions
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether every message arrives at once, and only once."""
+        return self._all_at_once
+
+    @property
+    def taken(self) -> tuple[Reaction, ...]:
+        """What was decided so far, request by request."""
+        return tuple(self._taken)
+
+    def taken_by(self, request: int) -> Reaction:
+        """What was decided for a request of the run, counted from 1."""
+        return self._taken[request - 1]
+
+    def react(self, resource: Resource, operation: str | None) -> Reaction:
+        """The reaction to the next request of the run; only its messages are still to be decided.
+
+        Args:
+            resource: where the request goes.
+            operation: the operation that executes, as far as `needs_operation` asks for it.
+        """
+        reaction = self._reactions.react(resource)
+        for rule in self._rules.of_next(resource.name, operation):
+            reaction = _follow(reaction, rule, resource)
+        self._taken.append(reaction)
+        return reaction
+
+    def travel(self, request: int, message: MessageKind, now_ns: int) -> Delivery:
+        """How a message travels that is sent now. All copies of a reply travel alike."""
+        if self._all_at_once:
+            return AT_ONCE
+        reaction = self._taken[request - 1]
+        if self._links.cuts(reaction.resource, now_ns):
+            return LOST
+        said: Delivery | None = getattr(reaction, message.value)
+        if said is not None:
+            return said
+        if self._links.are_plain:
+            return AT_ONCE
+        delivery = self._links.deliver(reaction.resource, now_ns, inward=message is MessageKind.REPLY)
+        decided: dict[str, Any] = {message.value: delivery}
+        self._taken[request - 1] = replace(reaction, **decided)
+        return delivery
+
+
+class _OutcomeRules:
+    """The rules of a case, and how many requests each subject had so far."""
+
+    def __init__(self, rules: Iterable[Forced]) -> None:
+        self._rules: dict[str, deque[Forced]] = {}
+        for rule in rules:
+            self._rules.setdefault(rule.subject, deque()).append(rule)
+        self._counts = dict.fromkeys(self._rules, 0)
+
+    def of_next(self, resource: str, operation: str | None) -> list[Forced]:
+        """What is said of the next request: for its resource first, so that the operation's rule goes over it."""
+        if not self._rules:
+            return []
+        rules = (self._next(subject) for subject in (resource, operation) if subject in self._rules)
+        return [rule for rule in rules if rule is not None]
+
+    def _next(self, subject: str) -> Forced | None:
+        self._counts[subject] += 1
+        number, rules = self._counts[subject], self._rules[subject]
+        while rules and rules[0].last is not None and rules[0].last < number:  # so that long lists cost nothing
+            rules.popleft()
+        return next((r for r in rules if r.first <= number and (r.last is None or number <= r.last)), None)
+
+
+def _follow(reaction: Reaction, rule: Forced, resource: Resource) -> Reaction:
+    """The reaction with all that a rule says."""
+    outcome = reaction.outcome if rule.outcome is None else rule.outcome
+    measured = reaction.measured if rule.measured is None else rule.measured
+    if outcome is not Outcome.SUCCEED:
+        measured = None
+    elif rule.measured is None and reaction.outcome is not Outcome.SUCCEED:
+        measured = plainly_measured(resource)
+    return Reaction(
+        reaction.resource,
+        outcome,
+        reaction.latency_ns if rule.latency_ns is None else rule.latency_ns,
+        measured,
+        reaction.request if rule.request is None else rule.request,
+        reaction.reply if rule.reply is None else rule.reply,
+        reaction.cancel if rule.cancel is None else rule.cancel,
+    )
+
+
+def leave_nothing_open(reactions: Iterable[Reaction]) -> tuple[Forced, ...]:
+    """Rules that say everything of a run's requests, resource by resource in the order of their first requests."""
+    by_resource: dict[str, list[Forced]] = {}
+    for reaction in reactions:
+        rules = by_resource.setdefault(reaction.resource, [])
+        rules.append(_rule(reaction, len(rules) + 1))
+    return tuple(rule for rules in by_resource.values() for rule in rules)
+
+
+def _rule(reaction: Reaction, number: int) -> Forced:
+    answered = reaction.outcome is not Outcome.TIMEOUT
+    reply = reaction.reply if answered else None
+    said = (None if delivery == AT_ONCE else delivery for delivery in (reaction.request, reply, reaction.cancel))
+    return Forced(
+        reaction.resource,
+        number,
+        number,
+        reaction.outcome,
+        reaction.latency_ns if answered else None,
+        reaction.measured,
+        *said,
+    )

@@ -1,0 +1,275 @@
+"""One run in virtual time: a heap of what will happen, the runner, and simulated resources."""
+
+from __future__ import annotations
+
+import heapq
+from dataclasses import dataclass, replace
+from itertools import count
+from typing import TYPE_CHECKING, TypeAlias
+
+from scbm.cases import AT_ONCE
+from scbm.cases.trace import BecameCurrent, End, MessageDisturbed, OperationStepped, ResourceChanged
+from scbm.model import OperationState
+from scbm.planning import PlanCache, PlanLimits, Planner, Solved
+from scbm.running.events import (
+    AskPlan,
+    CancelRequest,
+    ChangeResource,
+    Effect,
+    Event,
+    GoalGiven,
+    InjectionGiven,
+    PlanAnswered,
+    PlanStatus,
+    ReplyArrived,
+    RunFinished,
+    RunnerOptions,
+    SendRequest,
+    TimePassed,
+)
+from scbm.running.program import Program
+from scbm.running.runner import Runner
+from scbm.running.simulation.free_choices import MessageKind
+from scbm.running.simulation.simulated_resources import Job, SimulatedResource
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scbm.cases import Case, CaseLimits, Restart
+    from scbm.cases.trace import Record
+    from scbm.model import BehaviorModel
+    from scbm.running.simulation.free_choices import Choices
+
+
+@dataclass(frozen=True, slots=True)
+class Simulated:
+    """What came of a simulated run.
+
+    Attributes:
+        end: how the run for the goal ended.
+        ended_ns: the virtual time at which it did.
+        records: everything that happened.
+    """
+
+    end: End
+    ended_ns: int
+    records: tuple[Record, ...]
+
+
+class TooLongError(Exception):
+    """More happens in a run than whoever asked for it cares to wait for."""
+
+
+class Simulator:
+    """Simulates one model, run after run. Runs do not influence each other."""
+
+    def __init__(
+        self,
+        model: BehaviorModel,
+        options: RunnerOptions | None = None,
+        plan_limits: PlanLimits | None = None,
+    ) -> None:
+        self.model = model
+        self.options = options or RunnerOptions()
+        self.plan_limits = plan_limits or PlanLimits()
+        self.program = Program(model)
+        self.plans = PlanCache(Planner(model))
+        self.resources = {resource.name: resource for resource in model.resources}
+
+    def run(self, case: Case, choices: Choices, most_records: int | None = None) -> Simulated:
+        """Runs a case until its goal is reached or given up.
+
+        Args:
+            case: where it begins, what it is for, what the tester does on the way.
+            choices: decides how resources react, and how messages travel.
+            most_records: the run is given up when more than so many things have happened.
+
+        Raises:
+            TooLongError: that many have.
+        """
+        runner = Runner(self.program, case.initial, self.options_for(case.limits))
+        run = _SimulationRun(self, runner, choices)
+        for injection in case.injections:
+            run.schedule(0, InjectionGiven(injection))
+        run.schedule(0, GoalGiven(case.goal, case.predicate))
+        run.plan_restarts(case.network.restarts)
+        return run.finish(most_records)
+
+    def options_for(self, limits: CaseLimits) -> RunnerOptions:
+        """The limits of a case; where it has none, those of the simulator."""
+        options = self.options
+        if limits.time_ns is not None:
+            options = replace(options, time_limit_ns=limits.time_ns)
+        return options if limits.plans is None else replace(options, plan_limit=limits.plans)
+
+
+@dataclass(frozen=True, slots=True)
+class _Arrives:
+    """A copy of a request, or of its cancellation, comes to its resource."""
+
+    message: MessageKind
+    request: int
+    resource: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Finishes:
+    """The time that a resource takes for a job is over."""
+
+    resource: str
+    job: Job
+
+
+@dataclass(frozen=True, slots=True)
+class _Restarts:
+    """A resource goes down, or comes up again."""
+
+    resource: str
+    is_down: bool
+
+
+_Occurrence: TypeAlias = Event | _Arrives | _Finishes | _Restarts
+
+
+class _SimulationRun:
+    """The state of one simulation."""
+
+    def __init__(self, simulator: Simulator, runner: Runner, choices: Choices) -> None:
+        self._simulator = simulator
+        self._runner = runner
+        self._choices = choices
+        self._order = count()
+        self._heap: list[tuple[int, int, _Occurrence]] = []
+        self._resources = {name: SimulatedResource(name) for name in simulator.resources}
+        self._operation: str | None = None
+        self._records: list[Record] = []
+        self._now_ns = 0
+        self._end: End | None = None
+
+    def schedule(self, at_ns: int, occurrence: _Occurrence) -> None:
+        """Lets something happen; what happens at one moment happens in the order in which it was scheduled."""
+        heapq.heappush(self._heap, (at_ns, next(self._order), occurrence))
+
+    def plan_restarts(self, restarts: Iterable[Restart]) -> None:
+        """Lets resources go down and come up."""
+        for restart in restarts:
+            self.schedule(restart.at_ns, _Restarts(restart.resource, is_down=True))
+            self.schedule(restart.at_ns + restart.for_ns, _Restarts(restart.resource, is_down=False))
+
+    def finish(self, most_records: int | None) -> Simulated:
+        """Lets everything happen until the run ends. Raises `TooLongError`."""
+        while self._end is None:
+            if most_records is not None and len(self._records) > most_records:
+                raise TooLongError
+            event = self._next_event()
+            for effect in self._runner.handle(event, self._now_ns):
+                self._perform(effect)
+        return Simulated(self._end, self._now_ns, tuple(self._records))
+
+    def _next_event(self) -> Event:
+        """What the runner is told next; an event before a deadline of the same moment, as it would come in time."""
+        deadline_ns = self._runner.deadline_ns
+        while self._heap and (deadline_ns is None or self._heap[0][0] <= deadline_ns):
+            self._now_ns, _, occurrence = heapq.heappop(self._heap)
+            event = self._occur(occurrence)
+            if event is not None:
+                return event
+        assert deadline_ns is not None  # noqa: S101 - a goal that is pursued has a time limit
+        self._now_ns = deadline_ns
+        return TimePassed()
+
+    def _occur(self, occurrence: _Occurrence) -> Event | None:
+        """Lets one thing happen; an event if it is one for the runner."""
+        match occurrence:
+            case _Finishes(resource, job):
+                return self._answer(resource, job)
+            case _Arrives(message, request, resource):
+                self._arrive(message, request, resource)
+            case _Restarts(resource, is_down):
+                self._restart(resource, is_down=is_down)
+            case _:
+                return occurrence
+        return None
+
+    def _perform(self, effect: Effect) -> None:
+        """Does what the runner wants done; all but five kinds of effects are records, to be kept."""
+        match effect:
+            case SendRequest():
+                self._choices.react(self._simulator.resources[effect.resource], self._operation)
+                self._send(MessageKind.REQUEST, effect.request, effect.resource)
+            case CancelRequest(request, resource):
+                self._send(MessageKind.CANCEL, request, resource)
+            case ChangeResource(resource, condition):
+                for job, latency_ns in self._resources[resource].become(condition):
+                    self.schedule(self._now_ns + latency_ns, _Finishes(resource, job))
+            case AskPlan():
+                self._plan(effect)
+            case RunFinished():
+                self._end = effect.end
+            case _:
+                self._records.append(effect)
+                if self._choices.needs_operation:
+                    self._follow_operation(effect)
+
+    def _follow_operation(self, record: Record) -> None:
+        """Remembers which operation is the current one, which an answer of the runner may change several times."""
+        if isinstance(record, BecameCurrent):
+            self._operation = record.operation
+        elif isinstance(record, OperationStepped) and record.target is OperationState.INITIAL:
+            self._operation = None
+
+    # resources and messages
+
+    def _send(self, message: MessageKind, request: int, resource: str) -> None:
+        """A message goes to a resource; one that is not under way for any time arrives at once."""
+        for delay_ns in self._travel(message, request, resource):
+            if delay_ns:
+                self.schedule(self._now_ns + delay_ns, _Arrives(message, request, resource))
+            else:
+                self._arrive(message, request, resource)
+
+    def _travel(self, message: MessageKind, request: int, resource: str) -> tuple[int, ...]:
+        delivery = self._choices.travel(request, message, self._now_ns)
+        if delivery is not AT_ONCE and len(delivery) != 1:
+            record = MessageDisturbed(self._now_ns, request, resource, message.value, len(delivery))
+            self._records.append(record)
+        return delivery
+
+    def _arrive(self, message: MessageKind, request: int, name: str) -> None:
+        resource = self._resources[name]
+        if message is MessageKind.CANCEL:
+            resource.cancel(request)
+            return
+        begun = resource.receive(request, self._choices.taken_by(request))
+        if begun is not None:
+            job, latency_ns = begun
+            self.schedule(self._now_ns + latency_ns, _Finishes(name, job))
+
+    def _answer(self, resource: str, job: Job) -> Event | None:
+        """A job is done: the reply, if it arrives at once; else it is under way, or there is none."""
+        if not self._resources[resource].finish(job):
+            return None
+        reply = ReplyArrived(job.request, job.succeeds, job.reaction.measured or () if job.succeeds else ())
+        at_once = None
+        for delay_ns in self._travel(MessageKind.REPLY, job.request, resource):
+            if delay_ns or at_once is not None:
+                self.schedule(self._now_ns + delay_ns, reply)
+            else:
+                at_once = reply
+        return at_once
+
+    def _restart(self, name: str, *, is_down: bool) -> None:
+        resource = self._resources[name]
+        resource.downs += 1 if is_down else -1
+        resource.forget()
+        condition = "down" if resource.is_down else str(resource.condition)
+        self._records.append(ResourceChanged(self._now_ns, "network", name, condition))
+
+    # planning
+
+    def _plan(self, asked: AskPlan) -> None:
+        """Planning takes no time in a simulation."""
+        simulator = self._simulator
+        answer = simulator.plans.plan(asked.state, asked.goal, simulator.plan_limits)
+        plan = answer.plan if isinstance(answer, Solved) else ()
+        self.schedule(self._now_ns, PlanAnswered(asked.ask, PlanStatus(answer.status), plan))

@@ -1,0 +1,36 @@
+"""Coverage that outlives a run: a store keeps what each case visited, and unites what several runs did.
+
+Above `testing`, whose results it keeps; the one room that knows SQLite. `docs/coverage-store.md` describes the file.
+"""
+
+from scbm.files import digest_of
+from scbm.store.history import Drawn, History, ModelSource, Recipe, StoredCase, StoredRun, Written, key_of, sayable
+from scbm.store.model_edits import Dropped
+from scbm.store.replays import Replays, drawn_recipe, network_words, written_recipe
+from scbm.store.store_reader import read_history
+from scbm.store.store_union import Combined, combine_stores
+from scbm.store.store_writer import StoreWriter, begin_run, write_store
+
+__all__ = [
+    "Combined",
+    "Drawn",
+    "Dropped",
+    "History",
+    "ModelSource",
+    "Recipe",
+    "Replays",
+    "StoreWriter",
+    "StoredCase",
+    "StoredRun",
+    "Written",
+    "begin_run",
+    "combine_stores",
+    "digest_of",
+    "drawn_recipe",
+    "key_of",
+    "network_words",
+    "read_history",
+    "sayable",
+    "write_store",
+    "written_recipe",
+]

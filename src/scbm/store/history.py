@@ -1,0 +1,240 @@
+"""What a coverage store holds: a model, the runs that tested it, and what each case visited. A value, without I/O."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from functools import cached_property
+from hashlib import sha256
+from json import dumps
+from typing import TYPE_CHECKING, TypeAlias
+
+from scbm.cases.coverage import Coverage, Obligations
+from scbm.cases.trace import End
+
+if TYPE_CHECKING:
+    from scbm.cases.coverage import Obligation
+    from scbm.model import BehaviorModel
+    from scbm.testing import Verdict
+
+_KEY_BYTES = 16
+
+
+@dataclass(frozen=True, slots=True)
+class ModelSource:
+    """A model file as it was when it was tested.
+
+    Attributes:
+        path: where it was, as the command line named it.
+        text: what it said, with comments and layout.
+    """
+
+    path: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class StoredRun:
+    """One run of a command that tested cases.
+
+    Attributes:
+        id: 32 hexadecimal digits that no other run has.
+        started: when it began, as `2026-11-21T17:38:00.123456Z`; texts so sort by time.
+        command: the command line.
+        source: the model file.
+        visited: what its cases visited, as bits, whether or not a later run had the same cases.
+        cases: how many it ran.
+        failed: how many of these failed.
+        is_earlier: whether it tested an earlier version of the model.
+        is_finished: whether it came to its end.
+        nodes: where its cases ran, in words: `over DDS domain 0`; `None` for simulation.
+    """
+
+    id: str
+    started: str
+    command: str
+    source: ModelSource
+    visited: int = 0
+    cases: int = 0
+    failed: int = 0
+    is_earlier: bool = False
+    is_finished: bool = False
+    nodes: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Written:
+    """A case from a file, or from a test.
+
+    Attributes:
+        text: the case as YAML.
+        path: the file, as the command line named it.
+        requirements: name and sentence of the requirements that the command line added.
+        time_limit_ns: when its run is given up, if the command line said that and the case does not.
+        real: if it ran over nodes, the resources that were real, in the order of the model; `None` in simulation.
+    """
+
+    text: str
+    path: str
+    requirements: tuple[tuple[str, str], ...] = ()
+    time_limit_ns: int | None = None
+    real: tuple[str, ...] | None = None
+
+    @property
+    def is_of_test(self) -> bool:
+        """Whether a test in Python made it, so that no file of cases has it."""
+        return self.path.endswith(".py")
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn:
+    """A random case: what it was drawn from.
+
+    Attributes:
+        seed: the seed of its campaign.
+        number: its number there, from 1.
+        network: the faults of the network as `--network` says them; `drawn` for others in each case; empty for none.
+        requirements: name and sentence of the requirements beside those of the model.
+        time_limit_ns: when its run is given up, if that was said.
+        real: as of a written one.
+    """
+
+    seed: int
+    number: int
+    network: str = ""
+    requirements: tuple[tuple[str, str], ...] = ()
+    time_limit_ns: int | None = None
+    real: tuple[str, ...] | None = None
+
+
+Recipe: TypeAlias = Written | Drawn
+"""What decides a case, with its model, and what tells its runs over nodes from those in simulation."""
+
+
+@dataclass(frozen=True, slots=True)
+class StoredCase:
+    """What a store keeps of a case.
+
+    Attributes:
+        key: what tells it from other cases: a digest of model and recipe.
+        name: its name; several cases of a store can have one, see `History.labels`.
+        recipe: what decides it.
+        goal: the name of its goal, or its predicate if it has none.
+        run: the latest run that had it: an index into `History.runs`.
+        position: its place in that run, from 1.
+        verdict: how it ended, and why it failed if it did.
+        ended_ns: how long its run took, in simulated time.
+        requests: how many requests its run sent.
+        visited: the obligations of the store's model that it visited, as bits.
+        is_earlier: whether it was run on an earlier version of the model; it cannot be run again then.
+        log: if it ran over nodes, the log of that, packed: see `packed_log`.
+    """
+
+    key: bytes
+    name: str
+    recipe: Recipe
+    goal: str
+    run: int
+    position: int
+    verdict: Verdict
+    ended_ns: int
+    requests: int
+    visited: int
+    is_earlier: bool = False
+    log: bytes | None = None
+
+    @property
+    def is_over_nodes(self) -> bool:
+        """Whether it ran over nodes: then the case alone does not give its run again."""
+        return self.recipe.real is not None
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether its run was not finished, as a node was lost. What is not finished is in no store on disk."""
+        return self.verdict.end is End.LOST
+
+    @property
+    def is_shown_again(self) -> bool:
+        """Whether its run can be had again: in simulation of the case, over nodes of its log."""
+        return not (self.is_earlier or self.is_lost)
+
+
+@dataclass(frozen=True)
+class History:
+    """All that a store holds.
+
+    Attributes:
+        model: the model.
+        runs: in the order in which they began.
+        cases: in the order of their runs, and of their places there.
+        outdated: how many cases are left out, as a later run had another version of their file.
+    """
+
+    model: BehaviorModel
+    runs: tuple[StoredRun, ...]
+    cases: tuple[StoredCase, ...]
+    outdated: int = 0
+
+    @property
+    def source(self) -> ModelSource:
+        """The model file, as the last run of this model had it."""
+        return next(run.source for run in reversed(self.runs) if not run.is_earlier)
+
+    @cached_property
+    def obligations(self) -> Obligations:
+        """What there is to visit."""
+        return Obligations.of(self.model)
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """For each case its name; where several have one name, with the first digits of the key behind it."""
+        names = Counter(case.name for case in self.cases)
+        return tuple(c.name if names[c.name] == 1 else f"{c.name}.{c.key.hex()[:8]}" for c in self.cases)
+
+    @cached_property
+    def coverage(self) -> Coverage:
+        """What the cases, by their labels, have visited."""
+        return Coverage(self.obligations, tuple(zip(self.labels, (c.visited for c in self.cases), strict=True)))
+
+    @cached_property
+    def visits(self) -> dict[Obligation, int]:
+        """For each obligation the number of cases that visited it."""
+        return self.coverage.visits()
+
+    @property
+    def failed(self) -> tuple[StoredCase, ...]:
+        """The cases that failed."""
+        return tuple(case for case in self.cases if not case.verdict.passed)
+
+    @property
+    def ended_ns(self) -> int:
+        """How long all cases ran together, in time of their runs: simulated, and over nodes."""
+        return sum(case.ended_ns for case in self.cases)
+
+    @property
+    def over_nodes_ns(self) -> int:
+        """How much of that was over nodes."""
+        return sum(case.ended_ns for case in self.cases if case.is_over_nodes)
+
+    def where(self, case: StoredCase) -> str | None:
+        """Where a case ran, in words that are those of its last run; `None` for simulation."""
+        return self.runs[case.run].nodes if case.is_over_nodes else None
+
+
+def sayable(text: str) -> str:
+    """A text as a store can keep it: bytes of a path that are no UTF-8 are written out, as Python does."""
+    return text.encode(errors="backslashreplace").decode()
+
+
+def key_of(recipe: Recipe, model_digest: str) -> bytes:
+    """The key of a case: 16 bytes of the SHA-256 of its recipe and its model.
+
+    Where its file is does not matter, nor where its nodes met and how fast their time went.
+    """
+    if isinstance(recipe, Written):
+        parts: list[object] = ["written", recipe.text]
+    else:
+        parts = ["drawn", recipe.seed, recipe.number, recipe.network]
+    parts += [recipe.requirements, recipe.time_limit_ns]
+    parts += [] if recipe.real is None else [recipe.real]
+    return sha256(dumps([model_digest, *parts]).encode()).digest()[:_KEY_BYTES]

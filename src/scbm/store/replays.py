@@ -1,0 +1,149 @@
+"""Cases of a store at work again: in simulation a case decides its run, over nodes its log does (decisions 20, 29).
+
+What a store keeps of a case that is going to be run: all that decides it, and no more.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+from scbm.cases import Network
+from scbm.files import Scope, digest_of, parse_requirement, read_case, read_network, write_case, write_network
+from scbm.model import InputError, Requirement
+from scbm.store.compressed_logs import unpacked_log
+from scbm.store.history import Drawn, Written
+from scbm.testing import RandomCases, Tester
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scbm.cases import Case
+    from scbm.model import BehaviorModel
+    from scbm.running import Program
+    from scbm.store.history import History, StoredCase
+    from scbm.testing import Execution
+
+DRAWN = "drawn"
+"""What a recipe says for another network in each case."""
+
+
+def written_recipe(
+    case: Case,
+    model: BehaviorModel,
+    path: str,
+    completed: Case | None = None,
+    real: tuple[str, ...] | None = None,
+) -> Written:
+    """The recipe of a case from a file.
+
+    Args:
+        case: the case as the file says it.
+        model: its model.
+        path: the file.
+        completed: the case with what the command line added to it, if it did.
+        real: if it runs over nodes, the resources that are real.
+    """
+    completed = completed or case
+    added = [requirement for requirement in completed.requirements if requirement not in case.requirements]
+    limit_ns = completed.limits.time_ns if case.limits.time_ns is None else None
+    return Written(write_case(case, model, None), path, _said(added), limit_ns, real)
+
+
+def _said(requirements: Iterable[Requirement]) -> tuple[tuple[str, str], ...]:
+    return tuple((requirement.name, str(requirement.sentence)) for requirement in requirements)
+
+
+def network_words(network: Network | None) -> str:
+    """What recipes of random cases say of their network; `None` is another one for each case."""
+    return DRAWN if network is None else write_network(network)
+
+
+def drawn_recipe(case: Case, network: str, real: tuple[str, ...] | None = None) -> Drawn:
+    """The recipe of a random case.
+
+    Args:
+        case: the case, with what the command line added to it.
+        network: the words for its network.
+        real: if it runs over nodes, the resources that are real.
+    """
+    if case.origin is None:
+        raise ValueError(f"`{case.name}` is not drawn")
+    origin = case.origin
+    return Drawn(origin.seed, origin.number, network, _said(case.requirements), case.limits.time_ns, real)
+
+
+class Replays:
+    """Makes the cases of a store again, and runs them."""
+
+    def __init__(self, history: History) -> None:
+        self._model = history.model
+        self._tester = Tester(history.model)
+        self._random: dict[str, RandomCases] = {}
+        self._requirements: dict[str, Requirement] = {}
+
+    def execute(self, stored: StoredCase) -> Execution | None:
+        """The run of a case: in simulation the case is run again, over nodes its log is.
+
+        `None` for a case of an earlier version of the model, one that was lost with a node, and for a log that does
+        not give its run again, as another version of scbm made it.
+        """
+        if not stored.is_shown_again:
+            return None
+        return self._tester.execute(self.case(stored)) if stored.log is None else self._of_log(stored.log)
+
+    def _of_log(self, packed: bytes) -> Execution | None:
+        """The run of a log, if that is still the run that it was."""
+        from scbm.nodes.log.event_log import read_event_log, rerun  # noqa: PLC0415 - it takes long to load; few stores need it
+
+        try:
+            log = read_event_log(unpacked_log(packed), self._model, self._digest)
+            run = rerun(log, self._program)
+        except (InputError, ValueError):
+            return None
+        execution = self._tester.judged(log.case, run, log.reactions, log)
+        return execution if execution.digest == log.trace else None
+
+    @cached_property
+    def _digest(self) -> str:
+        return digest_of(self._model)
+
+    @cached_property
+    def _program(self) -> Program:
+        from scbm.running import Program  # noqa: PLC0415 - as above
+
+        return Program(self._model)
+
+    def recorded(self, stored: StoredCase) -> Case:
+        """A case of a simulation with nothing left to chance: a written one as it is, a drawn one closed."""
+        case = self.case(stored)
+        return case if isinstance(stored.recipe, Written) else self._tester.execute(case).recorded_case
+
+    def case(self, stored: StoredCase) -> Case:
+        """The case itself, which is of the model of the store. Raises `InputError` if this scbm cannot read it."""
+        recipe = stored.recipe
+        if isinstance(recipe, Written):
+            case = read_case(recipe.text, self._model, recipe.path)
+        else:
+            case = self._random_cases(recipe.network).case(recipe.seed, recipe.number)
+        added = tuple(self._requirement(name, sentence) for name, sentence in recipe.requirements)
+        limit_ns = recipe.time_limit_ns if case.limits.time_ns is None else case.limits.time_ns
+        limits = replace(case.limits, time_ns=limit_ns)
+        return replace(case, requirements=(*case.requirements, *added), limits=limits)
+
+    def _random_cases(self, network: str) -> RandomCases:
+        if network not in self._random:
+            self._random[network] = RandomCases(self._model, network=self._network(network))
+        return self._random[network]
+
+    def _network(self, text: str) -> Network | None:
+        if text == DRAWN:
+            return None
+        return read_network(text, self._model, file="network") if text else Network()
+
+    def _requirement(self, name: str, sentence: str) -> Requirement:
+        if sentence not in self._requirements:
+            parsed = parse_requirement(sentence, Scope.of(self._model), file="requirement")
+            self._requirements[sentence] = Requirement(name, parsed)
+        return replace(self._requirements[sentence], name=name)

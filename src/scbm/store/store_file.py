@@ -1,0 +1,279 @@
+"""Opening a store: what can be wrong with the file, each told in one line; and how writers share it (decision 20)."""
+
+from __future__ import annotations
+
+import sqlite3
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.store.store_schema import APPLICATION_ID, FROM_VERSION_1, TABLES, VERSION, VERSION_1_AS_2
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+_PATIENCE_S = 60
+"""So long one writer waits for another, whose transactions take milliseconds."""
+
+_START = b"SQLite format 3\0"
+
+
+@contextmanager
+def open_for_reading(path: Path, *, alone: bool = False) -> Iterator[sqlite3.Connection]:
+    """A store that has something in it. Raises `InputError` with what is wrong with the file.
+
+    Args:
+        path: the file.
+        alone: whether nobody else may use it until it is closed, as it is going to be replaced.
+    """
+    with told(path):
+        _refuse_other_files(path, must_exist=True)
+        connection = _connect(path)
+        try:
+            if alone:
+                _keep_others_away(connection, path)
+            with one_moment(connection):
+                if not has_tables(connection, path):
+                    remedy = "`scbm test MODEL --store FILE` adds to it"
+                    raise problem(Slug.STORE_EMPTY, path, "no run has added anything to this store", remedy)
+                _refuse_cut_off(connection, path)
+                _refuse_damage(connection, path)
+                show_as_newest(connection)
+                yield connection
+            _set_journal(connection, "DELETE")  # a writer that was killed has left it in write-ahead mode
+        finally:
+            _close(connection)
+
+
+@contextmanager
+def open_for_writing(path: Path) -> Iterator[sqlite3.Connection]:
+    """A store, or an empty database where there is none. Raises `InputError` with what is wrong with the file.
+
+    As long as someone writes, the file is in write-ahead mode: each transaction is quick, and none waits for a disk.
+    """
+    with told(path):
+        _refuse_other_files(path, must_exist=False)
+        connection = _connect(path)
+    try:
+        with told(path):
+            _prepare(connection, path)
+        yield connection
+    finally:
+        _set_journal(connection, "DELETE")
+        _close(connection)
+
+
+def _prepare(connection: sqlite3.Connection, path: Path) -> None:
+    with one_moment(connection):
+        has_tables(connection, path)  # refuses a file of someone else before anything is written
+        _refuse_cut_off(connection, path)
+    with transaction(connection):
+        pass  # whoever may not write learns it here
+    _set_journal(connection, "WAL")
+    connection.execute("PRAGMA synchronous = NORMAL")
+    _refuse_damage(connection, path)
+
+
+def make_tables(connection: sqlite3.Connection) -> None:
+    """The newest tables, also where there are none or older ones; to be called in the transaction that fills them."""
+    version = _version(connection)
+    if version == VERSION:
+        return
+    connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+    connection.execute(f"PRAGMA user_version = {VERSION}")
+    for statement in FROM_VERSION_1 if version else TABLES:
+        connection.execute(statement)
+
+
+def show_as_newest(connection: sqlite3.Connection) -> None:
+    """Shows older tables as the newest ones, for reading alone, until the moment ends in which this is called."""
+    if _version(connection) < VERSION:
+        for statement in VERSION_1_AS_2:
+            connection.execute(statement)
+
+
+def _version(connection: sqlite3.Connection) -> int:
+    version: int = connection.execute("PRAGMA user_version").fetchone()[0]
+    return version
+
+
+@contextmanager
+def transaction(connection: sqlite3.Connection) -> Iterator[None]:
+    """All of it or nothing, also if the process is killed in between."""
+    connection.execute("BEGIN IMMEDIATE")
+    try:
+        yield
+        connection.execute("COMMIT")
+    except BaseException:
+        if connection.in_transaction:  # a full disk has ended it already
+            connection.execute("ROLLBACK")
+        raise
+
+
+@contextmanager
+def one_moment(connection: sqlite3.Connection) -> Iterator[None]:
+    """All that is read in it is the store as it was at one moment, whoever writes meanwhile."""
+    connection.execute("BEGIN")
+    try:
+        yield
+    finally:
+        if connection.in_transaction:
+            connection.execute("ROLLBACK")  # nothing was written to the file
+
+
+def _keep_others_away(connection: sqlite3.Connection, path: Path) -> None:
+    """Keeps a store for one connection until that is closed. Raises what SQLite says if others do not leave it.
+
+    Who writes to it would not find its run again when the store was replaced, and lose its cases.
+    """
+    has_tables(connection, path)  # refuses a file of someone else before anything is written
+    connection.execute("PRAGMA locking_mode = EXCLUSIVE")
+    connection.execute("PRAGMA journal_mode = DELETE")
+    connection.execute("BEGIN EXCLUSIVE")
+    connection.execute("COMMIT")  # the lock stays
+
+
+def overwrite(content: sqlite3.Connection, target: sqlite3.Connection, path: Path) -> None:
+    """Makes a store that is open alone say what another database says, in one transaction. Raises `InputError`."""
+    with told(path):
+        if target.in_transaction:
+            target.execute("COMMIT")
+        content.backup(target)
+
+
+def replace_store(content: sqlite3.Connection, path: Path) -> None:
+    """The same with a store that is not open, or not there yet. Raises `InputError`."""
+    with told(path):
+        _refuse_other_files(path, must_exist=False)
+        target = _connect(path)
+        try:
+            _keep_others_away(target, path)
+            overwrite(content, target, path)
+        finally:
+            _close(target)
+
+
+def problem(slug: Slug, path: Path, message: str, remedy: str | None = None) -> InputError:
+    """One thing that is wrong with a store."""
+    return InputError([Diagnostic(slug, message, Place(str(path)), remedy)])
+
+
+def _connect(path: Path) -> sqlite3.Connection:
+    return sqlite3.connect(path, timeout=_PATIENCE_S, isolation_level=None)
+
+
+def _close(connection: sqlite3.Connection) -> None:
+    try:
+        connection.close()
+    except sqlite3.Error:  # what was wrong has been told by then
+        return
+
+
+def _set_journal(connection: sqlite3.Connection, mode: str) -> None:
+    """Another way to make transactions safe, if nobody else is using the file; all of them are right, some slower."""
+    try:
+        connection.execute(f"PRAGMA journal_mode = {mode}")
+    except sqlite3.Error:
+        return
+
+
+def _refuse_other_files(path: Path, *, must_exist: bool) -> None:
+    """Looks at the first bytes, so that SQLite is never let loose on a file that is not its own."""
+    try:
+        with path.open("rb") as stream:
+            start = stream.read(len(_START))
+    except FileNotFoundError:
+        if must_exist:
+            remedy = "`scbm test MODEL --store FILE` makes one"
+            raise problem(Slug.FILE_MISSING, path, "there is no such file", remedy) from None
+        if not path.parent.is_dir():
+            message = f"this store cannot be made: there is no directory `{path.parent}`"
+            raise problem(Slug.STORE_UNUSABLE, path, message) from None
+        return
+    except IsADirectoryError:
+        raise problem(Slug.FILE_IS_DIRECTORY, path, "this is a directory, and a store is a file") from None
+    if start and start != _START:
+        raise _not_a_store(path)
+
+
+def _not_a_store(path: Path) -> InputError:
+    remedy = "a store is made by `scbm test MODEL --store FILE`"
+    return problem(Slug.NOT_A_STORE, path, "this is not a coverage store", remedy)
+
+
+def has_tables(connection: sqlite3.Connection, path: Path) -> bool:
+    """Whether this is a store with tables; an empty database is one without. Raises `InputError` for all others."""
+    application = connection.execute("PRAGMA application_id").fetchone()[0]
+    version = _version(connection)
+    is_empty = connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0] == 0
+    if is_empty and not application:
+        return False
+    if application != APPLICATION_ID:
+        raise _not_a_store(path)
+    if version < 1:
+        raise _damaged(path, "its version is missing")
+    if version > VERSION:
+        message = f"this store was written by a newer scbm: its version is {version}, and this scbm knows {VERSION}"
+        raise problem(Slug.STORE_NEWER, path, message, "update scbm")
+    return True
+
+
+def _refuse_cut_off(connection: sqlite3.Connection, path: Path) -> None:
+    """Raises `InputError` if the end of the file is missing; SQLite forgives a part of the last page.
+
+    To be called in a transaction, which keeps writers away meanwhile. In write-ahead mode the rest may be in the file
+    beside this one.
+    """
+    if connection.execute("PRAGMA journal_mode").fetchone()[0] == "wal":
+        return
+    (pages,), (size,) = (connection.execute(f"PRAGMA {what}").fetchone() for what in ("page_count", "page_size"))
+    has = path.stat().st_size
+    if has < pages * size:
+        raise _damaged(path, f"it should have {pages * size} bytes and has {has}")
+
+
+def _refuse_damage(connection: sqlite3.Connection, path: Path) -> None:
+    """Raises `InputError` if parts of the file do not fit each other."""
+    found = connection.execute("PRAGMA quick_check(1)").fetchone()[0]
+    if found != "ok":
+        raise _damaged(path, found)
+
+
+def _damaged(path: Path, detail: str) -> InputError:
+    remedy = "the cases can be run again, or it can be taken from a backup"
+    told = " ".join(detail.split()).removeprefix("*** in database main *** ")
+    return problem(Slug.STORE_DAMAGED, path, f"this store is damaged or cut off: {told}", remedy)
+
+
+@contextmanager
+def understood(path: Path) -> Iterator[None]:
+    """Rows that say what no store says: someone else has written them, or they were hit by damage."""
+    try:
+        yield
+    except InputError as error:
+        if error.diagnostics[0].place.file == str(path):
+            raise  # said of the store itself
+        raise _damaged(path, "it says what no store says") from None
+    except (ValueError, TypeError, LookupError, AttributeError, StopIteration):
+        raise _damaged(path, "it says what no store says") from None
+
+
+_DAMAGE = (sqlite3.SQLITE_ERROR, sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
+"""What SQLite calls tables that are missing, parts that do not fit, and pages that are none."""
+
+
+@contextmanager
+def told(path: Path) -> Iterator[None]:
+    """What SQLite and the file system complain of, as our errors."""
+    try:
+        yield
+    except sqlite3.Error as error:
+        if getattr(error, "sqlite_errorcode", sqlite3.SQLITE_ERROR) in _DAMAGE:
+            raise _damaged(path, str(error)) from None
+        raise problem(Slug.STORE_UNUSABLE, path, f"this store cannot be used: {error}") from None
+    except UnicodeDecodeError:
+        raise _damaged(path, "a text in it is none") from None
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise problem(Slug.STORE_UNUSABLE, path, f"this store cannot be used: {reason}") from None

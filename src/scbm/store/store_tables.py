@@ -1,0 +1,362 @@
+"""Rows of a store, in and out. Where a row is there already, the two are united; in which order does not matter."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from datetime import datetime
+from hashlib import sha256
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from scbm.cases.coverage import Obligations
+from scbm.cases.trace import End
+from scbm.files import digest_of, write_model
+from scbm.store.compressed_logs import unpacked_log
+from scbm.store.history import Drawn, ModelSource, Recipe, StoredRun, Written
+from scbm.testing import Failure, FailureKind, Verdict
+
+if TYPE_CHECKING:
+    import sqlite3
+    from collections.abc import Iterator
+
+    from scbm.model import BehaviorModel
+
+_CASE_COLUMNS = (
+    "key, name, goal, model, run, position, setting, seed, number, text, path,"
+    " ended, failures, ended_ns, requests, visited, log"
+)
+
+_OPTIONS = ("network", "requirements", "time_limit_ns")
+
+Row: TypeAlias = tuple[Any, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ModelRow:
+    """A model that cases of a store were run on."""
+
+    id: int
+    digest: str
+    name: str
+    text: str
+    is_current: bool
+
+
+@dataclass(frozen=True, slots=True)
+class RunRow:
+    """A run as it stands in the table: `model` is the id of a row there."""
+
+    id: int
+    model: int
+    run: StoredRun
+
+
+@dataclass(frozen=True, slots=True)
+class CaseRow:
+    """A case as it stands in the table: `model`, `run` are ids of rows there; the rest is as in `StoredCase`."""
+
+    key: bytes
+    name: str
+    goal: str
+    model: int
+    run: int
+    position: int
+    recipe: Recipe
+    verdict: Verdict
+    ended_ns: int
+    requests: int
+    visited: int
+    log: bytes | None
+
+
+class Tables:
+    """The tables of one store."""
+
+    def __init__(self, connection: sqlite3.Connection) -> None:
+        self._connection = connection
+        self._width = 0
+        self._settings: dict[object, int] = {}
+
+    # what is read
+
+    def models(self) -> tuple[ModelRow, ...]:
+        """All models; one of them is the current one."""
+        rows = self._connection.execute("SELECT id, digest, name, text, is_current FROM model ORDER BY id")
+        return tuple(ModelRow(id_, digest, name, text, bool(current)) for id_, digest, name, text, current in rows)
+
+    def runs(self) -> tuple[RunRow, ...]:
+        """All runs, in the order in which they began. Raises `ValueError` and others for what no store says."""
+        count = self._obligations()
+        rows = self._connection.execute(
+            "SELECT run.id, model, is_current, token, started, command, path, source.text,"
+            " visited, cases, failed, is_finished, nodes"
+            " FROM run JOIN source ON source.id = run.source JOIN model ON model.id = run.model"
+            " ORDER BY started, token"
+        )
+        return tuple(
+            RunRow(
+                id_,
+                model,
+                StoredRun(
+                    _text(token),
+                    _moment(began),
+                    _text(command),
+                    ModelSource(_text(path), _text(text)),
+                    _known(visited, count),
+                    _number(cases),
+                    _number(failed),
+                    is_earlier=not current,
+                    is_finished=bool(finished),
+                    nodes=None if nodes is None else _text(nodes),
+                ),
+            )
+            for id_, model, current, token, began, command, path, text, visited, cases, failed, finished, nodes in rows
+        )
+
+    def cases(self) -> Iterator[CaseRow]:
+        """All cases, in the order of their keys. Raises `ValueError` and others for what no store says."""
+        count = self._obligations()
+        settings = {
+            id_: _options(text) for id_, text in self._connection.execute("SELECT id, options FROM setting ORDER BY id")
+        }
+        rows = self._connection.execute(f"SELECT {_CASE_COLUMNS} FROM test_case ORDER BY key")  # noqa: S608 - our own
+        for row in rows:
+            key, name, goal, model, run, position, setting, seed, number, text, path, *result = row
+            recipe = _recipe(settings[setting], seed, number, text, path)
+            ended, failures, ended_ns, requests, visited, log = result
+            verdict, bits = Verdict(End(ended), _failures(failures)), _known(visited, count)
+            _refuse_another_log(log, recipe)
+            yield CaseRow(
+                key, _text(name), _text(goal), model, run, _number(position), recipe,
+                verdict, _number(ended_ns), _number(requests), bits, log,
+            )  # fmt: skip
+
+    def outdated(self) -> frozenset[bytes]:
+        """The keys of written cases of which a later run has another version: of the same file, model and options."""
+        rows = self._connection.execute(
+            "SELECT key FROM (SELECT key, row_number() OVER ("
+            " PARTITION BY test_case.model, setting, path, name ORDER BY started DESC, token DESC, position DESC, key)"
+            " AS age FROM test_case JOIN run ON run.id = test_case.run"
+            " WHERE text IS NOT NULL AND path NOT GLOB '*.py') WHERE age > 1"
+        )
+        return frozenset(key for (key,) in rows)
+
+    def says_obligations_of(self, obligations: Obligations) -> bool:
+        """Whether the bits of sets mean these obligations."""
+        rows = self._connection.execute("SELECT bit, name, counts FROM obligation ORDER BY bit")
+        return list(rows) == [(bit, str(o), int(o.counts)) for bit, o in enumerate(obligations)]
+
+    def _obligations(self) -> int:
+        count: int = self._connection.execute("SELECT count(*) FROM obligation").fetchone()[0]
+        return count
+
+    def totals(self) -> tuple[int, int]:
+        """How many cases count, and what they visited together, as bits."""
+        left_out = self.outdated()
+        cases = union = 0
+        rows = self._connection.execute("SELECT visited, count(*) FROM test_case GROUP BY visited")
+        if left_out:
+            rows = self._connection.execute("SELECT visited, 1, key FROM test_case")
+        for visited, count, *key in rows:
+            if not key or key[0] not in left_out:
+                cases += count
+                union |= _set(visited)
+        return cases, union
+
+    # what is written
+
+    def put_model(self, model: BehaviorModel) -> int:
+        """Adds the current model, and its obligations; gives its id."""
+        self._put_obligations(Obligations.of(model))
+        return self.put_model_text(digest_of(model), model.name, write_model(model), is_current=True)
+
+    def put_model_text(self, digest: str, name: str, text: str, *, is_current: bool) -> int:
+        """Adds a model by what it says; gives its id."""
+        self._connection.execute(
+            "INSERT INTO model (digest, name, text, is_current) VALUES (?, ?, ?, ?)"
+            " ON CONFLICT (digest) DO UPDATE SET is_current = max(is_current, excluded.is_current)",
+            (digest, name, text, is_current),
+        )
+        return self._id("model", "digest", digest)
+
+    def _put_obligations(self, obligations: Obligations) -> None:
+        self._width = (len(obligations.all) + 7) // 8
+        self._connection.executemany(
+            "INSERT OR IGNORE INTO obligation (bit, name, counts) VALUES (?, ?, ?)",
+            [(bit, str(obligation), obligation.counts) for bit, obligation in enumerate(obligations)],
+        )
+
+    def put_run(self, run: StoredRun, model: int) -> int:
+        """Adds a run of a model, or what is known of it now; gives its id. Of two totals the larger is the later."""
+        values = (run.id, run.started, run.command, model, self._put_source(run.source), self._bytes(run.visited))
+        row = self._connection.execute("SELECT id, visited FROM run WHERE token = ?", (run.id,)).fetchone()
+        if row is None:
+            self._connection.execute(
+                "INSERT INTO run (token, started, command, model, source, visited, cases, failed, is_finished, nodes)"
+                " VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                (*values, run.cases, run.failed, run.is_finished, run.nodes),
+            )
+        else:
+            self._connection.execute(
+                "UPDATE run SET visited = ?, cases = max(cases, ?), failed = max(failed, ?),"
+                " is_finished = max(is_finished, ?) WHERE id = ?",
+                (self._bytes(run.visited | _set(row[1])), run.cases, run.failed, run.is_finished, row[0]),
+            )
+        return self._id("run", "token", run.id)
+
+    def _put_source(self, source: ModelSource) -> int:
+        digest = sha256(f"{source.path}\0{source.text}".encode()).hexdigest()
+        self._connection.execute(
+            "INSERT OR IGNORE INTO source (digest, path, text) VALUES (?, ?, ?)", (digest, source.path, source.text)
+        )
+        return self._id("source", "digest", digest)
+
+    def add_to_run(self, run: int, visited: int, *, failed: bool) -> None:
+        """Counts one more case of a run."""
+        before = self._connection.execute("SELECT visited FROM run WHERE id = ?", (run,)).fetchone()[0]
+        self._connection.execute(
+            "UPDATE run SET visited = ?, cases = cases + 1, failed = failed + ? WHERE id = ?",
+            (self._bytes(visited | _set(before)), failed, run),
+        )
+
+    def finish_run(self, run: int) -> None:
+        """Notes that a run came to its end."""
+        self._connection.execute("UPDATE run SET is_finished = 1 WHERE id = ?", (run,))
+
+    def put_case(self, case: CaseRow) -> None:
+        """Adds a case. If it is there, what both visited counts, and else what the later run says."""
+        query = (
+            "SELECT test_case.visited, started, token, position FROM test_case"
+            " JOIN run ON run.id = test_case.run WHERE key = ?"
+        )
+        known = self._connection.execute(query, (case.key,)).fetchone()
+        if known is None:
+            self._insert(case)
+            return
+        visited, *before = known
+        union = self._bytes(_set(visited) | case.visited)
+        self._connection.execute("UPDATE test_case SET visited = ? WHERE key = ?", (union, case.key))
+        moment = self._connection.execute("SELECT started, token FROM run WHERE id = ?", (case.run,)).fetchone()
+        if (*moment, case.position) > tuple(before):
+            self._update(case)
+
+    def _insert(self, case: CaseRow) -> None:
+        recipe = case.recipe
+        if isinstance(recipe, Written):
+            how: Row = (self._setting("", recipe), None, None, recipe.text, recipe.path)
+        else:
+            how = (self._setting(recipe.network, recipe), str(recipe.seed), recipe.number, None, None)
+        place = (case.key, case.name, case.goal, case.model, case.run, case.position)
+        result = (*_ended(case), self._bytes(case.visited), case.log)
+        marks = ", ".join("?" * len((*place, *how, *result)))
+        self._connection.execute(
+            f"INSERT INTO test_case ({_CASE_COLUMNS}) VALUES ({marks})",  # noqa: S608 - our own columns
+            (*place, *how, *result),
+        )
+
+    def _update(self, case: CaseRow) -> None:
+        path = case.recipe.path if isinstance(case.recipe, Written) else None
+        self._connection.execute(
+            "UPDATE test_case SET run = ?, position = ?, path = ?,"
+            " ended = ?, failures = ?, ended_ns = ?, requests = ?, log = ? WHERE key = ?",
+            (case.run, case.position, path, *_ended(case), case.log, case.key),
+        )
+
+    def _setting(self, network: str, recipe: Recipe) -> int:
+        """The id of what the command line said beside a case."""
+        options = (network, recipe.requirements, recipe.time_limit_ns, recipe.real)
+        if options not in self._settings:
+            said = dict(zip(_OPTIONS, options, strict=False))
+            said |= {} if recipe.real is None else {"real": recipe.real}
+            text = json.dumps(said, ensure_ascii=False)
+            self._connection.execute("INSERT OR IGNORE INTO setting (options) VALUES (?)", (text,))
+            self._settings[options] = self._id("setting", "options", text)
+        return self._settings[options]
+
+    def _id(self, table: str, column: str, value: str) -> int:
+        row = self._connection.execute(f"SELECT id FROM {table} WHERE {column} = ?", (value,))  # noqa: S608 - our own
+        found: int = row.fetchone()[0]
+        return found
+
+    def _bytes(self, bits: int) -> bytes:
+        return bits.to_bytes(self._width, "little")
+
+
+def _set(stored: bytes) -> int:
+    return int.from_bytes(stored, "little")
+
+
+def _text(value: object) -> str:
+    """What a column of texts says. Raises `ValueError` if it is none, as after damage."""
+    if not isinstance(value, str):
+        raise ValueError("this is no text")  # noqa: TRY004 - it is data
+    return value
+
+
+def _number(value: object) -> int:
+    """What a column of numbers says. Raises `ValueError` if it is none."""
+    if not isinstance(value, int):
+        raise ValueError("this is no number")  # noqa: TRY004 - it is data
+    return value
+
+
+def _moment(text: str) -> str:
+    """When a run began. Raises `ValueError` if that is no moment."""
+    datetime.fromisoformat(text)
+    return text
+
+
+def _known(stored: bytes, count: int) -> int:
+    """A set of the obligations that there are. Raises `ValueError` if it has others."""
+    bits = _set(stored)
+    if bits >> count:
+        raise ValueError(f"there are {count} obligations")
+    return bits
+
+
+def _ended(case: CaseRow) -> Row:
+    return case.verdict.end.value, _failures_text(case.verdict), case.ended_ns, case.requests
+
+
+def _failures_text(verdict: Verdict) -> str | None:
+    if verdict.passed:
+        return None
+    return json.dumps([[f.kind.value, f.subject, f.message] for f in verdict.failures], ensure_ascii=False)
+
+
+def _failures(text: str | None) -> tuple[Failure, ...]:
+    if text is None:
+        return ()
+    return tuple(Failure(FailureKind(kind), subject, message) for kind, subject, message in json.loads(text))
+
+
+def _options(text: str) -> Row:
+    """Network, requirements, time limit and real resources of a setting."""
+    options: dict[str, Any] = json.loads(text)
+    network, requirements, time_limit_ns = (options[name] for name in _OPTIONS)
+    real = _names(options["real"]) if "real" in options else None
+    return network, tuple((name, sentence) for name, sentence in requirements), time_limit_ns, real
+
+
+def _names(said: object) -> tuple[str, ...]:
+    """The names of resources. Raises `ValueError` if they are none."""
+    if not isinstance(said, list) or not all(isinstance(name, str) for name in said):
+        raise ValueError("these are no names")
+    return tuple(said)
+
+
+def _refuse_another_log(log: bytes | None, recipe: Recipe) -> None:
+    """Raises `ValueError` if a case over nodes has no log that can be unpacked, or another case has one."""
+    if (log is None) is not (recipe.real is None):
+        raise ValueError("runs over nodes have logs, and no others")
+    if log is not None:
+        unpacked_log(log)
+
+
+def _recipe(options: Row, seed: str | None, number: int, text: str | None, path: str) -> Recipe:
+    network, *added = options
+    return (
+        Drawn(int(seed or ""), _number(number), network, *added)
+        if text is None
+        else Written(_text(text), _text(path), *added)
+    )

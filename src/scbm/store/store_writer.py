@@ -1,0 +1,179 @@
+"""Adding a run to a store, case by case. Each case is there as soon as it is added, whatever happens next.
+
+A run that begins now: the one place of the store that reads a clock, and that draws what tells runs apart.
+"""
+
+from __future__ import annotations
+
+import shlex
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+from uuid import uuid4
+
+from scbm.cases.coverage import Obligations
+from scbm.cases.trace import End
+from scbm.files import digest_of
+from scbm.model import Slug
+from scbm.store.compressed_logs import MAX_BYTES, packed_log
+from scbm.store.history import ModelSource, StoredRun, key_of, sayable
+from scbm.store.model_edits import difference
+from scbm.store.store_file import (
+    has_tables,
+    make_tables,
+    one_moment,
+    open_for_writing,
+    problem,
+    show_as_newest,
+    told,
+    transaction,
+    understood,
+)
+from scbm.store.store_tables import CaseRow, ModelRow, Tables
+
+if TYPE_CHECKING:
+    import sqlite3
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from scbm.cases.coverage import Figure
+    from scbm.model import BehaviorModel, InputError
+    from scbm.store.history import Recipe
+    from scbm.testing import CaseResult
+
+
+def begin_run(command: Sequence[str], model_path: str, model_text: str, nodes: str | None = None) -> StoredRun:
+    """A run that no other one is equal to.
+
+    Args:
+        command: the words of the command line.
+        model_path: the model file, as people are told of it.
+        model_text: what it says.
+        nodes: where its cases run, in words; `None` for simulation.
+    """
+    started = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S.%fZ")
+    return StoredRun(
+        uuid4().hex, started, sayable(shlex.join(command)), ModelSource(sayable(model_path), model_text), nodes=nodes
+    )
+
+
+_MAX_NS = 2**63 - 1
+
+
+@contextmanager
+def write_store(path: Path, model: BehaviorModel, run: StoredRun) -> Iterator[StoreWriter]:
+    """A store to which a run of a model is added; it is made if there is none.
+
+    Several processes may add to one store at the same time. A run is there with its first case, and is finished when
+    this ends without an error.
+
+    Raises:
+        InputError: the file is not a store, is damaged, newer, of another model, or cannot be written.
+    """
+    with open_for_writing(path) as connection:
+        writer = StoreWriter(connection, path, model, run)
+        yield writer
+        writer.finish()
+
+
+class StoreWriter:
+    """Adds the cases of one run.
+
+    Attributes:
+        before: the last run that was finished before this one began, as it was then; `None` if there was none.
+        lost: how many cases were not added, as their runs were not finished.
+    """
+
+    def __init__(self, connection: sqlite3.Connection, path: Path, model: BehaviorModel, run: StoredRun) -> None:
+        self._connection = connection
+        self._path = path
+        self._model = model
+        self._run = run
+        self._digest = digest_of(model)
+        self._obligations = Obligations.of(model)
+        self._tables = Tables(connection)
+        self._ids: tuple[int, int] | None = None
+        self._is_whole = True
+        self.lost = 0
+        with told(path), understood(path), one_moment(connection):
+            self.before = self._last_finished() if has_tables(connection, path) else None
+
+    def _last_finished(self) -> StoredRun | None:
+        """The last finished run. Raises `InputError` if the store is of another model."""
+        known = next(row for row in self._tables.models() if row.is_current)
+        if known.digest != self._digest:
+            raise self._of_another_model(known)
+        show_as_newest(self._connection)
+        runs = [row.run for row in self._tables.runs() if row.run.is_finished and row.run.id != self._run.id]
+        return runs[-1] if runs else None
+
+    def add(self, position: int, recipe: Recipe, result: CaseResult, log: str | None = None) -> None:
+        """Adds a case that has been run, or unites it with what is known of it.
+
+        One whose run was not finished is not added, and then the run of all of them is not finished either.
+
+        Args:
+            position: its place in the run, from 1.
+            recipe: what decides it.
+            result: what came of it.
+            log: of a run over nodes the text of its log.
+
+        Raises:
+            InputError: the store cannot be written any more.
+        """
+        if result.verdict.end is End.LOST:
+            self.lost += 1
+            return
+        self._is_whole = False
+        if result.ended_ns > _MAX_NS:
+            message = f"the run of `{result.case.name}` takes more than 292 years, which a store cannot hold"
+            raise problem(Slug.STORE_UNUSABLE, self._path, message)
+        packed = None if log is None else self._packed(result.case.name, log)
+        with told(self._path), understood(self._path), transaction(self._connection):
+            ids = self._ids or self._begun()
+            self._tables.put_case(self._row(ids, position, recipe, result, packed))
+            self._tables.add_to_run(ids[1], result.visited, failed=not result.verdict.passed)
+        self._ids = ids
+        self._is_whole = True
+
+    def _packed(self, name: str, log: str) -> bytes:
+        try:
+            return packed_log(log)
+        except ValueError:
+            message = f"the log of `{name}` is larger than {MAX_BYTES // 1024**2} MiB, which a store cannot hold"
+            raise problem(Slug.STORE_UNUSABLE, self._path, message) from None
+
+    def _begun(self) -> tuple[int, int]:
+        """The ids of the model and of the run, which are there then. To be called in a transaction."""
+        make_tables(self._connection)
+        known = next((row for row in self._tables.models() if row.is_current), None)
+        if known is not None and known.digest != self._digest:
+            raise self._of_another_model(known)  # another process was faster
+        model = self._tables.put_model(self._model)
+        return model, self._tables.put_run(self._run, model)
+
+    def _row(
+        self, ids: tuple[int, int], position: int, recipe: Recipe, result: CaseResult, log: bytes | None
+    ) -> CaseRow:
+        case = result.case
+        return CaseRow(
+            key_of(recipe, self._digest), case.name, case.goal, *ids, position, recipe,
+            result.verdict, result.ended_ns, result.requests, result.visited, log,
+        )  # fmt: skip
+
+    def finish(self) -> None:
+        """Notes that the run came to its end, if it has cases and all of them were added."""
+        if self._ids is not None and self._is_whole and not self.lost:
+            with told(self._path), transaction(self._connection):
+                self._tables.finish_run(self._ids[1])
+
+    def totals(self) -> tuple[int, Figure]:
+        """How many cases the store has, and the figure of all of them together, those of others that write included."""
+        with told(self._path), understood(self._path):
+            cases, visited = self._tables.totals() if has_tables(self._connection, self._path) else (0, 0)
+        return cases, self._obligations.figure(visited)
+
+    def _of_another_model(self, known: ModelRow) -> InputError:
+        message = f"this store is of another model than this one: {difference(known.name, known.text, self._model)}"
+        remedy = "use a store of its own; `scbm combine OLD NEW -o FILE --across-edits` takes over what is unchanged"
+        return problem(Slug.STORE_OTHER_MODEL, self._path, message, remedy)

@@ -1,0 +1,161 @@
+"""How a resource answered what it was asked, counted in the traces of runs.
+
+How far a run over nodes was behind its own time.
+
+Cases that are run over nodes, and judged as those of simulations (paper, Figure 5).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from scbm.cases.trace import (
+    End,
+    OperationStepped,
+    PlanAsked,
+    PlanReceived,
+    ReplyReceived,
+    RequestCancelled,
+    RequestSent,
+)
+from scbm.model import OperationState, Outcome, format_duration
+from scbm.nodes import LostError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from fractions import Fraction
+
+    from scbm.cases import Case
+    from scbm.cases.trace import Record
+    from scbm.model import BehaviorModel
+    from scbm.nodes import NodeRun
+    from scbm.running import RunnerOptions
+    from scbm.running.simulation import Choices
+    from scbm.testing.tester import Execution, Tester
+
+
+@dataclass(frozen=True, slots=True)
+class Answers:
+    """What came of the requests to one resource.
+
+    Attributes:
+        resource: its name.
+        sent: how many requests went to it.
+        succeeded: how many of them it carried out, as it said while somebody waited for it.
+        failed: how many it said that it could not carry out.
+        timed_out: how many it had not answered as the deadline of the operation passed that had sent them.
+    """
+
+    resource: str
+    sent: int = 0
+    succeeded: int = 0
+    failed: int = 0
+    timed_out: int = 0
+
+    @property
+    def given_up(self) -> int:
+        """How many nobody waited for as long as that: they were cancelled before, or the run ended."""
+        return self.sent - self.succeeded - self.failed - self.timed_out
+
+    @property
+    def is_silent(self) -> bool:
+        """Whether it had to do something, and did nothing. What was given up, it might have done."""
+        return self.succeeded == 0 and self.failed + self.timed_out > 0
+
+    def after(self, records: Iterable[Record]) -> Answers:
+        """These, and those of one more run."""
+        came = _outcomes(self.resource, records)
+        return Answers(
+            self.resource,
+            self.sent + len(came),
+            self.succeeded + came.count(Outcome.SUCCEED),
+            self.failed + came.count(Outcome.FAIL),
+            self.timed_out + came.count(Outcome.TIMEOUT),
+        )
+
+
+def _outcomes(resource: str, records: Iterable[Record]) -> list[Outcome | None]:
+    """What came of each request of a run to a resource; `None` for what was given up.
+
+    At most one is in flight, and at most one operation executes. A reply behind the deadline counts if the model still
+    waits for it.
+    """
+    came: list[Outcome | None] = []
+    is_awaited = False  # the last one is in flight, and was sent by the operation that executes
+    for record in records:
+        match record:
+            case OperationStepped(target=OperationState.EXECUTING):
+                is_awaited = False
+            case OperationStepped(target=OperationState.TIMEDOUT) if is_awaited:
+                came[-1] = Outcome.TIMEOUT
+            case RequestSent() if record.resource == resource:
+                came.append(None)
+                is_awaited = True
+            case RequestCancelled() if record.resource == resource:
+                is_awaited = False
+            case ReplyReceived() if record.resource == resource:
+                came[-1] = Outcome.SUCCEED if record.succeeded else Outcome.FAIL
+                is_awaited = False
+    return came
+
+
+def too_late(records: Iterable[Record], model: BehaviorModel, time_scale: Fraction) -> str | None:
+    """Why a run does not say what the model does: its time was scaled beyond what the machine can do.
+
+    That is so if a plan took half of the shortest deadline. `None` if nothing speaks for it.
+    """
+    deadlines_ns = [op.deadline_ns for op in model.operations if op.deadline_ns is not None]
+    slowest_ns = slowest_plan_ns(records)
+    if time_scale <= 1 or not deadlines_ns or 2 * slowest_ns < min(deadlines_ns):
+        return None
+    took = f"a plan took {slowest_ns / 1e9:.3g} s of the run, and the shortest deadline is"
+    scale = f"the machine did not keep up with a time scale of {float(time_scale):g}"
+    return f"{scale}: {took} {format_duration(min(deadlines_ns))}; try a smaller one"
+
+
+def slowest_plan_ns(records: Iterable[Record]) -> int:
+    """The longest that a run waited for a plan, in time of the run. In simulation a plan takes no time."""
+    asked_ns: dict[int, int] = {}
+    slowest_ns = 0
+    for record in records:
+        if isinstance(record, PlanAsked):
+            asked_ns[record.ask] = record.at_ns
+        elif isinstance(record, PlanReceived):
+            slowest_ns = max(slowest_ns, record.at_ns - asked_ns[record.ask])
+    return slowest_ns
+
+
+class RunsCases(Protocol):
+    """What runs a case over nodes: `realtime.Session`."""
+
+    def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
+        """Raises `LostError` if the run is not finished."""
+        ...
+
+
+class NodeTester:
+    """Runs cases of one model over nodes. What the nodes do with a case is decided as in a simulation."""
+
+    __test__ = False  # its name looks to pytest like that of a class of tests
+
+    def __init__(self, tester: Tester, session: RunsCases) -> None:
+        self._tester = tester
+        self._session = session
+
+    def execute(self, case: Case) -> Execution:
+        """Runs one case; it is lost if a node is, or if the machine is too slow for its goal."""
+        choices, options = self._tester.choices_of(case), self._tester.options_of(case)
+        try:
+            done = self._session.run(case, choices, options)
+        except LostError as error:
+            return self._tester.lost(case, str(error))
+        late = too_late(done.run.records, self._tester.model, done.log.time_scale)
+        if late is not None and done.run.end is not End.REACHED:
+            return self._tester.lost(case, late)
+        return self._tester.judged(case, done.run, done.log.reactions, done.log)
+
+    def executions(self, cases: Iterable[Case]) -> Iterator[Execution]:
+        """Runs cases one by one."""
+        for case in cases:
+            yield self.execute(case)

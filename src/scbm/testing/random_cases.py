@@ -1,0 +1,152 @@
+"""Random cases: a goal and an initial state drawn for each (paper, Section VI, step 3; semantics 7.5).
+
+Each case has streams of chance of its own; see `chance`.
+
+Networks drawn at random: for each case other faults, each of them as often there as not.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TYPE_CHECKING, TypeVar
+
+from scbm.cases import Case, Network, Origin, Partition, Restart
+from scbm.model import Diagnostic, InitialStates, InputError, Place, Slug, State
+from scbm.testing.random_streams import case_stream, fault_stream
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from random import Random
+
+    from scbm.model import BehaviorModel
+
+_T = TypeVar("_T")
+
+_MS_NS = 1_000_000
+_MAX_LATENCY_MS = 50
+_MAX_JITTER_MS = 200
+_MAX_PER_CENT = 20
+_MAX_HELD_BACK_MS = 2_000
+_LATEST_MS = 20_000
+_LONGEST_MS = 5_000
+
+
+def draw_network(model: BehaviorModel, origin: Origin) -> Network:
+    """A network with faults. Durations are whole milliseconds, probabilities whole per cent of at most 20.
+
+    Partitions and restarts are drawn from the first twenty seconds of the run; they last five at most.
+    """
+    resources = [resource.name for resource in model.resources]
+    draw = _Draw(fault_stream(origin))
+    return Network(
+        latency_ns=draw.perhaps(_MAX_LATENCY_MS) * _MS_NS,
+        jitter_ns=draw.perhaps(_MAX_JITTER_MS) * _MS_NS,
+        loss=Fraction(draw.perhaps(_MAX_PER_CENT), 100),
+        duplication=Fraction(draw.perhaps(_MAX_PER_CENT), 100),
+        reordering=Fraction(draw.perhaps(_MAX_PER_CENT), 100),
+        held_back_ns=draw.from_one_to(_MAX_HELD_BACK_MS) * _MS_NS,
+        partitions=(Partition(draw.moment_ns(), draw.length_ns(), draw.one_of([None, *resources])),)
+        if draw.coin()
+        else (),
+        restarts=(Restart(draw.one_of(resources), draw.moment_ns(), draw.length_ns()),)
+        if draw.coin() and resources
+        else (),
+    )
+
+
+class _Draw:
+    """Draws of the kinds that networks are made of."""
+
+    def __init__(self, random: Random) -> None:
+        self._random = random
+
+    def coin(self) -> bool:
+        return self._random.random() < 1 / 2
+
+    def from_one_to(self, most: int) -> int:
+        return 1 + int(self._random.random() * most)
+
+    def perhaps(self, most: int) -> int:
+        """Nothing, or as often a number from one to `most`."""
+        return self.from_one_to(most) if self.coin() else 0
+
+    def moment_ns(self) -> int:
+        return int(self._random.random() * _LATEST_MS) * _MS_NS
+
+    def length_ns(self) -> int:
+        return self.from_one_to(_LONGEST_MS) * _MS_NS
+
+    def one_of(self, choices: list[_T]) -> _T:
+        return choices[int(self._random.random() * len(choices))]
+
+
+_PERFECT = Network()
+
+_TRIES = 1_000
+"""So many combinations of random values are drawn until one is allowed."""
+
+_MAX_LISTED = 100_000
+"""After that, the allowed ones are listed, which shows whether there are any, unless there are more than so many."""
+
+
+class RandomCases:
+    """Draws the cases of campaigns for one model."""
+
+    def __init__(
+        self,
+        model: BehaviorModel,
+        file: str | None = None,
+        network: Network | None = _PERFECT,
+    ) -> None:
+        """Raises `InputError` if the model has no goals.
+
+        Args:
+            model: what is tested.
+            file: what errors call the model; its name if nothing is said.
+            network: how messages travel in every case; `None` draws another network for each.
+        """
+        self.model = model
+        self._network = network
+        self._place = Place(file or model.name)
+        self._initial = InitialStates(model)
+        if not model.goals:
+            raise self._error(Slug.NO_GOALS, "the model has no goals to draw from", "add `goals:` to the model")
+        self._listed: tuple[State, ...] | None = None
+
+    def first(self, count: int, seed: int) -> Iterator[Case]:
+        """Cases 1 to `count` of a seed."""
+        return (self.case(seed, number) for number in range(1, count + 1))
+
+    def case(self, seed: int, number: int) -> Case:
+        """Case `number`, counted from 1. Raises `InputError` if no allowed initial state is found."""
+        origin = Origin(seed, number)
+        random = case_stream(origin)
+        network = draw_network(self.model, origin) if self._network is None else self._network
+        goal, predicate = self.model.goals[int(random.random() * len(self.model.goals))]
+        name = f"seed-{seed}-case-{number}"
+        return Case(name, goal, predicate, self._draw_state(random), network=network, origin=origin)
+
+    def _draw_state(self, random: Random) -> State:
+        space = self.model.space
+        for _ in range(_TRIES):
+            values = {v.name: v.random[int(random.random() * len(v.random))] for v in space}
+            if self._initial.allows(values):
+                return State(space, values)
+        listed = self._list()
+        return listed[int(random.random() * len(listed))]
+
+    def _list(self) -> tuple[State, ...]:
+        """All allowed states, for a predicate that hardly any combination satisfies."""
+        says = f"it says: {self.model.initial_states}"
+        if self._initial.combinations > _MAX_LISTED:
+            message = f"none of {_TRIES} drawn combinations of random initial values satisfies `initial_states`"
+            raise self._error(Slug.INITIAL_STATE_NOT_FOUND, message, f"list fewer random values; {says}")
+        if self._listed is None:
+            self._listed = tuple(self._initial.allowed(_MAX_LISTED))
+        if not self._listed:
+            message = "no combination of the random initial values satisfies `initial_states`"
+            raise self._error(Slug.NO_INITIAL_STATE, message, says)
+        return self._listed
+
+    def _error(self, slug: Slug, message: str, remedy: str) -> InputError:
+        return InputError([Diagnostic(slug, message, self._place, remedy)])

@@ -1,0 +1,226 @@
+"""Whether a run keeps the requirements of its model: checked on every state of its trace (semantics 7.3).
+
+A monitor watches one sentence. It is shown the state at the beginning and after every record that changes a
+variable which it reads, and says what is wrong as soon as something is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from scbm.cases.trace import Record, RunStarted, state_after
+from scbm.model import AfterAlways, Always, Before, LeadsTo, Never, format_duration, format_moment, format_value
+from scbm.model.variables import CURRENT_NAME
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from scbm.cases.trace import Changes
+    from scbm.model import Predicate, Requirement, Value
+    from scbm.model.requirements import Sentence
+
+    Valuation = Mapping[str, Value]
+    Finding = tuple[int, str]
+    """When a sentence was broken, and how."""
+
+
+@dataclass(frozen=True, slots=True)
+class Violation:
+    """Where a run broke a requirement first.
+
+    Attributes:
+        requirement: its name.
+        at_ns: when.
+        record: the index in the trace of the record that brought it about.
+        begins: the index of the record from which on the trace shows it; the same, if that one record does.
+        reason: what is wrong, in words.
+        operation: the current operation, or `none`.
+        values: the variables that the requirement reads, as they were.
+    """
+
+    requirement: str
+    at_ns: int
+    record: int
+    begins: int
+    reason: str
+    operation: str
+    values: Changes
+
+    def __str__(self) -> str:
+        values = ", ".join(f"{name} == {format_value(value)}" for name, value in self.values)
+        seconds = format_moment(self.at_ns)
+        return f"{self.requirement} is violated at {seconds}, {self.operation} being current: {self.reason} ({values})"
+
+
+class _Monitor(Protocol):
+    @property
+    def is_open(self) -> bool:
+        """Whether something that was seen can still lead to a violation, which then begins there."""
+        ...
+
+    def see(self, state: Valuation, at_ns: int) -> Finding | None:
+        """What is wrong by now, if anything."""
+        ...
+
+    def end(self, at_ns: int) -> Finding | None:
+        """What is wrong at the end of the run, if anything."""
+        ...
+
+
+class _InvariantMonitor:
+    """`always p`, and `never p` as its opposite."""
+
+    is_open = False
+
+    def __init__(self, predicate: Predicate, *, wanted: bool) -> None:
+        self._predicate = predicate
+        self._wanted = wanted
+
+    def see(self, state: Valuation, at_ns: int) -> Finding | None:
+        if self._predicate.holds(state) is self._wanted:
+            return None
+        return at_ns, f"{self._predicate} {'does not hold' if self._wanted else 'holds'}"
+
+    def end(self, at_ns: int) -> Finding | None:  # noqa: ARG002 - monitors are alike
+        return None
+
+
+class _LeadsToMonitor:
+    """`p leads to q [within d]`: remembers since when q is owed."""
+
+    def __init__(self, sentence: LeadsTo) -> None:
+        self._sentence = sentence
+        self._owed_since_ns: int | None = None
+
+    @property
+    def is_open(self) -> bool:
+        return self._owed_since_ns is not None
+
+    def see(self, state: Valuation, at_ns: int) -> Finding | None:
+        late = self._late(at_ns)
+        if late is not None:
+            return late
+        if self._sentence.effect.holds(state):
+            self._owed_since_ns = None
+        elif self._owed_since_ns is None and self._sentence.cause.holds(state):
+            self._owed_since_ns = at_ns
+        return None
+
+    def end(self, at_ns: int) -> Finding | None:
+        late = self._late(at_ns)
+        if late is None and self._owed_since_ns is not None and self._sentence.within_ns is None:
+            since = format_moment(self._owed_since_ns)
+            return at_ns, f"the run ends, and {self._sentence.effect} is owed since {since}"
+        return late
+
+    def _late(self, at_ns: int) -> Finding | None:
+        within_ns = self._sentence.within_ns
+        if self._owed_since_ns is None or within_ns is None or at_ns - self._owed_since_ns <= within_ns:
+            return None
+        since = format_moment(self._owed_since_ns)
+        reason = f"{self._sentence.effect} is owed since {since}, and {format_duration(within_ns)} have passed"
+        return self._owed_since_ns + within_ns, reason
+
+
+class _BeforeMonitor:
+    """`p before q`."""
+
+    is_open = False
+
+    def __init__(self, sentence: Before) -> None:
+        self._sentence = sentence
+        self._free = False
+
+    def see(self, state: Valuation, at_ns: int) -> Finding | None:
+        self._free = self._free or self._sentence.first.holds(state)
+        if self._free or not self._sentence.second.holds(state):
+            return None
+        return at_ns, f"{self._sentence.second} holds, and {self._sentence.first} has not held yet"
+
+    def end(self, at_ns: int) -> Finding | None:  # noqa: ARG002 - monitors are alike
+        return None
+
+
+class _AfterAlwaysMonitor:
+    """`after p always q until r`."""
+
+    def __init__(self, sentence: AfterAlways) -> None:
+        self._sentence = sentence
+        self._bound = False
+
+    @property
+    def is_open(self) -> bool:
+        return self._bound
+
+    def see(self, state: Valuation, at_ns: int) -> Finding | None:
+        self._bound = (self._bound or self._sentence.start.holds(state)) and not self._sentence.stop.holds(state)
+        if not self._bound or self._sentence.predicate.holds(state):
+            return None
+        return at_ns, f"{self._sentence.predicate} does not hold, and {self._sentence.stop} has not held yet"
+
+    def end(self, at_ns: int) -> Finding | None:  # noqa: ARG002 - monitors are alike
+        return None
+
+
+def _monitor(sentence: Sentence) -> tuple[_Monitor, tuple[str, ...]]:
+    """What watches a sentence, and which variables it reads."""
+    match sentence:
+        case Always(predicate):
+            return _InvariantMonitor(predicate, wanted=True), predicate.reads()
+        case Never(predicate):
+            return _InvariantMonitor(predicate, wanted=False), predicate.reads()
+        case LeadsTo(cause, effect):
+            return _LeadsToMonitor(sentence), _both(cause, effect)
+        case Before(first, second):
+            return _BeforeMonitor(sentence), _both(first, second)
+        case AfterAlways(start, predicate, stop):
+            return _AfterAlwaysMonitor(sentence), _both(start, predicate, stop)
+
+
+def _both(*predicates: Predicate) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(name for predicate in predicates for name in predicate.reads()))
+
+
+def find_violations(requirements: Sequence[Requirement], records: Sequence[Record]) -> tuple[Violation, ...]:
+    """The first violation of each requirement in a trace, in the order of the requirements."""
+    found = (_first_violation(requirement, records) for requirement in requirements)
+    return tuple(violation for violation in found if violation is not None)
+
+
+def _first_violation(requirement: Requirement, records: Sequence[Record]) -> Violation | None:
+    monitor, reads = _monitor(requirement.sentence)
+    state: dict[str, Value] = {}
+    index, opened, found = 0, 0, None
+    for index, record in enumerate(records):
+        was_open = monitor.is_open
+        found = _look(monitor, reads, state, record)
+        opened = opened if was_open else index
+        if found is not None:
+            break
+    else:
+        found = monitor.end(records[-1].at_ns) if state else None
+    if found is None:
+        return None
+    at_ns, reason = found
+    if at_ns < records[index].at_ns:  # it was seen only now that some time had passed
+        index = max(i for i, record in enumerate(records[:index]) if record.at_ns <= at_ns)
+        state = state_after(records[: index + 1])
+    values = tuple((name, state[name]) for name in reads)
+    return Violation(requirement.name, at_ns, index, min(opened, index), reason, str(state[CURRENT_NAME]), values)
+
+
+def _look(monitor: _Monitor, reads: tuple[str, ...], state: dict[str, Value], record: Record) -> Finding | None:
+    """Shows a monitor what a record does to the state, which is brought up to date; nothing before a run starts."""
+    found = None
+    if isinstance(record, RunStarted):
+        state.update(record.state)
+        found = monitor.see(state, record.at_ns)
+        if found is not None:
+            return found
+    elif not state:
+        return None
+    state.update(record.changes)
+    if found is None and any(name in reads for name, _ in record.changes):
+        found = monitor.see(state, record.at_ns)
+    return found

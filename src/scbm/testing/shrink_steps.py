@@ -1,0 +1,194 @@
+"""The ways in which a case gets smaller or plainer: each gives cases to try in the place of one that fails.
+
+A step knows nothing of what a case does. It leaves something out, or puts something plainer in its place; whether the
+case still fails is found out by running it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+
+from scbm.cases import Network, Partition, Restart
+from scbm.model import And
+from scbm.testing.case_sizes import MESSAGES, SAID
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from scbm.cases import Case, Forced, Injection
+    from scbm.model import BehaviorModel, Predicate
+
+_Part = TypeVar("_Part")
+
+Step: TypeAlias = "Callable[[Case, BehaviorModel], Iterator[Case]]"
+
+
+def _plainest(case: Case, _: BehaviorModel) -> Iterator[Case]:
+    yield replace(case, outcomes=(), injections=(), network=Network())
+    yield replace(case, outcomes=())
+    yield replace(case, injections=())
+    yield replace(case, network=Network())
+
+
+def _without_parts(case: Case, _: BehaviorModel) -> Iterator[Case]:
+    """Without some of the injections, faults and forced outcomes: first without half of them, in the end one."""
+    network = case.network
+    for kept in _fewer(case.injections):
+        yield replace(case, injections=kept)
+    for kept_partitions in _fewer(network.partitions):
+        yield replace(case, network=replace(network, partitions=kept_partitions))
+    for kept_restarts in _fewer(network.restarts):
+        yield replace(case, network=replace(network, restarts=kept_restarts))
+    for kept_rules in _fewer(case.outcomes):
+        yield replace(case, outcomes=kept_rules)
+
+
+def _fewer(parts: tuple[_Part, ...]) -> Iterator[tuple[_Part, ...]]:
+    """The parts without a stretch of them, long stretches first."""
+    length = len(parts)
+    while length:
+        for begin in range(0, len(parts), length):
+            yield parts[:begin] + parts[begin + length :]
+        length //= 2
+
+
+def _plainer_rules(case: Case, _: BehaviorModel) -> Iterator[Case]:
+    """With one thing less said of some requests."""
+    for index, rule in enumerate(case.outcomes):
+        for field in SAID:
+            if getattr(rule, field) is not None:
+                left_out: dict[str, Any] = {field: None}
+                yield replace(case, outcomes=_replaced(case.outcomes, index, replace(rule, **left_out)))
+
+
+def _earlier_rules(case: Case, _: BehaviorModel) -> Iterator[Case]:
+    """With what is said of one request said of an earlier one, and nothing of those between."""
+    for rule in case.outcomes:
+        if rule.first != rule.last:
+            continue
+        for number in dict.fromkeys((1, rule.first // 2, rule.first - 1)):
+            if 0 < number < rule.first:
+                moved = replace(rule, first=number, last=number)
+                kept = [other for other in case.outcomes if not _lies_between(other, number, rule)]
+                yield replace(case, outcomes=tuple(sorted((*kept, moved), key=lambda r: (r.subject, r.first))))
+
+
+def _rounder_latencies(case: Case, _: BehaviorModel) -> Iterator[Case]:
+    for index, rule in enumerate(case.outcomes):
+        for rounder in _rounder_rule(rule):
+            yield replace(case, outcomes=_replaced(case.outcomes, index, rounder))
+
+
+def _rounder_rule(rule: Forced) -> Iterator[Forced]:
+    for latency_ns in _rounder(rule.latency_ns or 0):
+        yield replace(rule, latency_ns=latency_ns)
+    for field in MESSAGES:
+        for copy, delay_ns in enumerate(getattr(rule, field) or ()):
+            for rounded_ns in _rounder(delay_ns):
+                changed: dict[str, Any] = {field: _replaced(getattr(rule, field), copy, rounded_ns)}
+                yield replace(rule, **changed)
+
+
+def _lies_between(other: Forced, number: int, rule: Forced) -> bool:
+    """Whether a rule speaks of requests from `number` up to that of `rule`."""
+    return other.subject == rule.subject and other.first <= rule.first and (other.last or number) >= number
+
+
+def _plainer_injections(case: Case, _: BehaviorModel) -> Iterator[Case]:
+    for index, injection in enumerate(case.injections):
+        for plainer in _plainer(injection):
+            yield replace(case, injections=_replaced(case.injections, index, plainer))
+
+
+def _plainer(injection: Injection) -> Iterator[Injection]:
+    if injection.hold_ns is not None:
+        yield replace(injection, hold_ns=None)
+    if injection.at_ns is not None:
+        yield replace(injection, at_ns=None)
+    if injection.when is not None:
+        yield replace(injection, when=None)
+    if len(injection.assign) > 1:
+        for kept in _fewer(injection.assign):
+            if kept:
+                yield replace(injection, assign=kept)
+    for at_ns in _rounder(injection.at_ns or 0):
+        yield replace(injection, at_ns=at_ns or None)
+
+
+def _plainer_faults(case: Case, _: BehaviorModel) -> Iterator[Case]:
+    """With partitions and restarts that begin and end at rounder times."""
+    network = case.network
+    if network.latency_ns:
+        yield replace(case, network=replace(network, latency_ns=0))
+    for index, partition in enumerate(network.partitions):
+        for rounder in _rounder_fault(partition):
+            changed = _replaced(network.partitions, index, rounder)
+            yield replace(case, network=replace(network, partitions=changed))
+    for index, restart in enumerate(network.restarts):
+        for rounder_restart in _rounder_fault(restart):
+            changed_restarts = _replaced(network.restarts, index, rounder_restart)
+            yield replace(case, network=replace(network, restarts=changed_restarts))
+
+
+_Fault = TypeVar("_Fault", Partition, Restart)
+
+
+def _rounder_fault(fault: _Fault) -> Iterator[_Fault]:
+    for time_ns in _rounder(fault.at_ns):
+        yield replace(fault, at_ns=time_ns)
+    for time_ns in _rounder(fault.for_ns):
+        yield replace(fault, for_ns=time_ns)
+
+
+def _rounder(time_ns: int) -> Iterator[int]:
+    """Nothing at all, then whole seconds, tenths and thousandths, below the time and above it."""
+    if not time_ns:
+        return
+    yield 0
+    for unit_ns in (1_000_000_000, 100_000_000, 1_000_000):
+        for rounded_ns in (time_ns // unit_ns * unit_ns, -(-time_ns // unit_ns) * unit_ns):
+            if rounded_ns not in (0, time_ns):
+                yield rounded_ns
+
+
+def _plainer_state(case: Case, model: BehaviorModel) -> Iterator[Case]:
+    """From the nominal state, or one variable nearer to it; or from another state that the model lists."""
+    yield replace(case, initial=model.nominal_state)
+    for variable in model.space:
+        values = (variable.initial, *(value for value in variable.random if value != variable.initial))
+        for value in values:
+            if case.initial[variable.name] != value:
+                yield replace(case, initial=case.initial.replace({variable.name: value}))
+
+
+def _other_goals(case: Case, model: BehaviorModel) -> Iterator[Case]:
+    """For another goal of the model, or for a part of one."""
+    for name, goal in model.goals:
+        if goal != case.predicate:
+            yield replace(case, goal=name, predicate=goal)
+    for goal in dict.fromkeys((case.predicate, *(goal for _, goal in model.goals))):
+        for part in goal.operands if isinstance(goal, And) else ():
+            yield replace(case, goal=_name(part, model), predicate=part)
+
+
+def _name(goal: Predicate, model: BehaviorModel) -> str:
+    return next((name for name, named in model.goals if named == goal), str(goal))
+
+
+def _replaced(parts: tuple[_Part, ...], index: int, part: _Part) -> tuple[_Part, ...]:
+    return (*parts[:index], part, *parts[index + 1 :])
+
+
+STEPS: tuple[Step, ...] = (
+    _plainest,
+    _without_parts,
+    _plainer_state,
+    _other_goals,
+    _earlier_rules,
+    _plainer_rules,
+    _rounder_latencies,
+    _plainer_injections,
+    _plainer_faults,
+)
+"""In the order in which they are tried."""

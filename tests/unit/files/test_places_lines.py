@@ -1,0 +1,84 @@
+"""The lines that say something under a path of a model file, in all the ways that YAML has of saying it."""
+
+from __future__ import annotations
+
+import pytest
+
+from scbm.files import read_located
+
+HEAD = """behavior_model: cell
+variables:
+  a: {domain: bool, initial: false}
+  b: {domain: bool, initial: false}
+operations:
+"""
+"""Operations begin in line 6."""
+
+
+def lines(operations: str, *path: str) -> tuple[int, ...]:
+    _, places = read_located(HEAD + operations)
+    return places.lines(("operations", *path))
+
+
+@pytest.mark.parametrize(
+    ("guard", "expected"),
+    [
+        ("g: a == true", (8,)),
+        ("g: a == true\n        && b == true\n      gr: b == true", (8, 9)),
+        ('g: "a == true\n\n         && b == true"\n\n      # not this', (8, 10)),
+        ("g: |\n        a == true\n        && b == true\n\n      # not this\n      gr: true", (8, 9, 10)),
+        ("g: >-\n        a == true\n        && b == true\n", (8, 9, 10)),
+        ("g:\n        a == true", (8, 9)),
+        ("g: [a == true,\n          # of this no word\n          b == true\n         ]\n      gr: true", (8, 10, 11)),
+        ("g:\n        - a == true\n        # of this no word\n        - b == true\n\n      gr: true", (8, 9, 11)),
+        ("g:\n      - a == true\n      - b == true\n      gr: true", (8, 9, 10)),
+    ],
+)
+def test_a_guard_has_all_its_lines_and_no_others(guard: str, expected: tuple[int, ...]) -> None:
+    operation = f"  go:\n    pre:\n      {guard}\n    post: {{g: true}}\n"
+    assert lines(operation, "go", "pre", "g") == expected
+
+
+def test_line_ends_of_windows_count_once() -> None:
+    text = HEAD + "  go:\n    pre:\n      g: a == true\n        && b == true\n    post: {g: true}\n"
+    _, places = read_located(text.replace("\n", "\r\n"))
+    assert places.lines(("operations", "go", "pre", "g")) == (8, 9)
+
+
+def test_an_alias_brings_the_lines_of_what_it_stands_for() -> None:
+    operations = """\
+  one: &one
+    pre:
+      g: &guard
+        a == true
+    post: {g: *guard, a: &set [a <- false]}
+  two:
+    pre: {g: [*guard, b == true]}
+    post:
+      g: true
+      a:
+        *set
+  three: *one
+"""
+    assert lines(operations, "one", "post", "g") == (9, 10)
+    assert lines(operations, "two", "pre", "g") == (9, 12)
+    assert lines(operations, "two", "post", "a") == (10, 15, 16)
+    assert lines(operations, "two") == (9, 10, 11, 12, 13, 14, 15, 16)
+    assert lines(operations, "three") == (7, 8, 9, 10, 17)
+    assert lines(operations, "three", "pre") == (7, 8, 9)
+
+
+def test_a_block_ends_with_its_last_word() -> None:
+    operations = "  go:\n    pre: {g: true}\n    post:\n      g: true\n\n# goals\n\n  stop:\n    pre: {g: true}\n"
+    assert lines(f"{operations}    post: {{g: true}}\n", "go") == (6, 7, 8, 9)
+
+
+@pytest.mark.parametrize("path", [("stop",), ("go", "failed"), ("go", "pre", "g", "deeper"), ("stop", "pre")])
+def test_nothing_is_under_a_path_that_is_not_there(path: tuple[str, ...]) -> None:
+    assert lines("  go: {pre: {g: true}, post: {g: true}}\n", *path) == ()
+
+
+def test_a_file_in_one_line_has_that_line() -> None:
+    text = '{"behavior_model": "m", "variables": {}, "operations": {"go": {"pre": {"g": true}, "post": {"g": true}}}}'
+    _, places = read_located(text)
+    assert places.lines(("operations", "go", "post", "g")) == (1,)

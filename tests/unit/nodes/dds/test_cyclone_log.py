@@ -1,0 +1,33 @@
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from scbm.nodes.buses.dds.participant import heard
+
+LINE = b"1795295511.381596 [99]     python: eth77: does not match an available interface.\n"
+
+
+def test_lines_of_cyclone_are_heard_and_those_of_others_kept(capfd: pytest.CaptureFixture[str]) -> None:
+    lines: list[str] = []
+    with heard(lines):
+        os.write(2, LINE + b"of others\n")
+    os.write(2, b"afterwards\n")
+    assert lines == ["eth77: does not match an available interface."]
+    assert capfd.readouterr().err == "of others\nafterwards\n"
+
+
+def test_they_are_heard_too_when_it_fails(capfd: pytest.CaptureFixture[str]) -> None:
+    lines: list[str] = []
+
+    def fail() -> None:
+        with heard(lines):
+            os.write(2, LINE)
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        fail()
+    os.write(2, b"afterwards\n")
+    assert lines == ["eth77: does not match an available interface."]
+    assert capfd.readouterr().err == "afterwards\n"

@@ -1,0 +1,652 @@
+"""Clients and servers, over DDS on the loopback interface."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from collections.abc import Callable, Coroutine, Mapping
+from typing import Any
+
+import pytest
+from cyclonedds.core import Policy, Qos
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.idl import IdlStruct
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+
+from scbm.nodes.buses.bus import SET_BOOL, TRIGGER, Answered, BusError, FieldType, Scalar, Service, ServiceType
+from scbm.nodes.buses.dds import dds_services, message_types
+from scbm.nodes.buses.dds.dds_services import ServiceClient, ServiceServer
+from scbm.nodes.buses.dds.raw_samples import RawWriter, delete
+from support.loops import run
+
+ADD = Service(
+    "/calculator/add",
+    ServiceType(
+        "example_interfaces/srv/AddTwoInts",
+        (("a", FieldType.INT64), ("b", FieldType.INT64)),
+        (("sum", FieldType.INT64),),
+    ),
+)
+LATCH = Service("/latch", SET_BOOL)
+SCAN = Service("/scan", TRIGGER)
+
+
+def add(fields: Mapping[str, Scalar]) -> Mapping[str, Scalar]:
+    return {"sum": int(fields["a"]) + int(fields["b"])}
+
+
+class Side:
+    """One participant, with what its services told."""
+
+    def __init__(self, participant: DomainParticipant) -> None:
+        self._participant = participant
+        self._loop = asyncio.get_running_loop()
+        self.answers: list[Answered] = []
+        self.complaints: list[str] = []
+        self.peers: list[int] = []
+        self.held: list[Callable[[], None]] = []
+        self.done = 0
+        self._is_holding = False
+        self._changed = asyncio.Event()
+        self._kept: list[ServiceClient | ServiceServer] = []
+
+    def client(self, service: Service) -> ServiceClient:
+        made = ServiceClient(self._participant, service, self.hand_over, self._receive, self._matched, self.complain)
+        self._kept.append(made)
+        return made
+
+    def server(self, service: Service, answer: Callable[..., Mapping[str, Scalar]]) -> ServiceServer:
+        made = ServiceServer(self._participant, service, self.hand_over, answer, self.complain)
+        self._kept.append(made)
+        return made
+
+    def close(self) -> None:
+        for service in self._kept:
+            service.close()
+
+    def hand_over(self, work: Callable[[], None]) -> None:
+        self._loop.call_soon_threadsafe(self._do, work)
+
+    def hold(self) -> None:
+        """From now on nothing is done of what is handed over."""
+        self._is_holding = True
+
+    def _do(self, work: Callable[[], None]) -> None:
+        if self._is_holding:
+            self.held.append(work)
+        else:
+            work()
+            self.done += 1
+        self._changed.set()
+
+    def _receive(self, answered: Answered) -> None:
+        self.answers.append(answered)
+
+    def _matched(self, count: int) -> None:
+        self.peers.append(count)
+
+    def complain(self, what: str) -> None:
+        self.complaints.append(what)
+        self._changed.set()
+
+    async def until(self, is_so: Callable[[], bool]) -> None:
+        """Waits until it is so, which only something can make so that is handed over or complained of."""
+        while not is_so():
+            self._changed.clear()
+            await self._changed.wait()
+
+    async def until_there(self, client: ServiceClient, count: int = 1) -> None:
+        await self.until(lambda: client.peers == count)
+
+    async def until_answers(self, count: int) -> None:
+        await self.until(lambda: len(self.answers) >= count)
+
+    async def until_complaints(self, count: int) -> None:
+        await self.until(lambda: len(self.complaints) >= count)
+
+
+RELIABLE = Qos(
+    Policy.Reliability.Reliable(2_000_000_000),
+    Policy.History.KeepAll,
+    Policy.DataRepresentation(use_cdrv0_representation=True),
+)
+
+
+class Halves:
+    """The endpoints of another's server or client, by hand."""
+
+    def __init__(self, participant: DomainParticipant, service: Service, mark: str = "") -> None:
+        self._participant = participant
+        self._service = service
+        self._name = service.name
+        self._request, self._response = message_types.service_classes(service.type)
+        self._qos = Qos(Policy.Userdata(mark.encode()), base=RELIABLE) if mark else RELIABLE
+
+    def like(self, mark: str) -> Halves:
+        """Others of the same participant."""
+        return Halves(self._participant, self._service, mark)
+
+    def _topic(self, *, of_requests: bool) -> Topic[IdlStruct]:
+        name = f"rq{self._name}Request" if of_requests else f"rr{self._name}Reply"
+        return Topic(self._participant, name, self._request if of_requests else self._response)
+
+    def reader(self, *, of_requests: bool) -> DataReader[IdlStruct]:
+        return DataReader(self._participant, self._topic(of_requests=of_requests), self._qos)
+
+    def writer(self, *, of_requests: bool) -> RawWriter:
+        return RawWriter(self._participant, self._topic(of_requests=of_requests), self._qos)
+
+
+def payload(sample: IdlStruct) -> bytes:
+    data = sample.serialize(use_version_2=False)
+    return data + bytes(-len(data) % 4)
+
+
+class Cell:
+    """Participants of one domain, that leave it at the end."""
+
+    def __init__(self, domain: int) -> None:
+        self._domain = domain
+        self._participants: list[DomainParticipant] = []
+        self._sides: list[Side] = []
+
+    def _participant(self) -> DomainParticipant:
+        self._participants.append(DomainParticipant(self._domain))
+        return self._participants[-1]
+
+    def side(self) -> Side:
+        self._sides.append(Side(self._participant()))
+        return self._sides[-1]
+
+    def halves(self, service: Service, mark: str = "") -> Halves:
+        return Halves(self._participant(), service, mark)
+
+    def close(self) -> None:
+        for side in self._sides:
+            side.close()
+        for participant in self._participants:
+            delete(participant)
+
+
+def told(domain: int, story: Callable[[Cell], Coroutine[Any, Any, None]]) -> None:
+    async def tell() -> None:
+        cell = Cell(domain)
+        try:
+            await story(cell)
+        finally:
+            cell.close()
+
+    run(tell())
+
+
+def test_a_call_is_answered(domain: int) -> None:
+    async def calls(cell: Cell) -> None:
+        here, there = cell.side(), cell.side()
+        client = here.client(ADD)
+        assert client.peers == 0
+        server = there.server(ADD, add)
+        await here.until_there(client)
+
+        first, second = client.call({"a": 41, "b": 1}), client.call({"a": -1, "b": 1})
+        await here.until_answers(2)
+
+        assert first != second
+        assert [(answer.call, answer.fields) for answer in here.answers] == [(first, {"sum": 42}), (second, {"sum": 0})]
+        assert here.answers[0].stamp_ns <= here.answers[1].stamp_ns
+        assert here.peers == [1]
+        assert here.complaints == there.complaints == []
+        server.close()
+        client.close()
+
+    told(domain, calls)
+
+
+def test_fields_of_all_kinds_pass(domain: int) -> None:
+    heard: list[Mapping[str, Scalar]] = []
+
+    def answer(fields: Mapping[str, Scalar]) -> Mapping[str, Scalar]:
+        heard.append(fields)
+        return {"success": False, "message": "klemmt — ü"}
+
+    async def calls(cell: Cell) -> None:
+        side = cell.side()
+        client, scans = side.client(LATCH), side.client(SCAN)
+        side.server(LATCH, answer)
+        side.server(SCAN, answer)
+        await side.until_there(client)
+        await side.until_there(scans)
+
+        client.call({"data": True})
+        scans.call({})
+        await side.until_answers(2)
+
+        assert sorted(heard, key=len) == [{}, {"data": True}]
+        assert [answer.fields for answer in side.answers] == [{"success": False, "message": "klemmt — ü"}] * 2
+
+    told(domain, calls)
+
+
+def test_fields_of_any_name_pass(domain: int) -> None:
+    fields = tuple((name, FieldType.STRING) for name in ("class", "self", "serialize", "guid", "seq"))
+    odd = Service("/odd", ServiceType("some_srvs/srv/Odd", fields, fields))
+    values = {name: f"<{name}>" for name, _ in fields}
+
+    async def calls(cell: Cell) -> None:
+        here, there = cell.side(), cell.side()
+        client = here.client(odd)
+        there.server(odd, lambda asked: {name: f"{value}!" for name, value in asked.items()})
+        await here.until_there(client)
+
+        call = client.call(values)
+        await here.until_answers(1)
+
+        assert here.answers[0].call == call
+        assert here.answers[0].fields == {name: f"{value}!" for name, value in values.items()}
+        assert here.complaints == there.complaints == []
+
+    told(domain, calls)
+
+
+@pytest.mark.parametrize("in_flight", [50, 200])
+def test_none_of_many_calls_is_lost(domain: int, in_flight: int) -> None:
+    total = 1000
+
+    async def calls(cell: Cell) -> None:
+        here, there = cell.side(), cell.side()
+        client = here.client(ADD)
+        there.server(ADD, add)
+        await here.until_there(client)
+
+        wanted: dict[int, dict[str, Scalar]] = {}
+        while len(here.answers) < total:
+            while len(wanted) < min(total, len(here.answers) + in_flight):
+                wanted[client.call({"a": len(wanted), "b": 1})] = {"sum": len(wanted) + 1}
+            await here.until_answers(len(here.answers) + 1)
+
+        assert {answer.call: answer.fields for answer in here.answers} == wanted
+        assert len(here.answers) == total
+        assert here.complaints == there.complaints == []
+
+    told(domain, calls)
+
+
+def test_each_client_hears_its_own_answers_alone(domain: int) -> None:
+    async def calls(cell: Cell) -> None:
+        sides = [cell.side() for _ in range(3)]
+        clients = [side.client(ADD) for side in sides]
+        sides[0].server(ADD, add)
+        for side, client in zip(sides, clients, strict=True):
+            await side.until_there(client)
+
+        for number, client in enumerate(clients):
+            for index in range(20):
+                client.call({"a": 100 * number, "b": index})
+        for number, side in enumerate(sides):
+            await side.until_answers(20)
+            assert [answer.fields["sum"] for answer in side.answers] == [100 * number + index for index in range(20)]
+            assert side.complaints == []
+
+    told(domain, calls)
+
+
+def test_servers_come_and_go(domain: int) -> None:
+    async def calls(cell: Cell) -> None:
+        here, there, elsewhere = cell.side(), cell.side(), cell.side()
+        client = here.client(ADD)
+        first = there.server(ADD, add)
+        await here.until_there(client)
+        second, third = elsewhere.server(ADD, add), elsewhere.server(ADD, add)
+        await here.until_there(client, 3)
+        second.close()
+        await here.until_there(client, 2)
+        first.close()
+        third.close()
+        await here.until_there(client, 0)
+        assert here.peers[-1] == 0
+
+    told(domain, calls)
+
+
+@pytest.mark.parametrize(("taker", "responder"), [("", ""), ("serviceid=1;", "serviceid=2;")])
+def test_half_a_server_is_none(domain: int, taker: str, responder: str) -> None:
+    async def calls(cell: Cell) -> None:
+        here, there = cell.side(), cell.side()
+        client = here.client(ADD)
+        kept = cell.halves(ADD, taker).reader(of_requests=True), cell.halves(ADD, responder).writer(of_requests=False)
+        await here.until(lambda: bool(client.pair.readers() and client.pair.writers()))
+        whole = there.server(ADD, add)
+        await here.until_there(client, 1)
+        whole.close()
+        await here.until_there(client, 0)
+
+        assert here.peers == [1, 0]
+        assert all(kept)
+
+    told(domain, calls)
+
+
+def test_halves_of_one_participant_that_say_so_are_no_server(domain: int) -> None:
+    async def calls(cell: Cell) -> None:
+        here, there = cell.side(), cell.side()
+        client = here.client(ADD)
+        one = cell.halves(ADD, "serviceid=1;")
+        kept = one.reader(of_requests=True), one.like("serviceid=2;").writer(of_requests=False)
+        await here.until(lambda: bool(client.pair.readers() and client.pair.writers()))
+        whole = there.server(ADD, add)
+        await here.until_there(client, 1)
+        whole.close()
+        await here.until_there(client, 0)
+
+        assert here.peers == [1, 0]
+        assert all(kept)
+
+    told(domain, calls)
+
+
+def test_both_halves_say_to_whom_they_belong_as_rmw_cyclonedds_does(domain: int) -> None:
+    async def calls(cell: Cell) -> None:
+        here, there = cell.side(), cell.side()
+        client, server = here.client(ADD), there.server(ADD, add)
+        await here.until_there(client)
+        await there.until(lambda: bool(server.pair.readers() and server.pair.writers()))
+
+        for pair, key in ((server.pair, "clientid"), (client.pair, "serviceid")):
+            (reader,), (writer,) = pair.readers(), pair.writers()
+            assert reader.identities == writer.identities
+            assert re.fullmatch(r"[0-9a-f]{1,2}(\.[0-9a-f]{1,2}){15}", reader.identities[key])
+
+    told(domain, calls)
+
+
+def test_endpoints_lose_nothing_and_speak_as_ros_2_does(domain: int) -> None:
+    async def calls(cell: Cell) -> None:
+        side = cell.side()
+        for pair in (side.client(ADD).pair, side.server(ADD, add).pair):
+            for endpoint in (pair.reader, pair.writer):
+                qos = endpoint.get_qos()
+                assert qos[Policy.History] == Policy.History.KeepAll
+                assert isinstance(qos[Policy.Reliability], Policy.Reliability.Reliable)
+                assert qos[Policy.Durability] == Policy.Durability.Volatile
+                assert qos[Policy.DataRepresentation] == Policy.DataRepresentation(use_cdrv0_representation=True)
+            assert not pair.writer.get_qos()[Policy.WriterDataLifecycle].autodispose
+
+    told(domain, calls)
+
+
+def test_a_server_that_does_not_say_who_it_is_counts(domain: int) -> None:
+    async def calls(cell: Cell) -> None:
+        here, there = cell.side(), cell.halves(ADD)
+        client = here.client(ADD)
+        kept = there.reader(of_requests=True), there.writer(of_requests=False)
+        await here.until_there(client)
+        assert all(kept)
+
+    told(domain, calls)
+
+
+class HandServer:
+    """A server by hand: it says what a test wants it to."""
+
+    def __init__(self, halves: Halves, service: Service) -> None:
+        self._service = service.type
+        self._reader, self._writer = halves.reader(of_requests=True), halves.writer(of_requests=False)
+
+    async def guid(self, side: Side, client: ServiceClient) -> int:
+        """That of the client, from the request that it has sent."""
+        await side.until(lambda: bool(client.pair.readers()))
+        taken = await asyncio.to_thread(self._reader.take_one, timeout=60_000_000_000)
+        return message_types.call_of(taken)[0]
+
+    def say(self, guid: int, seq: int, fields: Mapping[str, Scalar]) -> None:
+        self._writer.write_payload(payload(message_types.response(self._service, guid, seq, fields)))
+
+    def say_bytes(self, data: bytes) -> None:
+        self._writer.write_payload(data)
+
+
+def test_a_second_response_to_a_call_is_dropped_and_complained_of(domain: int) -> None:
+    async def calls(cell: Cell) -> None:
+        here = cell.side()
+        client, server = here.client(ADD), HandServer(cell.halves(ADD), ADD)
+        await here.until_there(client)
+        call = client.call({"a": 1, "b": 1})
+        guid = await server.guid(here, client)
+        for total in (2, 3, 4):
+            server.say(guid, call, {"sum": total})
+        await here.until_complaints(2)
+
+        assert [answer.fields for answer in here.answers] == [{"sum": 2}]
+        assert here.complaints == [f"a second response to call {call} of /calculator/add is dropped"] * 2
+
+    told(domain, calls)
+
+
+def test_responses_to_calls_that_were_never_made_are_complained_of_once(domain: int) -> None:
+    async def calls(cell: Cell) -> None:
+        here = cell.side()
+        client, server = here.client(ADD), HandServer(cell.halves(ADD), ADD)
+        await here.until_there(client)
+        call = client.call({"a": 1, "b": 1})
+        guid = await server.guid(here, client)
+        for other in (call + 6, 0, -1):
+            server.say(guid, other, {"sum": 0})
+        server.say(guid, call, {"sum": 2})
+        await here.until_answers(1)
+
+        assert [answer.fields for answer in here.answers] == [{"sum": 2}]
+        what = f"a response of /calculator/add to call {call + 6}, which was not made, is dropped"
+        assert here.complaints == [what]
+
+    told(domain, calls)
+
+
+def test_responses_of_others_are_dropped_without_a_word(domain: int) -> None:
+    async def calls(cell: Cell) -> None:
+        here = cell.side()
+        client, server = here.client(ADD), HandServer(cell.halves(ADD), ADD)
+        await here.until_there(client)
+        call = client.call({"a": 1, "b": 1})
+        guid = await server.guid(here, client)
+        server.say(guid ^ 1, call, {"sum": 99})
+        server.say(guid, call, {"sum": 2})
+        await here.until_answers(1)
+
+        assert [answer.fields for answer in here.answers] == [{"sum": 2}]
+        assert here.complaints == []
+
+    told(domain, calls)
+
+
+def test_a_response_that_is_no_text_is_complained_of_and_takes_no_other_with_it(domain: int) -> None:
+    async def calls(cell: Cell) -> None:
+        here = cell.side()
+        client, server = here.client(SCAN), HandServer(cell.halves(SCAN), SCAN)
+        await here.until_there(client)
+        call = client.call({})
+        guid = await server.guid(here, client)
+        right = payload(message_types.response(SCAN.type, guid, call, {"success": True, "message": "ab"}))
+        server.say_bytes(right.replace(b"ab", b"\xff\xfe"))
+        server.say_bytes(right)
+        await here.until_answers(1)
+
+        assert [answer.fields for answer in here.answers] == [{"success": True, "message": "ab"}]
+        assert here.complaints == ["a response of /scan cannot be read: its text is not UTF-8: invalid start byte"]
+
+    told(domain, calls)
+
+
+def test_a_response_waits_for_the_reader_of_its_client(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dds_services, "READER_WAIT_S", 3600)
+
+    async def calls(cell: Cell) -> None:
+        there, client = cell.side(), cell.halves(ADD, "clientid=7.7;")
+        served: list[Mapping[str, Scalar]] = []
+
+        def answer(fields: Mapping[str, Scalar]) -> Mapping[str, Scalar]:
+            served.append(fields)
+            return add(fields)
+
+        server = there.server(ADD, answer)
+        writer = client.writer(of_requests=True)
+        await there.until(lambda: bool(server.pair.writers()))
+        others = cell.halves(ADD, "clientid=8.8;").reader(of_requests=False)
+        await there.until(lambda: bool(server.pair.readers()))
+        writer.write_payload(payload(message_types.request(ADD.type, 5, 1, {"a": 1, "b": 2})))
+        await there.until(lambda: bool(served))
+        before = there.done
+        late = cell.halves(ADD, "clientid=9.9;").reader(of_requests=False)
+        await there.until(lambda: there.done > before)
+
+        reader = client.reader(of_requests=False)
+        response = await asyncio.to_thread(reader.take_one, timeout=60_000_000_000)
+
+        assert message_types.call_of(response) == (5, 1)
+        assert message_types.fields_of(response, ADD.type.response) == {"sum": 3}
+        assert there.complaints == []
+        assert [len(other.take(N=9)) for other in (others, late)] == [1, 1]
+
+    told(domain, calls)
+
+
+def test_a_response_whose_client_does_not_hear_is_complained_of(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dds_services, "READER_WAIT_S", 0)
+
+    async def calls(cell: Cell) -> None:
+        there, client = cell.side(), cell.halves(ADD, "clientid=7.7;")
+        server = there.server(ADD, add)
+        writer = client.writer(of_requests=True)
+        await there.until(lambda: bool(server.pair.writers()))
+        writer.write_payload(payload(message_types.request(ADD.type, 5, 1, {"a": 1, "b": 2})))
+        await there.until_complaints(1)
+
+        assert there.complaints == ["a response of /calculator/add is lost: its client does not hear any"]
+
+    told(domain, calls)
+
+
+def test_a_client_that_does_not_say_who_it_is_is_answered_at_once(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dds_services, "READER_WAIT_S", 3600)
+
+    async def calls(cell: Cell) -> None:
+        there, client = cell.side(), cell.halves(ADD)
+        server = there.server(ADD, add)
+        reader, writer = client.like("clientid=8.8;").reader(of_requests=False), client.writer(of_requests=True)
+        await there.until(lambda: bool(server.pair.writers() and server.pair.readers()))
+        writer.write_payload(payload(message_types.request(ADD.type, 5, 1, {"a": 1, "b": 2})))
+
+        response = await asyncio.to_thread(reader.take_one, timeout=60_000_000_000)
+
+        assert message_types.fields_of(response, ADD.type.response) == {"sum": 3}
+
+    told(domain, calls)
+
+
+def test_what_was_handed_over_before_a_client_was_closed_is_dropped(domain: int) -> None:
+    async def calls(cell: Cell) -> None:
+        here, there = cell.side(), cell.side()
+        client = here.client(ADD)
+        there.server(ADD, add)
+        await here.until_there(client)
+        here.hold()
+        client.call({"a": 1, "b": 1})
+        await here.until(lambda: bool(here.held))
+        client.close()
+        for work in here.held:
+            work()
+
+        assert here.answers == []
+        assert here.peers == [1]
+
+    told(domain, calls)
+
+
+def test_an_answer_that_is_none_is_complained_of(domain: int) -> None:
+    async def calls(cell: Cell) -> None:
+        here, there = cell.side(), cell.side()
+        client = here.client(ADD)
+        there.server(ADD, lambda _: {"sum": 2**63})
+        await here.until_there(client)
+        client.call({"a": 1, "b": 1})
+        await there.until_complaints(1)
+
+        (complaint,) = there.complaints
+        assert complaint.startswith("a request to /calculator/add gets no response: `sum` of the response of ")
+        assert complaint.endswith(f" is int64, from {-(2**63)} to {2**63 - 1}, not {2**63}")
+        assert here.answers == []
+
+    told(domain, calls)
+
+
+def test_a_call_with_wrong_fields_is_refused_and_not_sent(domain: int) -> None:
+    async def calls(cell: Cell) -> None:
+        here, there = cell.side(), cell.side()
+        client = here.client(ADD)
+        there.server(ADD, add)
+        await here.until_there(client)
+        for wrong in ({"a": 1}, {"a": 1, "b": 1.5}, {"a": 1, "b": 1, "c": 1}):
+            with pytest.raises(ValueError, match="of example_interfaces/srv/AddTwoInts"):
+                client.call(wrong)
+        call = client.call({"a": 1, "b": 1})
+        await here.until_answers(1)
+
+        assert [answer.call for answer in here.answers] == [call]
+
+    told(domain, calls)
+
+
+def test_a_closed_client_hears_nothing_more(domain: int) -> None:
+    async def calls(cell: Cell) -> None:
+        here, there = cell.side(), cell.side()
+        client, other = here.client(ADD), here.client(LATCH)
+
+        def answer(fields: Mapping[str, Scalar]) -> Mapping[str, Scalar]:
+            client.close()
+            return add(fields)
+
+        there.server(ADD, answer)
+        there.server(LATCH, lambda _: {"success": True, "message": ""})
+        await here.until_there(client)
+        await here.until_there(other)
+        client.call({"a": 1, "b": 1})
+        other.call({"data": True})
+        await here.until_answers(1)
+
+        assert [answer.fields for answer in here.answers] == [{"success": True, "message": ""}]
+        with pytest.raises(BusError, match=r"^DDS cannot send on `rq/calculator/addRequest`: "):
+            client.call({"a": 1, "b": 1})
+
+    told(domain, calls)
+
+
+def test_a_closed_server_is_asked_nothing_more(domain: int) -> None:
+    async def calls(cell: Cell) -> None:
+        here, there = cell.side(), cell.side()
+        client = here.client(ADD)
+        asked: list[Mapping[str, Scalar]] = []
+
+        def answer(fields: Mapping[str, Scalar]) -> Mapping[str, Scalar]:
+            asked.append(fields)
+            server.close()
+            return add(fields)
+
+        server = there.server(ADD, answer)
+        await here.until_there(client)
+        for _ in range(5):
+            client.call({"a": 1, "b": 1})
+        await here.until_there(client, 0)
+
+        assert asked == [{"a": 1, "b": 1}]
+        assert [what.partition(": ")[0] for what in there.complaints] == ["a response of /calculator/add is lost"]
+
+    told(domain, calls)
+
+
+def test_a_participant_that_has_left_is_a_bus_error(domain: int) -> None:
+    async def calls(cell: Cell) -> None:
+        here = cell.side()
+        cell.close()
+        with pytest.raises(BusError, match=r"^DDS refuses `rq/calculator/addRequest` or `rr/calculator/addReply`: "):
+            here.client(ADD)
+
+    told(domain, calls)

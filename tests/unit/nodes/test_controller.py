@@ -1,0 +1,858 @@
+"""The controller runs one case after the other, tells each step, and takes nothing that belongs to another run."""
+
+from __future__ import annotations
+
+import asyncio
+import gc
+import json
+from collections.abc import Awaitable, Callable
+from dataclasses import asdict, dataclass, field, replace
+from hashlib import sha256
+from threading import Event as ThreadEvent
+from typing import Any
+
+import pytest
+
+from scbm.cases import Case
+from scbm.cases.trace import MessageDisturbed, Record, ResourceChanged, Trace, write_trace
+from scbm.files import read_bindings, read_case, read_model, write_case
+from scbm.model import SET_BOOL, TRIGGER, BehaviorModel, ServiceType
+from scbm.nodes import Bus, ControllerNode, new_status
+from scbm.nodes.buses.bus import BusError, Received, Service, Topic
+from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
+from scbm.nodes.log.event_json import Note as NoteEvent
+from scbm.nodes.log.event_json import event_json, read_event
+from scbm.nodes.node_messages import (
+    Abandon,
+    Ended,
+    Go,
+    Message,
+    Note,
+    Prepare,
+    Prepared,
+    Refused,
+    Stepped,
+    decode,
+    encode,
+)
+from scbm.nodes.roles.cell_topics import CellTopics
+from scbm.nodes.roles.membership import Membership
+from scbm.planning import PlanCache, PlanLimits, SearchCancelledError
+from scbm.running import (
+    AskPlan,
+    CancelRequest,
+    ChangeResource,
+    InjectionGiven,
+    Measured,
+    PlanAnswered,
+    Program,
+    ReplyArrived,
+    RunFinished,
+    Runner,
+    RunnerOptions,
+    SendRequest,
+    TimePassed,
+)
+from support import loops
+from support.models import scan_cell
+from support.nodes import Stage
+from support.virtual_loop import VirtualLoop, run_virtually
+
+MODEL = scan_cell()
+TOPICS = CellTopics.of(MODEL)
+CASE = read_case("case: scans\ngoal: scanned\n", MODEL)
+SECOND_NS = 10**9
+
+
+@dataclass
+class Bench:
+    """A controller between a tester and a driver that a test plays."""
+
+    stage: Stage
+    model: BehaviorModel = MODEL
+    plan_limits: PlanLimits | None = None
+    told: list[Message] = field(default_factory=list)
+    asked: list[dict[str, Any]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.news = asyncio.Event()
+        topics = CellTopics.of(self.model)
+        self.node = self.stage.controller(self.plan_limits)
+        self.tester = self.stage.join("tester")
+        self.tester.subscribe(topics.run, self._hear)
+        self.cases = self.tester.publisher(topics.case)
+
+    def open_driver(self) -> None:
+        self.driver = self.stage.join("driver")
+        self.driver.subscribe(TOPICS.request("scan"), self._take)
+        self.replies = self.driver.publisher(TOPICS.reply("scan"))
+
+    def _hear(self, received: Received) -> None:
+        self.told.append(decode(received.data))
+        self.news.set()
+
+    def _take(self, received: Received) -> None:
+        assert isinstance(received.data, str)
+        self.asked.append(json.loads(received.data))
+        self.news.set()
+
+    async def until(self, is_so: Callable[[], bool]) -> None:
+        while not is_so():
+            self.news.clear()
+            await self.news.wait()
+
+    def say(self, message: Message) -> None:
+        self.cases.publish(encode(message))
+
+    def prepare(self, run: str = "run_1", case: Case = CASE, **other: Any) -> None:  # noqa: ANN401 - fields
+        nodes = (self.node.membership.own.node,)
+        text = write_case(case, self.model, None)
+        self.say(replace(Prepare(run, nodes, text, asdict(RunnerOptions()), "1", False), **other))
+
+    def reply(self, request: int, run: str = "run_1", *, succeeded: bool = True) -> None:
+        self.replies.publish(json.dumps({"id": f"{run}-{request}", "succeeded": succeeded}))
+
+    # what came of it
+
+    @property
+    def steps(self) -> list[Stepped]:
+        return [message for message in self.told if isinstance(message, Stepped)]
+
+    def ended(self) -> list[str]:
+        return [message.run for message in self.told if isinstance(message, Ended)]
+
+    def others(self) -> list[Message]:
+        return [message for message in self.told if not isinstance(message, Stepped | Ended)]
+
+    def events(self, run: str = "run_1") -> list[Any]:
+        return [read_event(step.event, self.model, step.at_ns) for step in self.steps if step.run == run]
+
+    def kinds(self, run: str = "run_1") -> list[str]:
+        return [type(event).__name__ for event in self.events(run)]
+
+
+def play(scene: Callable[[Bench, VirtualLoop], Awaitable[None]], model: BehaviorModel = MODEL) -> None:
+    async def main(loop: VirtualLoop) -> None:
+        bench = Bench(Stage.virtual(model, loop), model)
+        bench.open_driver()
+        await loop.settle()
+        await scene(bench, loop)
+
+    run_virtually(main)
+
+
+async def going(bench: Bench, loop: VirtualLoop, **other: Any) -> None:  # noqa: ANN401 - fields
+    """A run whose first request is sent."""
+    bench.prepare(**other)
+    await loop.settle()
+    bench.say(Go("run_1"))
+    await loop.settle()
+    assert [said["id"] for said in bench.asked] == ["run_1-1"]
+
+
+def test_a_run_is_prepared_let_go_and_told_step_by_step_to_its_end() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.prepare()
+        await loop.settle(5 * SECOND_NS)
+        assert bench.told == [Prepared("run_1", bench.node.membership.own.node)]
+        bench.say(Go("run_1"))
+        await loop.settle(2 * SECOND_NS)
+        assert bench.asked == [{"id": "run_1-1", "request": {"scan_command": "scan_box"}}]
+        bench.reply(1)
+        await loop.settle()
+        assert bench.kinds() == ["GoalGiven", "PlanAnswered", "ReplyArrived"]
+        assert [step.number for step in bench.steps] == [1, 2, 3]
+        assert [step.at_ns for step in bench.steps] == [0, 0, 2 * SECOND_NS]
+        ended = bench.told[-1]
+        assert isinstance(ended, Ended)
+        records = rerun(bench)
+        trace = Trace(MODEL.name, "scans", tuple(records))
+        assert (ended.steps, ended.trace) == (3, sha256(write_trace(trace).encode()).hexdigest())
+
+    play(scene)
+
+
+def rerun(bench: Bench, run: str = "run_1") -> list[Record]:
+    """The records that a fresh runner makes of the steps."""
+    runner = Runner(Program(bench.model), CASE.initial)
+    records: list[Record] = []
+    for step, event in zip(bench.steps, bench.events(run), strict=True):
+        effects = [event] if isinstance(event, NoteEvent) else runner.handle(event, step.at_ns)
+        outward = (AskPlan, CancelRequest, ChangeResource, RunFinished, SendRequest)
+        records += [effect for effect in effects if not isinstance(effect, outward)]
+    return records
+
+
+def test_it_is_ready_once_requests_reach_all_resources() -> None:
+    async def main(loop: VirtualLoop) -> None:
+        bench = Bench(Stage.virtual(MODEL, loop))
+        bench.prepare()
+        await loop.settle()
+        assert bench.told == []
+        bench.open_driver()
+        await loop.settle()
+        assert bench.told == []
+        bench.prepare()  # the tester asks again
+        await loop.settle()
+        assert bench.told == [Prepared("run_1", bench.node.membership.own.node)]
+
+    run_virtually(main)
+
+
+def test_what_is_meant_for_another_node_is_not_prepared() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.prepare(nodes=("another",))
+        bench.say(Go("run_1"))
+        await loop.settle()
+        assert (bench.told, bench.asked) == ([], [])
+
+    play(scene)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"case": "goal: scanned"},
+        {"case": "case: x\ngoal: nothing_known"},
+        {"case": "{" * 10_000},
+        {"options": {}},
+        {"options": asdict(RunnerOptions()) | {"time_limit_ns": "long"}},
+        {"options": asdict(RunnerOptions()) | {"plan_limit": -1}},
+        {"options": asdict(RunnerOptions()) | {"more": 1}},
+        {"options": asdict(RunnerOptions()) | {"livelock_bound": 10**7}},
+        {"options": asdict(RunnerOptions()) | {"instant_bound": 10**7}},
+        {"time_scale": "0"},
+        {"time_scale": "-2"},
+        {"time_scale": "1e999999999"},
+    ],
+)
+def test_a_case_that_cannot_be_read_is_refused_with_a_reason(wrong: dict[str, Any]) -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        case = wrong.get("case")
+        message = Prepare(
+            "run_1",
+            (bench.node.membership.own.node,),
+            write_case(CASE, MODEL, None),
+            asdict(RunnerOptions()),
+            "1",
+            False,
+        )
+        bench.say(replace(message, **wrong))
+        bench.say(Go("run_1"))
+        await loop.settle()
+        (refused,) = bench.told
+        assert isinstance(refused, Refused)
+        assert (refused.run, refused.node) == ("run_1", bench.node.membership.own.node)
+        assert refused.why.startswith("the case cannot be read: ")
+        assert case is None or "error" in refused.why
+        bench.prepare("run_2")
+        await loop.settle()
+        assert bench.told[1:] == [Prepared("run_2", bench.node.membership.own.node)]
+
+    play(scene)
+
+
+def test_replies_to_other_runs_are_dropped() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        bench.reply(1, "run_0")
+        bench.reply(1, "somebody")
+        await loop.settle()
+        assert bench.kinds() == ["GoalGiven", "PlanAnswered"]
+        bench.reply(1)
+        await loop.settle()
+        assert bench.ended() == ["run_1"]
+        bench.reply(1)
+        await loop.settle()
+        assert len(bench.steps) == 3
+
+    play(scene)
+
+
+def test_values_that_come_unasked_are_given_to_the_run() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        bench.replies.publish('{"measured": {"temperature": 7}}')
+        await loop.settle()
+        assert event_json(bench.events()[-1]) == {"kind": "measured", "values": {"temperature": 7}}
+
+    play(scene)
+
+
+class Full:
+    """A publisher whose subscriptions do not take what is sent."""
+
+    peers = 1
+
+    def publish(self, _: object) -> None:
+        raise BusError("full")
+
+
+@pytest.mark.parametrize("whose", ["requests", "steps"])
+def test_a_message_that_the_bus_does_not_take_is_told_of_and_deadlines_pass(
+    whose: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    publisher = LoopbackBus.publisher
+    full = TOPICS.request("scan") if whose == "requests" else TOPICS.run
+
+    def publisher_that_may_be_full(bus: LoopbackBus, topic: Topic, *others: Any) -> Any:  # noqa: ANN401 - as it is
+        made = publisher(bus, topic, *others)
+        return Full() if topic == full else made
+
+    monkeypatch.setattr(LoopbackBus, "publisher", publisher_that_may_be_full)
+
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.prepare()
+        bench.say(Go("run_1"))
+        await loop.settle(11 * SECOND_NS)
+        lost = {
+            "requests": ["request 1 to `scan` is lost: full", "that request 1 to `scan` is cancelled is lost: full"],
+            "steps": ["a `step` for the tester is lost: full"],
+        }
+        assert [said for said in lost[whose] if said not in bench.stage.complaints] == []
+        assert whose == "steps" or "TimePassed" in bench.kinds()
+        assert whose == "requests" or {"id": "run_1-1", "cancel": True} in bench.asked
+
+    play(scene)
+
+
+def first_measured(bench: Bench, run: str) -> list[Measured]:
+    return [event for event in bench.events(run)[:1] if isinstance(event, Measured)]
+
+
+def test_what_cannot_be_measured_is_not_remembered() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.replies.publish('{"measured": {"temperature": 3, "light": "red", "pressure": 1}}')
+        bench.replies.publish('{"measured": {"temperature": 99}}')
+        await going(bench, loop)
+        assert first_measured(bench, "run_1") == [Measured((("temperature", 3),))]
+
+    play(scene)
+
+
+def test_what_is_refused_of_measured_values_is_told_in_a_run_and_before_it() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.replies.publish('{"measured": {"temperature": 99}}')
+        await loop.settle()
+        refused = ["`temperature`: 99 is refused: not in its domain"]
+        assert bench.stage.complaints == refused
+        await going(bench, loop)
+        bench.replies.publish('{"measured": {"temperature": 99}}')
+        reply = {"id": "run_1-1", "succeeded": True, "measured": {"temperature": 98, "light": "red"}}
+        bench.replies.publish(json.dumps(reply))
+        await loop.settle()
+        refused += ["`light`: red is refused: that is no variable that `scan` may measure"]
+        assert bench.stage.complaints == refused
+        assert bench.ended() == ["run_1"]
+
+    play(scene)
+
+
+def test_a_reply_that_measures_replaces_what_was_measured_before() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.replies.publish('{"measured": {"temperature": 2}}')
+        await going(bench, loop)
+        bench.replies.publish('{"id": "run_1-1", "succeeded": true, "measured": {"temperature": 7}}')
+        bench.prepare("run_2")
+        await loop.settle()
+        bench.say(Go("run_2"))
+        await loop.settle()
+        assert first_measured(bench, "run_1") == [Measured((("temperature", 2),))]
+        assert first_measured(bench, "run_2") == [Measured((("temperature", 7),))]
+
+    play(scene)
+
+
+def test_a_reply_of_a_resource_that_was_not_asked_is_dropped_with_a_sentence() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        lamp = bench.stage.join("lamp")
+        lamp.subscribe(TOPICS.request("lamp"), lambda _: None)
+        replies = lamp.publisher(TOPICS.reply("lamp"))
+        await loop.settle()
+        await going(bench, loop)
+        replies.publish(json.dumps({"id": "run_1-1", "succeeded": True}))
+        await loop.settle()
+        assert bench.stage.complaints == ["a reply of `lamp` to request 1 was dropped: that went to `scan`"]
+        assert bench.ended() == []
+        bench.reply(1)
+        await loop.settle()
+        assert bench.ended() == ["run_1"]
+
+    play(scene, scan_cell(("resources:\n", "resources:\n  lamp: {}\n")))
+
+
+def test_going_twice_begins_one_run() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.say(Go("run_1"))  # too early
+        await going(bench, loop)
+        bench.say(Go("run_1"))
+        bench.prepare()  # a run that goes on is not prepared
+        await loop.settle()
+        assert bench.kinds() == ["GoalGiven", "PlanAnswered"]
+        assert len(bench.others()) == 1
+
+    play(scene)
+
+
+@pytest.mark.parametrize("how", ["prepare", "abandon", "tester", "close"])
+def test_a_run_that_is_given_up_ends_by_the_rules_of_the_model(how: str) -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        match how:
+            case "prepare":
+                bench.prepare("run_2")
+            case "abandon":
+                bench.say(Abandon("run_1"))
+            case "tester":
+                await bench.tester.close()
+            case _:
+                await bench.node.close()
+        await loop.settle()
+        assert bench.asked[1:] == [{"id": "run_1-1", "cancel": True}]
+        bench.reply(1)
+        await loop.settle(20 * SECOND_NS)
+        assert len(bench.asked) == 2
+        if how != "tester":
+            assert isinstance(bench.events()[-1], InjectionGiven)
+            assert bench.ended() == ["run_1"]
+
+    play(scene)
+
+
+def test_a_request_that_still_waits_for_its_resource_is_forgotten_with_its_run() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.prepare()
+        await loop.settle()
+        await bench.driver.close()
+        bench.say(Go("run_1"))
+        await loop.settle()
+        bench.say(Abandon("run_1"))
+        await loop.settle()
+        bench.open_driver()
+        await loop.settle(SECOND_NS)
+        assert bench.asked == []
+
+    play(scene)
+
+
+def test_another_tester_cannot_take_a_run_away_nor_end_it_by_leaving() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        other = bench.stage.join("tester")
+        text = write_case(CASE, MODEL, None)
+        nodes = (bench.node.membership.own.node,)
+        other.publisher(TOPICS.case).publish(encode(Prepare("run_2", nodes, text, asdict(RunnerOptions()), "1", False)))
+        await loop.settle()
+        await other.close()
+        await loop.settle()
+        bench.reply(1)
+        await loop.settle()
+        assert bench.ended() == ["run_1"]
+        assert len(bench.others()) == 1
+
+    play(scene)
+
+
+def test_the_next_run_begins_at_the_beginning() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        bench.reply(1)
+        await loop.settle()
+        bench.prepare("run_2", case=replace(CASE, name="again"))
+        await loop.settle(SECOND_NS)
+        bench.say(Go("run_2"))
+        await loop.settle(SECOND_NS)
+        assert [said["id"] for said in bench.asked] == ["run_1-1", "run_2-1"]
+        bench.reply(1)  # to the run before
+        bench.reply(1, "run_2", succeeded=False)
+        await loop.settle()
+        assert bench.kinds("run_2") == ["GoalGiven", "PlanAnswered", "ReplyArrived", "PlanAnswered"]
+        assert [step.number for step in bench.steps if step.run == "run_2"] == [1, 2, 3, 4]
+
+    play(scene)
+
+
+def test_deadlines_and_records_are_in_time_of_the_run() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop, time_scale="5")
+        await loop.settle(2 * SECOND_NS + 1_000)
+        assert bench.asked[1] == {"id": "run_1-1", "cancel": True}
+        (passed,) = [
+            step.at_ns for step, event in zip(bench.steps, bench.events(), strict=True) if isinstance(event, TimePassed)
+        ]
+        assert passed == 10 * SECOND_NS
+
+    play(scene)
+
+
+def test_notes_of_the_tester_stand_in_the_trace_with_the_time_at_which_they_come() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        await loop.settle(SECOND_NS - 2_000)
+        bench.say(Note("run_1", event_json(MessageDisturbed(0, 1, "scan", "reply", 0))))
+        bench.say(Note("run_0", event_json(MessageDisturbed(0, 1, "scan", "reply", 0))))
+        await loop.settle()
+        (noted,) = [event for event in bench.events() if isinstance(event, MessageDisturbed)]
+        assert noted == MessageDisturbed(noted.at_ns, 1, "scan", "reply", 0)
+        assert noted.at_ns == pytest.approx(SECOND_NS, abs=10_000)
+
+    play(scene)
+
+
+@pytest.mark.parametrize(
+    "note", [{}, {"kind": "time"}, {"kind": "resource", "resource": "nobody", "condition": "down"}]
+)
+def test_a_note_that_is_none_is_dropped_with_a_sentence(note: dict[str, Any]) -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        bench.say(Note("run_1", note))
+        bench.cases.publish("what")
+        await loop.settle()
+        first, second = bench.stage.complaints
+        assert first.startswith("a note of the tester was dropped: ")
+        assert second == "a message of a tester was dropped: this is not JSON"
+        assert bench.kinds() == ["GoalGiven", "PlanAnswered"]
+
+    play(scene)
+
+
+def test_a_resource_that_is_lost_or_comes_back_stands_in_the_trace_and_no_request_is_sent_again() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        await bench.driver.close()
+        await loop.settle(SECOND_NS)
+        bench.open_driver()
+        await loop.settle(SECOND_NS)
+        changes = [event.condition for event in bench.events() if isinstance(event, ResourceChanged)]
+        assert changes == ["down", "well"]
+        assert len(bench.asked) == 1
+
+    play(scene)
+
+
+def test_a_resource_that_is_not_there_when_the_run_begins_gets_its_request_when_it_comes() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.prepare()
+        await loop.settle()
+        await bench.driver.close()
+        await loop.settle()
+        bench.say(Go("run_1"))
+        await loop.settle(SECOND_NS)
+        assert bench.asked == []
+        assert bench.events()[1] == ResourceChanged(0, "network", "scan", "down")
+        bench.open_driver()
+        await loop.settle()
+        assert [said["id"] for said in bench.asked] == ["run_1-1"]
+
+    play(scene)
+
+
+def test_a_reply_that_came_before_a_deadline_is_in_time_however_busy_the_process_is() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        await loop.settle(9 * SECOND_NS)
+        bench.reply(1)
+        loop.let_pass_ns(5 * SECOND_NS)
+        await loop.settle()
+        assert bench.kinds()[2:] == ["ReplyArrived"]
+        assert bench.steps[-1].at_ns == pytest.approx(9 * SECOND_NS, abs=10_000)
+
+    play(scene)
+
+
+def test_replies_are_heard_while_a_plan_is_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    may_go_on = ThreadEvent()
+
+    plan = PlanCache.plan
+
+    def plan_late(plans: PlanCache, *arguments: Any) -> Any:  # noqa: ANN401 - as the planner has it
+        may_go_on.wait(loops.GUARD_S)
+        return plan(plans, *arguments)
+
+    monkeypatch.setattr(PlanCache, "plan", plan_late)
+
+    async def scene() -> None:
+        bench = Bench(Stage(MODEL, LoopbackHub().join))
+        bench.open_driver()
+        await asyncio.sleep(0)  # those who came learn of each other
+        bench.prepare()
+        await bench.until(lambda: bool(bench.told))
+        bench.say(Go("run_1"))
+        await bench.until(lambda: bool(bench.steps))
+        bench.replies.publish('{"measured": {"temperature": 7}}')
+        await bench.until(lambda: len(bench.steps) == 2)
+        may_go_on.set()
+        await bench.until(lambda: bool(bench.asked))
+        assert bench.kinds() == ["GoalGiven", "Measured", "PlanAnswered"]
+        await bench.node.close()
+
+    loops.run(scene())
+
+
+def test_a_planner_that_breaks_refuses_its_run_and_no_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    plan, has_begun, may_break = PlanCache.plan, ThreadEvent(), ThreadEvent()
+    asked: list[object] = []
+
+    def plan_once(plans: PlanCache, *arguments: Any) -> Any:  # noqa: ANN401 - as the planner has it
+        asked.append(arguments)
+        has_begun.set()
+        if len(asked) < 3:
+            may_break.wait(loops.GUARD_S)
+            raise MemoryError("full")
+        return plan(plans, *arguments)
+
+    monkeypatch.setattr(PlanCache, "plan", plan_once)
+
+    async def scene() -> None:
+        bench = Bench(Stage(MODEL, LoopbackHub().join))
+        bench.open_driver()
+        await asyncio.sleep(0)  # those who came learn of each other
+        for run in ("run_1", "run_2", "run_3"):
+            bench.prepare(run)
+            bench.say(Go(run))
+            await bench.until(lambda run=run: any(step.run == run for step in bench.steps))  # type: ignore[misc]
+            await asyncio.to_thread(has_begun.wait, loops.GUARD_S)  # else it would never be begun
+            if run == "run_2":  # the plan of the run before breaks in this one
+                may_break.set()
+                await bench.until(lambda: any(isinstance(said, Refused) for said in bench.told))
+        await bench.until(lambda: bool(bench.asked))
+        refused = [said for said in bench.told if isinstance(said, Refused)]
+        assert [(said.run, said.why) for said in refused] == [("run_2", "planning failed: MemoryError('full')")]
+        assert bench.stage.complaints == ["planning failed: MemoryError('full')"]
+        assert bench.asked[0]["id"] == "run_3-1"
+        await bench.node.close()
+
+    loops.run(scene())
+
+
+def test_a_plan_for_a_run_that_is_over_is_given_to_no_other() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.prepare()
+        await loop.settle()
+        bench.say(Go("run_1"))
+        bench.say(Abandon("run_1"))
+        bench.prepare("run_2")
+        bench.say(Go("run_2"))
+        await loop.settle()
+        assert PlanAnswered.__name__ not in bench.kinds("run_1")
+        assert bench.kinds("run_2") == ["GoalGiven", "PlanAnswered"]
+        assert ReplyArrived.__name__ not in bench.kinds("run_2")
+
+    play(scene)
+
+
+def test_a_reply_to_a_run_that_was_never_here_is_told_of() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        await going(bench, loop)
+        bench.reply(1, "run_zz")
+        await loop.settle()
+        (told,) = bench.stage.complaints
+        assert "`run_zz-1`" in told
+        bench.prepare("run_2")
+        await loop.settle()
+        bench.reply(1)  # late, which is no fault of anybody's
+        await loop.settle()
+        assert bench.stage.complaints == [told]
+
+    play(scene)
+
+
+# drivers that are not there
+
+
+SERVICE = "{service: {name: /scan, type: std_srvs/srv/Trigger}}"
+BOUND = read_bindings(f"bindings_of: scan_cell\nresources: {{scan: {SERVICE}}}\n", MODEL)
+SCAN = Service("/scan", TRIGGER)
+
+
+@dataclass
+class Looking:
+    """A controller whose `scan` is real, and what it tells of its driver."""
+
+    loop: VirtualLoop
+
+    def __post_init__(self) -> None:
+        self.stage = Stage.virtual(BOUND, self.loop)
+        self.node = ControllerNode(self.stage.seat("controller", ["scan"]))
+        self.other = Membership(self.stage.join("tester"), TOPICS, new_status("tester", BOUND, "d" * 64))
+
+    def serve(self, type_: ServiceType = TRIGGER) -> Bus:
+        driver = self.stage.join("driver")
+        driver.serve(Service(SCAN.name, type_), lambda _: {"success": True, "message": ""})
+        return driver
+
+    async def told(self, after_ns: int = SECOND_NS) -> tuple[int, int]:
+        """How many troubles everybody knows of, and how many of them no waiting mends."""
+        await self.loop.settle(after_ns)
+        controller = self.other.controller()
+        assert controller is not None
+        return len(controller.troubles), len(controller.mismatched)
+
+
+def look(scene: Callable[[Looking], Awaitable[None]]) -> None:
+    async def main(loop: VirtualLoop) -> None:
+        looking = Looking(loop)
+        await scene(looking)
+        await looking.node.close()
+
+    run_virtually(main)
+
+
+def test_a_driver_that_is_lost_is_told_of_and_so_is_one_that_comes_back() -> None:
+    async def scene(looking: Looking) -> None:
+        told = [await looking.told()]
+        driver = looking.serve()
+        told.append(await looking.told())
+        await driver.close()
+        told.append(await looking.told())
+        looking.serve()
+        told.append(await looking.told())
+        assert told == [(1, 0), (0, 0), (1, 0), (0, 0)]
+
+    look(scene)
+
+
+def test_a_driver_that_does_not_go_with_its_binding_is_told_of_unless_it_is_replaced_at_once() -> None:
+    async def scene(looking: Looking) -> None:
+        driver = looking.serve(SET_BOOL)
+        told = [await looking.told(SECOND_NS // 10), await looking.told(SECOND_NS // 2), await looking.told(SECOND_NS)]
+        await driver.close()
+        told.append(await looking.told())
+        assert told == [(1, 0), (1, 0), (1, 1), (1, 0)]
+
+    look(scene)
+
+
+def test_people_are_told_who_is_not_there_and_why_whenever_that_changes() -> None:
+    async def scene(looking: Looking) -> None:
+        said = looking.stage.told
+        await looking.loop.settle(SECOND_NS // 4)
+        assert said == []  # who is there is found out first
+        await looking.loop.settle(5 * SECOND_NS)
+        wrong = looking.serve(SET_BOOL)
+        await looking.loop.settle(5 * SECOND_NS)
+        await wrong.close()
+        driver = looking.serve()
+        await looking.loop.settle(5 * SECOND_NS)
+        await driver.close()
+        await looking.loop.settle(5 * SECOND_NS)
+        missing = "`scan` is not reached: nobody is at `/scan`"
+        mismatch = (
+            "`scan` is not reached: `/scan` is of type std_srvs/srv/SetBool there, and not of std_srvs/srv/Trigger"
+        )
+        there = ["scan is there", "all real resources are there"]
+        assert said == [missing, mismatch, *there, "scan is not there", missing]
+
+    look(scene)
+
+
+def test_what_could_not_be_told_is_told_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    tell_troubles, is_full = Membership.tell_troubles, [True]
+
+    def tell_if_it_can(membership: Membership, *troubles: tuple[str, ...]) -> None:
+        if is_full[0]:
+            raise BusError("full")
+        tell_troubles(membership, *troubles)
+
+    async def scene(looking: Looking) -> None:
+        driver = looking.serve()
+        assert await looking.told() == (0, 0)
+        monkeypatch.setattr(Membership, "tell_troubles", tell_if_it_can)
+        await driver.close()
+        assert await looking.told(SECOND_NS // 4) == (0, 0)
+        assert looking.stage.complaints == ["what the controller lacks could not be told: full"]
+        is_full[0] = False
+        assert await looking.told() == (1, 0)
+
+    look(scene)
+
+
+# searches that nobody waits for
+
+
+DIGITS = "\n".join(f"  d{number}: {{domain: 0..9, initial: 0}}" for number in range(30))
+COUNTS = "\n".join(
+    f"  count_{n}: {{pre: {{g: d{n} < 9, a: [d{n} += 1]}}, post: {{g: true, a: []}}}}" for n in range(30)
+)
+ENDLESS = read_model(
+    f"""behavior_model: endless
+variables:
+{DIGITS}
+operations:
+{COUNTS}
+goals: {{all: {" && ".join(f"d{n} == 9" for n in range(30))}, one: d0 == 1}}
+"""
+)
+"""No search sees all of its states; to one of its goals it is one step."""
+
+
+@pytest.mark.parametrize("how", ["abandon", "end", "tester", "close"])
+def test_a_search_that_nobody_waits_for_any_more_is_stopped(how: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan, has_begun, has_ended = PlanCache.plan, ThreadEvent(), ThreadEvent()
+    ends: list[BaseException] = []
+
+    def plan_and_tell(plans: PlanCache, *arguments: Any) -> Any:  # noqa: ANN401 - as the planner has it
+        has_begun.set()
+        try:
+            return plan(plans, *arguments)
+        except BaseException as error:
+            ends.append(error)
+            raise
+        finally:
+            has_ended.set()
+
+    monkeypatch.setattr(PlanCache, "plan", plan_and_tell)
+
+    async def scene() -> None:
+        stage = Stage(ENDLESS, LoopbackHub().join)
+        bench = Bench(stage, ENDLESS, PlanLimits(length=10**9, expansions=10**15))
+        unhandled: list[object] = []
+        asyncio.get_running_loop().set_exception_handler(lambda _, context: unhandled.append(context))
+        await asyncio.sleep(0)  # those who came learn of each other
+        options = RunnerOptions(time_limit_ns=SECOND_NS // 10) if how == "end" else RunnerOptions()
+        bench.prepare(case=read_case("case: far\ngoal: all\n", ENDLESS), options=asdict(options))
+        bench.say(Go("run_1"))
+        await asyncio.to_thread(has_begun.wait, loops.GUARD_S)
+        match how:
+            case "abandon":
+                bench.say(Abandon("run_1"))
+            case "end":
+                await bench.until(lambda: bench.ended() == ["run_1"])
+            case "tester":
+                await bench.tester.close()
+            case _:
+                await bench.node.close()
+        assert await asyncio.to_thread(has_ended.wait, loops.GUARD_S)
+        assert [type(error) for error in ends] == [SearchCancelledError]
+        if how in ("abandon", "end"):
+            bench.prepare("run_2", case=read_case("case: near\ngoal: one\n", ENDLESS))
+            bench.say(Go("run_2"))
+            await bench.until(lambda: bench.ended() == ["run_1", "run_2"])
+        await bench.node.close()
+        gc.collect()
+        assert (unhandled, bench.stage.complaints) == ([], [])
+
+    loops.run(scene())
+
+
+def test_a_search_that_was_stopped_as_its_run_was_over_is_nothing_to_log(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def main(loop: VirtualLoop) -> None:
+        unhandled: list[object] = []
+        loop.set_exception_handler(lambda _, context: unhandled.append(context))
+        searches: list[asyncio.Future[Any]] = [loop.create_future()]
+        monkeypatch.setattr(loop, "run_in_executor", lambda *_: searches[0])
+        bench = Bench(Stage.virtual(MODEL, loop))
+        bench.open_driver()
+        await loop.settle()
+        bench.prepare(options=asdict(RunnerOptions(time_limit_ns=SECOND_NS)))
+        bench.say(Go("run_1"))
+        await loop.settle(2 * SECOND_NS)
+        assert bench.ended() == ["run_1"]
+        searches.pop().set_exception(SearchCancelledError())
+        await loop.settle()
+        assert bench.stage.complaints == []
+        del bench  # not closed: that would cancel the search, and of what is cancelled a loop logs nothing
+        gc.collect()
+        assert unhandled == []
+
+    run_virtually(main)

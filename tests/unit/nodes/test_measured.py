@@ -1,0 +1,190 @@
+"""Topics of values: what their data means, and what is told of data that means nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import inf, nan
+from time import monotonic_ns
+
+import pytest
+
+from scbm.cases.trace import MeasurementReceived, MeasurementRefused
+from scbm.files import read_model
+from scbm.model import Binding, Interval, MeasuredTopic, MessageType, Reading, Resource, Scalar, Value
+from scbm.nodes.buses.bus import Topic
+from scbm.nodes.buses.loopback import LoopbackHub
+from scbm.nodes.links.measured_topics import MeasuredTopics, value_of
+from scbm.running import Measured, Program, Runner
+from support.hearing import Heard
+from support.loops import run
+
+DISTANCES = Reading("zone", (("near", Interval(0.0, 0.5)), ("far", Interval(0.5, 2.0)), ("away", Interval(3.0, None))))
+LEVELS = Reading("zone", (("near", Interval(None, 3)), ("far", Interval(3, 2**62 + 1))))
+TEXTS = Reading("zone", texts=(("CLOSE", "near"), ("", "far")))
+
+
+@pytest.mark.parametrize(
+    ("reading", "data", "value"),
+    [
+        (DISTANCES, 0.0, "near"),
+        (DISTANCES, -0.0, "near"),
+        (DISTANCES, 0.49999999999999994, "near"),
+        (DISTANCES, 0.5, "far"),
+        (DISTANCES, 3.0, "away"),
+        (DISTANCES, inf, "away"),
+        (DISTANCES, 2.0, "2.0"),
+        (DISTANCES, 2.75, "2.75"),
+        (DISTANCES, -1e-300, "-1e-300"),
+        (DISTANCES, nan, "+nan"),
+        (DISTANCES, -inf, "-inf"),
+        (Reading("zone", (("near", Interval(None, None)),)), nan, "+nan"),
+        (Reading("zone", (("near", Interval(0.0, 1.0)),)), inf, "+inf"),
+        (LEVELS, -(2**63), "near"),
+        (LEVELS, 2**62, "far"),
+        (LEVELS, 2**62 + 1, str(2**62 + 1)),
+        (TEXTS, "CLOSE", "near"),
+        (TEXTS, "", "far"),
+        (TEXTS, "near", '"near"'),
+        (TEXTS, "a\nb", '"a\\nb"'),
+        (Reading("lit"), True, True),
+        (Reading("level"), 7, 7),
+        (Reading("zone"), "near", "near"),
+    ],
+)
+def test_data_means_a_value_or_is_shown_as_it_came(reading: Reading, data: Scalar, value: Value) -> None:
+    meant = value_of(reading, data)
+    assert (type(meant), meant) == (type(value), value)
+
+
+MODEL = read_model("""
+behavior_model: measuring
+variables:
+  zone: {domain: [near, far, nan, inf], initial: near}
+  level: {domain: 0..5, initial: 0}
+resources:
+  scanner: {measures: [zone, level]}
+operations: {}
+""")
+
+
+@pytest.mark.parametrize(
+    ("reading", "data"),
+    [
+        (DISTANCES, nan),
+        (DISTANCES, 2.5),
+        (replace(DISTANCES, ranges=DISTANCES.ranges[:1]), inf),
+        (TEXTS, "near"),
+        (Reading("zone"), "nowhere"),
+        (Reading("level"), 6),
+        (Reading("level", ((1, Interval(10, 20)),)), 1),
+    ],
+)
+def test_the_runner_refuses_what_means_nothing_and_says_what_it_was(reading: Reading, data: Scalar) -> None:
+    runner = Runner(Program(MODEL), MODEL.nominal_state)
+    value = value_of(reading, data)
+    effects = runner.handle(Measured(((reading.variable, value),)), 5)
+    assert [effect for effect in effects if isinstance(effect, MeasurementRefused)] == [
+        MeasurementRefused(5, reading.variable, value)
+    ]
+    (received,) = (effect for effect in effects if isinstance(effect, MeasurementReceived))
+    assert received.changes == ()
+
+
+def measuring(*topics: MeasuredTopic) -> Resource:
+    return Resource("scanner", (), ("zone", "level", "lit"), binding=Binding(None, topics))
+
+
+DISTANCE = MeasuredTopic("/distance", MessageType.FLOAT64, DISTANCES)
+LIT = MeasuredTopic("/lit", MessageType.BOOL, Reading("lit"))
+
+
+def test_each_message_is_one_measurement_with_its_time() -> None:
+    async def scene() -> None:
+        hub, heard = LoopbackHub(), Heard()
+        MeasuredTopics(hub.join("controller"), measuring(DISTANCE, LIT), heard)
+        driver = hub.join("driver")
+        before_ns = monotonic_ns()
+        driver.publisher(Topic("/distance", MessageType.FLOAT64)).publish(0.25)
+        driver.publisher(Topic("/lit", MessageType.BOOL)).publish(data=False)
+        await heard.until(lambda: len(heard.values) == 2)
+        assert [(name, told.values) for name, told in heard.values] == [
+            ("scanner", (("zone", "near"),)),
+            ("scanner", (("lit", False),)),
+        ]
+        stamps = [told.stamp_ns for _, told in heard.values]
+        assert before_ns <= stamps[0] <= stamps[1] <= monotonic_ns()
+
+    run(scene())
+
+
+def test_a_topic_that_is_read_into_two_variables_gives_both_at_once() -> None:
+    async def scene() -> None:
+        hub, heard = LoopbackHub(), Heard()
+        level = MeasuredTopic("/distance", MessageType.FLOAT64, Reading("level", ((4, Interval(0.25, None)),)))
+        MeasuredTopics(hub.join("controller"), measuring(DISTANCE, level), heard)
+        hub.join("driver").publisher(Topic("/distance", MessageType.FLOAT64)).publish(0.25)
+        hub.join("driver").publisher(Topic("/distance", MessageType.FLOAT64)).publish(0.125)
+        await heard.until(lambda: len(heard.values) == 2)
+        assert [told.values for _, told in heard.values] == [
+            (("zone", "near"), ("level", 4)),
+            (("zone", "near"), ("level", "0.125")),
+        ]
+
+    run(scene())
+
+
+def test_a_driver_that_publishes_as_best_effort_is_heard_if_the_binding_says_so() -> None:
+    async def scene() -> None:
+        hub, heard, deaf = LoopbackHub(), Heard(), Heard()
+        reliable = MeasuredTopics(hub.join("deaf"), measuring(DISTANCE), deaf)
+        asks_for_less = MeasuredTopics(hub.join("hears"), measuring(replace(DISTANCE, is_best_effort=True)), heard)
+        hub.join("driver").publisher(Topic("/distance", MessageType.FLOAT64, is_best_effort=True)).publish(0.25)
+        await heard.until(lambda: bool(heard.values))
+        assert (asks_for_less.is_there, asks_for_less.why_alone()) == (True, None)
+        assert (reliable.is_there, deaf.values) == (False, [])
+        said = reliable.why_alone()
+        assert said is not None
+        assert "`/distance`" in said.why
+        assert "`best_effort: true`" in said.why
+
+    run(scene())
+
+
+def test_what_only_measures_is_there_while_all_of_its_topics_are() -> None:
+    async def scene() -> None:
+        hub, heard = LoopbackHub(), Heard()
+        topics = MeasuredTopics(hub.join("controller"), measuring(DISTANCE, LIT), heard)
+        first, second = hub.join("first"), hub.join("second")
+        first.publisher(Topic("/distance", MessageType.FLOAT64))
+        assert topics.is_there is False
+        second.publisher(Topic("/lit", MessageType.BOOL))
+        await heard.until(lambda: bool(heard.presence))
+        seen = [topics.is_there]
+        await first.close()
+        await heard.until(lambda: len(heard.presence) == 2)
+        assert [*seen, topics.is_there] == [True, False]
+        assert heard.presence == [("scanner", True), ("scanner", False)]
+
+    run(scene())
+
+
+def test_why_nobody_publishes_is_said_for_each_topic_that_is_missing() -> None:
+    async def scene() -> None:
+        hub = LoopbackHub()
+        topics = MeasuredTopics(hub.join("controller"), measuring(DISTANCE, LIT), Heard())
+        assert topics.why_alone() is None
+        hub.join("driver").publisher(Topic("/distance"))
+        said = topics.why_alone()
+        assert said is not None
+        assert "`/distance`" in said.why
+        assert "`/lit`" not in said.why
+        hub.join("driver").publisher(Topic("/lit"))
+        said = topics.why_alone()
+        assert said is not None
+        assert all(word in said.why for word in ("`/distance`", "; ", "`/lit`"))
+        hub.join("driver").publisher(Topic("/distance", MessageType.FLOAT64))
+        said = topics.why_alone()
+        assert said is not None
+        assert "`/distance`" not in said.why
+
+    run(scene())

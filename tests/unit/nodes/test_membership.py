@@ -1,0 +1,218 @@
+"""Who is in a cell, who cannot be in it beside another, and who cannot be understood."""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from dataclasses import replace
+
+import pytest
+
+from scbm.nodes.buses.bus import BusError
+from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
+from scbm.nodes.node_messages import VERSION, Status, encode
+from scbm.nodes.roles.cell_topics import CellTopics, new_status
+from scbm.nodes.roles.membership import Membership
+from support.models import scan_cell
+from support.virtual_loop import VirtualLoop, run_virtually
+
+MODEL = scan_cell()
+TOPICS = CellTopics.of(MODEL)
+
+
+def status(role: str, since_ns: int, *resources: str) -> Status:
+    return replace(new_status(role, MODEL, "d" * 64, resources), since_ns=since_ns)
+
+
+class Cell:
+    def __init__(self, loop: VirtualLoop) -> None:
+        self.loop = loop
+        self.hub = LoopbackHub(loop.now_ns)
+
+    def join(self, own: Status) -> tuple[Membership, LoopbackBus]:
+        bus = self.hub.join(own.role)
+        return Membership(bus, TOPICS, own), bus
+
+    def says(self, words: str) -> LoopbackBus:
+        bus = self.hub.join("stranger")
+        bus.publisher(TOPICS.status).publish(words)
+        return bus
+
+
+def play(scene: Callable[[Cell], Awaitable[None]]) -> None:
+    async def main(loop: VirtualLoop) -> None:
+        await scene(Cell(loop))
+
+    run_virtually(main)
+
+
+def test_each_hears_all_others_whoever_came_first_and_when_they_leave() -> None:
+    async def scene(cell: Cell) -> None:
+        one, other = status("controller", 1), status("resources", 2, "scan")
+        early, _ = cell.join(one)
+        late, bus = cell.join(other)
+        changes: list[int] = []
+        early.changed = lambda: changes.append(len(early.others))
+        await cell.loop.settle()
+        assert (early.own, early.others, late.others) == (one, (other,), (one,))
+        await bus.close()
+        await cell.loop.settle()
+        assert (early.others, changes) == ((), [1, 0])
+
+    play(scene)
+
+
+def test_of_two_controllers_the_oldest_counts_and_of_two_nodes_of_a_resource_too() -> None:
+    async def scene(cell: Cell) -> None:
+        tester, _ = cell.join(status("tester", 1))
+        assert tester.controller() is None
+        assert tester.node_of("scan") is None
+        new, old = status("controller", 20), status("controller", 10)
+        first, second = status("resources", 30, "scan", "other"), status("resources", 40, "scan", "more")
+        for node in (new, old, first, second):
+            cell.join(node)
+        await cell.loop.settle()
+        assert tester.controller() == old
+        assert tester.node_of("scan") == first
+        assert tester.node_of("other") == first
+        assert tester.node_of("more") == second
+        assert tester.node_of("missing") is None
+
+    play(scene)
+
+
+@pytest.mark.parametrize(
+    ("own", "other", "has_to_leave"),
+    [
+        (status("controller", 2), status("controller", 1), True),
+        (status("controller", 1), status("controller", 2), False),
+        (status("tester", 2), status("tester", 1), True),
+        (status("tester", 2), status("controller", 1), False),
+        (status("resources", 2, "scan"), status("resources", 1, "robot", "scan"), True),
+        (status("resources", 2, "scan"), status("resources", 1, "robot"), False),
+        (status("resources", 1, "scan"), status("resources", 2, "scan"), False),
+        (status("controller", 2, "scan"), status("resources", 1, "scan"), False),
+    ],
+)
+def test_the_younger_of_two_that_cannot_both_be_there_has_to_leave(
+    own: Status,
+    other: Status,
+    has_to_leave: bool,  # noqa: FBT001 - a case
+) -> None:
+    async def scene(cell: Cell) -> None:
+        member, _ = cell.join(own)
+        cell.join(other)
+        await cell.loop.settle()
+        assert member.rival() == (other if has_to_leave else None)
+
+    play(scene)
+
+
+def test_of_two_of_the_same_age_just_one_has_to_leave() -> None:
+    async def scene(cell: Cell) -> None:
+        one, _ = cell.join(status("controller", 1))
+        other, _ = cell.join(status("controller", 1))
+        await cell.loop.settle()
+        assert [one.rival() is None, other.rival() is None].count(True) == 1
+
+    play(scene)
+
+
+def test_a_rival_that_left_is_none() -> None:
+    async def scene(cell: Cell) -> None:
+        own, _ = cell.join(status("tester", 2))
+        _, bus = cell.join(status("tester", 1))
+        await cell.loop.settle()
+        assert own.rival() is not None
+        await bus.close()
+        await cell.loop.settle()
+        assert own.rival() is None
+
+    play(scene)
+
+
+def test_who_cannot_be_understood_is_a_stranger_until_it_leaves_or_speaks_clearly() -> None:
+    async def scene(cell: Cell) -> None:
+        own, _ = cell.join(status("tester", 1))
+        changes: list[int] = []
+        own.changed = lambda: changes.append(len(own.strangers))
+        bus = cell.says('{"kind": "status", "role": "controller", "version": 99}')
+        await cell.loop.settle()
+        counts = [(len(own.others), len(own.strangers))]
+        assert own.strangers[0].startswith("a `status` has the fields role, node, version")
+        bus.publisher(TOPICS.status).publish("")
+        await cell.loop.settle()
+        counts.append((len(own.others), len(own.strangers)))
+        await bus.close()
+        await cell.loop.settle()
+        counts.append((len(own.others), len(own.strangers)))
+        publisher = cell.hub.join("late").publisher(TOPICS.status)
+        publisher.publish("what")
+        publisher.publish(encode(status("controller", 5)))
+        await cell.loop.settle()
+        counts.append((len(own.others), len(own.strangers)))
+        assert counts == [(0, 1), (0, 2), (0, 0), (1, 0)]
+        assert changes == [1, 2, 1, 0, 1, 0]
+
+    play(scene)
+
+
+def test_a_message_of_another_kind_is_no_member() -> None:
+    async def scene(cell: Cell) -> None:
+        own, _ = cell.join(status("tester", 1))
+        cell.says('{"kind": "go", "run": "x"}')
+        await cell.loop.settle()
+        assert own.others == ()
+
+    play(scene)
+
+
+def test_others_learn_what_a_node_lacks_now() -> None:
+    async def scene(cell: Cell) -> None:
+        own, _ = cell.join(status("tester", 1))
+        controller, _ = cell.join(status("controller", 1, "scan"))
+        await cell.loop.settle()
+        controller.tell_troubles(("`scan` is not reached: nobody is there",), ("`scan` is not reached",))
+        await cell.loop.settle()
+        told = own.controller()
+        assert told is not None
+        assert told.troubles == ("`scan` is not reached: nobody is there",)
+        assert told.mismatched == ("`scan` is not reached",)
+        controller.tell_troubles(())
+        await cell.loop.settle()
+        assert own.controller() == replace(told, troubles=(), mismatched=())
+        late, _ = cell.join(status("resources", 3))
+        await cell.loop.settle()
+        assert controller.own in late.others
+
+    play(scene)
+
+
+def test_what_could_not_be_told_is_told_when_it_is_tried_again() -> None:
+    async def scene(cell: Cell) -> None:
+        own, _ = cell.join(status("tester", 1))
+        controller, bus = cell.join(status("controller", 1, "scan"))
+        lacks = (("`scan` is not reached: nobody is there",), ("`scan` is not reached",))
+        bus.is_open = False
+        with pytest.raises(BusError):
+            controller.tell_troubles(*lacks)
+        bus.is_open = True
+        controller.tell_troubles(*lacks)
+        await cell.loop.settle()
+        told = own.controller()
+        assert told is not None
+        assert (told.troubles, told.mismatched) == lacks
+
+    play(scene)
+
+
+def test_a_new_node_says_of_itself_what_nobody_else_does() -> None:
+    one, other = (new_status("resources", MODEL, "d" * 64, ["scan"]) for _ in range(2))
+    assert one.node != other.node
+    assert (one.role, one.model, one.digest, one.resources, one.version) == (
+        "resources",
+        "scan_cell",
+        "d" * 64,
+        ("scan",),
+        VERSION,
+    )
+    assert one.since_ns <= other.since_ns

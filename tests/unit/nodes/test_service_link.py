@@ -1,0 +1,411 @@
+"""Requests as calls of services: each once, to the right service, and its response as the reply."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from time import monotonic_ns
+
+import pytest
+
+from scbm.model import (
+    SET_BOOL,
+    TRIGGER,
+    Binding,
+    FieldType,
+    Interval,
+    Reading,
+    Reference,
+    Resource,
+    Scalar,
+    ServiceCall,
+    ServiceChoice,
+    ServiceType,
+    Value,
+)
+from scbm.nodes.buses.bus import Answered, BusError, Client, Service
+from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
+from scbm.nodes.links.link import Correlation
+from scbm.nodes.links.service_link import ServiceLink
+from support.hearing import Heard
+from support.loops import run
+
+SCAN = ServiceCall("/scan", TRIGGER, succeeded=(("success", True),))
+ADD = ServiceType(
+    "some/srv/Add",
+    (("a", FieldType.INT64), ("b", FieldType.FLOAT64)),
+    (("sum", FieldType.FLOAT64), ("code", FieldType.INT8)),
+)
+ADDING = ServiceCall(
+    "/add",
+    ADD,
+    (("a", Reference("shelf")), ("b", Reference("shelf"))),
+    (("code", 0),),
+    (("code", Reading("code")), ("sum", Reading("zone", (("near", Interval(None, 1.5)), ("far", Interval(1.5, 9.0)))))),
+)
+LIGHT = ServiceChoice(
+    "light",
+    (
+        ("on", ServiceCall("/light", SET_BOOL, (("data", True),), (("success", True),))),
+        ("off", ServiceCall("/light", SET_BOOL, (("data", False),), (("success", True),))),
+        ("blink", ServiceCall("/blink", TRIGGER, (), (("success", True),))),
+    ),
+)
+
+
+def resource(requests: ServiceCall | ServiceChoice) -> Resource:
+    return Resource("scanner", ("light", "shelf"), ("zone", "code"), binding=Binding(requests))
+
+
+@dataclass
+class Driver:
+    """Serves services, and keeps what they are asked."""
+
+    hub: LoopbackHub
+    asked: list[tuple[str, Mapping[str, Scalar]]] = field(default_factory=list)
+
+    def serve(self, name: str, kind: ServiceType = TRIGGER, **response: Scalar) -> LoopbackBus:
+        bus = self.hub.join("driver")
+
+        def answer(fields: Mapping[str, Scalar]) -> Mapping[str, Scalar]:
+            self.asked.append((name, fields))
+            return {"success": True, "message": "", **response} if not response or "success" in response else response
+
+        bus.serve(Service(name, kind), answer)
+        return bus
+
+
+@dataclass
+class Bench:
+    """A link, what it told, and the driver behind it."""
+
+    link: ServiceLink
+    heard: Heard
+    driver: Driver
+    complaints: list[str]
+
+    @staticmethod
+    def of(requests: ServiceCall | ServiceChoice, prepare: Callable[[Driver], object] = lambda _: None) -> Bench:
+        hub = LoopbackHub()
+        driver, heard, complaints = Driver(hub), Heard(), list[str]()
+        prepare(driver)
+        bus = hub.join("controller")
+        link = ServiceLink(bus, resource(requests), heard, complaints.append, monotonic_ns)
+        return Bench(link, heard, driver, complaints)
+
+    def send(self, number: int, **values: Value) -> None:
+        self.link.send(Correlation("run", number), tuple(values.items()))
+
+    def cancel(self, number: int) -> None:
+        self.link.cancel(Correlation("run", number))
+
+    async def answered(self, count: int) -> None:
+        await self.heard.until(lambda: len(self.heard.replies) >= count)
+
+
+@pytest.mark.parametrize("succeeded", [True, False])
+def test_the_response_to_a_call_is_the_reply_to_its_request(succeeded: bool) -> None:  # noqa: FBT001 - a case
+    async def scene() -> None:
+        bench = Bench.of(SCAN, lambda driver: driver.serve("/scan", success=succeeded))
+        before_ns = monotonic_ns()
+        bench.send(7)
+        await bench.answered(1)
+        ((name, reply),) = bench.heard.replies
+        assert (name, reply.request, reply.succeeded, reply.measured) == (
+            "scanner",
+            Correlation("run", 7),
+            succeeded,
+            (),
+        )
+        assert before_ns <= reply.stamp_ns <= monotonic_ns()
+        assert bench.driver.asked == [("/scan", {})]
+
+    run(scene())
+
+
+def test_the_value_of_a_variable_decides_which_service_is_called_and_with_what() -> None:
+    async def scene() -> None:
+        def prepare(driver: Driver) -> None:
+            driver.serve("/light", SET_BOOL)
+            driver.serve("/blink")
+
+        bench = Bench.of(LIGHT, prepare)
+        for number, light in enumerate(("off", "blink", "on")):
+            bench.send(number, light=light, shelf=3)
+            await bench.answered(number + 1)
+        assert bench.driver.asked == [("/light", {"data": False}), ("/blink", {}), ("/light", {"data": True})]
+        assert bench.heard.numbers() == [(0, True), (1, True), (2, True)]
+
+    run(scene())
+
+
+def test_fields_get_the_values_that_the_request_carries_as_their_types_want_them() -> None:
+    async def scene() -> None:
+        bench = Bench.of(ADDING, lambda driver: driver.serve("/add", ADD, sum=1.5, code=0))
+        bench.send(1, light="on", shelf=3)
+        await bench.answered(1)
+        ((_, fields),) = bench.driver.asked
+        assert fields == {"a": 3, "b": 3.0}
+        assert [type(value) for value in fields.values()] == [int, float]
+
+    run(scene())
+
+
+@pytest.mark.parametrize(("total", "zone"), [(1.25, "near"), (1.5, "far"), (9.0, "9.0")])
+def test_a_response_that_says_succeeded_measures(total: float, zone: str) -> None:
+    async def scene() -> None:
+        bench = Bench.of(ADDING, lambda driver: driver.serve("/add", ADD, sum=total, code=0))
+        bench.send(1, shelf=3)
+        await bench.answered(1)
+        reply = bench.heard.replies[0][1]
+        assert (reply.succeeded, reply.measured) == (True, (("code", 0), ("zone", zone)))
+
+    run(scene())
+
+
+def test_a_response_that_says_failed_measures_nothing() -> None:
+    async def scene() -> None:
+        bench = Bench.of(ADDING, lambda driver: driver.serve("/add", ADD, sum=0.5, code=1))
+        bench.send(1, shelf=3)
+        await bench.answered(1)
+        reply = bench.heard.replies[0][1]
+        assert (reply.succeeded, reply.measured) == (False, ())
+
+    run(scene())
+
+
+def test_a_response_of_which_nothing_is_asked_says_succeeded() -> None:
+    async def scene() -> None:
+        empty = ServiceType("std_srvs/srv/Empty")
+        hub, heard = LoopbackHub(), Heard()
+        hub.join("driver").serve(Service("/reset", empty), lambda _: {})
+        link = ServiceLink(hub.join("controller"), resource(ServiceCall("/reset", empty)), heard, print, monotonic_ns)
+        link.send(Correlation("run", 1), ())
+        await heard.until(lambda: bool(heard.replies))
+        assert heard.numbers() == [(1, True)]
+
+    run(scene())
+
+
+def test_requests_wait_for_their_service_in_their_order_and_those_that_are_cancelled_are_forgotten() -> None:
+    async def scene() -> None:
+        bench = Bench.of(SCAN)
+        for number in (1, 2, 3):
+            bench.send(number)
+        bench.cancel(2)
+        assert not bench.link.is_there
+        bench.driver.serve("/scan")
+        await bench.answered(2)
+        assert bench.heard.numbers() == [(1, True), (3, True)]
+        assert len(bench.driver.asked) == 2
+
+    run(scene())
+
+
+def test_a_request_waits_for_no_service_but_its_own() -> None:
+    async def scene() -> None:
+        bench = Bench.of(LIGHT, lambda driver: driver.serve("/blink"))
+        bench.send(1, light="on")
+        bench.send(2, light="blink")
+        await bench.answered(1)
+        assert bench.heard.numbers() == [(2, True)]
+        assert not bench.link.is_there
+        bench.driver.serve("/light", SET_BOOL)
+        await bench.answered(2)
+        assert bench.heard.numbers() == [(2, True), (1, True)]
+
+    run(scene())
+
+
+def test_a_cancelled_call_goes_on_and_its_response_is_dropped() -> None:
+    async def scene() -> None:
+        bench = Bench.of(SCAN, lambda driver: driver.serve("/scan"))
+        bench.send(1)
+        bench.cancel(1)
+        bench.send(2)
+        await bench.answered(1)
+        assert bench.heard.numbers() == [(2, True)]
+        assert len(bench.driver.asked) == 2
+
+    run(scene())
+
+
+def test_a_call_to_a_server_that_is_lost_is_not_repeated_and_has_no_reply() -> None:
+    async def scene() -> None:
+        bench = Bench.of(SCAN)
+        server = bench.driver.serve("/scan")
+        await bench.heard.until(lambda: bench.heard.presence == [("scanner", True)])
+        bench.send(1)
+        await server.close()  # the call is still on its way
+        bench.send(2)
+        await bench.heard.until(lambda: bench.heard.presence[1:] == [("scanner", False)])
+        bench.driver.serve("/scan")
+        await bench.answered(1)
+        assert bench.heard.numbers() == [(2, True)]
+        assert len(bench.driver.asked) == 1
+
+    run(scene())
+
+
+def test_requests_of_two_runs_with_one_number_are_two() -> None:
+    async def scene() -> None:
+        bench = Bench.of(SCAN)
+        for name in ("first", "second"):
+            bench.link.send(Correlation(name, 1), ())
+        bench.link.cancel(Correlation("first", 1))
+        bench.driver.serve("/scan")
+        await bench.answered(1)
+        assert [reply.request for _, reply in bench.heard.replies] == [Correlation("second", 1)]
+
+    run(scene())
+
+
+def test_of_two_calls_with_one_number_only_the_one_that_is_meant_is_cancelled() -> None:
+    async def scene() -> None:
+        bench = Bench.of(SCAN, lambda driver: driver.serve("/scan"))
+        for name in ("first", "second"):
+            bench.link.send(Correlation(name, 1), ())
+        bench.link.cancel(Correlation("first", 1))
+        await bench.answered(1)
+        assert [reply.request for _, reply in bench.heard.replies] == [Correlation("second", 1)]
+
+    run(scene())
+
+
+def test_a_second_response_to_one_call_is_dropped() -> None:
+    async def scene() -> None:
+        hub, heard = LoopbackHub(), Heard()
+        hub.join("driver").serve(Service("/scan", TRIGGER), lambda _: {"success": True, "message": ""})
+        bus = Repeating(hub, "controller", asyncio.get_running_loop())
+        link = ServiceLink(bus, resource(SCAN), heard, print, monotonic_ns)
+        for number in (1, 2):
+            link.send(Correlation("run", number), ())
+        await heard.until(lambda: len(heard.replies) >= 2)
+        assert heard.numbers() == [(1, True), (2, True)]
+
+    run(scene())
+
+
+class Repeating(LoopbackBus):
+    """A bus that gives each answer twice, as if two servers had answered."""
+
+    def client(  # type: ignore[override] # what the protocol says of it is enough here
+        self, service: Service, receive: Callable[[Answered], None], matched: Callable[[int], None] | None = None
+    ) -> Client:
+        def twice(answered: Answered) -> None:
+            receive(answered)
+            receive(answered)
+
+        return super().client(service, twice, matched)
+
+
+def test_a_request_with_a_value_that_no_service_is_bound_to_has_failed_and_nobody_is_called() -> None:
+    async def scene() -> None:
+        def prepare(driver: Driver) -> None:
+            driver.serve("/light", SET_BOOL)
+            driver.serve("/blink")
+
+        bench = Bench.of(LIGHT, prepare)
+        before_ns = monotonic_ns()
+        bench.send(1, light="none")
+        assert bench.heard.replies == []  # not in the midst of sending
+        await bench.answered(1)
+        ((_, reply),) = bench.heard.replies
+        assert (reply.request.number, reply.succeeded, reply.measured) == (1, False, ())
+        assert before_ns <= reply.stamp_ns <= monotonic_ns()
+        assert bench.driver.asked == []
+
+    run(scene())
+
+
+def test_the_resource_is_there_while_all_of_its_services_are() -> None:
+    async def scene() -> None:
+        bench = Bench.of(LIGHT)
+        bench.driver.serve("/blink")
+        light = bench.driver.serve("/light", SET_BOOL)
+        await bench.heard.until(lambda: bool(bench.heard.presence))
+        seen = [bench.link.is_there]
+        await light.close()
+        await bench.heard.until(lambda: len(bench.heard.presence) == 2)
+        assert [*seen, bench.link.is_there] == [True, False]
+        assert bench.heard.presence == [("scanner", True), ("scanner", False)]
+
+    run(scene())
+
+
+def test_a_resource_that_was_there_before_is_told_of_too() -> None:
+    async def scene() -> None:
+        bench = Bench.of(SCAN, lambda driver: driver.serve("/scan"))
+        assert bench.link.is_there
+        await bench.heard.until(lambda: bench.heard.presence == [("scanner", True)])
+
+    run(scene())
+
+
+class Refusing:
+    """A client of nobody, then of a server who does not take the first call."""
+
+    peers = 0
+
+    def __init__(self) -> None:
+        self.calls = 0
+
+    def call(self, _: Mapping[str, Scalar]) -> int:
+        self.calls += 1
+        if self.calls == 1:
+            raise BusError("full")
+        return self.calls
+
+
+def test_a_call_that_is_not_taken_keeps_none_of_those_that_wait_behind_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    client = Refusing()
+    opened: list[Callable[[int], None]] = []
+
+    def client_that_refuses(_: LoopbackBus, __: Service, ___: object, matched: Callable[[int], None]) -> Refusing:
+        opened.append(matched)
+        return client
+
+    monkeypatch.setattr(LoopbackBus, "client", client_that_refuses)
+
+    async def scene() -> None:
+        bench = Bench.of(SCAN)
+        for number in (1, 2, 3):
+            bench.send(number)
+        assert client.calls == 0
+        client.peers = 1
+        opened[0](1)
+        assert client.calls == 3
+        assert bench.complaints == ["request 1 to `scanner` is lost: full"]
+        assert bench.heard.presence == [("scanner", True)]
+
+    run(scene())
+
+
+def test_a_request_that_nobody_can_carry_out_fails_by_the_clock_of_the_bus() -> None:
+    async def scene() -> None:
+        heard = Heard()
+        link = ServiceLink(LoopbackHub().join("controller"), resource(LIGHT), heard, print, lambda: 7)
+        link.send(Correlation("run", 1), (("light", "none"),))
+        await heard.until(lambda: bool(heard.replies))
+        assert heard.replies[0][1].stamp_ns == 7
+
+    run(scene())
+
+
+def test_why_nobody_is_there_is_said_for_each_service_that_is_missing() -> None:
+    async def scene() -> None:
+        bench = Bench.of(LIGHT)
+        assert bench.link.why_alone() is None
+        bench.driver.serve("/light", TRIGGER)
+        bench.driver.serve("/blink", SET_BOOL)
+        said = bench.link.why_alone()
+        assert said is not None
+        assert all(word in said.why for word in ("`/light`", "`/blink`", "; "))
+        bench.driver.serve("/blink")
+        said = bench.link.why_alone()
+        assert said is not None
+        assert "`/light`" in said.why
+        assert "`/blink`" not in said.why
+
+    run(scene())

@@ -1,0 +1,427 @@
+"""A cell for those that have no event loop: opened, waited for, mended, closed."""
+
+from __future__ import annotations
+
+import asyncio
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+from threading import Thread
+from typing import Any
+
+import pytest
+
+from scbm.cases.trace import End
+from scbm.files import digest_of, read_case
+from scbm.model import BehaviorModel
+from scbm.nodes import (
+    Bus,
+    BusError,
+    ControllerNode,
+    Lack,
+    LoopbackCell,
+    LostError,
+    NodeContext,
+    NotReadyError,
+    Reason,
+    ResourcesNode,
+    Session,
+    TesterNode,
+    new_status,
+)
+from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
+from scbm.nodes.roles.cell_topics import CellTopics
+from scbm.nodes.roles.child_processes import Children
+from scbm.nodes.roles.membership import Membership
+from scbm.nodes.roles.session import Cell, RemoteCell
+from scbm.running.simulation import PlainReactions
+from scbm.testing import Tester
+from scbm.testing.node_runs import NodeTester
+from scbm.testing.verdicts import FailureKind
+from support.loops import GUARD_S
+from support.models import scan_cell
+
+MODEL = scan_cell(
+    ("measures: [temperature]", "measures: [temperature]\n    simulation: {latency: 1 s}"),
+    ("deadline: 10 seconds", "deadline: 10 h"),  # a thousand times faster, ten seconds pass before a busy machine looks
+)
+DIGEST = digest_of(MODEL)
+TESTS = Path(__file__).parents[2]
+CASE = read_case("case: scans\ngoal: scanned\n", MODEL)
+
+
+def in_thread(work: Callable[[], None]) -> None:
+    """The main thread may have an event loop already, of the browser's."""
+    raised: list[BaseException] = []
+
+    def guarded() -> None:
+        try:
+            work()
+        except BaseException as error:  # noqa: BLE001 - it is raised where the test is
+            raised.append(error)
+
+    thread = Thread(target=guarded)
+    thread.start()
+    thread.join()
+    if raised:
+        raise raised[0]
+
+
+def session(cell: Cell, wait_s: float = 60.0, digest: str = DIGEST) -> Session:
+    return Session(cell, MODEL, digest, Fraction(1_000), wait_s)
+
+
+def test_cases_run_one_by_one_in_a_cell_of_this_process() -> None:
+    def work() -> None:
+        with session(LoopbackCell(DIGEST)) as opened:
+            tester = Tester(MODEL)
+            assert opened.real == ()
+            for _ in range(2):
+                done = opened.run(CASE, tester.choices_of(CASE), tester.options_of(CASE))
+                assert done.run.end is End.REACHED
+                assert [record.kind for record in done.run.records] == [
+                    record.kind for record in tester.execute(CASE).trace.records
+                ]
+                assert done.log.options == tester.options_of(CASE)
+
+    in_thread(work)
+
+
+class Incomplete(LoopbackCell):
+    """A cell whose controller leaves before the second case, and what is done with it."""
+
+    def __init__(self, *, loses: bool = False) -> None:
+        super().__init__(DIGEST)
+        self.loses = loses
+        self.mended = 0
+        self.is_closed = False
+
+    async def mend(self) -> None:
+        self.mended += 1
+        if self.loses and self.mended == 2:
+            await self._nodes[0].close()
+            await self._buses[0].close()
+
+    async def close(self) -> None:
+        self.is_closed = True
+        buses = self._buses[1:] if self.loses and self.mended >= 2 else self._buses
+        for bus in buses:
+            await bus.close()
+
+
+def test_a_cell_that_is_mended_in_vain_loses_the_case_and_the_next_does_not_wait_as_long(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    waits: list[float] = []
+    tells: list[tuple[Any, ...]] = []
+    wait_for_cell = TesterNode.wait_for_cell
+
+    async def kept(node: TesterNode, wait_s: float, *more: Any) -> None:  # noqa: ANN401 - what it is given
+        waits.append(wait_s)
+        tells.append(more)
+        await wait_for_cell(node, wait_s, *more)
+
+    monkeypatch.setattr(TesterNode, "wait_for_cell", kept)
+
+    def work() -> None:
+        cell = Incomplete(loses=True)
+        with session(cell, wait_s=0.1) as opened:
+            tester = NodeTester(Tester(MODEL), opened)
+            verdicts = [execution.verdict for execution in tester.executions([CASE] * 3)]
+        assert [verdict.passed for verdict in verdicts] == [True, False, False]
+        assert [verdict.end for verdict in verdicts[1:]] == [End.LOST, End.LOST]
+        ((failure,), _) = (verdict.failures for verdict in verdicts[1:])
+        assert failure.kind is FailureKind.LOST
+        assert "no controller of `scan_cell`" in failure.message
+        assert cell.mended == 3
+        assert waits == [0.1, 0.1, 0.1, 0.0]
+        assert tells == [(opened.waiting,)] * 4  # not the first case alone waits aloud
+        assert cell.is_closed
+
+    in_thread(work)
+
+
+def test_a_cell_that_is_not_whole_is_told_and_left() -> None:
+    def work() -> None:
+        hub = LoopbackHub()
+
+        async def open_bus() -> Bus:
+            bus = hub.join("controller")
+            ControllerNode(NodeContext(bus, MODEL, new_status("controller", MODEL, DIGEST), print))
+            return hub.join("tester")
+
+        with pytest.raises(NotReadyError) as raised, session(RemoteCell(open_bus), wait_s=0.05):
+            pytest.fail("nobody simulates its resource")
+        assert raised.value.reasons == (Reason(Lack.RESOURCES, "nobody simulates `scan`", ("scan",)),)
+
+    in_thread(work)
+
+
+def test_what_the_first_case_waits_for_is_told() -> None:
+    def work() -> None:
+        hub = LoopbackHub()
+        told: list[tuple[Reason, ...]] = []
+        missing = Reason(Lack.CONTROLLER, "no controller of `scan_cell`", ("scan",))
+
+        async def open_bus() -> Bus:
+            return hub.join("tester")
+
+        def come(reasons: tuple[Reason, ...]) -> None:
+            """Whoever is waited for comes once that is told."""
+            told.append(reasons)
+            for role, resources in (("controller", []), ("resources", ["scan"])):
+                seat = NodeContext(hub.join(role), MODEL, new_status(role, MODEL, DIGEST, resources), print)
+                (ControllerNode(seat) if role == "controller" else ResourcesNode(seat, PlainReactions()))
+
+        opened = session(RemoteCell(open_bus))
+        opened.waiting = come
+        with opened:
+            assert told == [(missing,)]
+
+    in_thread(work)
+
+
+def test_a_bus_that_cannot_be_opened_is_told() -> None:
+    async def open_bus() -> Bus:
+        raise BusError("there is no network", "plug it in")
+
+    def work() -> None:
+        with pytest.raises(BusError, match="there is no network"), session(RemoteCell(open_bus)):
+            pytest.fail("there is no bus")
+
+    in_thread(work)
+
+
+def test_another_version_of_the_model_is_told_at_once() -> None:
+    def work() -> None:
+        with pytest.raises(NotReadyError, match="another version of the model"), session(LoopbackCell("other")):
+            pytest.fail("the nodes have another model")
+
+    in_thread(work)
+
+
+def test_a_run_that_is_lost_says_why() -> None:
+    class Refusing(LoopbackCell):
+        async def open(self, model: BehaviorModel, complain: Callable[[str], None]) -> Bus:
+            other = scan_cell(("initial: 5}", "initial: 4}"), ("scanned: box", "renamed: box"))
+            assert other.name == model.name
+            return await super().open(other, complain)
+
+    def work() -> None:
+        with session(Refusing(DIGEST)) as opened:
+            tester = Tester(MODEL)
+            with pytest.raises(LostError, match="the controller refused the run: the case cannot be read"):
+                opened.run(CASE, tester.choices_of(CASE), tester.options_of(CASE))
+
+    in_thread(work)
+
+
+class Joined(LoopbackCell):
+    """A cell that a tester joins before the second case, who says that it began long ago."""
+
+    def __init__(self) -> None:
+        super().__init__(DIGEST)
+        self.mended = 0
+
+    async def mend(self) -> None:
+        self.mended += 1
+        if self.mended == 2:
+            bus = self._hub.join("tester")
+            self._buses.append(bus)
+            status = replace(new_status("tester", MODEL, DIGEST), since_ns=1)
+            Membership(bus, CellTopics.of(MODEL), status)
+
+
+def test_a_tester_that_was_there_before_ends_the_session() -> None:
+    def work() -> None:
+        with session(Joined()) as opened:
+            tester = NodeTester(Tester(MODEL), opened)
+            assert tester.execute(CASE).verdict.passed
+            with pytest.raises(NotReadyError) as raised:
+                tester.execute(CASE)
+            assert [reason.lack for reason in raised.value.reasons] == [Lack.RIVAL]
+
+    in_thread(work)
+
+
+@dataclass
+class Watch:
+    """Notices an absence when a test says that there was one."""
+
+    has_noticed: bool = False
+    is_over: bool = False
+
+    def close(self) -> None:
+        self.is_over = True
+
+
+@pytest.fixture
+def watches(monkeypatch: pytest.MonkeyPatch) -> list[Watch]:
+    """Those of all testers, in the order in which they joined."""
+    made: list[Watch] = []
+
+    def watch(*_: object) -> Watch:
+        made.append(Watch())
+        return made[-1]
+
+    monkeypatch.setattr("scbm.nodes.roles.session.AbsenceWatch", watch)
+    return made
+
+
+def test_a_tester_that_was_missed_joins_again_before_the_next_case(watches: list[Watch]) -> None:
+    def work() -> None:
+        hub, buses = LoopbackHub(), list[LoopbackBus]()
+        complaints: list[str] = []
+
+        async def open_bus() -> Bus:
+            buses.append(hub.join("tester"))
+            if len(buses) == 1:
+                for role, names in (("controller", []), ("resources", ["scan"])):
+                    seat = NodeContext(hub.join(role), MODEL, new_status(role, MODEL, DIGEST, names), complaints.append)
+                    (ControllerNode(seat) if role == "controller" else ResourcesNode(seat, PlainReactions()))
+            return buses[-1]
+
+        opened = session(RemoteCell(open_bus))
+        opened.complain = complaints.append
+        with opened:
+            tester = NodeTester(Tester(MODEL), opened)
+            assert tester.execute(CASE).verdict.passed
+            buses[0].is_open = False  # it hears nobody any more, and nobody hears it
+            watches[0].has_noticed = True
+            assert [tester.execute(CASE).verdict.passed for _ in range(2)] == [True, True]
+            assert (len(buses), [watch.is_over for watch in watches]) == (2, [True, False])
+        assert complaints == ["the tester was stopped for a while, and joins again"]
+        assert [watch.is_over for watch in watches] == [True, True]
+        assert not buses[1].is_open
+
+    in_thread(work)
+
+
+class Ending(Children):
+    """Nodes on a hub instead of processes. Of one that ends between cases learns who starts it again, and nobody else.
+
+    Attributes:
+        starts: who had ended at each start, in order; then one of them cannot work any more.
+    """
+
+    def __init__(self, hub: LoopbackHub, *starts: tuple[str, ...]) -> None:
+        super().__init__({})
+        self.starts = list(starts)
+        self._hub = hub
+        self._nodes: list[ControllerNode | ResourcesNode] = []
+
+    async def start(self) -> tuple[str, ...]:
+        if not self._nodes:
+            seats = [
+                NodeContext(self._hub.join(role), MODEL, new_status(role, MODEL, DIGEST, names), print)
+                for role, names in (("controller", []), ("resources", ["scan"]))
+            ]
+            self._nodes = [ControllerNode(seats[0]), ResourcesNode(seats[1], PlainReactions())]
+        return self.starts.pop(0)
+
+    @property
+    def broken(self) -> str | None:
+        return None if self.starts else "the controller ended with 3"
+
+    async def one_ends(self) -> None:
+        await asyncio.Event().wait()
+
+    async def end(self) -> None:
+        for node in self._nodes:
+            await node.close()
+
+
+def test_a_child_that_ended_between_cases_is_started_again_before_the_next() -> None:
+    def work() -> None:
+        hub = LoopbackHub()
+        complaints: list[str] = []
+
+        async def open_bus() -> Bus:
+            return hub.join("tester")
+
+        opened = session(RemoteCell(open_bus, Ending(hub, (), (), ("the controller was ended by SIGKILL",))))
+        opened.complain = complaints.append
+        told = []
+        with opened:
+            tester = NodeTester(Tester(MODEL), opened)
+            for _ in range(2):
+                assert tester.execute(CASE).verdict.passed
+                told.append(list(complaints))
+        assert told == [[], ["the controller was ended by SIGKILL, and was started again"]]
+
+    in_thread(work)
+
+
+def test_a_child_that_cannot_work_any_more_ends_the_session() -> None:
+    def work() -> None:
+        hub = LoopbackHub()
+
+        async def open_bus() -> Bus:
+            return hub.join("tester")
+
+        with session(RemoteCell(open_bus, Ending(hub, (), ()))) as opened:
+            tester = NodeTester(Tester(MODEL), opened)
+            assert tester.execute(CASE).verdict.passed
+            with pytest.raises(NotReadyError) as raised:
+                tester.execute(CASE)
+            assert raised.value.reasons == (Reason(Lack.CHILD, "the controller ended with 3"),)
+
+    in_thread(work)
+
+
+SIGNALS = """
+from fractions import Fraction
+from signal import SIGTERM, getsignal
+from scbm.files import digest_of
+from scbm.nodes import LoopbackCell, NotReadyError, Session
+from support.models import scan_cell
+
+model, before, seen = scan_cell(), getsignal(SIGTERM), []
+for digest in (digest_of(model), "other"):
+    try:
+        with Session(LoopbackCell(digest), model, digest_of(model), Fraction(1), 60.0):
+            seen.append(getsignal(SIGTERM) is before)
+    except NotReadyError:
+        pass
+    seen.append(getsignal(SIGTERM) is before)
+print(seen)
+"""
+
+
+def test_what_sigterm_does_is_as_it_was_before_once_a_session_is_over_or_could_not_begin() -> None:
+    ended = subprocess.run(
+        [sys.executable, "-c", SIGNALS], check=False, capture_output=True, text=True, timeout=GUARD_S, cwd=TESTS
+    )
+    assert (ended.stdout, ended.stderr) == ("[False, True, True]\n", "")
+
+
+@pytest.mark.parametrize("is_own", [True, False])
+def test_a_tester_that_joins_again_is_older_than_nodes_of_its_own_alone(*, is_own: bool, watches: list[Watch]) -> None:
+    def work() -> None:
+        hub, buses = LoopbackHub(), list[LoopbackBus]()
+
+        async def open_bus() -> Bus:
+            buses.append(hub.join("tester"))
+            if not is_own and len(buses) == 1:
+                await nodes.start()
+            if len(buses) == 2:  # another tester has come meanwhile
+                Membership(hub.join("another"), CellTopics.of(MODEL), new_status("tester", MODEL, DIGEST))
+            return buses[-1]
+
+        nodes = Ending(hub, *[()] * 5)
+        with session(RemoteCell(open_bus, nodes if is_own else None)) as opened:
+            tester = NodeTester(Tester(MODEL), opened)
+            assert tester.execute(CASE).verdict.passed
+            buses[0].is_open = False
+            watches[0].has_noticed = True
+            if is_own:
+                assert tester.execute(CASE).verdict.passed
+            else:
+                with pytest.raises(NotReadyError) as raised:
+                    tester.execute(CASE)
+                assert [reason.lack for reason in raised.value.reasons] == [Lack.RIVAL]
+
+    in_thread(work)

@@ -1,0 +1,758 @@
+"""The tester waits for a whole cell, follows a run step by step, and calls lost whatever it cannot be sure of."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from dataclasses import asdict, dataclass, field, replace
+from fractions import Fraction
+from typing import Any
+
+import pytest
+
+from scbm.cases import Case
+from scbm.cases.trace import End, ResourceChanged
+from scbm.files import digest_of, read_case, write_case
+from scbm.model import Outcome
+from scbm.nodes import Lack, LostError, NodeRun, NotReadyError, Reason, TesterNode, new_status
+from scbm.nodes.buses.bus import BusError, Received
+from scbm.nodes.log.event_json import event_json
+from scbm.nodes.node_messages import (
+    Abandon,
+    Answering,
+    Ended,
+    Forgot,
+    Go,
+    Message,
+    Note,
+    Prepare,
+    Prepared,
+    React,
+    Refused,
+    RestartResource,
+    Status,
+    Stepped,
+    decode,
+    encode,
+)
+from scbm.nodes.roles.cell_topics import GIVEN_UP, CellTopics
+from scbm.running import Event, GoalGiven, InjectionGiven, PlanAnswered, PlanStatus, ReplyArrived, RunnerOptions
+from scbm.running.simulation import Choices, PlainReactions
+from scbm.testing import Tester
+from support.models import scan_cell
+from support.nodes import Stage, run_case
+from support.virtual_loop import VirtualLoop, run_virtually
+
+MODEL = scan_cell(("measures: [temperature]", "measures: [temperature]\n    simulation: {latency: 2 s}"))
+TOPICS = CellTopics.of(MODEL)
+CASE = read_case("case: scans\ngoal: scanned\n", MODEL)
+RESTARTS = read_case(
+    "case: restarts\ngoal: scanned\nnetwork: {restarts: [{resource: scan, at: 2 s, for: 1 s}]}\n", MODEL
+)
+SECOND_NS = 10**9
+OPTIONS = RunnerOptions()
+
+
+def choices(case: Case = CASE) -> Choices:
+    return Choices(PlainReactions(), case.outcomes, case.network)
+
+
+@dataclass
+class Bench:
+    """A tester, and everybody else of its cell played by a test."""
+
+    stage: Stage
+    scale: Fraction = Fraction(1)
+    heard: list[Message] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.node = self.stage.tester(self.scale)
+
+    def play(self, role: str, *resources: str, **other: Any) -> Played:  # noqa: ANN401 - fields
+        status = replace(new_status(role, MODEL, digest_of(MODEL), resources), **other)
+        return Played(self, status)
+
+    def cell(self) -> tuple[Played, Played]:
+        return self.play("controller"), self.play("resources", "scan")
+
+    def begin(self, case: Case = CASE) -> asyncio.Task[NodeRun]:
+        return asyncio.ensure_future(self.node.run(case, choices(case), OPTIONS))
+
+    def said(self, kind: type) -> list[Any]:
+        return [message for message in self.heard if isinstance(message, kind)]
+
+
+class Played:
+    """A node that says who it is, and what a test lets it say."""
+
+    def __init__(self, bench: Bench, status: Status) -> None:
+        self.bench = bench
+        self.status = status
+        self.prepared: list[Prepare] = []
+        self.heard: list[Message] = []
+        self.is_ready = True
+        self.bus = bench.stage.join(status.role)
+        self.speaks = self.bus.publisher(TOPICS.run if status.role == "controller" else TOPICS.simulated)
+        self.bus.subscribe(TOPICS.case, self._hear)
+        self.statuses = self.bus.publisher(TOPICS.status)
+        self.statuses.publish(encode(status))
+
+    def _hear(self, received: Received) -> None:
+        message = decode(received.data)
+        self.heard.append(message)
+        if self.status.role == "controller":
+            self.bench.heard.append(message)
+        if isinstance(message, Prepare) and self.status.node in message.nodes:
+            self.prepared.append(message)
+            if self.is_ready:
+                self.say(Prepared(message.run, self.status.node))
+
+    @property
+    def run(self) -> str:
+        return self.prepared[-1].run
+
+    def say(self, message: Message) -> None:
+        self.speaks.publish(encode(message))
+
+    def step(self, number: int, at_ns: int, event: Event | ResourceChanged) -> None:
+        self.say(Stepped(self.run, number, at_ns, event_json(event)))
+
+    def begin_run(self) -> None:
+        """The goal and a plan: the first request is sent."""
+        self.step(1, 0, GoalGiven(CASE.goal, CASE.predicate))
+        self.step(2, 0, PlanAnswered(1, PlanStatus.SOLVED, ("scan_box",)))
+
+
+def play(scene: Callable[[Bench, VirtualLoop], Awaitable[None]], scale: Fraction = Fraction(1)) -> None:
+    async def main(loop: VirtualLoop) -> None:
+        await scene(Bench(Stage.virtual(MODEL, loop), scale), loop)
+
+    run_virtually(main)
+
+
+async def why_lost(task: asyncio.Task[NodeRun]) -> str:
+    with pytest.raises(LostError) as lost:
+        await task
+    return str(lost.value)
+
+
+# the cell
+
+
+NO_CONTROLLER = Reason(Lack.CONTROLLER, "no controller of `scan_cell`", ("scan",))
+UNREACHED = "`scan` is not reached: `/scan` is of another type there"
+NO_SCAN = Reason(Lack.RESOURCES, "nobody simulates `scan`", ("scan",))
+
+
+def test_what_it_waits_for_is_told_after_a_second_and_whenever_that_changes() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        told: list[tuple[int, tuple[Reason, ...]]] = []
+        begun_ns = loop.now_ns()
+
+        def tell(reasons: tuple[Reason, ...]) -> None:
+            told.append(((loop.now_ns() - begun_ns) // SECOND_NS, reasons))
+
+        waiting = asyncio.ensure_future(bench.node.wait_for_cell(100.0, tell))
+        await loop.settle(SECOND_NS - 1_000)
+        assert told == []
+        await loop.settle(2_000)
+        assert told == [(1, (NO_CONTROLLER,))]
+        bench.play("resources", "other")  # which changes nothing
+        await loop.settle(2 * SECOND_NS)
+        bench.play("controller")
+        await loop.settle(2 * SECOND_NS)
+        assert told == [(1, (NO_CONTROLLER,)), (3, (NO_SCAN,))]
+        bench.play("resources", "scan")
+        await waiting
+
+    play(scene)
+
+
+def test_who_comes_within_a_second_is_not_told_of() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        told: list[tuple[Reason, ...]] = []
+        waiting = asyncio.ensure_future(bench.node.wait_for_cell(100.0, told.append))
+        await loop.settle(SECOND_NS // 2)
+        bench.cell()
+        await waiting
+        await loop.settle(10 * SECOND_NS)
+        assert told == []
+
+    play(scene)
+
+
+def test_it_waits_until_everybody_is_there() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        waiting = asyncio.ensure_future(bench.node.wait_for_cell(10.0))
+        await loop.settle(SECOND_NS)
+        bench.play("controller")
+        await loop.settle(SECOND_NS)
+        assert not waiting.done()
+        bench.play("resources", "scan")
+        await loop.settle()
+        assert waiting.done()
+        waiting.result()
+
+    play(scene)
+
+
+@pytest.mark.parametrize(
+    ("others", "reasons"),
+    [
+        ([], (NO_CONTROLLER,)),
+        ([("resources", "scan")], (replace(NO_CONTROLLER, resources=()),)),
+        ([("controller",)], (NO_SCAN,)),
+        ([("controller",), ("resources", "other")], (NO_SCAN,)),
+    ],
+)
+def test_after_that_it_says_who_is_missing(others: list[tuple[str, ...]], reasons: tuple[Reason, ...]) -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        for role, *resources in others:
+            bench.play(role, *resources)
+        begun_ns = loop.now_ns()
+        with pytest.raises(NotReadyError) as raised:
+            await bench.node.wait_for_cell(3.0)
+        assert raised.value.reasons == reasons
+        assert loop.now_ns() - begun_ns == 3 * SECOND_NS
+
+    play(scene)
+
+
+@pytest.mark.parametrize(
+    ("role", "fields", "lack", "reason"),
+    [
+        ("controller", {"version": 99}, Lack.VERSION, "the controller speaks version 99, this scbm version"),
+        ("controller", {"digest": "other", "words": "far"}, Lack.MODEL, "has another version of the model: far"),
+        ("resources", {"digest": "other", "words": "far"}, Lack.MODEL, "has another version of the model: far"),
+        ("controller", {"troubles": (UNREACHED,), "mismatched": (UNREACHED,)}, Lack.DRIVER, UNREACHED),
+        ("tester", {"since_ns": 1, "words": "far"}, Lack.RIVAL, "another tester is at work: far"),
+    ],
+)  # fmt: skip
+def test_what_no_waiting_mends_is_said_at_once(role: str, fields: dict[str, Any], lack: Lack, reason: str) -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.play(role, *(["scan"] if role == "resources" else []), **fields)
+        if role == "resources":
+            bench.play("controller")
+        with pytest.raises(NotReadyError, match=reason) as raised:
+            await bench.node.wait_for_cell(1_000.0)
+        assert [other.lack for other in raised.value.reasons] == [lack]
+        assert loop.now_ns() < 2 * SECOND_NS
+
+    play(scene)
+
+
+def test_a_stranger_that_cannot_be_understood_is_told_of() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.stage.join("old").publisher(TOPICS.status).publish('{"kind": "status", "role": "controller"}')
+        with pytest.raises(NotReadyError) as raised:
+            await bench.node.wait_for_cell(1.0)
+        assert raised.value.reasons[0] == NO_CONTROLLER
+        assert raised.value.reasons[1].lack is Lack.STRANGER
+        assert raised.value.reasons[1].message.startswith("a `status` has the fields")
+        assert loop.now_ns() > SECOND_NS
+
+    play(scene)
+
+
+def test_what_the_controller_lacks_is_missing() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.play("controller", "scan", troubles=("`scan` is not reached: nobody is there",))
+        await loop.settle()
+        assert bench.node.real == ("scan",)
+        begun_ns = loop.now_ns()
+        with pytest.raises(NotReadyError) as raised:
+            await bench.node.wait_for_cell(1.0)
+        assert loop.now_ns() - begun_ns == SECOND_NS  # it might have come
+        assert raised.value.reasons == (Reason(Lack.DRIVER, "`scan` is not reached: nobody is there"),)
+
+    play(scene)
+
+
+def test_real_resources_cannot_be_made_faster_nor_told_what_to_do() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.play("controller", "scan")
+        await loop.settle()
+        with pytest.raises(NotReadyError, match="`scan` is real, and cannot be made faster"):
+            await bench.node.wait_for_cell(1.0)
+        case = read_case("case: x\ngoal: scanned\noutcomes: {scan: fail}\n", MODEL)
+        assert await why_lost(bench.begin(case)) == "the case says what becomes of `scan`, which is real"
+        of_operation = read_case("case: x\ngoal: scanned\noutcomes: {scan_box: fail}\n", MODEL)
+        assert await why_lost(bench.begin(of_operation)) == "the case says what becomes of `scan`, which is real"
+        assert await why_lost(bench.begin(RESTARTS)) == "the case says what becomes of `scan`, which is real"
+
+    play(scene, Fraction(2))
+
+
+# preparing
+
+
+def test_all_are_sent_the_case_and_the_run_begins_once_all_are_ready() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, resources = bench.cell()
+        resources.is_ready = False
+        await loop.settle()
+        task = bench.begin()
+        await loop.settle(SECOND_NS)
+        assert bench.said(Go) == []
+        first = controller.prepared[0]
+        assert (first.case, first.options) == (write_case(CASE, MODEL, None), asdict(OPTIONS))
+        assert (first.time_scale, first.is_relayed) == ("5/2", False)
+        assert first.nodes == (controller.status.node, resources.status.node)
+        assert len(controller.prepared) == 1  # who is ready is not asked again
+        assert len(resources.prepared) > 5
+        resources.is_ready = True
+        await loop.settle(SECOND_NS)
+        assert bench.said(Go) == [Go(controller.run)]
+        task.cancel()
+
+    play(scene, Fraction(5, 2))
+
+
+def test_a_node_that_refuses_loses_the_case() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, _ = bench.cell()
+        controller.is_ready = False
+        await loop.settle()
+        task = bench.begin()
+        await loop.settle()
+        controller.say(Refused(controller.run, controller.status.node, "it is too late"))
+        assert await why_lost(task) == "the controller refused the run: it is too late"
+        await loop.settle()
+        assert bench.said(Abandon) == [Abandon(controller.run)]
+
+    play(scene)
+
+
+@pytest.mark.parametrize("silent", ["controller", "resources"])
+def test_a_node_that_says_nothing_loses_the_case(silent: str) -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, resources = bench.cell()
+        (controller if silent == "controller" else resources).is_ready = False
+        await loop.settle()
+        words = "the controller" if silent == "controller" else "the node of scan"
+        assert await why_lost(bench.begin()) == f"{words} did not prepare the run"
+        await loop.settle()
+        assert len(bench.said(Abandon)) == 1
+
+    play(scene)
+
+
+@pytest.mark.parametrize("role", ["controller", "resources"])
+def test_who_goes_while_the_run_is_prepared_is_waited_for(role: str) -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, resources = bench.cell()
+        lost = controller if role == "controller" else resources
+        resources.is_ready = False
+        await loop.settle()
+        task = bench.begin()
+        await loop.settle(SECOND_NS)
+        await lost.bus.close()
+        resources.is_ready = True
+        await loop.settle(SECOND_NS)
+        assert bench.said(Go) == []
+        bench.play(role, *lost.status.resources)
+        await loop.settle(SECOND_NS)
+        assert len(dict.fromkeys(bench.said(Go))) == 1
+        task.cancel()
+
+    play(scene)
+
+
+def test_who_does_not_come_back_loses_the_case() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, resources = bench.cell()
+        resources.is_ready = False
+        await loop.settle()
+        task = bench.begin()
+        await loop.settle(SECOND_NS)
+        await controller.bus.close()
+        assert await why_lost(task) == "no controller of `scan_cell`"
+
+    play(scene)
+
+
+# running
+
+
+async def going(bench: Bench, loop: VirtualLoop, case: Case = CASE) -> tuple[Played, Played, asyncio.Task[NodeRun]]:
+    controller, resources = bench.cell()
+    await loop.settle()
+    task = bench.begin(case)
+    await loop.settle()
+    assert bench.said(Go) == [Go(controller.run)]
+    controller.begin_run()
+    await loop.settle()
+    return controller, resources, task
+
+
+def test_what_becomes_of_each_request_is_said_once_it_is_sent() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, resources, task = await going(bench, loop)
+        (react,) = [message for message in resources.heard if isinstance(message, React)]
+        expected = PlainReactions().react(MODEL.resources[0])
+        assert (react.run, react.request, react.latency_ns) == (controller.run, 1, expected.latency_ns)
+        task.cancel()
+
+    play(scene)
+
+
+def test_restarts_of_the_case_happen_at_their_times_of_the_run() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        _, resources, task = await going(bench, loop, RESTARTS)
+        await loop.settle(SECOND_NS - 10_000)
+        assert bench.said(RestartResource) == []
+        await loop.settle(10_000)
+        assert [message.is_down for message in bench.said(RestartResource)] == [True]
+        await loop.settle(SECOND_NS // 2)
+        assert [message.is_down for message in resources.heard if isinstance(message, RestartResource)] == [True, False]
+        assert [note.note["condition"] for note in bench.said(Note)] == ["down", "well"]
+        task.cancel()
+
+    play(scene, Fraction(2))
+
+
+def test_the_run_ends_with_the_trace_that_the_steps_give() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        stage = bench.stage
+        stage.controller()
+        stage.resources()
+        await bench.node.wait_for_cell(1.0)
+        execution = await run_case(bench.node, Tester(MODEL), CASE)
+        simulated = Tester(MODEL).execute(CASE)
+        assert (execution.trace, execution.reactions) == (simulated.trace, simulated.reactions)
+        log = execution.log
+        assert log is not None
+        assert (log.time_scale, log.digest, log.end) == (Fraction(1), digest_of(MODEL), End.REACHED)
+        assert loop.now_ns() > simulated.ended_ns
+
+    play(scene)
+
+
+INJECTION = read_case(
+    "case: x\ngoal: scanned\ninjections: [{name: x, set: {plan.state: aborted}}]\n", MODEL
+).injections[0]
+NO_SENSE = "a step of the controller makes no sense"
+
+
+def finish(controller: Played, trace: str, steps: int = 3) -> None:
+    controller.step(3, SECOND_NS, ReplyArrived(1, succeeded=True))
+    controller.say(Ended(controller.run, steps, trace))
+
+
+@pytest.mark.parametrize(
+    ("play_on", "why"),
+    [
+        (lambda node: finish(node, "0" * 64), "the steps of the controller do not give the trace that it has"),
+        (lambda node: finish(node, "0" * 64, 4), "steps of the controller did not arrive"),
+        (lambda node: node.say(Ended(node.run, 2, "")), "steps of the controller did not arrive"),
+        (lambda node: node.step(4, 5, ReplyArrived(1, succeeded=True)), "a step of the controller did not arrive"),
+        (lambda node: node.step(2, 5, ReplyArrived(1, succeeded=True)), "a step of the controller did not arrive"),
+        (lambda node: node.say(Stepped(node.run, 3, 5, {"kind": "what"})), f"{NO_SENSE}: an event of no known kind"),
+        (lambda node: node.step(3, 5, InjectionGiven(replace(INJECTION, name=GIVEN_UP))), "the controller gave it up"),
+    ],
+)  # fmt: skip
+def test_a_run_that_cannot_be_followed_is_lost(play_on: Callable[[Played], None], why: str) -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, _, task = await going(bench, loop)
+        play_on(controller)
+        assert await why_lost(task) == why
+        await loop.settle()
+        assert bench.said(Abandon) == [Abandon(controller.run)]
+
+    play(scene)
+
+
+def test_time_that_runs_backwards_makes_no_sense() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, _, task = await going(bench, loop)
+        controller.step(3, SECOND_NS, ResourceChanged(SECOND_NS, "network", "scan", "down"))
+        controller.step(4, SECOND_NS, ReplyArrived(9, succeeded=True))
+        controller.step(5, 1, ReplyArrived(1, succeeded=True))
+        assert (await why_lost(task)).startswith("a step of the controller makes no sense: time runs backwards")
+
+    play(scene)
+
+
+def test_steps_of_another_run_are_nothing() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, resources, task = await going(bench, loop)
+        controller.say(Stepped("run_0", 7, 5, {}))
+        controller.say(Ended("run_0", 2, ""))
+        resources.say(Prepared("run_0", "x"))
+        await loop.settle(SECOND_NS)
+        assert not task.done()
+        task.cancel()
+
+    play(scene)
+
+
+def test_a_controller_that_is_lost_loses_the_case() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, _, task = await going(bench, loop)
+        await controller.bus.close()
+        assert await why_lost(task) == "the controller was lost"
+
+    play(scene)
+
+
+def test_a_controller_that_says_nothing_is_lost_even_if_it_is_there() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.cell()
+        await loop.settle()
+        begun_ns = loop.now_ns()
+        assert await why_lost(bench.begin()) == "the controller says nothing any more"
+        assert loop.now_ns() - begun_ns == pytest.approx(3 * SECOND_NS, abs=SECOND_NS)
+
+    play(scene)
+
+
+def test_a_message_that_the_bus_does_not_take_loses_the_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        bench.cell()
+        await loop.settle()
+
+        def refuse(_: object) -> None:
+            raise BusError("full")
+
+        monkeypatch.setattr(bench.node._to_all, "publish", refuse)
+        with pytest.raises(LostError, match="a message of the tester could not be sent"):
+            await bench.begin()
+        assert bench.stage.complaints == ["a `prepare` is lost: full", "a `abandon` is lost: full"]
+
+    play(scene)
+
+
+def test_it_may_say_nothing_until_a_deadline_of_its_run_has_passed() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        _, _, task = await going(bench, loop)
+        await loop.settle(12 * SECOND_NS)
+        assert not task.done()
+        assert await why_lost(task) == "the controller says nothing any more"
+
+    play(scene)
+
+
+NO_SCAN_NOW = f"{NO_SCAN.message}; the run goes on, by the deadlines of the model"
+
+
+def test_resources_that_are_lost_are_no_reason_to_stop_and_told_of() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        _, resources, task = await going(bench, loop)
+        await resources.bus.close()
+        await loop.settle(5 * SECOND_NS)
+        assert not task.done()
+        assert bench.stage.complaints == [NO_SCAN_NOW]
+        bench.play("resources", "scan")
+        await loop.settle()
+        assert bench.stage.complaints == [NO_SCAN_NOW, "all resources are there again"]
+        task.cancel()
+
+    play(scene)
+
+
+def test_a_driver_that_is_lost_in_a_run_is_told_of() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller = bench.play("controller", "scan")
+        await loop.settle()
+        task = bench.begin()
+        await loop.settle()
+        lacking = replace(controller.status, troubles=(UNREACHED,))
+        assert bench.said(Go) == [Go(controller.run)]
+        controller.statuses.publish(encode(lacking))
+        await loop.settle()
+        assert bench.stage.complaints == [f"{UNREACHED}; the run goes on, by the deadlines of the model"]
+        task.cancel()
+
+    play(scene)
+
+
+def test_a_run_that_ends_short_of_its_goal_while_nobody_simulates_a_resource_is_lost() -> None:
+    limited = read_case("case: x\ngoal: scanned\nlimits: {time: 20 s}\n", MODEL)
+
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        stage = bench.stage
+        stage.controller()
+        resources = stage.resources()
+        lost = stage.seats["resources"].bus
+        await bench.node.wait_for_cell(1.0)
+        task = asyncio.ensure_future(run_case(bench.node, Tester(MODEL), limited))
+        await loop.settle(SECOND_NS // 2)
+        await resources.close()
+        await lost.close()
+        with pytest.raises(LostError, match="nobody simulates `scan`"):
+            await task
+
+    play(scene)
+
+
+def test_a_controller_that_comes_with_other_real_resources_loses_the_case() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, resources = bench.cell()
+        resources.is_ready = False
+        await loop.settle()
+        task = bench.begin()
+        await loop.settle(SECOND_NS)
+        await controller.bus.close()
+        bench.play("controller", "scan")
+        assert await why_lost(task) == "another controller came, with other real resources"
+
+    play(scene)
+
+
+def test_a_node_that_joins_late_is_prepared_and_told_what_holds() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, resources, task = await going(bench, loop, RESTARTS)
+        await loop.settle(int(2.5 * SECOND_NS))
+        await resources.bus.close()
+        await loop.settle()
+        late = bench.play("resources", "scan")
+        await loop.settle(SECOND_NS // 4)
+        assert [prepare.run for prepare in late.prepared] == [controller.run]
+        kinds = [message.kind for message in late.heard if not isinstance(message, Prepare | Note)]
+        assert kinds == ["restart", "react"]
+        assert bench.said(Go) == [Go(controller.run)]
+        task.cancel()
+
+    play(scene)
+
+
+def test_a_node_that_has_forgotten_the_run_is_prepared_again_and_told_what_holds() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, resources, task = await going(bench, loop, RESTARTS)
+        await loop.settle(int(2.5 * SECOND_NS))
+        resources.heard.clear()
+        resources.say(Forgot(controller.run, resources.status.node))
+        await loop.settle(SECOND_NS // 4)
+        assert [message.kind for message in resources.heard] == ["prepare", "restart", "react"]
+        assert len(resources.prepared) == 2
+        assert len(controller.prepared) == 1
+        task.cancel()
+
+    play(scene)
+
+
+def test_another_controller_that_leaves_ends_nothing() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        _, _, task = await going(bench, loop)
+        late = bench.play("controller")
+        await loop.settle(SECOND_NS)
+        await late.bus.close()
+        await loop.settle(SECOND_NS)
+        assert not task.done()
+        task.cancel()
+
+    play(scene)
+
+
+def test_an_older_tester_that_shows_up_in_a_run_ends_it() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        _, _, task = await going(bench, loop)
+        older = bench.play("tester", since_ns=0, words="process 7 on bench")
+        await loop.settle()
+        assert await why_lost(task) == "another tester is at work: process 7 on bench"
+        await older.bus.close()
+
+    play(scene)
+
+
+def test_a_run_that_was_lost_restarts_nothing_any_more() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, _, task = await going(bench, loop, RESTARTS)
+        await controller.bus.close()
+        await why_lost(task)
+        late = bench.play("controller")
+        await loop.settle(5 * SECOND_NS)
+        assert [message for message in late.heard if isinstance(message, RestartResource | Note)] == []
+
+    play(scene)
+
+
+def test_a_case_that_is_cancelled_is_abandoned() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, _, task = await going(bench, loop)
+        task.cancel()
+        with pytest.raises(asyncio.CancelledError):
+            await task
+        await loop.settle()
+        assert bench.said(Abandon) == [Abandon(controller.run)]
+
+    play(scene)
+
+
+def test_answers_to_nothing_are_dropped_with_a_sentence() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        controller, resources, task = await going(bench, loop)
+        for request, resource in ((0, "scan"), (5, "scan"), (1, "another")):
+            resources.say(Answering(controller.run, request, resource, 1))
+        resources.speaks.publish("what")
+        await loop.settle()
+        assert bench.stage.complaints == [
+            "a message was dropped: `scan` has no request 0",
+            "a message was dropped: `scan` has no request 5",
+            "a message was dropped: `another` has no request 1",
+            "a message was dropped: this is not JSON",
+        ]
+        assert not task.done()
+        task.cancel()
+
+    play(scene)
+
+
+# whole cells
+
+
+def test_a_resource_that_is_lost_with_a_request_leaves_it_to_the_deadline_and_the_next_comes_to_its_successor() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        stage = bench.stage
+        stage.controller()
+        first = stage.resources()
+        lost = stage.seats["resources"].bus
+        await bench.node.wait_for_cell(1.0)
+        tester = Tester(MODEL)
+        task = asyncio.ensure_future(run_case(bench.node, tester, CASE))
+        await loop.settle(SECOND_NS // 2)
+        await first.close()
+        await lost.close()
+        await loop.settle(SECOND_NS)
+        stage.resources()
+        execution = await task
+        assert execution.verdict.end is End.REACHED
+        assert [reaction.outcome for reaction in execution.reactions] == [Outcome.TIMEOUT, Outcome.SUCCEED]
+        changes = [record.condition for record in execution.trace.records if isinstance(record, ResourceChanged)]
+        assert changes == ["down", "well"]
+        assert stage.complaints == [NO_SCAN_NOW, "all resources are there again"]
+
+    play(scene)
+
+
+def test_after_a_case_that_was_lost_the_next_one_runs_as_if_nothing_had_been() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        stage = bench.stage
+        stage.controller()
+        lost = stage.seats["controller"].bus
+        stage.resources()
+        await bench.node.wait_for_cell(1.0)
+        tester = Tester(MODEL)
+        task = asyncio.ensure_future(run_case(bench.node, tester, CASE))
+        await loop.settle(SECOND_NS // 2)
+        await lost.close()
+        with pytest.raises(LostError, match="the controller was lost"):
+            await task
+        stage.controller()
+        await bench.node.wait_for_cell(1.0)
+        execution = await run_case(bench.node, tester, CASE)
+        assert execution.trace == tester.execute(CASE).trace
+
+    play(scene)
+
+
+def test_a_node_of_another_model_is_not_heard() -> None:
+    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+        other = scan_cell(("behavior_model: scan_cell", "behavior_model: another"))
+        stage = Stage(other, bench.stage.join, bench.stage.now_ns)
+        stage.controller()
+        await loop.settle()
+        assert bench.node.membership.others == ()
+        assert isinstance(bench.node, TesterNode)
+
+    play(scene)

@@ -1,0 +1,280 @@
+"""Requests and replies on a pair of topics: the protocol of drivers, whatever they say."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Awaitable, Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scbm.model import MessageType, Scalar
+from scbm.nodes.buses.bus import BusError, Publisher, Received, Topic, Unmatched
+from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
+from scbm.nodes.links.link import Correlation, Measurement, Reply
+from scbm.nodes.links.topic_link import TopicLink, id_text, read_id, read_reply
+from scbm.nodes.node_messages import NotAMessageError
+from support.hearing import Heard
+from support.virtual_loop import VirtualLoop, run_virtually
+
+REQUEST, REPLY = Topic("/scanner/request"), Topic("/scanner/reply")
+
+
+@dataclass
+class Bench:
+    """A link, what it told, and drivers that come and go."""
+
+    loop: VirtualLoop
+    complaints: list[str] = field(default_factory=list)
+    asked: list[Any] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.hub = LoopbackHub(self.loop.now_ns)
+        self.heard = Heard()
+        bus = self.hub.join("controller")
+        self.link = TopicLink(bus, "scanner", (REQUEST, REPLY), self.heard, self.complaints.append)
+
+    def driver(self, *, hears: bool = True, answers: bool = True) -> tuple[LoopbackBus, Publisher | None]:
+        bus = self.hub.join("driver")
+        if hears:
+            bus.subscribe(REQUEST, self._take)
+        return bus, bus.publisher(REPLY) if answers else None
+
+    def _take(self, received: Received) -> None:
+        assert isinstance(received.data, str)
+        self.asked.append(json.loads(received.data))
+
+    def send(self, number: int) -> None:
+        self.link.send(Correlation("run", number), (("command", "scan"), ("count", 2), ("light", True)))
+
+    def cancel(self, number: int) -> None:
+        self.link.cancel(Correlation("run", number))
+
+
+def play(scene: Callable[[Bench], Awaitable[None]]) -> None:
+    async def main(loop: VirtualLoop) -> None:
+        await scene(Bench(loop))
+
+    run_virtually(main)
+
+
+def test_requests_and_cancellations_are_those_of_the_protocol() -> None:
+    async def scene(bench: Bench) -> None:
+        bench.driver()
+        bench.send(7)
+        bench.cancel(7)
+        await bench.loop.settle()
+        assert bench.asked == [
+            {"id": "run-7", "request": {"command": "scan", "count": 2, "light": True}},
+            {"id": "run-7", "cancel": True},
+        ]
+
+    play(scene)
+
+
+def test_replies_and_values_are_told_with_the_time_at_which_they_came() -> None:
+    async def scene(bench: Bench) -> None:
+        _, replies = bench.driver()
+        assert replies is not None
+        came_ns = bench.loop.now_ns()
+        replies.publish('{"id": "run-7", "succeeded": true, "measured": {"zone": "near", "count": 3}}')
+        replies.publish('{"id": "other-8", "succeeded": false}')
+        replies.publish('{"measured": {"zone": "far"}}')
+        await bench.loop.settle()
+        assert bench.heard.replies == [
+            ("scanner", Reply(Correlation("run", 7), True, (("zone", "near"), ("count", 3)), came_ns)),
+            ("scanner", Reply(Correlation("other", 8), False, (), came_ns)),
+        ]
+        assert bench.heard.values == [("scanner", Measurement((("zone", "far"),), came_ns))]
+
+    play(scene)
+
+
+@pytest.mark.parametrize("half", [{"hears": False}, {"answers": False}])
+def test_somebody_is_there_once_somebody_hears_and_somebody_may_answer(half: dict[str, bool]) -> None:
+    async def scene(bench: Bench) -> None:
+        bench.send(1)
+        bus, _ = bench.driver(**half)
+        await bench.loop.settle()
+        is_there = [bench.link.is_there]
+        assert (bench.asked, bench.heard.presence) == ([], [])
+        bench.driver(hears="hears" in half, answers="answers" in half)
+        await bench.loop.settle()
+        is_there.append(bench.link.is_there)
+        assert [said["id"] for said in bench.asked] == ["run-1"]
+        await bus.close()
+        await bench.loop.settle()
+        is_there.append(bench.link.is_there)
+        assert is_there == [False, True, False]
+        assert bench.heard.presence == [("scanner", True), ("scanner", False)]
+
+    play(scene)
+
+
+def test_requests_wait_in_order_until_somebody_is_there_but_for_those_that_are_cancelled() -> None:
+    async def scene(bench: Bench) -> None:
+        for number in (1, 2, 3):
+            bench.send(number)
+        bench.cancel(2)
+        bench.driver()
+        await bench.loop.settle()
+        assert [said["id"] for said in bench.asked] == ["run-1", "run-3"]
+        assert all("request" in said for said in bench.asked)
+
+    play(scene)
+
+
+def test_no_request_is_sent_twice_whoever_comes_and_goes() -> None:
+    async def scene(bench: Bench) -> None:
+        bench.send(1)
+        bus, _ = bench.driver()
+        await bench.loop.settle()
+        await bus.close()
+        await bench.loop.settle()
+        bench.send(2)
+        bench.driver()
+        await bench.loop.settle()
+        assert [said["id"] for said in bench.asked] == ["run-1", "run-2"]
+
+    play(scene)
+
+
+class Refusing:
+    """A publisher to nobody, then to somebody who does not take the first message."""
+
+    def __init__(self) -> None:
+        self.peers = 0
+        self.sent: list[str] = []
+
+    def publish(self, data: Scalar) -> None:
+        said = json.loads(str(data))["id"]
+        if said == "run-1":
+            raise BusError("full")
+        self.sent.append(said)
+
+
+def test_a_request_that_is_not_taken_keeps_none_of_those_that_wait_behind_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    requests = Refusing()
+    publisher = LoopbackBus.publisher
+
+    def publisher_that_refuses(bus: LoopbackBus, topic: Topic, *others: Any) -> Any:  # noqa: ANN401 - as it is
+        return requests if topic == REQUEST else publisher(bus, topic, *others)
+
+    monkeypatch.setattr(LoopbackBus, "publisher", publisher_that_refuses)
+
+    async def scene(bench: Bench) -> None:
+        for number in (1, 2, 3):
+            bench.send(number)
+        requests.peers = 1
+        bench.hub.join("driver").publisher(REPLY)
+        await bench.loop.settle()
+        assert bench.complaints == ["request 1 to `scanner` is lost: full"]
+        assert requests.sent == ["run-2", "run-3"]
+        assert bench.heard.presence == [("scanner", True)]
+
+    play(scene)
+
+
+def test_what_is_missing_is_named_and_the_other_side_is_not_to_blame() -> None:
+    async def scene(bench: Bench) -> None:
+        missing = [bench.link.missing]
+        bench.driver(answers=False)
+        bench.hub.join("listener").subscribe(Topic(REQUEST.name, MessageType.BOOL), lambda _: None)
+        await bench.loop.settle()
+        assert [*missing, bench.link.missing] == [(REQUEST.name, REPLY.name), (REPLY.name,)]
+        assert bench.link.why_alone() is None
+
+    play(scene)
+
+
+def test_a_cancellation_that_nobody_can_hear_is_not_kept() -> None:
+    async def scene(bench: Bench) -> None:
+        bus, _ = bench.driver()
+        bench.send(1)
+        await bench.loop.settle()
+        await bus.close()
+        bench.cancel(1)
+        bench.driver()
+        await bench.loop.settle()
+        assert len(bench.asked) == 1
+
+    play(scene)
+
+
+def test_why_nobody_is_there_is_said_if_it_shows() -> None:
+    async def scene(bench: Bench) -> None:
+        assert bench.link.why_alone() is None
+        bench.hub.join("driver").publisher(Topic(REPLY.name, MessageType.FLOAT64))
+        why = "`/scanner/reply` is of type std_msgs/msg/Float64 there, and not of std_msgs/msg/String"
+        assert bench.link.why_alone() == Unmatched(why, is_mismatch=True)
+
+    play(scene)
+
+
+MALFORMED = [
+    ("", "not JSON"),
+    ("[]", "a JSON object"),
+    ("[" * 100_000, "not JSON"),
+    ("{}", None),
+    ('{"id": "run-7"}', "says `succeeded`"),
+    ('{"id": "run-7", "succeeded": "yes"}', "says `succeeded`"),
+    ('{"id": "run-7", "succeeded": null}', "says `succeeded`"),
+    ('{"id": "run-7", "succeeded": true, "measured": []}', "`measured` has variables"),
+    ('{"id": "run-7", "succeeded": true, "measured": {"a": [1]}}', "`measured` has variables"),
+    ('{"id": "run-7", "succeeded": true, "measured": {"a": 1.5}}', "`measured` has variables"),
+    ('{"id": "run-7", "succeeded": true, "measured": {"a": null}}', "`measured` has variables"),
+    ('{"id": "run-7", "succeeded": true, "mesured": {}}', "`mesured` is not known here"),
+    ('{"id": 7, "succeeded": true}', "`id` is not that of a request"),
+    ('{"id": "run", "succeeded": true}', "`id` is not that of a request"),
+    ('{"id": "run--7", "succeeded": true}', "`id` is not that of a request"),
+    ('{"id": "run-7-8", "succeeded": true}', "`id` is not that of a request"),
+    ('{"id": "run-x", "succeeded": true}', "`id` is not that of a request"),
+    ('{"id": "-7", "succeeded": true}', "`id` is not that of a request"),
+    ('{"id": "run-٣", "succeeded": true}', "`id` is not that of a request"),
+    (json.dumps({"id": "r" * 65 + "-1", "succeeded": True}), "`id` is not that of a request"),
+    ('{"succeeded": true, "measured": {}}', "a reply has the `id` of its request"),
+    ('{"id": "run-7", "succeeded": true, "measured": {"a": "\\ud800"}}', "half of a character"),
+]
+
+
+@pytest.mark.parametrize(("said", "why"), [(said, why) for said, why in MALFORMED if why is not None])
+def test_what_is_none_of_the_protocol_is_dropped_with_a_sentence(said: str, why: str) -> None:
+    async def scene(bench: Bench) -> None:
+        _, replies = bench.driver()
+        assert replies is not None
+        replies.publish(said)
+        replies.publish('{"id": "run-8", "succeeded": true}')
+        await bench.loop.settle()
+        (complaint,) = bench.complaints
+        assert complaint.startswith("a message on `/scanner/reply` was dropped: ")
+        assert why in complaint
+        assert len(complaint) < 200
+        assert bench.heard.numbers() == [(8, True)]
+        assert bench.heard.values == []
+
+    play(scene)
+
+
+SCALARS = st.none() | st.booleans() | st.integers() | st.floats() | st.sampled_from(["run-1", "run", "near"])
+KEYS = st.sampled_from(["id", "succeeded", "measured", "x"])
+
+
+@given(st.recursive(SCALARS, lambda inner: st.lists(inner) | st.dictionaries(KEYS, inner)))
+def test_whatever_comes_is_a_reply_or_values_or_refused(said: object) -> None:
+    try:
+        heard = read_reply(json.dumps(said), 5)
+    except NotAMessageError:
+        return
+    assert isinstance(said, dict)
+    values = heard.measured if isinstance(heard, Reply) else heard.values
+    assert dict(values) == said.get("measured", {})
+    assert isinstance(heard, Reply) == ("id" in said)
+
+
+@given(st.from_regex(r"[0-9A-Za-z_]{1,64}", fullmatch=True), st.integers(0, 10**18 - 1))
+def test_ids_come_back_as_they_were(run: str, number: int) -> None:
+    request = Correlation(run, number)
+    assert read_id(id_text(request)) == request

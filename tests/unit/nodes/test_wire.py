@@ -1,0 +1,160 @@
+"""What nodes say comes back as it was; whatever else comes is refused with a reason, and does no harm."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields
+from fractions import Fraction
+from types import UnionType
+from typing import Any, get_args, get_origin, get_type_hints
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from scbm.nodes.node_messages import (
+    Abandon,
+    Go,
+    Message,
+    NotAMessageError,
+    React,
+    decode,
+    encode,
+    read_fraction,
+    read_object,
+)
+
+TEXTS = st.text(st.characters(exclude_categories=["Cs"]), max_size=20)
+JSON = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | TEXTS,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(TEXTS, inner, max_size=3),
+    max_leaves=8,
+)
+KINDS = get_args(Message)
+
+
+def _values(type_: Any) -> st.SearchStrategy[Any]:  # noqa: ANN401 - a type, whatever it is
+    if isinstance(type_, UnionType):
+        return st.one_of([_values(part) for part in get_args(type_)])
+    if get_origin(type_) is tuple:
+        return st.lists(_values(get_args(type_)[0]), max_size=3).map(tuple)
+    if get_origin(type_) is dict:
+        return st.dictionaries(TEXTS, JSON, max_size=3)
+    known = {str: TEXTS, int: st.integers(0, 2**63 - 1), bool: st.booleans(), type(None): st.none()}
+    return known[type_]
+
+
+def messages(kind: Any = None) -> st.SearchStrategy[Any]:  # noqa: ANN401 - a class of messages
+    if kind is None:
+        return st.one_of([messages(known) for known in KINDS])
+    hints, names = get_type_hints(kind), [field.name for field in fields(kind)]
+    return st.builds(kind, **{name: _values(hints[name]) for name in names})
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.kind)
+def test_messages_of_every_kind_come_back_as_they_were(kind: Any) -> None:  # noqa: ANN401 - a class of messages
+    @given(messages(kind))
+    def comes_back(message: Message) -> None:
+        again = decode(encode(message))
+        assert type(again) is type(message)
+        assert again == message
+
+    comes_back()
+
+
+def test_no_two_kinds_have_one_name() -> None:
+    assert len({kind.kind for kind in KINDS}) == len(KINDS)
+
+
+def test_what_is_said_is_json_that_a_person_can_read() -> None:
+    assert encode(Go("run_1")) == '{"kind":"go","run":"run_1"}'
+    assert json.loads(encode(Abandon("läuft"))) == {"kind": "abandon", "run": "läuft"}
+    assert "läuft" in encode(Abandon("läuft"))
+
+
+@given(st.one_of(JSON.map(json.dumps), st.text(), st.binary(), JSON))
+def test_anything_else_is_refused(data: object) -> None:
+    with pytest.raises(NotAMessageError):
+        decode(data)
+
+
+@given(messages(), st.data())
+def test_a_message_with_a_field_of_another_sort_is_refused(message: Message, data: st.DataObject) -> None:
+    said = json.loads(encode(message))
+    name = data.draw(st.sampled_from([name for name in said if name != "kind"]))
+    other = data.draw(JSON.filter(lambda value: _sort(value) != _sort(said[name])))
+    if message.kind == "react" and name == "measured" and (other is None or isinstance(other, dict)):
+        return  # either will do
+    with pytest.raises(NotAMessageError, match=f"`{name}` of a `{message.kind}` is of the wrong sort"):
+        decode(json.dumps({**said, name: other}))
+
+
+def _sort(value: object) -> str:
+    return type(value).__name__
+
+
+@given(messages(), st.data())
+def test_a_message_with_a_field_too_few_or_too_many_is_refused(message: Message, data: st.DataObject) -> None:
+    said = json.loads(encode(message))
+    name = data.draw(st.sampled_from([name for name in said if name != "kind"]))
+    fewer = {key: value for key, value in said.items() if key != name}
+    for wrong in (fewer, {**said, "more": 1}):
+        with pytest.raises(NotAMessageError, match=f"a `{message.kind}` has the fields .*{name}"):
+            decode(json.dumps(wrong))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "why"),
+    [
+        (b"{}", "a text"),
+        (None, "a text"),
+        ("", "not JSON"),
+        ("{", "not JSON"),
+        ("[" * 1_000_000, "not JSON"),
+        ('{"kind": ' * 500_000, "not JSON"),
+        ("[]", "a JSON object"),
+        ("1" * 100_000, "not JSON"),
+        ("{}", "`None` is no kind"),
+        ('{"kind": ["go"], "run": "x"}', "no kind"),
+        (json.dumps({"kind": "k" * 1_000}), f"`{'k' * 40}` is no kind"),
+        ('{"kind": "go", "run": "\\ud800"}', "half of a character"),
+        ('{"kind": "go", "\\udfff": ""}', "half of a character"),
+        (json.dumps({"kind": "go", "run": "x" * 8_000_000}), "at most 8000000 characters"),
+    ],
+)
+def test_what_is_malformed_huge_or_deep_is_refused_with_a_reason(wrong: object, why: str) -> None:
+    with pytest.raises(NotAMessageError, match=why) as told:
+        decode(wrong)
+    assert len(str(told.value)) < 200
+
+
+def test_what_is_as_deep_as_just_can_be_read_is_refused_as_well() -> None:
+    for depth in range(800, 1_000):
+        with pytest.raises(NotAMessageError):
+            decode(f'{{"kind": "\\u00e4", "deep": {"[" * depth}{"]" * depth}}}')
+
+
+@pytest.mark.parametrize("latency", [-1, 2**63, 10**400, 1.0, True, "1", None])
+def test_numbers_are_counts_that_clocks_can_take(latency: object) -> None:
+    said = json.loads(encode(React("run", 1, "scanner", "succeed", 1, None, (0,))))
+    with pytest.raises(NotAMessageError, match="`latency_ns` of a `react` is of the wrong sort"):
+        decode(json.dumps({**said, "latency_ns": latency}))
+    with pytest.raises(NotAMessageError, match="`copies` of a `react` is of the wrong sort"):
+        decode(json.dumps({**said, "copies": [0, latency]}))
+
+
+@given(st.builds(Fraction, st.integers(1, 10**18 - 1), st.integers(1, 10**18 - 1)))
+def test_fractions_come_back_as_they_were(fraction: Fraction) -> None:
+    assert read_fraction(str(fraction)) == fraction
+
+
+@pytest.mark.parametrize(
+    "wrong", ["", "0", "-1", "1/0", "0/1", "1e9", "1e999999999", "nan", "1.5", " 1", "1 ", "1/", "¹", "1" * 30]
+)
+def test_what_is_no_fraction_greater_than_zero_is_refused(wrong: str) -> None:
+    with pytest.raises(NotAMessageError, match="is not a fraction greater than 0"):
+        read_fraction(wrong)
+
+
+def test_an_object_is_read_as_it_is() -> None:
+    assert read_object('{"a": [1, {"ä": null}], "b": "\\u00e4"}') == {"a": [1, {"ä": None}], "b": "ä"}

@@ -1,0 +1,149 @@
+"""The fixture `scbm_model`: cases in Python tests."""
+
+from __future__ import annotations
+
+import pytest
+
+from support.cells import write
+from support.models import SCAN_CELL
+
+
+def _passes(cell: pytest.Pytester, source: str, *, count: int = 1, report: str = "") -> None:
+    cell.makepyfile(source)
+    result = cell.runpytest()
+    result.assert_outcomes(passed=count)
+    result.stdout.fnmatch_lines([f"*{report}*"])
+
+
+def test_a_model_is_found_beside_the_test_and_runs_cases(cell: pytest.Pytester) -> None:
+    source = """
+        def test_it(scbm_model):
+            model = scbm_model("cell.yaml")
+            assert model.behavior.name == "scan_cell"
+            plain = model.run(goal="scanned")
+            assert plain.verdict.passed and plain.verdict.end == "reached"
+            assert plain.trace.case == plain.case.name == "test_it"
+            late = model.run(goal="scanned", outcomes={"scan": ["timeout"]}, limits={"time": "1 min"})
+            assert late.ended_ns == 10_000_000_000 and late.case.name == "test_it-2"
+            injected = model.run(
+                goal=model.behavior.goals[0][1],
+                injections=[{"at": "0 s", "set": {"light": "red"}, "hold": "2 s"}],
+                network={"loss": "10 %"},
+                drawn={"seed": 1},
+            )
+            assert injected.case.injections and injected.case.origin.seed == 1
+            assert model.run(goal="scanned", requirements={"never": "never light == green"}).violations
+    """
+    write(cell.path, cells__cell=SCAN_CELL)
+    (cell.path / "cell.yaml").unlink()
+    cell.makepyfile(**{"cells/test_it": source})
+    result = cell.runpytest()
+    result.assert_outcomes(passed=1)
+    result.stdout.fnmatch_lines(["*Testing duration: *, 4 cases of tests: 4 reached; 1 failed"])
+
+
+def test_a_run_does_not_raise_and_a_check_does(cell: pytest.Pytester) -> None:
+    cell.makepyfile("""
+        def test_check(scbm_model):
+            model = scbm_model("cell.yaml")
+            assert not model.run(goal="scanned", expect={"verdict": "aborted"}).verdict.passed
+            assert model.check(goal="scanned").verdict.passed
+            model.check(case="mine", goal="scanned", expect={"verdict": "aborted"})
+    """)
+    result = cell.runpytest()
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(
+        [
+            '*model.check(case="mine", goal="scanned", expect={"verdict": "aborted"})',
+            "E       AssertionError: case mine failed",
+            "E       expected the run to end `aborted`, and it ended `reached`",
+            "E *■ reached",
+            "test_a_run_does_not_raise_and_a_check_does.py:5: AssertionError",
+        ]
+    )
+    assert "fixture.py" not in result.stdout.str()
+
+
+def test_wrong_keys_are_told_as_those_of_a_file(cell: pytest.Pytester) -> None:
+    cell.makepyfile("""
+        def test_wrong(scbm_model):
+            scbm_model("cell.yaml").run(goal="scanned", initial={"light": "pink"}, outcoms="fail")
+
+        def test_lost(scbm_model):
+            scbm_model("sell.yaml")
+
+        def test_none(scbm_model):
+            scbm_model()
+    """)
+    result = cell.runpytest()
+    result.assert_outcomes(failed=3)
+    result.stdout.fnmatch_lines(
+        [
+            "E *InputError: model.run(…):3:20: error[[]value-outside-domain[]]: `pink` is not a value of `light`*",
+            'E *initial: {"light": "pink"}',
+            "E *model.run(…):4:1: error[[]unknown-key[]]: unknown key `outcoms`",
+            "E *= did you mean `outcomes`?",
+            "E *sell.yaml: error[[]file-missing[]]*",
+            "E *scbm_model(): error[[]model-missing[]]*",
+        ]
+    )
+    assert "fixture.py" not in result.stdout.str()
+
+
+def test_without_a_path_the_model_is_that_of_the_configuration(cell: pytest.Pytester) -> None:
+    cell.makeini("[pytest]\nscbm_model = cell.yaml\n")
+    _passes(cell, "def test_it(scbm_model): assert scbm_model().run(goal='scanned').verdict.passed")
+
+
+def test_random_cases_are_those_of_the_command(cell: pytest.Pytester) -> None:
+    source = """
+        def test_it(scbm_model):
+            model = scbm_model("cell.yaml")
+            executions = model.random(seed=3, cases=7)
+            assert [e.case.name for e in executions] == [f"seed-3-case-{n}" for n in range(1, 8)]
+            model.run(goal="scanned")
+    """
+    _passes(cell, source, report="1 case of a test and 7 random cases: 8 reached")
+
+
+def test_a_case_can_be_given_as_a_whole(cell: pytest.Pytester) -> None:
+    source = """
+        import pytest
+
+        def test_it(scbm_model):
+            model = scbm_model("cell.yaml")
+            case = model.run(goal="scanned").closed_case
+            assert model.check(case).case is case
+            with pytest.raises(TypeError):
+                model.run(case, goal="scanned")
+    """
+    _passes(cell, source, report="2 cases of tests")
+
+
+def test_the_fixture_goes_with_hypothesis(cell: pytest.Pytester) -> None:
+    source = """
+        from hypothesis import given, settings, strategies as st
+        from scbm.plugins.hypothesis import cases
+
+        @given(st.data())
+        @settings(max_examples=5, derandomize=True, deadline=None, database=None)
+        def test_it(scbm_model, data):
+            model = scbm_model("cell.yaml")
+            model.check(data.draw(cases(model.behavior, outcomes=False)))
+    """
+    _passes(cell, source)
+
+
+def test_names_of_tests_become_names_of_cases(cell: pytest.Pytester) -> None:
+    source = """
+        import pytest
+
+        @pytest.mark.parametrize("word", ["a b/c", "ü"])
+        def test_it(scbm_model, word):
+            assert scbm_model("cell.yaml").run(goal="scanned").case.name.startswith("test_it")
+
+        class TestMore:
+            def test_it(self, scbm_model):
+                assert scbm_model("cell.yaml").run(goal="scanned").case.name == "test_it"
+    """
+    _passes(cell, source, count=3)

@@ -1,0 +1,80 @@
+"""`--scbm-store`: what a session ran is in a coverage store."""
+
+from __future__ import annotations
+
+import pytest
+
+from scbm.store import Drawn, Replays, Written, read_history
+from support.cells import FAILS, PASSES, write
+from support.models import SCAN_CELL
+
+TESTS = """
+def test_it(scbm_model):
+    model = scbm_model('cell.yaml')
+    model.run(goal='scanned', outcomes={'scan': 'fail'})
+    model.random(cases=3, seed=1)
+"""
+
+
+def test_the_cases_of_a_session_are_added_in_order(cell: pytest.Pytester) -> None:
+    write(cell.path, one=PASSES, two=FAILS)
+    cell.makepyfile(TESTS)
+    result = cell.runpytest("--scbm-store=cov.db", "--tb=no")
+    since = "Since the last run: none was finished in this store before"
+    result.stdout.fnmatch_lines([since, "cov.db: 6 cases together, * %"])
+    history = read_history(cell.path / "cov.db")
+    assert [case.position for case in history.cases] == [1, 2, 3, 4, 5, 6]
+    assert [type(case.recipe) for case in history.cases].count(Drawn) == 3
+    files = [case.recipe.path for case in history.cases if isinstance(case.recipe, Written)]
+    assert sorted(files) == ["one.yaml", "test_the_cases_of_a_session_are_added_in_order.py", "two.yaml"]
+    assert (history.runs[0].cases, history.runs[0].failed) == (6, 1)
+    assert history.runs[0].command.startswith("pytest --scbm-store=cov.db --tb=no")
+    for case in history.cases:
+        again = Replays(history).execute(case)
+        assert again is not None
+        assert (again.visited, again.verdict) == (case.visited, case.verdict)
+
+
+def test_workers_fill_one_store(cell: pytest.Pytester) -> None:
+    write(cell.path, one=PASSES, two=FAILS)
+    cell.makepyfile(TESTS)
+    cell.runpytest("--scbm-store=alone.db", "--tb=no")
+    cell.runpytest_subprocess("-n", "2", "--scbm-store=shared.db", "--tb=no")
+    alone, shared = read_history(cell.path / "alone.db"), read_history(cell.path / "shared.db")
+    assert alone.cases == shared.cases
+    assert (shared.runs[0].cases, len(shared.runs)) == (6, 1)
+
+
+def test_a_session_of_two_models_has_no_store(cell: pytest.Pytester) -> None:
+    write(cell.path, one=PASSES, other__cell=SCAN_CELL, other__two=PASSES)
+    result = cell.runpytest("--scbm-store=cov.db")
+    result.stdout.fnmatch_lines(
+        ["FAIL cov.db: a coverage store is of one model, and cases of 2 were run: cell.yaml, other/cell.yaml."]
+    )
+    assert result.ret is pytest.ExitCode.TESTS_FAILED
+    assert not (cell.path / "cov.db").exists()
+
+
+def test_a_file_that_is_no_store_fails_the_session_and_stays(cell: pytest.Pytester) -> None:
+    write(cell.path, one=PASSES)
+    (cell.path / "cov.db").write_text("notes", encoding="utf-8")
+    result = cell.runpytest("--scbm-store=cov.db")
+    result.stdout.fnmatch_lines(["FAIL *cov.db: error?not-a-store?: this is not a coverage store"])
+    assert result.ret is pytest.ExitCode.TESTS_FAILED
+    assert (cell.path / "cov.db").read_text(encoding="utf-8") == "notes"
+
+
+def test_a_session_without_cases_adds_nothing(cell: pytest.Pytester) -> None:
+    cell.makepyfile("def test_it(): pass")
+    result = cell.runpytest("--scbm-store=cov.db")
+    assert result.ret is pytest.ExitCode.OK
+    assert not (cell.path / "cov.db").exists()
+
+
+def test_the_store_is_seen_from_where_pytest_was_called(cell: pytest.Pytester) -> None:
+    write(cell.path, one=PASSES)
+    cell.makepyfile("import os\ndef test_it():\n    os.mkdir('below')\n    os.chdir('below')\n")
+    result = cell.runpytest("--scbm-store=cov.db")
+    assert result.ret is pytest.ExitCode.OK
+    assert [file.parent for file in cell.path.rglob("cov.db")] == [cell.path]
+    assert len(read_history(cell.path / "cov.db").cases) == 1

@@ -1,0 +1,163 @@
+"""Steps of the interpreter that random models seldom take. That it does what the runner does is a property test."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import pytest
+
+from scbm.files import read_model
+from scbm.model import BehaviorModel, Predicate, Role, Value
+from scbm.planning import Answer, Limit, LimitReached, Planner
+from scbm.proofcheck import Awaits, Situation
+from scbm.proofcheck.checked_run import DeadlineEvent, PlannerAnswer, ReplyEvent
+from scbm.proofcheck.interpreter import Interpreter
+
+LAMP = """
+behavior_model: lamp
+variables:
+  lamp: {domain: [dark, lit], initial: dark}
+  seen: {domain: 0..2, initial: 0}
+resources:
+  eye: {measures: [seen]}
+operations:
+  light:
+    deadline: 5 s
+    pre: {g: lamp == dark && seen == 1}
+    post: {g: true, a: [lamp <- lit]}
+goals:
+  lit: lamp == lit
+automatic_transitions:
+"""
+LOOKS = "  looks: {g: plan.state == planning && eye_req_state == initial, a: [eye_req_trigger <- true]}\n"
+
+
+def interpreter(text: str) -> tuple[Interpreter, BehaviorModel]:
+    model = read_model(text)
+    variables = [variable.name for variable in model.running_space if variable.role is not Role.OPERATION_STATE]
+    return Interpreter(model, model.goals[0][1], variables), model
+
+
+def begun(automatic: str, **state: Value) -> tuple[Interpreter, Situation | None, tuple[str, ...]]:
+    steps, model = interpreter(LAMP + automatic)
+    step = steps.begin({**model.nominal_state, **state})
+    return steps, step.situation, step.visited
+
+
+def test_a_reply_can_come_while_a_plan_is_awaited() -> None:
+    steps, asked, visited = begun(LOOKS)
+    assert asked == Situation(
+        ("dark", 0, True, "executing", "none", "initial", "planning"), (), ("eye",), Awaits.UNSOLVABLE
+    )
+    assert visited == ("automatic/looks",)
+    measured = [ReplyEvent("eye", succeeded=True, measured=(("seen", value),)) for value in (0, 1, 2)]
+    assert list(steps.events(asked)) == [*measured, ReplyEvent("eye", succeeded=False), PlannerAnswer()]
+    assert [str(event) for event in steps.events(asked)] == [
+        "eye succeeds with seen = 0",
+        "eye succeeds with seen = 1",
+        "eye succeeds with seen = 2",
+        "eye fails",
+        "the planner answers",
+    ]
+
+
+def test_an_answer_from_another_state_is_asked_for_again_at_once() -> None:
+    """The reply is the last thing in flight. The planner still says that there is no plan, and is asked once more."""
+    steps, asked, _ = begun(LOOKS)
+    assert asked is not None
+    step = steps.after(asked, ReplyEvent("eye", succeeded=True, measured=(("seen", 1),)))
+    assert step.situation is None  # it finds one now, and all is done at this moment
+    assert step.visited == ("light/queued", "light/executing", "light/completed")
+
+
+def test_while_requests_are_in_flight_a_run_waits_for_another_state() -> None:
+    steps, asked, _ = begun(LOOKS)
+    assert asked is not None
+    waiting = steps.after(asked, PlannerAnswer()).situation
+    assert waiting is not None
+    assert waiting.awaits is Awaits.CHANGE
+    assert steps.after(waiting, ReplyEvent("eye", succeeded=False)).values["plan.state"] == "unsolvable"
+    assert steps.after(waiting, ReplyEvent("eye", succeeded=True, measured=(("seen", 1),))).visited[0] == "light/queued"
+
+
+def test_a_run_that_waits_for_another_state_does_not_ask_again_in_the_same_one() -> None:
+    again = "  again: {g: eye_req_state == failed, a: [eye_req_state <- initial]}\n"
+    steps, asked, _ = begun(LOOKS + again)
+    assert asked is not None
+    waiting = steps.after(asked, PlannerAnswer()).situation
+    assert waiting is not None
+    assert waiting.awaits is Awaits.CHANGE
+    assert steps.after(waiting, ReplyEvent("eye", succeeded=False)).situation == waiting
+
+
+def test_the_rest_of_a_plan_is_given_up_when_an_operation_times_out() -> None:
+    text = LAMP.replace(
+        "a: [lamp <- lit]}", "gr: eye_req_state == succeeded, a: [lamp <- lit]}\n    timedout: [seen <- 2]"
+    )
+    paint = "  paint: {pre: {g: lamp == lit}, post: {g: true, a: [seen <- 0]}}\n"
+    text = text.replace(
+        "goals:\n  lit: lamp == lit\nautomatic_transitions:\n", f"{paint}goals:\n  done: seen == 0 && lamp == lit\n"
+    )
+    steps, model = interpreter(text)
+    step = steps.begin({**model.nominal_state, "seen": 1})
+    assert step.situation is not None
+    assert step.situation.queue == ("paint",)
+    ended = steps.after(step.situation, DeadlineEvent())  # there is no plan from where `seen` is 2
+    assert ended.visited == ("light/timedout",)
+    assert ended.values["plan.state"] == "unsolvable"
+
+
+def test_the_answer_to_a_question_asked_before_something_changed_is_stale() -> None:
+    again = "  again: {g: eye_req_state == failed, a: [eye_req_state <- initial, seen <- 2]}\n"
+    steps, asked, _ = begun(LOOKS + again)
+    assert asked is not None
+    stale = steps.after(asked, ReplyEvent("eye", succeeded=False)).situation
+    assert stale == Situation(("dark", 2, True, "executing", "none", "initial", "planning"), (), ("eye",), Awaits.STALE)
+    asked_again = steps.after(stale, PlannerAnswer()).situation
+    assert asked_again == Situation(stale.values, (), ("eye",), Awaits.UNSOLVABLE)
+    assert steps.after(asked_again, ReplyEvent("eye", succeeded=False)).situation == asked_again  # nothing changed
+
+
+def test_replans_that_lead_nowhere_go_round_and_end_for_all_that_can_be_visited() -> None:
+    burns_out = "  burns_out: {g: lamp == lit, a: [lamp <- dark]}\n"
+    _, situation, visited = begun(burns_out, seen=1)
+    assert situation is None
+    assert visited == ("light/queued", "light/executing", "light/completed", "automatic/burns_out")
+
+
+def test_automatic_transitions_without_end_are_a_livelock() -> None:
+    blinks = "  on: {g: lamp == dark && seen == 2, a: [lamp <- lit]}\n  off: {g: lamp == lit, a: [lamp <- dark]}\n"
+    steps, model = interpreter(LAMP.replace("lit: lamp == lit", "lit: lamp == lit && seen == 1") + blinks)
+    step = steps.begin({**model.nominal_state, "seen": 2})
+    assert step.situation is None
+    assert step.values["plan.state"] == "aborted"
+    assert step.visited == ("automatic/on", "automatic/off")
+
+
+def test_timedout_actions_that_do_not_fit_are_a_model_error() -> None:
+    text = LAMP.replace("a: [lamp <- lit]}", "gr: lamp == lit, a: [lamp <- lit]}\n    timedout: [seen += 2]")
+    steps, model = interpreter(text.replace("automatic_transitions:\n", ""))
+    step = steps.begin({**model.nominal_state, "seen": 1})
+    assert step.situation is not None
+    assert list(steps.events(step.situation)) == [DeadlineEvent()]
+    ended = steps.after(step.situation, DeadlineEvent())
+    assert ended.situation is None
+    assert ended.visited == ()
+    assert ended.values["plan.state"] == "aborted"
+
+
+def test_a_planner_that_gives_up_ends_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    def gives_up(_: Planner, __: Mapping[str, Value], ___: Predicate) -> Answer:
+        return LimitReached(Limit.LENGTH, 0)
+
+    monkeypatch.setattr(Planner, "plan", gives_up)
+    hook = "  mourns: {g: plan.state == aborted, a: [seen <- 2]}\n"
+    _, situation, visited = begun(hook)
+    assert situation is None
+    assert visited == ("automatic/mourns",)
+    steps, asked, _ = begun(LOOKS)  # a reply can come first, and the end is left out
+    assert asked is not None
+    assert asked.awaits is Awaits.UNSOLVABLE
+    waiting = steps.after(asked, PlannerAnswer()).situation
+    assert waiting is not None
+    assert waiting.awaits is Awaits.CHANGE

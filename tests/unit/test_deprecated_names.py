@@ -1,0 +1,29 @@
+"""Imports that earlier documentation named keep working, with a warning."""
+
+from __future__ import annotations
+
+import importlib
+
+import pytest
+
+import scbm.files
+import scbm.plugins.hypothesis
+
+
+@pytest.mark.parametrize(
+    ("old", "name", "value"),
+    [
+        ("scbm.notation", "load_model", scbm.files.load_model),
+        ("scbm.notation", "load_bindings", scbm.files.load_bindings),
+        ("scbm.strategies", "cases", scbm.plugins.hypothesis.cases),
+    ],
+)
+def test_an_old_import_gives_the_same_function_and_warns(old: str, name: str, value: object) -> None:
+    with pytest.warns(DeprecationWarning, match=f"{old} is now"):
+        assert getattr(importlib.import_module(old), name) is value
+
+
+@pytest.mark.parametrize("old", ["scbm.notation", "scbm.strategies"])
+def test_a_name_that_never_was_is_an_attribute_error(old: str) -> None:
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = importlib.import_module(old).nothing
