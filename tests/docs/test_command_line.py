@@ -15,7 +15,7 @@ PAGE = (Path(__file__).parents[2] / "docs" / "command-line.md").read_text(encodi
 
 
 def test_every_verb_has_a_section() -> None:
-    assert tuple(re.findall(r"^## scbm ([\w ]+)$", PAGE, flags=re.MULTILINE)) == VERBS
+    assert tuple(re.findall(r"^## scbm ([\w ]+)$", PAGE, flags=re.MULTILINE)) == tuple(VERBS)
 
 
 @pytest.mark.parametrize("verb", VERBS)

@@ -14,17 +14,30 @@ import typer
 import typer.core
 
 import scbm
+from scbm.cli.options.registry_options import with_registry_options
 from scbm.cli.output.exit_codes import GOOD, INTERRUPTED, OWN_FAULT, WRONG_INPUT
 from scbm.model import Diagnostic, InputError, Place, ScbmError, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-VERBS = (
-    *("check", "plan", "run", "test", "close", "explain", "replay", "trace", "combine", "report", "schema"),
-    *("node controller", "node resources", "node tester"),
-)
-"""In the order of the help. Module `scbm.cli.<verb>` has the function `command`, which returns an exit code."""
+VERBS: dict[str, str] = {
+    "check": "scbm.cli.check",
+    "plan": "scbm.cli.plan",
+    "run": "scbm.cli.run",
+    "test": "scbm.cli.test",
+    "close": "scbm.cli.close",
+    "explain": "scbm.cli.explain",
+    "replay": "scbm.cli.replay",
+    "trace": "scbm.cli.trace",
+    "combine": "scbm.cli.combine",
+    "report": "scbm.cli.report",
+    "schema": "scbm.cli.schema",
+    "node controller": "scbm.cli.node_controller",
+    "node resources": "scbm.cli.node_resources",
+    "node tester": "scbm.cli.node_tester",
+}
+"""The module of each verb, in the order of the help. Its function `command` returns an exit code."""
 
 _GROUPS = {"node": "A controller, resources or a tester as a process of its own."}
 
@@ -83,7 +96,7 @@ def _application(arguments: list[str]) -> typer.Typer:
     asked = [verb for verb in VERBS if arguments[: len(verb.split())] == verb.split()]
     for verb in asked or VERBS:
         group, _, name = verb.rpartition(" ")
-        command = import_module(f"scbm.cli.{verb.replace(' ', '_')}").command
+        command = with_registry_options(import_module(VERBS[verb]).command)
         (groups[group] if group else application).command(name)(_exiting(command))
     for name, group_application in groups.items():
         if not asked or asked[0].startswith(f"{name} "):

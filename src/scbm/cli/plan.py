@@ -7,11 +7,12 @@ from typing import Annotated
 import typer
 
 from scbm.cli.options.arguments import read_goal, read_state
+from scbm.cli.options.registry_options import NameOf
 from scbm.cli.output.terminal import TerminalOutput, results, write_json
 from scbm.files import load_model
 from scbm.model import And, BehaviorModel, Predicate, State, format_value
 from scbm.model.operations import apply
-from scbm.planning import Answer, Limit, LimitReached, PlanLimits, Planner, Solved, find_flaw
+from scbm.planning import DEFAULT_PLANNER, PLANNERS, Answer, Limit, LimitReached, PlanLimits, Planner, Solved, find_flaw
 from scbm.reports import counted
 
 FORMAT_VERSION = 1
@@ -26,15 +27,18 @@ def command(
     ] = None,
     max_length: Annotated[int, typer.Option("--max-length", min=0, help="The longest plan to look for.")] = 1_000,
     max_expanded: Annotated[int, typer.Option("--max-expanded", min=1, help="The most states to look at.")] = 1_000_000,
+    planner: Annotated[
+        str | None, NameOf(lambda: PLANNERS, typer.Option("--planner", help=f"The search. [{DEFAULT_PLANNER}]"))
+    ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
     """Find the canonical plan: the shortest, and of the shortest the first in the order of the file."""
     loaded = load_model(model)
     name, predicate = read_goal(goal, loaded)
     start = read_state(state or [], loaded)
-    planner = Planner(loaded)
+    plans = Planner(loaded, planner or DEFAULT_PLANNER)
     limits = PlanLimits(max_length, max_expanded)
-    answer = planner.plan(start, predicate, limits)
+    answer = plans.plan(start, predicate, limits)
     if isinstance(answer, Solved):
         flaw = find_flaw(loaded, start, predicate, answer.plan)
         if flaw is not None:
@@ -52,7 +56,7 @@ def command(
             }
         )
     else:
-        _Drawing(planner, start, name, predicate, limits, results()).draw(answer)
+        _Drawing(plans, start, name, predicate, limits, results()).draw(answer)
     return 0 if isinstance(answer, Solved) else 1
 
 

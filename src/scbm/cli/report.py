@@ -1,6 +1,6 @@
 """`scbm report`: what a coverage store holds, for people, for browsers and for other tools."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -10,7 +10,7 @@ from rich.text import Text
 
 from scbm.cases.coverage import Cover, smallest_cover
 from scbm.cli.options import threshold_option
-from scbm.cli.options.report_files import ReportFiles, write_formats
+from scbm.cli.options.report_files import FORMAT_OPTIONS, ReportFiles, write_formats
 from scbm.cli.output.terminal import errors, results, write_json
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports import counted
@@ -33,15 +33,7 @@ def command(
     save: Annotated[
         Path | None, typer.Option("--save", metavar="DIRECTORY", help="Save the cases of that suite as files.")
     ] = None,
-    html: Annotated[Path | None, typer.Option("--html", metavar="FILE", help="One page for a browser.")] = None,
-    junit: Annotated[Path | None, typer.Option("--junit", metavar="FILE", help="JUnit XML: cases as tests.")] = None,
-    cobertura: Annotated[
-        Path | None, typer.Option("--cobertura", metavar="FILE", help="Cobertura XML: lines of the model.")
-    ] = None,
-    lcov: Annotated[Path | None, typer.Option("--lcov", metavar="FILE", help="LCOV: lines of the model.")] = None,
-    sarif: Annotated[Path | None, typer.Option("--sarif", metavar="FILE", help="SARIF: what failed.")] = None,
-    markdown: Annotated[Path | None, typer.Option("--markdown", metavar="FILE", help="A job summary.")] = None,
-    badge: Annotated[Path | None, typer.Option("--badge", metavar="FILE", help="The figure as a picture, SVG.")] = None,
+    files: Annotated[Mapping[str, Path | None], FORMAT_OPTIONS],
     fail_under: Annotated[
         list[str] | None, typer.Option(threshold_option.OPTION, metavar="PERCENT", help=threshold_option.HELP)
     ] = None,
@@ -49,12 +41,7 @@ def command(
 ) -> int:
     """Report what the cases of a coverage store visited, in any format."""
     wanted_figures = threshold_option.read_thresholds(fail_under or [])
-    wanted = ReportFiles(
-        {
-            "--html": html, "--junit": junit, "--cobertura": cobertura, "--lcov": lcov, "--sarif": sarif,
-            "--markdown": markdown, "--badge": badge,
-        }
-    )  # fmt: skip
+    wanted = ReportFiles(files)
     if save is not None and not minimize:
         raise InputError(
             [Diagnostic(Slug.BAD_OPTION, "this saves the smallest suite", Place("--save"), "add --minimize")]

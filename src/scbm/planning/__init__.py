@@ -8,16 +8,21 @@ from scbm.planning.plan_answers import Answer, Limit, LimitReached, PlanLimits, 
 from scbm.planning.plan_cache import PlanCache
 from scbm.planning.plan_validation import PlanFlaw, find_flaw
 from scbm.planning.planner import Planner
+from scbm.planning.planners import DEFAULT_PLANNER, PLANNERS, PlanFunction, PlanProblem
 from scbm.planning.planning_task import Task, system_of
 from scbm.planning.policy import Policy
 
 __all__ = [
+    "DEFAULT_PLANNER",
+    "PLANNERS",
     "Answer",
     "Limit",
     "LimitReached",
     "PlanCache",
     "PlanFlaw",
+    "PlanFunction",
     "PlanLimits",
+    "PlanProblem",
     "Planner",
     "Policy",
     "Reach",

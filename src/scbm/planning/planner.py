@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.planning.breadth_first import breadth_first
 from scbm.planning.plan_answers import Answer, PlanLimits, always
+from scbm.planning.planners import DEFAULT_PLANNER, PLANNERS, PlanProblem
 from scbm.planning.planning_task import Problem, Task
 from scbm.planning.policy import Policy
 
@@ -19,15 +19,19 @@ _DEFAULT_LIMITS = PlanLimits()
 
 
 class Planner:
-    """Finds canonical plans for one model. Answers depend on the problem alone, never on what was asked before.
+    """Finds plans for one model. Answers depend on the problem alone, never on what was asked before.
+
+    Every plan of a run, a test, `scbm plan` and a proof comes from here: the entry of `PLANNERS` finds it.
 
     Attributes:
         model: the model.
         base_task: the packed task in which operations can be told apart, whatever the goal.
     """
 
-    def __init__(self, model: BehaviorModel) -> None:
+    def __init__(self, model: BehaviorModel, name: str = DEFAULT_PLANNER) -> None:
+        """Packs the model; `name` is an entry of `PLANNERS`."""
         self.model = model
+        self._search = PLANNERS[name]
         self.base_task = Task(model)
         self._tasks: dict[tuple[str, ...], Task] = {}
         self._problems: dict[Predicate, Problem] = {}
@@ -51,7 +55,8 @@ class Planner:
             UnwantedError: it was stopped.
         """
         problem = self.problem(goal)
-        return breadth_first(problem.task, problem.task.pack(state), problem.is_goal, limits, is_wanted)
+        start = problem.task.pack(state)
+        return self._search(PlanProblem(problem.task, start, problem.is_goal, is_wanted), limits)
 
     def policy(
         self, goal: Predicate, limits: PlanLimits = _DEFAULT_LIMITS, most: int | None = None, whole: int | None = None
@@ -60,7 +65,7 @@ class Planner:
 
         For `most` and `whole` see `Policy`.
         """
-        return Policy(self.problem(goal), limits, most, whole)
+        return Policy(self.problem(goal), limits, most, whole, self._search)
 
     def task(self, goal: Predicate) -> Task:
         """The packed task in which a goal can be told apart."""

@@ -15,7 +15,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scbm.model import Role
-from scbm.planning.breadth_first import LOOK, breadth_first
+from scbm.planning.breadth_first import LOOK
 from scbm.planning.engines import DistancesOnDemand, Exceeded, ExplorationLimits, Region
 from scbm.planning.engines.exploration import Distances, EngineKind, Exploration
 from scbm.planning.plan_answers import (
@@ -28,10 +28,12 @@ from scbm.planning.plan_answers import (
     always,
     raise_if_cancelled,
 )
+from scbm.planning.planners import PlanProblem, canonical
 from scbm.planning.planning_task import system_of
 
 if TYPE_CHECKING:
     from scbm.planning.plan_answers import Wanted
+    from scbm.planning.planners import PlanFunction
     from scbm.planning.planning_task import Problem, Task
 
 _LIMITS = ExplorationLimits(states=1 << 24, bytes=1 << 29)
@@ -83,7 +85,14 @@ class Policy:
         task: the packed task whose states are asked for (`task.pack`).
     """
 
-    def __init__(self, problem: Problem, limits: PlanLimits, most: int | None = None, whole: int | None = None) -> None:
+    def __init__(
+        self,
+        problem: Problem,
+        limits: PlanLimits,
+        most: int | None = None,
+        whole: int | None = None,
+        search: PlanFunction = canonical,
+    ) -> None:
         """Prepares the answers.
 
         Args:
@@ -92,9 +101,12 @@ class Policy:
             most: for so many states distances are worked out at most, beyond them each answer is searched for; `None`
                 for as many as a search may expand.
             whole: so many states the world may have to be taken at once; `None` for as many as a search may expand.
+            search: the planner. Distances give canonical plans, so they serve `canonical` alone; the answers of any
+                other planner are cached one by one.
         """
         self.task = problem.task
         self._problem = problem
+        self._search = search
         self._limits = limits
         # While no more states than a search may expand are known, no search can come to that limit.
         self._most = limits.expansions if most is None else min(most, limits.expansions)
@@ -131,6 +143,8 @@ class Policy:
         return self.task.successors(state)
 
     def _answer(self, state: int) -> Answer:
+        if self._search is not canonical:
+            return self._searched(state)
         if self._everywhere is not None:
             try:
                 return self._checked(state, self._everywhere.plan(state), self._everywhere.count)
@@ -141,8 +155,6 @@ class Policy:
             return self._checked(state, plan, self._distances.lost)
         if self._has_tried_everywhere:
             return self._searched(state)
-        # Few models are so large, and the engines take long to load.
-
         self._has_tried_everywhere = True
         self._everywhere = plans_everywhere(self._problem, self._whole)
         self._distances = self._on_demand(self._most)
@@ -156,7 +168,7 @@ class Policy:
         return Solved(plan, 0) if len(plan) <= self._limits.length else LimitReached(Limit.LENGTH, 0)
 
     def _searched(self, state: int) -> Answer:
-        return breadth_first(self.task, state, self._problem.is_goal, self._limits, self._is_wanted)
+        return self._search(PlanProblem(self.task, state, self._problem.is_goal, self._is_wanted), self._limits)
 
     def _path(self, state: int) -> tuple[str, ...]:
         names = []

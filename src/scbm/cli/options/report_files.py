@@ -1,42 +1,48 @@
-"""The files that `scbm report` writes, one for each format."""
+"""The options and the files of `scbm report`, one for each entry of `FORMATS`."""
 
 from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
-from importlib import import_module
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import typer
+
+from scbm.cli.options.registry_options import OptionPerEntry
 from scbm.cli.output.written_files import refuse_clashes, write_whole
 from scbm.model import InputError
+from scbm.reports.formats import FORMATS
 from scbm.store import Replays, Written
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
+
+    from typer.models import OptionInfo
 
     from scbm.model import Diagnostic
+    from scbm.reports.formats import ReportFormat
     from scbm.store import History, StoredCase
     from scbm.testing import Execution
-
-_MAKERS = {
-    "--junit": ("ci.junit", "junit_xml"),
-    "--cobertura": ("ci.cobertura", "cobertura_xml"),
-    "--lcov": ("ci.lcov", "lcov_info"),
-    "--sarif": ("ci.sarif", "sarif_log"),
-    "--markdown": ("ci.markdown", "markdown"),
-    "--badge": ("ci.badge", "badge"),
-}
-"""The module below `reports` and its function from a history to a text, loaded where it is asked for."""
 
 _SLOW = 200
 """From so many cases on, progress is shown while they are run again."""
 
 
+def _format_options() -> dict[str, tuple[Any, OptionInfo]]:
+    return {
+        name: (Path | None, typer.Option(f"--{name}", metavar="FILE", help=form.help)) for name, form in FORMATS.items()
+    }
+
+
+FORMAT_OPTIONS = OptionPerEntry(_format_options)
+"""Marks the parameter of a verb that gets the files by the names of their formats."""
+
+
 @dataclass(frozen=True)
 class ReportFiles:
-    """The files that are asked for, by their options."""
+    """The files that are asked for, by the names of their formats."""
 
     files: Mapping[str, Path | None]
 
@@ -49,16 +55,21 @@ class ReportFiles:
         """Raises `InputError` if two formats would be one file, or one would replace the store, the model or a case."""
         cases = (case.recipe.path for case in history.cases if isinstance(case.recipe, Written))
         others = [(store, "the store"), (Path(history.source.path), "the model")]
-        refuse_clashes(self.given, chain(others, ((Path(path), "a case file") for path in dict.fromkeys(cases))))
+        refuse_clashes(
+            {f"--{name}": path for name, path in self.given.items()},
+            chain(others, ((Path(path), "a case file") for path in dict.fromkeys(cases))),
+        )
 
 
 def write_formats(wanted: ReportFiles, history: History) -> list[str]:
-    """Writes all files that are asked for; gives their names. Raises `InputError` with all that cannot be written."""
+    """Write the files that are asked for, and return their names.
+
+    Raises `InputError` with all files that cannot be written.
+    """
     wrong: list[Diagnostic] = []
-    for option, path in wanted.given.items():
-        text = _html(history) if option == "--html" else _made(option, history)
+    for name, path in wanted.given.items():
         try:
-            write_whole(option, path, text.encode())
+            write_whole(f"--{name}", path, _text(FORMATS[name], history).encode())
         except InputError as error:
             wrong += error.diagnostics
     if wrong:
@@ -66,26 +77,19 @@ def write_formats(wanted: ReportFiles, history: History) -> list[str]:
     return [str(path) for path in wanted.given.values()]
 
 
-def _made(option: str, history: History) -> str:
-    module, name = _MAKERS[option]
-    make: Callable[[History], str] = getattr(import_module(f"scbm.reports.{module}"), name)
-    return make(history)
-
-
-def _html(history: History) -> str:
-    from scbm.reports.html import html_report  # noqa: PLC0415 - templates, which few reports need
-
+def _text(form: ReportFormat, history: History) -> str:
+    """Return the report, with a progress bar on a terminal while many cases are run again for it."""
     replays = Replays(history)
-    if len(history.cases) < _SLOW or not sys.stderr.isatty():
-        return html_report(history, replays.execute)
+    if not form.runs_cases or len(history.cases) < _SLOW or not sys.stderr.isatty():
+        return form.text(history, replays.execute)
     from rich.console import Console  # noqa: PLC0415 - only where there is something to show
     from rich.progress import Progress  # noqa: PLC0415
 
     with Progress(console=Console(file=sys.stderr), transient=True) as progress:
         task = progress.add_task("running the cases again", total=len(history.cases))
 
-        def execute(case: StoredCase) -> Execution | None:
+        def run_again(case: StoredCase) -> Execution | None:
             progress.advance(task)
             return replays.execute(case)
 
-        return html_report(history, execute)
+        return form.text(history, run_again)
