@@ -1,7 +1,7 @@
-"""Round trips between two processes on this machine, over DDS: of bare cyclonedds, of the bus, at the runner's door.
+"""Round trips between two processes on this machine, over DDS: of bare cyclonedds, of the bus, of the runner.
 
-A request is JSON in a `std_msgs/msg/String`, as docs/nodes.md has it, and so is its reply. At the runner's door a trip
-begins when the runner wants the request sent, and ends when it is given the reply. The bare ones are Python too, with
+Requests and replies are JSON in a `std_msgs/msg/String` (docs/reference/node-protocol.md). A round trip of the runner
+begins when the runner sends the request, and ends when it receives the reply. The bare ones are Python too, with
 the same types and qualities, a thread that waits, and no event loop. All are measured in turns, as other work on the
 machine changes the figures, and less so their ratio.
 """

@@ -1,4 +1,4 @@
-"""What docs/messages.md shows of wrong cases is what is told of them."""
+"""What docs/reference/messages.md shows of wrong cases is what is told of them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scbm.files import is_model_text, load_model, open_case, read_model
 from scbm.model import InputError
 
 ROOT = Path(__file__).parents[2]
-PAGE = (ROOT / "docs" / "messages.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "reference" / "messages.md").read_text(encoding="utf-8")
 SECTIONS = re.split(r"^### ", PAGE.partition("\n## Test cases\n")[2].partition("\n## ")[0], flags=re.MULTILINE)[1:]
 
 

@@ -1,4 +1,4 @@
-"""docs/command-line.md tells of every verb and every option, and of no others."""
+"""docs/reference/command-line.md tells of every verb and every option, and of no others."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 from scbm.cli.main import VERBS
 
-PAGE = (Path(__file__).parents[2] / "docs" / "command-line.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "reference" / "command-line.md").read_text(encoding="utf-8")
 
 
 def test_every_verb_has_a_section() -> None:

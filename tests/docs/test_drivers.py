@@ -1,4 +1,4 @@
-"""The driver that docs/ros2-bindings.md shows is one: a cell is tested with it."""
+"""The driver that docs/how-to/bind-drivers.md shows is one: a cell is tested with it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "ros2-bindings.md"
+PAGE = ROOT / "docs" / "how-to" / "bind-drivers.md"
 MODEL = ROOT / "examples" / "robot_in_the_air" / "after.yaml"
 GUARD_S = 120
 

@@ -1,4 +1,4 @@
-"""docs/messages.md has one section for each slug, in the order and the groups of `errors/slugs.py`."""
+"""docs/reference/messages.md has one section for each slug, in the order and the groups of `errors/slugs.py`."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from scbm.testing import RandomCases
 from support.capturing import captured
 from support.stores import cell, results, store
 
-PAGE = (Path(__file__).parents[2] / "docs" / "messages.md").read_text(encoding="utf-8")
+PAGE = (Path(__file__).parents[2] / "docs" / "reference" / "messages.md").read_text(encoding="utf-8")
 WITHOUT_BLOCKS = re.sub(r"^```.*?^```$", "", PAGE, flags=re.MULTILINE | re.DOTALL)
 SECTIONS = re.findall(r"^### (.+)$", WITHOUT_BLOCKS, flags=re.MULTILINE)
 

@@ -1,4 +1,4 @@
-"""What README.md and docs/*.md show is true: their commands are run, their models are loaded.
+"""What README.md and the pages below docs show is true: their commands are run, their models are loaded.
 
 - A block marked `console` holds commands (`$ scbm …`, `$ pytest …`, `$ cat …`, `$ diff …`) and behind each what it
   prints. A line `...` stands for any lines; `# exit code N` behind the output says how the command ends, if not with 0.
@@ -26,7 +26,7 @@ import pytest
 from scbm.files import read_model
 
 ROOT = Path(__file__).parents[2]
-PAGES = tuple(page for page in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))) if page.is_file())
+PAGES = tuple(page for page in (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))) if page.is_file())
 
 PROGRAMS = {
     "scbm": [sys.executable, "-m", "scbm"],

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from support.stores import results, store
 
-PAGE = Path(__file__).parents[2] / "docs/coverage-store.md"
+PAGE = Path(__file__).parents[2] / "docs/reference/coverage-store.md"
 
 
 def test_every_column_is_told_with_its_type(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from scbm.testing import Campaign, RandomCases, Tester
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "examples" / "robot_in_the_air"
-PAGE = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "tutorial" / "robot-in-the-air.md").read_text(encoding="utf-8")
 
 
 def blocks(language: str) -> list[str]:

@@ -2,7 +2,7 @@
  * scbm. It takes requests in two ways, and works on each for a while:
  *
  *   /scanner/scan_item_a       a service, std_srvs/srv/Trigger
- *   /scanner/request, /reply   the protocol of docs/nodes.md, std_msgs/msg/String
+ *   /scanner/request, /reply   the protocol of docs/reference/node-protocol.md, std_msgs/msg/String
  *
  * When it starts, and whenever it has scanned, it publishes /scanner/distance, std_msgs/msg/Float64.
  * On standard output it says what it does, a line each.

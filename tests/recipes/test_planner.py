@@ -1,4 +1,4 @@
-"""A planner, added as docs/recipes.md says."""
+"""A planner, added as docs/how-to/recipes.md says."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A report format, added as docs/recipes.md says."""
+"""A report format, added as docs/how-to/recipes.md says."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A verb, added as docs/recipes.md says."""
+"""A verb, added as docs/how-to/recipes.md says."""
 
 from __future__ import annotations
 

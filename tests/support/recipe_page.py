@@ -1,4 +1,4 @@
-"""The samples of `docs/recipes.md` as code: the test of a recipe adds what the page shows, and nothing else."""
+"""The samples of `docs/how-to/recipes.md` as code: the test of a recipe adds what the page shows, and nothing else."""
 
 from __future__ import annotations
 import __future__
@@ -14,7 +14,7 @@ from pathlib import Path
 from types import ModuleType
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs/recipes.md"
+PAGE = ROOT / "docs/how-to/recipes.md"
 
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _FILE_NAME = re.compile(r"[\w-]+\.(?:yaml|json|txt|db)")
@@ -80,7 +80,7 @@ def followed(title: str, directory: Path) -> Iterator[Recipe]:
     ]
     try:
         for name, text in recipe.modules:
-            code = compile(text, f"docs/recipes.md: {name}", "exec", __future__.annotations.compiler_flag)
+            code = compile(text, f"docs/how-to/recipes.md: {name}", "exec", __future__.annotations.compiler_flag)
             exec(code, vars(modules[name]))  # noqa: S102 - our own page
         yield recipe
     finally:

@@ -1,4 +1,4 @@
-"""What closing came to as JSON, for machines. `docs/formats.md` describes it field by field."""
+"""What closing came to as JSON, for machines. `docs/reference/formats.md` describes it field by field."""
 
 from __future__ import annotations
 

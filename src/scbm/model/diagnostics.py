@@ -52,7 +52,7 @@ class Diagnostic:
     """One thing that is wrong or doubtful.
 
     Attributes:
-        slug: its stable name, documented in `docs/messages.md`.
+        slug: its stable name, documented in `docs/reference/messages.md`.
         message: one sentence, lower case, without a full stop.
         place: where.
         remedy: what to write instead, if that is known.

@@ -1,4 +1,4 @@
-"""The names of all errors and warnings. `docs/messages.md` says of each what it means and what to do."""
+"""The names of all errors and warnings. `docs/reference/messages.md` says of each what it means and what to do."""
 
 from enum import StrEnum
 

@@ -1,4 +1,4 @@
-"""What nodes of a cell say to each other: values of these classes as JSON (docs/nodes.md).
+"""What nodes of a cell say to each other: values of these classes as JSON (docs/reference/node-protocol.md).
 
 Whatever comes may come from anybody: what is no message of this version is refused, with a reason.
 """

@@ -1,6 +1,7 @@
 """Coverage that outlives a run: a store keeps what each case visited, and unites what several runs did.
 
-Above `testing`, whose results it keeps; the one room that knows SQLite. `docs/coverage-store.md` describes the file.
+Above `testing`, whose results it keeps; only this package uses SQLite. `docs/reference/coverage-store.md` describes
+the file.
 """
 
 from scbm.files import digest_of

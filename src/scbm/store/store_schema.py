@@ -1,4 +1,4 @@
-"""The tables of a store. `docs/coverage-store.md` tells of every column; a change of them is a new version."""
+"""The tables of a store. `docs/reference/coverage-store.md` describes every column; a change is a new version."""
 
 from __future__ import annotations
 

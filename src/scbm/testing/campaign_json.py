@@ -1,4 +1,4 @@
-"""A campaign as JSON, for machines. `docs/formats.md` describes it field by field."""
+"""A campaign as JSON, for machines. `docs/reference/formats.md` describes it field by field."""
 
 from __future__ import annotations
 

@@ -187,7 +187,7 @@ def test_bindings_are_read_from_a_file(tmp_path: Path) -> None:
 
 
 def test_the_bindings_of_the_documentation_are_bindings_of_its_model() -> None:
-    page = (Path(__file__).parents[3] / "docs" / "ros2-bindings.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "how-to" / "bind-drivers.md").read_text(encoding="utf-8")
     blocks = [block.partition("```")[0] for block in page.split("```yaml\n")[1:]]
     (model,) = (block for block in blocks if block.startswith("# model: picking\n"))
     (beside,) = (block for block in blocks if block.startswith("# file: bench.yaml\n"))

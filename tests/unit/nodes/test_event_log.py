@@ -449,7 +449,7 @@ def test_states_of_a_log_begin_where_its_case_does() -> None:
 
 
 def test_the_log_of_the_page_is_that_of_its_case() -> None:
-    page = (Path(__file__).parents[3] / "docs" / "event-logs.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "reference" / "event-logs.md").read_text(encoding="utf-8")
     shown = page.partition("```json\n")[2].partition("```")[0]
     log = read_event_log(shown, CELL, DIGEST)
     again, records = captured(CELL, log.case)
@@ -459,7 +459,7 @@ def test_the_log_of_the_page_is_that_of_its_case() -> None:
 
 @pytest.mark.parametrize("event", EVENTS, ids=lambda event: type(event).__name__)
 def test_the_page_tells_of_every_kind_and_field(event: Event | Note) -> None:
-    page = (Path(__file__).parents[3] / "docs" / "event-logs.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "reference" / "event-logs.md").read_text(encoding="utf-8")
     kind, *fields = event_json(event)
     (row,) = [line for line in page.splitlines() if line.startswith(f"| `{event_json(event)[kind]}` |")]
     assert [field for field in fields if f"`{field}`" not in row] == []

@@ -96,7 +96,7 @@ def test_true_is_not_read_as_one() -> None:
 
 
 def test_the_page_of_messages_shows_how_a_text_is_refused() -> None:
-    page = (Path(__file__).parents[3] / "docs" / "messages.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "reference" / "messages.md").read_text(encoding="utf-8")
     with pytest.raises(InputError) as caught:
         read_certificate('{"scbm_certificate": 2}', "runs.json")
     assert f"```text\n{caught.value}\n```" in page

@@ -13,7 +13,7 @@ from scbm.cases.trace.records import Record, Trace
 from scbm.model import Diagnostic, InputError, OperationState, Place, Slug
 
 FORMAT_VERSION = 1
-"""Grows with every change that a reader must know of; `docs/formats.md` describes each version."""
+"""Grows with every change that a reader must know of; `docs/reference/formats.md` describes each version."""
 
 PAIRED = ("changes", "state", "payload")
 """The fields that hold variables and their values; they are written as JSON objects."""

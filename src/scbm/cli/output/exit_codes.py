@@ -1,4 +1,4 @@
-"""How commands end; `docs/command-line.md` says what each code means."""
+"""How commands end; `docs/reference/command-line.md` says what each code means."""
 
 GOOD, FAILED, WRONG_INPUT, OWN_FAULT = 0, 1, 2, 3
 

@@ -14,7 +14,7 @@ class Doubt:
     """One doubt.
 
     Attributes:
-        slug: its name, documented in `docs/messages.md`.
+        slug: its name, documented in `docs/reference/messages.md`.
         message: one sentence.
         path: the keys that lead to the part of the model file that it is about.
         remedy: what to look at or to change.

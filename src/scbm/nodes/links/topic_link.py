@@ -1,4 +1,4 @@
-"""A resource that is reached by a pair of topics: the protocol of drivers (docs/nodes.md)."""
+"""A resource that is reached by a pair of topics: the protocol of drivers (docs/reference/node-protocol.md)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Events of a runner, notes and reactions as JSON: on the wire and in logs (docs/event-logs.md).
+"""Events of a runner, notes and reactions as JSON: on the wire and in logs (docs/reference/event-logs.md).
 
 Whatever is read may come from anybody: kinds, fields, sorts and names are checked, and what is wrong is a `ValueError`.
 Values that a driver measured are kept as they came. The runner refuses those that do not fit, and says so.

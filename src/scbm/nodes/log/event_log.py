@@ -1,7 +1,7 @@
 """What happened to a runner in a real run: all that its trace follows from, and by which it is judged.
 
 A runner has neither clock nor chance, so the same events at the same times give the same records. A log is JSON Lines
-(docs/event-logs.md): a header, a line for each step, a line for the reaction to each request.
+(docs/reference/event-logs.md): a header, a line for each step, a line for the reaction to each request.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 FORMAT = "scbm-events"
 FORMAT_VERSION = 2
-"""Grows with every change that a reader must know of; `docs/event-logs.md` describes each version."""
+"""Grows with every change that a reader must know of; `docs/reference/event-logs.md` describes each version."""
 
 MAX_BYTES = 256 * 1024 * 1024
 """A log may be so large: some millions of steps."""

@@ -1,4 +1,4 @@
-"""A store as JSON, for machines. `docs/report-formats.md` describes it field by field."""
+"""A store as JSON, for machines. `docs/reference/report-formats.md` describes it field by field."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The cases of a store as JUnit XML, for Jenkins, GitLab and whatever else shows tests. docs/report-formats.md."""
+"""Write the cases of a store as JUnit XML, for Jenkins, GitLab and others (docs/reference/report-formats.md)."""
 
 from __future__ import annotations
 

@@ -2,7 +2,7 @@
 
 Messages are JSON, each channel with the JSON Schema of its messages. Channels of states have a message where the state
 changes, beginning with the first one; the rest have a message where something happens. The `sequence` of a message is
-the number of the record in the trace that it comes of, from 0. `docs/traces.md` says what is on which topic.
+the number of its record in the trace, from 0. `docs/how-to/view-traces.md` lists the topics.
 
 The file is neither compressed nor dated: the same run is the same bytes.
 """

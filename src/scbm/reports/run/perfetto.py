@@ -1,7 +1,7 @@
 """A run for ui.perfetto.dev and chrome://tracing, in the Trace Event Format that both read.
 
 https://docs.google.com/document/d/1CvAClvFfyA5R-PhYUmn5OOQtYMH4h6I0nSsKchNAySU describes it. A process is a group of
-tracks here, a thread a track of slices, and a counter a track of numbers. `docs/traces.md` says what is on which.
+tracks here, a thread a track of slices, and a counter a track of numbers. `docs/how-to/view-traces.md` lists them.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@
 //!   driver               of the example's scanner:
 //!                          /scanner/scan_item_a      a service, std_srvs/srv/Trigger
 //!                          /scanner/light            a service, std_srvs/srv/SetBool
-//!                          /scanner/request, /reply  the protocol of docs/nodes.md, std_msgs/msg/String
+//!                          /scanner/request, /reply  the protocol of docs/reference/node-protocol.md, std_msgs/msg/String
 //!                          /scanner/sees             std_msgs/msg/Bool, latched
 //!   call NAME            a service, std_srvs/srv/Trigger: for each message of /scanner/request, "probe" or so many calls;
 //!                        only for the latter it awaits the responses

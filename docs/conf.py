@@ -1,0 +1,50 @@
+"""Sphinx configuration of the documentation site: `sphinx-build -W -b html docs build/docs`."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "src"))
+
+project = "scbm"
+author = "The scbm developers"
+html_title = "scbm"
+
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_copybutton"]
+exclude_patterns = ["build"]
+nitpicky = False  # types of other packages, such as `pytest.Item`, have no pages here
+html_theme = "furo"
+html_static_path: list[str] = []
+html_show_sourcelink = False
+html_copy_source = False
+pygments_style = "default"
+
+myst_heading_anchors = 4  # links name headings as GitHub does, so that pages work on both
+suppress_warnings = ["misc.highlighting_failure"]  # a `yaml` block may be a part of a file
+
+copybutton_prompt_text = "$ "  # copies the commands of a console block without their output
+copybutton_here_doc_delimiter = "EOF"
+
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+autodoc_member_order = "bysource"
+autodoc_default_options = {"members": True, "show-inheritance": False}
+autodoc_preserve_defaults = True
+napoleon_use_ivar = True
+napoleon_numpy_docstring = False
+default_role = "code"  # docstrings put names between single backticks
+
+
+def _escape_markup(_app: object, _what: str, _name: str, _obj: object, _options: object, lines: list[str]) -> None:
+    """Escape characters in `lines` that docstrings use as plain text and reStructuredText reads as markup."""
+    for index, line in enumerate(lines):
+        parts = re.split(r"(`+[^`]*`+|:\w+:`[^`]*`)", line)
+        parts[::2] = [re.sub(r"([*|])|(?<=\w)_(?=\W|$)", lambda found: "\\" + found[0], part) for part in parts[::2]]
+        lines[index] = "".join(parts)
+
+
+def setup(app: object) -> None:
+    """Register the hook; `app` is the Sphinx application."""
+    app.connect("autodoc-process-docstring", _escape_markup, priority=400)  # type: ignore[attr-defined] # no stubs in dev
