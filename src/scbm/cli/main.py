@@ -57,7 +57,7 @@ def main() -> None:
     except OSError as error:
         sys.stderr.write(f"scbm: cannot write the output: {(error.strerror or str(error)).lower()}\n")
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(OWN_FAULT)
+        sys.exit(WRONG_INPUT)
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
     except Exception:  # noqa: BLE001 - the last line of defence, which tells apart our faults from theirs

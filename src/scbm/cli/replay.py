@@ -33,7 +33,15 @@ def command(
     replayed = rerun(AskedRun(file, model, require or [], time_limit, {} if trace is None else {"--trace": trace}))
     execution = replayed.execution
     is_same = None if replayed.recorded is None else replayed.recorded == execution.digest
-    show_run(replayed.model, execution, trace=trace, json=json, every=every, more={"is_recorded_run": is_same})
+    show_run(
+        replayed.model,
+        execution,
+        trace=trace,
+        writer=replayed.writer,
+        json=json,
+        every=every,
+        more={"is_recorded_run": is_same},
+    )
     if is_same is False:
         message = f"this is not the run that the {replayed.saved} was saved from"
         errors().diagnostics([Diagnostic(Slug.REPLAY_DIFFERS, message, Place(str(file)), replayed.remedy)])

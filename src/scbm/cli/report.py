@@ -12,6 +12,7 @@ from scbm.cases.coverage import Cover, smallest_cover
 from scbm.cli.options import threshold_option
 from scbm.cli.options.report_files import FORMAT_OPTIONS, ReportFiles, write_formats
 from scbm.cli.output.terminal import errors, results, write_json
+from scbm.files import FileWriter
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports import counted
 from scbm.reports.ci.history_json import history_json, smallest_json
@@ -19,7 +20,7 @@ from scbm.reports.terminal.missing_report import told_missing
 from scbm.reports.terminal.store_report import stored_report
 from scbm.reports.terminal.visitors_report import contexts_report, smallest_report
 from scbm.store import History, Replays, StoredCase, read_history
-from scbm.testing import find_case_files, save_cases
+from scbm.testing import case_texts, find_case_files
 
 
 def command(
@@ -47,7 +48,7 @@ def command(
             [Diagnostic(Slug.BAD_OPTION, "this saves the smallest suite", Place("--save"), "add --minimize")]
         )
     history = read_history(store)
-    wanted.refuse_clashes(store, history)
+    writer = wanted.writer(store, history)
     cover = _smallest(history) if minimize else None
     if json:
         write_json(history_json(history) | ({} if cover is None else {"smallest": smallest_json(history, cover)}))
@@ -57,8 +58,8 @@ def command(
         parts += [contexts_report(history)] if contexts else []
         parts += [smallest_report(history, cover)] if cover is not None else []
         results().lines(_apart(parts or [stored_report(history, str(store))]))
-    is_saved = save is None or cover is None or _save(history, cover.chosen, save)
-    written = write_formats(wanted, history)
+    is_saved = save is None or cover is None or _save(history, cover.chosen, save, writer)
+    written = write_formats(wanted, history, writer)
     if written:
         errors().line(f"Written: {', '.join(written)}")
     return 0 if threshold_option.meets(history.coverage, wanted_figures) and is_saved else 1
@@ -79,7 +80,7 @@ def _apart(parts: Iterable[Iterable[Text]]) -> Iterator[Text]:
         yield from part
 
 
-def _save(history: History, chosen: Iterable[int], directory: Path) -> bool:
+def _save(history: History, chosen: Iterable[int], directory: Path, writer: FileWriter) -> bool:
     """Writes cases as files that are run without chance; gives whether they visit the same, and says if they do not."""
     model = Path(history.source.path)
     if not model.is_file():
@@ -94,7 +95,8 @@ def _save(history: History, chosen: Iterable[int], directory: Path) -> bool:
         for index in chosen
         if history.labels[index] not in kept_back
     ]
-    saved = save_cases(cases, directory, history.model, model, overwrite=False)
+    saved = case_texts(cases, directory, history.model, model)
+    writer.write_all(saved, overwrite=False)
     others = len(find_case_files([directory])) - len(saved) if saved else 0
     if others:
         errors().line(f"{directory} has {counted(others, 'other case file')} too, so it is not the smallest suite.")

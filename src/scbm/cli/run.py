@@ -16,7 +16,7 @@ from scbm.cli.options.arguments import (
     read_time_limit,
 )
 from scbm.cli.output.shown_run import show_run
-from scbm.files import load_model
+from scbm.files import FileWriter, load_model
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
 from scbm.testing import RandomCases, Tester, draw_network
 
@@ -46,6 +46,8 @@ def command(
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
     """Run one goal against simulated resources, and draw what happens."""
+    writer = FileWriter([(model, "the model")])
+    writer.refuse_clashes({} if trace is None else {"--trace": trace})
     loaded = load_model(model)
     faults = read_faults(network, loaded)
     asked = _case(loaded, str(model), goal, state, Origin(seed, case or 1), drawn=case is not None)
@@ -56,7 +58,7 @@ def command(
         limits=CaseLimits(time_ns=read_time_limit(time_limit)),
     )
     execution = Tester(loaded).execute(asked)
-    show_run(loaded, execution, trace=trace, json=json, every=every)
+    show_run(loaded, execution, trace=trace, writer=writer, json=json, every=every)
     return 0 if execution.verdict.passed else 1
 
 

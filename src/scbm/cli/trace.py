@@ -11,8 +11,7 @@ import typer
 from scbm.cli.campaigns.rerun import AskedRun, rerun
 from scbm.cli.options.arguments import complete, read_faults, read_requirements, read_time_limit
 from scbm.cli.output.terminal import results, write_json
-from scbm.cli.output.written_files import refuse_clashes, write_whole
-from scbm.files import load_model
+from scbm.files import FileWriter, load_model
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug, format_moment
 from scbm.testing import Execution, RandomCases, Tester
 
@@ -74,15 +73,16 @@ def command(
     if case is None:
         _refuse({"--seed": seed, "--network": network}, "this is for random cases", "add for example `--case 1`")
         done = rerun(AskedRun(file, model, require or [], time_limit, files))
-        loaded, execution = done.model, done.execution
+        loaded, execution, writer = done.model, done.execution, done.writer
     else:
         _refuse({"--model": model}, "`--case` draws from the model that comes first", None)
-        refuse_clashes(files, [(file, "the model")])
+        writer = FileWriter([(file, "the model")])
+        writer.refuse_clashes(files)
         loaded = load_model(file)
         drawn = RandomCases(loaded, str(file), read_faults(network, loaded)).case(seed or 0, case)
         requirements = read_requirements(require or [], loaded)
         execution = Tester(loaded).execute(complete(drawn, requirements, read_time_limit(time_limit), loaded))
-    counts = [_write(output, loaded, execution) for output in outputs]
+    counts = [_write(output, loaded, execution, writer) for output in outputs]
     _tell(execution, outputs, counts, json=json)
     return 0
 
@@ -120,11 +120,11 @@ def _refuse(options: dict[str, object], message: str, remedy: str | None) -> Non
             raise _bad(message, option, remedy)
 
 
-def _write(output: _TraceOutput, model: BehaviorModel, execution: Execution) -> int:
-    """Writes a file whole, and says how much is in it. Raises `InputError` if it cannot."""
+def _write(output: _TraceOutput, model: BehaviorModel, execution: Execution, writer: FileWriter) -> int:
+    """Write a file and return the number of entries in it. Raise `InputError` if it cannot be written."""
     stream = BytesIO()
     count = output.write(model, execution, stream)
-    write_whole(output.option, output.path, stream.getvalue())
+    writer.write(output.option, output.path, stream.getvalue())
     return count
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from scbm.closing.certificate_files import SUFFIX, certificate_file_text, is_certificate_text, model_path_in, normalised
 from scbm.closing.summaries import in_few_words
-from scbm.files import open_case, write_case
+from scbm.files import FileWriter, open_case, write_case
 from scbm.model import Diagnostic, InputError, Place, Slug
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class ClosingFiles:
     removed: tuple[Path, ...] = ()
 
 
-def write_output(closing: Closing, directory: Path, model_file: Path, suite: Iterable[Path] = ()) -> ClosingFiles:
+def write_output(closing: Closing, directory: Path, model_file: Path, suite: Collection[Path] = ()) -> ClosingFiles:
     """Writes cases and certificates into their directories, and removes those of an earlier closing.
 
     Args:
@@ -72,12 +72,8 @@ def write_output(closing: Closing, directory: Path, model_file: Path, suite: Ite
     _refuse_to_lose(texts, kept, model_file)
     before = _written_before(directory, model_file)
     removed = tuple(path for path in before if path not in texts and path.resolve() not in kept)
-    try:
-        _write(texts, removed)
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        place = Place(str(error.filename or directory))
-        raise InputError([Diagnostic(Slug.BAD_OPTION, f"cannot write the output here: {reason}", place)]) from None
+    FileWriter([(model_file, "the model"), *((path, "a case file") for path in suite)]).write_all(texts, overwrite=True)
+    _remove(removed)
     return ClosingFiles(directory, cases, certificates, removed)
 
 
@@ -163,9 +159,11 @@ def _text_of(path: Path, most: int = -1) -> str | None:
         return None
 
 
-def _write(texts: Mapping[Path, str], removed: Iterable[Path]) -> None:
-    for path, text in texts.items():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(text.encode("utf-8"))
-    for path in removed:
-        path.unlink()
+def _remove(paths: Iterable[Path]) -> None:
+    """Remove files. Raise `InputError` if one cannot be removed."""
+    for path in paths:
+        try:
+            path.unlink()
+        except OSError as error:
+            message = f"cannot remove this file: {(error.strerror or str(error)).lower()}"
+            raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(str(path)))]) from None

@@ -9,6 +9,7 @@ from scbm.files.codec.case_writer import write_case, write_network
 from scbm.files.codec.json_schema import bindings_schema, case_schema, model_schema
 from scbm.files.codec.model_loader import Places, load_located, load_model, read_located, read_model
 from scbm.files.codec.model_writer import digest_of, write_model, write_operation
+from scbm.files.file_writer import FileWriter
 from scbm.files.language.expressions import parse_action, parse_predicate, parse_requirement, parse_state, parse_value
 from scbm.files.language.quantities import parse_duration, parse_share
 from scbm.files.language.scope import Scope, Where
@@ -18,6 +19,7 @@ from scbm.files.yaml.text_files import read_file
 
 __all__ = [
     "CaseDocument",
+    "FileWriter",
     "Places",
     "Scope",
     "Where",

@@ -6,7 +6,7 @@ Paper, Section VI; semantics 7.
 from scbm.testing.campaign import Campaign, CaseResult
 from scbm.testing.campaign_json import FORMAT_VERSION, campaign_json, coverage_json
 from scbm.testing.case_choices import Choice
-from scbm.testing.case_files import WrittenCase, find_case_files, load_suite, save_cases
+from scbm.testing.case_files import WrittenCase, case_texts, find_case_files, load_suite
 from scbm.testing.case_sizes import Size
 from scbm.testing.findings import MAX_SHRUNK, Finding, find_causes
 from scbm.testing.node_runs import Answers
@@ -38,6 +38,7 @@ __all__ = [
     "Violation",
     "WrittenCase",
     "campaign_json",
+    "case_texts",
     "coverage_json",
     "draw_network",
     "find_case_files",
@@ -46,5 +47,4 @@ __all__ = [
     "judge",
     "load_suite",
     "reaction_stream",
-    "save_cases",
 ]

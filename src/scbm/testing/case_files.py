@@ -91,52 +91,16 @@ def load_suite(paths: Iterable[Path], model: BehaviorModel) -> tuple[WrittenCase
     return tuple(cases.values())
 
 
-def save_cases(
-    cases: Iterable[tuple[Case, Sequence[str]]],
-    directory: Path,
-    model: BehaviorModel,
-    model_file: Path,
-    *,
-    overwrite: bool,
-) -> tuple[Path, ...]:
-    """Writes each case, with its comment, into a file of its name, which names the model.
+def case_texts(
+    cases: Iterable[tuple[Case, Sequence[str]]], directory: Path, model: BehaviorModel, model_file: Path
+) -> dict[Path, str]:
+    """Return the texts of case files, each by the path of its file in a directory.
 
     Args:
-        cases: what to save, and for each the lines of the comment at the top of the file.
-        directory: where to; it is made if it is not there.
+        cases: each case, with the lines of the comment at the top of its file.
+        directory: of the files, which are named after the cases.
         model: the model of the cases.
-        model_file: its file.
-        overwrite: whether a file that is there and says something else may be lost.
-
-    Raises:
-        InputError: a file cannot be written, or it is there, says something else, and may not be lost. In that second
-            case nothing is written.
+        model_file: its file, which the case files name.
     """
     shown = Path(os.path.relpath(model_file, directory)).as_posix()
-    texts = {directory / f"{case.name}.yaml": write_case(case, model, shown, comment) for case, comment in cases}
-    if not overwrite:
-        _refuse_to_lose(texts)
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        for path, text in texts.items():
-            path.write_text(text, encoding="utf-8")
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        place = Place(str(error.filename or directory))
-        raise InputError([Diagnostic(Slug.BAD_OPTION, f"cannot save cases here: {reason}", place)]) from None
-    return tuple(texts)
-
-
-def _refuse_to_lose(texts: dict[Path, str]) -> None:
-    lost = [path for path, text in texts.items() if os.path.exists(path) and not _says(path, text)]  # noqa: PTH110 - as above
-    remedy = "save into another directory, or move this file away"
-    message = "this file is there already, and says something else"
-    if lost:
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(str(path)), remedy) for path in lost])
-
-
-def _says(path: Path, text: str) -> bool:
-    try:
-        return path.read_text(encoding="utf-8") == text
-    except (OSError, UnicodeDecodeError):
-        return False
+    return {directory / f"{case.name}.yaml": write_case(case, model, shown, comment) for case, comment in cases}

@@ -164,6 +164,6 @@ def test_a_directory_that_cannot_be_written_is_an_error(
     def refuse(*_: object) -> None:
         raise PermissionError(13, "Permission denied")
 
-    monkeypatch.setattr(Path, "write_bytes", refuse)
+    monkeypatch.setattr(Path, "replace", refuse)
     with pytest.raises(InputError, match="cannot write the output here: permission denied"):
         _write(BOTH, tmp_path / "out", model_file)

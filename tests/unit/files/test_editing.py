@@ -280,6 +280,6 @@ def test_a_file_that_cannot_be_written_is_told(tmp_path: Path, monkeypatch: pyte
     assert "cannot write the file: no space left on device" in str(raised.value)
     assert [entry.name for entry in tmp_path.iterdir()] == ["cell.yaml"]
     assert path.read_text(encoding="utf-8") == HEAD
-    monkeypatch.setattr("scbm.files.yaml.goal_editing.os.access", lambda *_: False)
+    monkeypatch.setattr("scbm.files.file_writer.os.access", lambda *_: False)
     with pytest.raises(InputError, match="permission denied"):
         add_goals(path, [BACK])

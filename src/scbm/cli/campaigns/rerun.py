@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scbm.cli.options.arguments import complete, read_requirements, read_time_limit
-from scbm.cli.output.written_files import refuse_clashes
-from scbm.files import digest_of, load_model, open_case
+from scbm.files import FileWriter, digest_of, load_model, open_case
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.testing import Execution, Tester
 
@@ -44,10 +43,16 @@ class AskedRun:
     time_limit: str | None
     outputs: Mapping[str, Path]
 
-    def load(self, model_file: Path, noun: str) -> BehaviorModel:
-        """The model. Raises `InputError`, also if something to write would replace a file that is read."""
-        refuse_clashes(self.outputs, [(self.file, noun), (model_file, "the model")])
-        return load_model(model_file)
+    def load(self, model_file: Path, noun: str) -> tuple[BehaviorModel, FileWriter]:
+        """Return the model, and what writes the outputs. Raise `InputError`, also if an output would replace an input.
+
+        Args:
+            model_file: the model file.
+            noun: what `file` is in words.
+        """
+        writer = FileWriter([(self.file, noun), (model_file, "the model")])
+        writer.refuse_clashes(self.outputs)
+        return load_model(model_file), writer
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +65,7 @@ class Rerun:
         recorded: the digest of the trace that it should have; `None` if nothing is recorded.
         saved: what the record was taken of.
         remedy: what to think of if the trace is another one.
+        writer: what writes the outputs of the command.
     """
 
     model: BehaviorModel
@@ -67,6 +73,7 @@ class Rerun:
     recorded: str | None
     saved: str
     remedy: str
+    writer: FileWriter
 
 
 def rerun(asked: AskedRun) -> Rerun:
@@ -88,12 +95,12 @@ def _is_log(path: Path) -> bool:
 def _of_case(asked: AskedRun) -> Rerun:
     """A case, run again in simulation."""
     document = open_case(asked.file)
-    model = asked.load(asked.model or document.required_model_path(), "the case")
+    model, writer = asked.load(asked.model or document.required_model_path(), "the case")
     requirements = read_requirements(asked.require, model)
     case = complete(document.read(model), requirements, read_time_limit(asked.time_limit), model)
     recorded = None if case.recorded is None else case.recorded.trace
     remedy = "the model, the case or scbm was changed since then; without `recorded:` nothing is compared"
-    return Rerun(model, Tester(model).execute(case), recorded, "case", remedy)
+    return Rerun(model, Tester(model).execute(case), recorded, "case", remedy, writer)
 
 
 def _of_log(asked: AskedRun) -> Rerun:
@@ -105,7 +112,7 @@ def _of_log(asked: AskedRun) -> Rerun:
         message = "a log is of one run, which had its time limit"
         raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--time-limit"), "leave it out")])
     document = event_log.open_event_log(asked.file)
-    model = asked.load(asked.model or _model_of(document, asked.file), "the log")
+    model, writer = asked.load(asked.model or _model_of(document, asked.file), "the log")
     log = document.read(model, digest_of(model))
     case = complete(log.case, read_requirements(asked.require, model), None, model)
     try:
@@ -113,7 +120,7 @@ def _of_log(asked: AskedRun) -> Rerun:
     except ValueError as error:
         raise InputError([Diagnostic(Slug.BAD_LOG, str(error), Place(str(asked.file)))]) from None
     execution = Tester(model).judged(case, run, log.reactions, log)
-    return Rerun(model, execution, log.trace, "log", "the log or scbm was changed since then")
+    return Rerun(model, execution, log.trace, "log", "the log or scbm was changed since then", writer)
 
 
 def _model_of(document: LogDocument, file: Path) -> Path:

@@ -15,10 +15,10 @@ from scbm.cli.options.arguments import complete, read_faults, read_requirements,
 from scbm.cli.output.exit_codes import INTERRUPTED
 from scbm.cli.output.progress import bar, with_lines
 from scbm.cli.output.terminal import errors, in_one_line, results, write_json
-from scbm.files import load_model
+from scbm.files import FileWriter, load_model
 from scbm.model import Diagnostic, InputError, Place, Slug, format_duration
 from scbm.reports import Setting, counted, coverage_report, missing_report
-from scbm.testing import MAX_SHRUNK, Campaign, RandomCases, Tester, campaign_json, find_causes, load_suite, save_cases
+from scbm.testing import MAX_SHRUNK, Campaign, RandomCases, Tester, campaign_json, case_texts, find_causes, load_suite
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -98,6 +98,7 @@ class CampaignOutput:
 
 def simulate(suite: Suite, telling: CampaignOutput) -> int:
     """Runs the cases in virtual time, and tells what came of them; the exit code."""
+    suite.refuse_clashes(telling)
     tester = Tester(suite.model)
     done = _carry_out(suite, telling, lambda cases, _: map(tester.execute, cases), None)
     is_whole = done.ended is None  # who interrupts it does not wait for files and small cases
@@ -121,6 +122,7 @@ def run_over_nodes(suite: Suite, telling: CampaignOutput, asked: NodeOptions, co
     from scbm.cli.campaigns.node_setup import refuse_beyond_reach  # noqa: PLC0415 - the same
     from scbm.cli.campaigns.over_nodes import over_nodes  # noqa: PLC0415 - sockets and processes, which few runs need
 
+    suite.refuse_clashes(telling)
     refuse_beyond_reach(suite, asked.real, "--real")
     tester = Tester(suite.model)
     with over_nodes(asked, tester) as nodes:
@@ -304,6 +306,15 @@ class Suite:
             yield self._completed(case)
 
     @cached_property
+    def writer(self) -> FileWriter:
+        """What writes the files of the campaign, and refuses to replace the model and the case files."""
+        return FileWriter([(self.file, "the model"), *((written.path, "a case file") for written in self.written)])
+
+    def refuse_clashes(self, telling: CampaignOutput) -> None:
+        """Raise `InputError` if the store of the command line is a file that the command reads."""
+        self.writer.refuse_clashes({} if telling.store is None else {"--store": telling.store})
+
+    @cached_property
     def by_name(self) -> dict[str, WrittenCase]:
         """The written cases by their names."""
         return {written.case.name: written for written in self.written}
@@ -338,7 +349,7 @@ class Suite:
         recorded = (tester.execute(self._completed(case)).recorded_case for case in self.drawn())
         labelled = [(case, [f"case {number} of seed {self.seed}"]) for number, case in enumerate(recorded, start=1)]
         try:
-            save_cases(labelled, directory, self.model, self.file, overwrite=False)
+            self.writer.write_all(case_texts(labelled, directory, self.model, self.file), overwrite=False)
         except InputError as error:
             errors().diagnostics(error.diagnostics)
             return False
@@ -352,11 +363,16 @@ class Suite:
         comments = [f"the smallest case found that fails as {failed} did:", str(finding.failure)]
         execution = finding.shrunk.execution
         small = replace(execution.case, recorded=execution.recorded)
+        texts = case_texts([(small, comments)], directory, self.model, self.file)
+        (path,) = texts
+        if self.writer.reads(path):
+            return None  # the suite has the small case of an earlier campaign, which shows the failure as well
         try:
-            return save_cases([(small, comments)], directory, self.model, self.file, overwrite=True)[0]
+            self.writer.write_all(texts, overwrite=True)
         except InputError as error:
             errors().diagnostics(error.diagnostics)
             return None
+        return path
 
     def again(self, finding: Finding, saved: Path | None) -> str:
         """The command that shows a finding again: its small case if that is saved, else its first case."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from scbm.cli.options.registry_options import OptionPerEntry
-from scbm.cli.output.written_files import refuse_clashes, write_whole
+from scbm.files import FileWriter
 from scbm.model import InputError
 from scbm.reports.formats import FORMATS
 from scbm.store import Replays, Written
@@ -51,17 +51,20 @@ class ReportFiles:
         """Those that are."""
         return {option: path for option, path in self.files.items() if path is not None}
 
-    def refuse_clashes(self, store: Path, history: History) -> None:
-        """Raises `InputError` if two formats would be one file, or one would replace the store, the model or a case."""
+    def writer(self, store: Path, history: History) -> FileWriter:
+        """Return what writes these files, and refuses to replace the store, the model or a case file.
+
+        Raises:
+            InputError: two formats are one file, or one of them is such an input.
+        """
         cases = (case.recipe.path for case in history.cases if isinstance(case.recipe, Written))
         others = [(store, "the store"), (Path(history.source.path), "the model")]
-        refuse_clashes(
-            {f"--{name}": path for name, path in self.given.items()},
-            chain(others, ((Path(path), "a case file") for path in dict.fromkeys(cases))),
-        )
+        writer = FileWriter(chain(others, ((Path(path), "a case file") for path in dict.fromkeys(cases))))
+        writer.refuse_clashes({f"--{name}": path for name, path in self.given.items()})
+        return writer
 
 
-def write_formats(wanted: ReportFiles, history: History) -> list[str]:
+def write_formats(wanted: ReportFiles, history: History, writer: FileWriter) -> list[str]:
     """Write the files that are asked for, and return their names.
 
     Raises `InputError` with all files that cannot be written.
@@ -69,7 +72,7 @@ def write_formats(wanted: ReportFiles, history: History) -> list[str]:
     wrong: list[Diagnostic] = []
     for name, path in wanted.given.items():
         try:
-            write_whole(f"--{name}", path, _text(FORMATS[name], history).encode())
+            writer.write(f"--{name}", path, _text(FORMATS[name], history).encode())
         except InputError as error:
             wrong += error.diagnostics
     if wrong:

@@ -9,7 +9,7 @@ from tempfile import TemporaryFile
 from typing import TYPE_CHECKING
 
 from scbm.cli.output.terminal import errors
-from scbm.cli.output.written_files import write_whole
+from scbm.files import FileWriter
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.nodes.log.event_log import write_event_log
 from scbm.reports import counted
@@ -69,7 +69,7 @@ class SavedLogs:
             self._tell([_unwritable(error, directory, "--failures" if self._asked.logs is None else "--logs")])
             return
         try:
-            write_whole(str(path), path, write_event_log(content, self._asked.model).encode())
+            FileWriter().write(str(path), path, write_event_log(content, self._asked.model).encode())
         except InputError as error:
             path.unlink(missing_ok=True)
             self._tell(error.diagnostics)

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Any
 
 from scbm.cases.trace import records_json, write_trace
 from scbm.cli.output.terminal import results, write_json
-from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports import timeline
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from scbm.files import FileWriter
     from scbm.model import BehaviorModel
     from scbm.testing import Execution, Violation
 
@@ -23,6 +23,7 @@ def show_run(
     execution: Execution,
     *,
     trace: Path | None,
+    writer: FileWriter,
     json: bool,
     every: bool,
     more: dict[str, Any] | None = None,
@@ -33,25 +34,17 @@ def show_run(
         model: what was run.
         execution: the run.
         trace: where its trace is written to, if that was asked for.
+        writer: what writes it.
         json: whether it is shown to a machine.
         every: whether a person is shown the variables of resources and runner, too.
         more: what the verb has to say beside it to a machine.
     """
     if trace is not None:
-        _save(trace, execution)
+        writer.write("--trace", trace, write_trace(execution.trace).encode())
     if json:
         write_json(_json(model, execution) | (more or {}))
     else:
         results().lines(timeline(model, execution, every=every))
-
-
-def _save(path: Path, execution: Execution) -> None:
-    try:
-        path.write_text(write_trace(execution.trace), encoding="utf-8")
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        message = f"cannot write {path}: {reason}"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--trace"))]) from None
 
 
 def _json(model: BehaviorModel, execution: Execution) -> dict[str, Any]:

@@ -5,10 +5,7 @@ What comes of it is read again and compared, so that a file never becomes anothe
 
 from __future__ import annotations
 
-import os
 import re
-import stat
-from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -17,6 +14,7 @@ from ruamel.yaml.error import YAMLError
 from ruamel.yaml.events import NodeEvent, ScalarEvent
 
 from scbm.files.codec.model_loader import read_model
+from scbm.files.file_writer import replace_file
 from scbm.files.language.expressions import parse_predicate
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.source_text import SourceText
@@ -56,7 +54,7 @@ def add_goals(path: Path, goals: Sequence[tuple[str, str, str | None]]) -> None:
     """Adds goals to a model file, all or none. Raises `InputError` as `with_goals`, or if it cannot be written."""
     text = with_goals(read_file(path), str(path), goals)
     try:
-        _replace(path.resolve(), text)
+        replace_file(path, text.encode())
     except OSError as error:
         message = f"cannot write the file: {(error.strerror or str(error)).lower()}"
         raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(str(path)))]) from None
@@ -120,21 +118,6 @@ def _by_hand(text: str, goals: Sequence[_NewGoal], file: str) -> InputError:
     entries = "; ".join(f"`{_entry(goal, in_flow=False)}`" for goal in goals)
     message = f"`{_SECTION}` is written in a way in which nothing can be added to it safely; the file is as it was"
     return InputError([Diagnostic(Slug.WRONG_SHAPE, message, place, f"add it by hand: {entries}", line)])
-
-
-def _replace(path: Path, text: str) -> None:
-    """Writes a file that is there: all of it or nothing, with the rights that it has."""
-    if not os.access(path, os.W_OK):
-        raise PermissionError(0, "permission denied")
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    try:
-        temporary.write_bytes(text.encode("utf-8"))
-        temporary.chmod(stat.S_IMODE(path.stat().st_mode))
-        temporary.replace(path)
-    except OSError:
-        with suppress(OSError):
-            temporary.unlink()
-        raise
 
 
 class _TextEdit(NamedTuple):

@@ -1,0 +1,165 @@
+"""Write files: all of the content or nothing, and never over a file that the command reads."""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from contextlib import suppress
+from os.path import lexists, realpath
+from pathlib import Path
+from secrets import token_hex
+from typing import TYPE_CHECKING
+
+from scbm.model import Diagnostic, InputError, Place, Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+_NEW_FILE_MODE = 0o666
+"""The permissions of a new file before the umask of the process is applied, as for `open`."""
+
+
+class FileWriter:
+    """Writes the output files of one command, and refuses to overwrite the files that the command reads."""
+
+    def __init__(self, inputs: Iterable[tuple[Path, str]] = ()) -> None:
+        """Take the files that the command reads, each with what it is in words: `the model`."""
+        self._inputs = tuple(inputs)
+
+    def refuse_clashes(self, outputs: Mapping[str, Path]) -> None:
+        """Raise `InputError` if two outputs are one file, or an output would replace an input.
+
+        Symbolic links, hard links and other spellings of a path count as the file that they lead to.
+
+        Args:
+            outputs: the files to write, by the options that ask for them.
+        """
+        owners: dict[object, str] = {}
+        for path, words in self._inputs:
+            owners.setdefault(_identity(path), words)
+        wrong = []
+        for option, path in outputs.items():
+            owner = owners.setdefault(_identity(path), option)
+            if owner != option and not path.is_char_device():
+                message = f"{path} is also {'that of ' if owner.startswith('--') else ''}{owner}"
+                wrong.append(Diagnostic(Slug.BAD_OPTION, message, Place(option), "write it to another file"))
+        if wrong:
+            raise InputError(wrong)
+
+    def reads(self, path: Path) -> bool:
+        """Return whether the command reads this file."""
+        return _identity(path) in [_identity(known) for known, _ in self._inputs]
+
+    def write(self, option: str, path: Path, content: bytes) -> None:
+        """Write a file as `replace_file` does. Raise `InputError` if it cannot be written, or is an input.
+
+        Args:
+            option: the option that asks for the file.
+            path: where to.
+            content: all of it.
+        """
+        self.refuse_clashes({option: path})
+        try:
+            replace_file(path, content)
+        except OSError as error:
+            message = f"cannot write {path}: {_reason(error)}"
+            raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option))]) from None
+
+    def write_all(self, files: Mapping[Path, str], *, overwrite: bool) -> None:
+        """Write the files of an output directory, each as `replace_file` does; make the directories above them.
+
+        A file that has its text already is left as it is.
+
+        Args:
+            files: the text of each file.
+            overwrite: whether a file with another text is replaced.
+
+        Raises:
+            InputError: a file is an input, or is there and not to be overwritten, and then nothing is written; or a
+                file cannot be written.
+        """
+        changed = {path: text.encode() for path, text in files.items() if not _has(path, text)}
+        self.refuse_clashes({str(path): path for path in changed})
+        if not overwrite:
+            _refuse_existing(changed)
+        for path, content in changed.items():
+            try:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                replace_file(path, content)
+            except OSError as error:
+                place = Place(str(error.filename or path))
+                message = f"cannot write the output here: {_reason(error)}"
+                raise InputError([Diagnostic(Slug.BAD_OPTION, message, place)]) from None
+
+
+def replace_file(path: Path, content: bytes) -> None:
+    """Write a file so that it has all of the content, or stays as it was. Raise `OSError` if it cannot be written.
+
+    The content goes to a temporary file beside it and reaches the disk there before it takes its place. An existing
+    file keeps its permissions, a symbolic link stays one. A pipe or a terminal takes the content as it comes.
+    """
+    target = Path(realpath(path))
+    if lexists(target) and not target.is_file():
+        target.write_bytes(content)
+        return
+    temporary = target.with_name(f".scbm-{token_hex(8)}.part")
+    mode = _mode_of(target)
+    try:
+        _write_to_disk(temporary, content)
+        if mode is not None:
+            temporary.chmod(mode)
+        temporary.replace(target)
+    except BaseException as error:
+        with suppress(OSError):
+            temporary.unlink()
+        if isinstance(error, OSError):
+            raise OSError(error.errno, error.strerror, str(path)) from None  # users did not name the temporary file
+        raise
+
+
+def _write_to_disk(path: Path, content: bytes) -> None:
+    flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
+    with open(os.open(path, flags, _NEW_FILE_MODE), "wb") as stream:  # noqa: PTH123 - a path cannot open exclusively with a mode
+        stream.write(content)
+        stream.flush()
+        os.fsync(stream.fileno())
+
+
+def _mode_of(path: Path) -> int | None:
+    """Return the permissions of a file; `None` if there is no file. Raise `PermissionError` if it is read-only."""
+    if not path.exists():
+        return None
+    if not os.access(path, os.W_OK):
+        raise PermissionError(errno.EACCES, "permission denied", str(path))
+    return stat.S_IMODE(path.stat().st_mode)
+
+
+def _refuse_existing(paths: Iterable[Path]) -> None:
+    """Raise `InputError` for all files that are there."""
+    message = "this file is there already, and says something else"
+    existing = [path for path in paths if lexists(path)]
+    if existing:
+        remedy = "save into another directory, or move this file away"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(str(path)), remedy) for path in existing])
+
+
+def _has(path: Path, text: str) -> bool:
+    """Return whether the file has exactly this text."""
+    try:
+        return path.read_bytes() == text.encode()
+    except (OSError, ValueError):
+        return False
+
+
+def _reason(error: OSError) -> str:
+    return (error.strerror or str(error)).lower()
+
+
+def _identity(path: Path) -> object:
+    """Return what tells files apart under all their names: device and inode, or the resolved path of a new file."""
+    try:
+        status = path.stat()
+    except (OSError, ValueError):
+        return realpath(path)
+    return status.st_dev, status.st_ino

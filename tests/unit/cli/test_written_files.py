@@ -1,0 +1,102 @@
+"""No command destroys what it reads, and a full disk is no fault of scbm."""
+
+from collections.abc import Callable
+from pathlib import Path
+from shutil import copyfile
+
+import pytest
+
+from conftest import ROOT, Ran
+from support.limits import largest_file
+
+Scbm = Callable[..., Ran]
+MODEL = ROOT / "examples/robot_in_the_air/after.yaml"
+CASE = ROOT / "examples/robot_in_the_air/cases/delivery_against_all_odds.yaml"
+_NAMES = ("model", "symbolic", "hard", "spelled")
+
+
+@pytest.fixture
+def inputs(tmp_path: Path) -> dict[str, Path]:
+    """A model and a case, and other names of each."""
+    model, case = tmp_path / "after.yaml", tmp_path / "case.yaml"
+    copyfile(MODEL, model)
+    case.write_text(CASE.read_text(encoding="utf-8").replace("../after.yaml", "after.yaml"), encoding="utf-8")
+    (tmp_path / "symbolic.yaml").symlink_to(model)
+    (tmp_path / "hard.yaml").hardlink_to(model)
+    (tmp_path / "sub").mkdir()
+    return {
+        "model": model,
+        "case": case,
+        "symbolic": tmp_path / "symbolic.yaml",
+        "hard": tmp_path / "hard.yaml",
+        "spelled": tmp_path / "sub/../after.yaml",
+    }
+
+
+@pytest.mark.parametrize("name", _NAMES)
+def test_a_trace_is_not_written_over_the_model(name: str, inputs: dict[str, Path], scbm: Scbm) -> None:
+    before = inputs["model"].read_bytes()
+    ran = scbm("run", inputs["model"], "--goal", "item_a_delivered", "--trace", inputs[name])
+    assert (ran.code, ran.out, "is also the model" in ran.err) == (2, "", True)
+    assert inputs["model"].read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "target"),
+    [
+        (("replay", "{case}", "--trace", "{case}"), "case"),
+        (("replay", "{case}", "--trace", "{model}"), "model"),
+        (("trace", "{case}", "--perfetto", "{case}"), "case"),
+        (("trace", "{case}", "--mcap", "{model}"), "model"),
+        (("trace", "{model}", "--case", "1", "--perfetto", "{hard}"), "model"),
+        (("test", "{model}", "--cases", "1", "--store", "{symbolic}"), "model"),
+        (("test", "{model}", "{case}", "--store", "{case}"), "case"),
+    ],
+)
+def test_no_option_that_writes_destroys_an_input(
+    arguments: tuple[str, ...], target: str, inputs: dict[str, Path], scbm: Scbm
+) -> None:
+    before = inputs[target].read_bytes()
+    ran = scbm(*(argument.format(**inputs) for argument in arguments))
+    assert (ran.code, "is also" in ran.err) == (2, True)
+    assert inputs[target].read_bytes() == before
+
+
+def test_a_report_is_not_written_over_the_store(inputs: dict[str, Path], tmp_path: Path, scbm: Scbm) -> None:
+    store = tmp_path / "s.db"
+    assert scbm("test", inputs["model"], "--cases", 1, "--store", store, "--failures", tmp_path / "f").code == 0
+    before = store.read_bytes()
+    for option in ("--html", "--junit", "--cobertura", "--lcov", "--sarif", "--markdown", "--badge"):
+        assert scbm("report", store, option, store).code == 2
+        assert scbm("report", store, option, inputs["hard"]).code == 2
+    assert store.read_bytes() == before
+
+
+def test_saved_cases_do_not_replace_the_model_that_has_the_name_of_one(tmp_path: Path, scbm: Scbm) -> None:
+    model = tmp_path / "seed-0-case-1.yaml"
+    copyfile(MODEL, model)
+    before = model.read_bytes()
+    ran = scbm("test", model, "--cases", 1, "--save", tmp_path)
+    assert (ran.code, "is also the model" in ran.err) == (2, True)
+    assert model.read_bytes() == before
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("run", "{model}", "--goal", "item_a_delivered", "--trace", "{out}/trace.jsonl"),
+        ("trace", "{model}", "--case", "1", "--perfetto", "{out}/run.json"),
+        ("test", "{model}", "--cases", "2", "--save", "{out}"),
+        ("close", "{model}", "--out", "{out}"),
+        ("test", "{model}", "--cases", "2", "--store", "{out}/store.db"),
+    ],
+)
+def test_a_full_disk_is_a_located_error_and_leaves_nothing_cut_off(
+    arguments: tuple[str, ...], inputs: dict[str, Path], tmp_path: Path, scbm: Scbm
+) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    with largest_file(200):
+        ran = scbm(*(argument.format(out=out, **inputs) for argument in arguments))
+    assert (ran.code, "Traceback" in ran.err, "error[" in ran.err) == (2, False, True)
+    assert [path for path in out.rglob("*") if path.is_file() and path.suffix != ".db"] == []
