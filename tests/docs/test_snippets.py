@@ -37,7 +37,7 @@ PROGRAMS = {
 MAX_SECONDS = 600
 CHANGE_OUTPUT = ("FORCE_COLOR", "PY_COLORS", "CI", "BUILD_NUMBER", "PYTEST_ADDOPTS")
 
-FENCE = re.compile(r"```(\w*)")
+FENCE = re.compile(r"```(\S*)")
 FILE = re.compile(r"# file: (\S+)")
 MODEL = re.compile(r"# model: (\S+)")
 DURATION = re.compile(r"(?<= in )\d+\.\d\ds\b.*")
