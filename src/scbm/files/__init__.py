@@ -1,14 +1,32 @@
-"""How models and cases are written: YAML with predicates, actions, durations inside; read with every error located.
+"""Model files, case files and files of bindings: reading, with every error located, and writing.
 
-The one room that knows `ruamel.yaml`, `lark` and `pydantic`. It never prints and never runs anything.
+`yaml` knows YAML and the places in a text, `language` the predicates, actions and quantities inside of scalars, and
+`codec` the keys. This package alone imports `ruamel.yaml` and `lark`. It never prints and never runs anything.
 """
 
-from scbm.files.codec.bindings.binding_files import load_bindings, read_bindings
-from scbm.files.codec.case_loader import CaseDocument, is_case_text, is_model_text, open_case, read_case, read_network
-from scbm.files.codec.case_writer import write_case, write_network
-from scbm.files.codec.json_schema import bindings_schema, case_schema, model_schema
-from scbm.files.codec.model_loader import Places, load_located, load_model, read_located, read_model
-from scbm.files.codec.model_writer import digest_of, write_model, write_operation
+from scbm.files.codec.case_files import (
+    CaseDocument,
+    is_case_text,
+    is_model_text,
+    open_case,
+    read_case,
+    read_network,
+    write_case,
+    write_network,
+)
+from scbm.files.codec.key_reference import bindings_schema, case_schema, model_schema
+from scbm.files.codec.model_files import (
+    Places,
+    digest_of,
+    load_bindings,
+    load_located,
+    load_model,
+    read_bindings,
+    read_located,
+    read_model,
+    write_model,
+    write_operation,
+)
 from scbm.files.file_writer import FileWriter
 from scbm.files.language.expressions import parse_action, parse_predicate, parse_requirement, parse_state, parse_value
 from scbm.files.language.quantities import parse_duration, parse_share

@@ -13,7 +13,7 @@ from jsonschema import Draft202012Validator
 from ruamel.yaml import YAML
 
 from scbm.files import bindings_schema, digest_of, load_bindings, read_bindings, read_model, write_model
-from scbm.files.codec.bindings.binding_writer import written_binding
+from scbm.files.codec.binding_keys import RosKeys
 from scbm.model import (
     SET_BOOL,
     TRIGGER,
@@ -505,7 +505,7 @@ def test_what_is_written_is_read_as_the_same(binding: Binding) -> None:
     assert again == model
     assert write_model(again) == write_model(model)
     assert repr(again.resources) == repr(model.resources)  # `1 == 1.0 == True` to Python
-    data = {"bindings_of": "cell", "resources": {"scanner": written_binding(binding)}}
+    data = {"bindings_of": "cell", "resources": {"scanner": RosKeys.write(binding)}}
     assert list(Draft202012Validator(bindings_schema()).iter_errors(data)) == []
 
 

@@ -13,8 +13,6 @@ from ruamel.yaml import YAML
 
 from scbm.cases import Case
 from scbm.files import case_schema, load_model, open_case, read_case, write_case
-from scbm.files.codec.case_keys import InjectionFile
-from scbm.files.codec.case_words import INJECTION_KEYS
 from scbm.model import InputError, Slug
 
 MODELS = Path(__file__).parent.parent.parent / "models"
@@ -124,7 +122,3 @@ def test_a_right_case_satisfies_the_schema(path: Path) -> None:
 def test_there_are_cases_to_try() -> None:
     assert len(REJECTED) >= 30
     assert len(VALID) >= 3
-
-
-def test_the_keys_of_injections_are_those_of_their_type() -> None:
-    assert tuple(InjectionFile.keys()) == INJECTION_KEYS

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from scbm.files import load_model, read_model
-from scbm.files.codec.bindings.binding_writer import written_binding
+from scbm.files.codec.binding_keys import RosKeys
 from scbm.files.yaml.text_files import MAX_BYTES, MAX_ERRORS
 from scbm.model import InputError, Slug, format_duration, format_value
 
@@ -161,7 +161,7 @@ def facts_of_resource(resource: Resource) -> Iterator[str]:
     yield from (f"{outcome} {probability}" for outcome, probability in resource.simulation.outcomes)
     yield from (f"{name} from {values(drawn)}" for name, drawn in resource.simulation.measured)
     if resource.binding is not None:
-        yield f"real {written_binding(resource.binding)}"
+        yield f"real {RosKeys.write(resource.binding)}"
 
 
 def facts_of_operation(operation: Operation) -> Iterator[str]:

@@ -1,131 +1,260 @@
-"""The shape of bindings: what stands under `ros` of a resource, and the file beside a model that says the same.
-
-What the texts inside say is not checked here but in `binding_builder`.
-"""
+"""The keys of a binding under `ros` of a resource, and of a file of bindings."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, TypeAlias
+from typing import TYPE_CHECKING
 
-from pydantic import Field, WithJsonSchema
+from scbm.files.codec.key_types import NAME_NODE, MappingType, NamedMappingsType, NamesType
+from scbm.files.codec.keys import Key, Keys
+from scbm.files.codec.reading_keys import MeasuredTopicKeys, read_variable_value
+from scbm.files.codec.ros_names import ROS_NAME, SharedNames
+from scbm.files.codec.service_keys import ServiceKeys, is_carried
+from scbm.files.language.spelling import suggestion
+from scbm.model import Slug
+from scbm.model.bindings import Binding, MeasuredTopic, MessageType, ServiceCall, ServiceChoice, TopicPair
+from scbm.model.operations import Assign
+from scbm.model.predicates import Constant
+from scbm.model.values import format_value
 
-from scbm.files.codec.key_types import Editors, FileType, Name, Shape, scalar, scalar_or_mapping, text_schema
-from scbm.model.bindings import SET_BOOL, TRIGGER, FieldType, MessageType
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
-_SCALAR: dict[str, Any] = {"type": ["boolean", "number", "string"]}
-_ROS_NAME = r"^(?!/scbm(/|$))(/[A-Za-z_][A-Za-z0-9_]*)+$"
+    from scbm.files.codec.key_types import Entry
+    from scbm.files.codec.value_reader import ValueReader
+    from scbm.model import Place
+    from scbm.model.behavior import BehaviorModel
+    from scbm.model.operations import Action
+    from scbm.model.resources import Resource
+    from scbm.model.values import Value
+    from scbm.model.variables import Variable
 
-RosName: TypeAlias = Annotated[
-    Any, scalar("a name such as `/scanner/scan`"), text_schema("A name of ROS 2, from the root.", pattern=_ROS_NAME)
-]
-FieldTypeName: TypeAlias = Annotated[
-    Any, scalar("a type such as `int64`"), WithJsonSchema({"enum": [kind.value for kind in FieldType]})
-]
-MessageTypeName: TypeAlias = Annotated[
-    Any, scalar("a type such as `std_msgs/msg/Bool`"), WithJsonSchema({"enum": [kind.value for kind in MessageType]})
-]
-FieldValue: TypeAlias = Annotated[Any, scalar("a value"), WithJsonSchema(_SCALAR)]
-Argument: TypeAlias = Annotated[Any, scalar("a value, or a variable that the request carries"), WithJsonSchema(_SCALAR)]
-Range: TypeAlias = Annotated[
-    Any,
-    scalar("a range such as `0.5..2`"),
-    text_schema("`low..high`, from `low` on and below `high`; either may be left out.", pattern=r"\.\."),
-]
-Symbol: TypeAlias = Annotated[Any, scalar("a value"), WithJsonSchema(_SCALAR)]
-Truth: TypeAlias = Annotated[Any, scalar("`true` or `false`"), WithJsonSchema({"type": "boolean"})]
+_WAYS = ("service", "services", "topics")
+"""The keys that say where requests go; a binding has one of them at most."""
 
-
-class ServiceTypeFile(FileType):
-    """A type of services, with its fields in their order."""
-
-    name: Name
-    """As ROS 2 writes it: `example_interfaces/srv/AddTwoInts`."""
-    request: dict[str, FieldTypeName] = Field(default_factory=dict)
-    """The fields of requests."""
-    response: dict[str, FieldTypeName] = Field(default_factory=dict)
-    """The fields of responses."""
+_MAX_SHOWN = 8
+"""The maximum number of values that one message lists."""
 
 
-ServiceType_: TypeAlias = Annotated[
-    ServiceTypeFile,
-    scalar_or_mapping(f"`{TRIGGER.name}`, `{SET_BOOL.name}`, or a mapping with `name`, `request` and `response`"),
-    Editors(lambda mapping: {"anyOf": [{"enum": [TRIGGER.name, SET_BOOL.name]}, mapping]}),
-]
-
-
-class FieldReadingFile(FileType):
-    """A field of a response, and how it is read."""
-
-    field: Name
-    ranges: dict[str, Range] = Field(default_factory=dict)
-    """For numbers: which of them mean which value."""
-    values: dict[str, Symbol] = Field(default_factory=dict)
-    """For texts: which of them mean which value."""
-
-
-FieldReading: TypeAlias = Annotated[
-    FieldReadingFile,
-    scalar_or_mapping("a field, or a mapping such as `{field: distance, ranges: {near: ..0.5}}`"),
-    Editors(lambda mapping: {"anyOf": [{"type": "string"}, mapping]}),
-]
-
-
-class ServiceFile(FileType):
-    """A service, and how requests become calls of it."""
-
-    name: RosName
-    type: ServiceType_
-    request: dict[str, Argument] = Field(default_factory=dict)
-    """What each field of the request gets: a value, or a variable that the request carries."""
-    succeeded: dict[str, FieldValue] = Field(default_factory=dict)
-    """The fields of a response that says succeeded; `{success: true}`, if this is missing and there is such a field."""
-    measured: dict[str, FieldReading] = Field(default_factory=dict)
-    """For each variable that a response measures, the field."""
-
-
-class TopicsFile(FileType):
+class TopicsKeys(Keys):
     """A pair of topics with the protocol of drivers."""
 
-    request: RosName
-    reply: RosName
+    request = Key(ROS_NAME, required=True)
+    reply = Key(ROS_NAME, required=True)
+
+    def pair(self, shared: SharedNames) -> TopicPair | None:
+        """Return the pair; `None` if a name is wrong."""
+        for key, name in (("request", self.request), ("reply", self.reply)):
+            if name is not None:
+                place = self.node.items[key].place
+                shared.note_topic(name, MessageType.STRING, place)
+                if key == "request" or name != self.request:
+                    shared.note_use(name, place, is_of_pair=True)
+        if self.request is None or self.reply is None:
+            return None
+        if self.request == self.reply:
+            message = f"`{self.request}` cannot carry both requests and replies"
+            self.reader.add(Slug.BAD_BINDING, message, self.node.items["reply"].place, "write two topics")
+        return TopicPair(self.request, self.reply)
 
 
-class MeasuredTopicFile(FileType):
-    """A topic of the values of one variable."""
-
-    topic: RosName
-    type: MessageTypeName
-    best_effort: Truth = False
-    """Whether publishers are heard that do not repeat what was lost, as those of sensor data."""
-    ranges: dict[str, Range] = Field(default_factory=dict)
-    """For numbers: which of them mean which value."""
-    values: dict[str, Symbol] = Field(default_factory=dict)
-    """For texts: which of them mean which value."""
+def _choice_data(binding: Binding) -> object:
+    choice = binding.requests
+    if not isinstance(choice, ServiceChoice):
+        return None
+    return {choice.variable: {format_value(value): call for value, call in choice.calls}}
 
 
-class RosFile(FileType):
+class RosKeys(Keys):
     """How a resource is reached when it is real: by `service`, `services` or `topics`; and what it measures by."""
 
-    service: ServiceFile = None  # type: ignore[assignment] # only the shape of what is there is ever looked at
-    """One service for every request."""
-    services: dict[str, dict[str, ServiceFile]] = Field(default_factory=dict)
-    """For one variable that requests carry, a service for each value."""
-    topics: TopicsFile = None  # type: ignore[assignment] # the same
-    """A topic of requests, and one of replies."""
-    measured: dict[str, MeasuredTopicFile] = Field(default_factory=dict)
-    """For each variable that is measured by a topic, that topic."""
+    service = Key(
+        MappingType(ServiceKeys, "service"),
+        "One service for every request.",
+        source=lambda binding: binding.requests if isinstance(binding.requests, ServiceCall) else None,
+    )
+    services = Key(
+        NamesType(NamedMappingsType(ServiceKeys, "value → service"), "variable → value → service"),
+        "For one variable that requests carry, a service for each value.",
+        source=_choice_data,
+    )
+    topics = Key(
+        MappingType(TopicsKeys),
+        "A topic of requests, and one of replies.",
+        source=lambda binding: binding.requests if isinstance(binding.requests, TopicPair) else None,
+    )
+    measured = Key(
+        NamedMappingsType(MeasuredTopicKeys, "variable → measured topic"),
+        "For each variable that is measured by a topic, that topic.",
+        source=lambda binding: {measured.reading.variable: measured for measured in binding.measured},
+    )
 
 
-class BindingsFile(FileType):
+class BindingsKeys(Keys):
     """The bindings of the resources of a model, in a file of their own."""
 
-    bindings_of: Name
-    """The name of the model."""
-    resources: dict[str, RosFile]
+    bindings_of = Key(NAME_NODE, "The name of the model.", required=True)
+    resources = Key(NamedMappingsType(RosKeys, "resource → binding"), required=True)
+
+    def bindings(self, model: BehaviorModel) -> dict[str, Binding]:
+        """Return the bindings of the resources of a model; only good if the report is empty afterwards."""
+        self._refuse_other_models(model)
+        bindings_reader = BindingReader(self.reader, model)
+        entries = {entry.name: entry for entry in self.resources or ()}
+        known = {resource.name: resource for resource in model.resources}
+        for resource in model.resources:
+            if resource.name not in entries:
+                bindings_reader.include(resource)
+        bindings: dict[str, Binding] = {}
+        for name, entry in entries.items():
+            if name in known:
+                bindings[name] = bindings_reader.binding(known[name], entry.value, entry.place)
+            else:
+                remedy = suggestion(name, known, "the resources are")
+                message = f"there is no resource `{name}`"
+                self.reader.add(Slug.UNKNOWN_RESOURCE, message, entry.place, remedy)
+        return bindings
+
+    def _refuse_other_models(self, model: BehaviorModel) -> None:
+        """Note that the file is for another model; raise `InputError` if it has no resource of this one."""
+        node, section = self.bindings_of, self.node.get("resources")
+        if node is None or node.text == model.name:
+            return
+        message = f"these are bindings of `{node.text}`, and the model is `{model.name}`"
+        self.reader.add(Slug.BAD_BINDING, message, node.place)
+        if section is None or all(resource.name not in section.items for resource in model.resources):
+            self.reader.report.raise_any()
 
 
-BINDINGS_SHAPE = Shape(
-    "bindings",
-    BindingsFile,
-    ((RosFile, "a resource"), (ServiceFile, "a service"), (MeasuredTopicFile, "a measured topic")),
+class BindingReader:
+    """Reads the bindings of the resources of one model, in which one name has one type."""
+
+    def __init__(self, reader: ValueReader, model: BehaviorModel) -> None:
+        """Made once for all bindings of a model.
+
+        Args:
+            reader: reads values in the scope of the model.
+            model: its actions decide what is sent; its own bindings do not matter.
+        """
+        self._reader = reader
+        self._model = model
+        self._shared = SharedNames(reader)
+
+    def include(self, resource: Resource) -> None:
+        """Include the binding that a resource keeps: others must not contradict it."""
+        if resource.binding is not None:
+            self._shared.include(resource.name, resource.binding)
+
+    def binding(self, resource: Resource, keys: RosKeys, place: Place) -> Binding:
+        """Return the binding of a resource; only good if the report is empty afterwards.
+
+        Args:
+            resource: the resource; it may name variables that do not exist, which is an error elsewhere.
+            keys: the keys of the binding.
+            place: the key that the binding stands under.
+        """
+        ways = [key for key in _WAYS if keys.has(key)]
+        for other in ways[1:]:
+            message = f"requests go one way, and here are `{ways[0]}` and `{other}`"
+            self._reader.add(Slug.BAD_BINDING, message, keys.place(other), "keep one of them")
+        if not ways and keys.is_clear:
+            self._refuse_no_way(resource, keys, place)
+        call = None if keys.service is None else keys.service.call(resource, self._shared)
+        choice = self._choice(resource, keys)
+        pair = None if keys.topics is None else keys.topics.pair(self._shared)
+        return Binding(call or choice or pair, tuple(self._measured(resource, keys)))
+
+    def _refuse_no_way(self, resource: Resource, keys: RosKeys, place: Place) -> None:
+        """Note a binding that says nothing, or only what is measured although requests are sent."""
+        if not keys.node.items:
+            remedy = "write `service`, `services` or `topics`; or `measured`, for what gets no requests"
+            self._reader.add(Slug.BAD_BINDING, f"the binding of `{resource.name}` says nothing", place, remedy)
+            return
+        for sender, actions in self._sending(resource):
+            if any(action.target == resource.trigger for action in actions):
+                message = f"{sender} sends requests to `{resource.name}`, and its binding does not say where"
+                remedy = "add `service`, `services` or `topics`"
+                self._reader.add(Slug.UNBOUND_REQUEST, message, place, remedy)
+                return
+
+    # services chosen by a variable
+
+    def _choice(self, resource: Resource, keys: RosKeys) -> ServiceChoice | None:
+        section = keys.node.get("services")
+        if section is None or not isinstance(section.plain, dict):
+            return None
+        variables = keys.services or ()
+        if len(variables) != 1 and not section.incomplete:
+            found = "here are several" if variables else "here is none"
+            message = f"services are chosen by one variable that requests carry, and {found}"
+            remedy = "write `services: {<variable>: {<value>: {name: …, type: …}}}`"
+            self._reader.add(Slug.BAD_BINDING, message, keys.place("services"), remedy)
+        choices = [self._chosen(resource, entry, is_only=len(variables) == 1) for entry in variables]
+        return choices[0] if len(choices) == 1 else None
+
+    def _chosen(
+        self, resource: Resource, entry: Entry[tuple[Entry[ServiceKeys], ...] | None], *, is_only: bool
+    ) -> ServiceChoice | None:
+        """Return the services for the values of one variable; they are read even if the variable cannot be."""
+        carried = is_carried(self._reader, entry.name, resource, entry.place)
+        variable = self._reader.scope.variables.get(entry.name) if carried else None
+        calls = []
+        for chosen in entry.value or ():
+            value = read_variable_value(self._reader, chosen.name, variable, chosen.place)
+            call = chosen.value.call(resource, self._shared)
+            calls += [] if value is None or call is None else [(value, call)]
+        if variable is not None and is_only and isinstance(entry.node.plain, dict) and not entry.node.incomplete:
+            self._refuse_unbound(resource, variable, tuple(entry.node.items), entry.place)
+        return ServiceChoice(entry.name, tuple(calls)) if carried else None
+
+    def _refuse_unbound(self, resource: Resource, variable: Variable, bound: tuple[str, ...], place: Place) -> None:
+        """Note values that a transition may send, and that no service is bound to."""
+        known = dict.fromkeys(bound)
+        for sender, actions in self._sending(resource):
+            sent = [format_value(value) for action in actions for value in self._assigned(action, variable)]
+            missing = [text for text in sent if text not in known]
+            if missing:
+                known |= dict.fromkeys(missing)
+                listed = ", ".join(f"`{text}`" for text in missing[:_MAX_SHOWN])
+                listed += ", …" if len(missing) > _MAX_SHOWN else ""
+                message = f"no service is bound to {listed}, which {sender} assigns to `{variable.name}`"
+                remedy = f"add `{missing[0]}: {{name: …, type: …}}`"
+                self._reader.add(Slug.UNBOUND_REQUEST, message, place, remedy)
+
+    def _sending(self, resource: Resource) -> Iterator[tuple[str, tuple[Action, ...]]]:
+        """Yield actions that happen at once, with their transition; not those that take the trigger back."""
+        taken = [(f"`{transition.name}`", transition.running_actions) for transition in self._model.transitions]
+        taken += [(f"`timedout` of `{operation.name}`", operation.timedout) for operation in self._model.operations]
+        back = Assign(resource.trigger, Constant(False))
+        yield from ((sender, actions) for sender, actions in taken if back not in actions)
+
+    def _assigned(self, action: Action, variable: Variable) -> tuple[Value, ...]:
+        """Return the values that an action may give a variable; all of its domain if that depends on the state."""
+        if action.target != variable.name:
+            return ()
+        if isinstance(action, Assign) and isinstance(action.source, Constant):
+            return (action.source.constant,)
+        read = self._reader.scope.variables.get(action.reads()[0])
+        return tuple(value for value in variable.domain.values if read is None or value in read.domain)
+
+    # measured topics
+
+    def _measured(self, resource: Resource, keys: RosKeys) -> Iterator[MeasuredTopic]:
+        reliability: dict[str, bool] = {}
+        for entry in keys.measured or ():
+            measured = entry.value.measured(entry.name, resource, entry.place, self._shared)
+            if measured is None:
+                continue
+            topic, is_best_effort = measured.topic, measured.is_best_effort
+            if topic and reliability.setdefault(topic, is_best_effort) != is_best_effort:
+                message = f"`{topic}` is heard as best effort for one variable, and not for another"
+                remedy = "say the same of `best_effort` for all that one topic measures"
+                self._reader.add(Slug.BAD_BINDING, message, entry.place, remedy)
+            yield measured
+
+
+BINDINGS_OWNERS: tuple[tuple[type[Keys], str], ...] = (
+    (RosKeys, "a resource"),
+    (ServiceKeys, "a service"),
+    (MeasuredTopicKeys, "a measured topic"),
 )
+"""What messages call the mappings of a bindings file."""

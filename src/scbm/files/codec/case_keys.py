@@ -1,298 +1,372 @@
-"""The shape of a case file: which keys there are, which must be there, and what sort of YAML stands under them.
-
-What the texts inside say is not checked here but in the builders. The JSON Schema for editors is made of these types.
-"""
+"""The keys of a case file, and the case that they make."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+import re
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from pydantic import (
-    Field,
-    TypeAdapter,
-    ValidatorFunctionWrapHandler,
-    WithJsonSchema,
-    WrapValidator,
-)
-
-from scbm.files.codec.case_words import ANY, CONDITION_WORDS, OUTCOME_WORDS, VERDICT_WORDS
+from scbm.cases import Case, CaseLimits, Expectations, Network, Origin, Recorded
+from scbm.cases.coverage import Obligation, Obligations
+from scbm.cases.trace import End
+from scbm.files.codec.injection_keys import InjectionKeys, InjectionsReader, NumberedInjection
 from scbm.files.codec.key_types import (
-    Duration,
-    Editors,
-    FileType,
-    Name,
-    Names,
-    Predicate,
-    Requirement,
-    Shape,
-    Value,
-    scalar,
-    scalar_or_list,
-    scalar_or_mapping,
-    text_schema,
-    wrong_shape,
+    CASE_NAME_TYPE,
+    COUNT,
+    REQUIREMENTS,
+    TIME,
+    VALUE,
+    MappingListType,
+    MappingType,
+    NamesType,
+    ScalarOrListType,
+    ScalarType,
+    flow_list,
+    is_short,
+    names_type,
+    node_of,
+    predicate_data,
+    predicate_type,
 )
-from scbm.files.language.quantities import DURATION_PATTERN
+from scbm.files.codec.keys import DefaultKey, Key, Keys
+from scbm.files.codec.network_keys import NetworkKeys, PartitionKeys, random_keys
+from scbm.files.codec.outcome_keys import OutcomeKeys, RuleReader, RuleType, stretches_of
+from scbm.files.codec.value_reader import NAME, ValueReader
+from scbm.files.language.scope import Where
+from scbm.files.language.spelling import nearest, suggestion
+from scbm.model import Slug
+from scbm.model.requirements import Requirement
+from scbm.model.values import format_value
 
 if TYPE_CHECKING:
-    from pydantic.json_schema import JsonSchemaValue
+    from collections.abc import Iterator
+
+    from scbm.files.yaml.document import YamlNode
+    from scbm.model.behavior import BehaviorModel
+    from scbm.model.predicates import Predicate
+    from scbm.model.state import State
+
+_DIGEST = re.compile(r"[0-9a-f]{64}", re.ASCII)
+_WORD = re.compile(rf"(?!true$|false$){NAME.pattern}", re.ASCII)
+"""What can only be meant as the name of a goal: no predicate is a word, except two."""
+
+_VERDICT_WORDS = tuple(end.value for end in End if end is not End.LOST)
+"""How a run can be expected to end, and be recorded; a lost run has not ended."""
 
 
-def _words(words: tuple[str, ...]) -> JsonSchemaValue:
-    return {"enum": list(words)}
+# types
 
 
-Outcome_: TypeAlias = Annotated[Any, scalar("an outcome such as `fail`"), WithJsonSchema(_words(OUTCOME_WORDS))]
-Verdict: TypeAlias = Annotated[Any, scalar("a verdict such as `reached`"), WithJsonSchema(_words(VERDICT_WORDS))]
-Count: TypeAlias = Annotated[Any, scalar("a whole number"), WithJsonSchema({"type": "integer", "minimum": 1})]
-Seed: TypeAlias = Annotated[Any, scalar("a whole number"), WithJsonSchema({"type": "integer"})]
-Factor: TypeAlias = Annotated[Any, scalar("a number such as `3`"), WithJsonSchema({"type": "number", "minimum": 1})]
-Digest: TypeAlias = Annotated[
-    Any, scalar("the SHA-256 of a trace"), WithJsonSchema({"type": ["string", "number"], "pattern": "^[0-9a-f]{64}$"})
-]
-ModelPath: TypeAlias = Annotated[
-    Any,
-    scalar("the path of a model file"),
-    text_schema("The model file, seen from the directory of this file."),
-]
-Goal: TypeAlias = Annotated[
-    Any,
-    scalar_or_list("the name of a goal, or a predicate", "a predicate"),
-    WithJsonSchema({"anyOf": [{"type": ["string", "boolean"]}, {"type": "array", "items": {"type": "string"}}]}),
-]
-Share: TypeAlias = Annotated[
-    Any,
-    scalar("a share such as `2 %`"),
-    WithJsonSchema(
-        {
-            "description": "A share in per cent, or a number from 0 to 1: `2 %`, `0.02`.",
-            "anyOf": [
-                {"type": "string", "pattern": r"^\d+(\.\d+)?\s*%$"},
-                {"type": "number", "minimum": 0, "maximum": 1},
-            ],
-        }
-    ),
-]
-Delivery: TypeAlias = Annotated[
-    Any,
-    scalar_or_list("`lost`, a duration, or a list of durations", "a duration such as `10 ms`"),
-    WithJsonSchema(
-        {
-            "description": "`lost`, how long it is under way, or that of each copy that arrives.",
-            "anyOf": [
-                {"const": "lost"},
-                {"type": "string", "pattern": DURATION_PATTERN},
-                {"type": "array", "items": {"type": "string", "pattern": DURATION_PATTERN}},
-            ],
-        }
-    ),
-]
+def _read_time_limit(reader: ValueReader, node: YamlNode, text: str) -> int | None:
+    time_ns = TIME.read(node, reader)
+    if time_ns == 0:
+        reader.add(Slug.BAD_NUMBER, f"`{text}` is no time to run for", node.place, "write for example `10 min`")
+    return time_ns
 
 
-class OutcomeFile(FileType):
-    """What happens to a request, or to several."""
-
-    outcome: Outcome_ = ANY
-    """`succeed`, `fail`, `timeout` (no reply), or `any` (nothing is said)."""
-    after: Duration = None
-    """The time from the arrival of the request to the reply."""
-    measured: dict[str, Value] = Field(default_factory=dict)
-    """What a successful reply measures."""
-    times: Count = 1
-    """For so many requests; in a list only."""
-    from_: Annotated[Count, Field(alias="from")] = 1
-    """From this request on, counted from 1, for ever."""
-    request: Delivery = None
-    """How the request travels."""
-    reply: Delivery = None
-    """How the reply travels."""
-    cancel: Delivery = None
-    """How the cancellation travels."""
+def _read_model_path(reader: ValueReader, node: YamlNode, text: str) -> str:
+    if not text.strip():
+        message = "expected the path of a model file, found nothing under `model`"
+        reader.add(Slug.WRONG_SHAPE, message, node.place, "write for example `model: ../cell.yaml`")
+    return text
 
 
-_RULE = "an outcome such as `fail`, a mapping such as `{outcome: fail, after: 2 s}`, or a list of them"
-_ELEMENT = "an outcome such as `fail`, or a mapping such as `{outcome: fail, after: 2 s}`"
+def _read_final(reader: ValueReader, node: YamlNode) -> tuple[Predicate, ...]:
+    if node.plain == []:
+        return ()
+    return tuple(reader.predicate(element, Where.REQUIREMENT) for element in node.elements or [node])
 
 
-def _element(value: object, check: ValidatorFunctionWrapHandler) -> object:
-    if value is None or isinstance(value, list):
-        raise wrong_shape(_ELEMENT, value)
-    return check(value) if isinstance(value, dict) else value
+def _final_data(final: tuple[Predicate, ...]) -> object:
+    written = [predicate_data(predicate) for predicate in final]
+    return written[0] if len(written) == 1 else written
 
 
-_ELEMENTS = TypeAdapter(list[Annotated[OutcomeFile, WrapValidator(_element)]])
+def _read_digest(reader: ValueReader, node: YamlNode, text: str) -> str:
+    if not _DIGEST.fullmatch(text):
+        message = f"expected the SHA-256 of a trace, 64 hexadecimal digits, found `{text}`"
+        reader.add(Slug.WRONG_SHAPE, message, node.place, "leave out `recorded`, or save the case again")
+    return text
 
 
-def _rule(value: object, check: ValidatorFunctionWrapHandler) -> object:
-    if value is None:
-        raise wrong_shape(_RULE, value)
-    if isinstance(value, list):
-        return _ELEMENTS.validate_python(value)
-    return check(value) if isinstance(value, dict) else value
+def _read_seed(reader: ValueReader, node: YamlNode, text: str) -> int | None:
+    return reader.whole_number(node, text)
 
 
-def _rule_schema(mapping: JsonSchemaValue) -> JsonSchemaValue:
-    element = [_words(OUTCOME_WORDS), mapping]
-    return {"anyOf": [*element, {"type": "array", "items": {"anyOf": element}}]}
+def _verdict_type(what: str) -> ScalarType[End]:
+    """Return the type of the ends of runs, which messages call `what`."""
+
+    def read(reader: ValueReader, node: YamlNode, text: str) -> End | None:
+        word = reader.word(node, text, _VERDICT_WORDS, what)
+        return None if word is None else End(word)
+
+    return ScalarType("end of a run", "a verdict such as `reached`", {"enum": list(_VERDICT_WORDS)}, read, str)
 
 
-Rule: TypeAlias = Annotated[OutcomeFile, WrapValidator(_rule), Editors(_rule_schema)]
-
-
-class ConditionFile(FileType):
-    """A condition of a resource that has a number."""
-
-    slower: Factor
-    """Requests take so many times their time; at least 1."""
-
-
-Condition_: TypeAlias = Annotated[
-    ConditionFile,
-    scalar_or_mapping("a condition such as `dead`, or `{slower: 3}`"),
-    Editors(lambda mapping: {"anyOf": [_words(CONDITION_WORDS), mapping]}),
-]
-
-
-class InjectionFile(FileType):
-    """What the tester changes on the way: it has `set`, or `resource` and `becomes`. It acts once."""
-
-    name: Name = None
-    """What the trace calls it; `injection_1`, … if this is missing."""
-    when: Predicate = True
-    """It acts as soon as this holds."""
-    at: Duration = None
-    """It acts not before this time of the run."""
-    set: dict[str, Value] = Field(default_factory=dict)
-    """Variables of the controller and their values, such as an automatic transition may assign."""
-    resource: Name = None
-    """The resource that it acts on."""
-    becomes: Condition_ = None  # type: ignore[assignment] # only the shape of what is there is ever looked at
-    """What that becomes: `occupied`, `dead`, `failing`, `{slower: 3}`, `well`."""
-    hold: Duration = None
-    """So long afterwards it puts back what nothing else has changed since."""
-
-
-class PartitionFile(FileType):
-    """A time in which no messages arrive."""
-
-    at: Duration
-    """When it begins, in time of the run."""
-    for_: Annotated[Duration, Field(alias="for")]
-    """How long it lasts."""
-    resource: Name = None
-    """Which resource is cut off; all of them, if this is missing."""
-
-
-class RestartFile(FileType):
-    """A time in which a resource is down; then it knows nothing of earlier requests."""
-
-    resource: Name
-    at: Duration
-    """When it goes down, in time of the run."""
-    for_: Annotated[Duration, Field(alias="for")] = "0 s"
-    """How long it is down."""
-
-
-class NetworkFile(FileType):
-    """Faults of the network between runner and resources."""
-
-    latency: Duration = "0 s"
-    """How long each message is under way."""
-    jitter: Duration = "0 s"
-    """Up to so much longer, all values between alike."""
-    loss: Share = 0
-    """How probable it is that a message does not arrive."""
-    duplication: Share = 0
-    """How probable it is that it arrives twice."""
-    reordering: Share = 0
-    """How probable it is that it is held back, so that later messages overtake it."""
-    held_back: Duration = "100 ms"
-    """How long it is held back at most."""
-    partitions: list[PartitionFile] = Field(default_factory=list)
-    """When messages do not arrive at all."""
-    restarts: list[RestartFile] = Field(default_factory=list)
-    """When resources are down and forget."""
-
-
-class LimitsFile(FileType):
-    """When the run is given up."""
-
-    time: Duration = None
-    """How long the goal may be pursued."""
-    plans: Count = None
-    """How many plans may be asked for."""
-
-
-class ExpectationsFile(FileType):
-    """What must come of the run."""
-
-    verdict: Verdict = None
-    """How it ends."""
-    plan: Names = Field(default_factory=list)
-    """The operations of the first plan, all of them."""
-    order: Names = Field(default_factory=list)
-    """Operations that complete in this order; others may complete between them."""
-    final: Predicate = True
-    """What holds at the end."""
-    visits: Names = Field(default_factory=list)
-    """Obligations that the run visits, such as `scan/timedout`, `scan/queued`, `automatic/clear`."""
-
-
-class DrawnFile(FileType):
-    """Where that is drawn from which the case leaves open."""
-
-    seed: Seed
-    case: Count = 1
-    """Which case of the campaign with this seed."""
-
-
-class RecordedFile(FileType):
-    """What came of the run that the case was saved from."""
-
-    end: Verdict
-    """How it ended."""
-    trace: Digest
-    """The SHA-256 of its trace, in hexadecimal digits."""
-
-
-class CaseFile(FileType):
-    """A test case."""
-
-    case: Name
-    """The name of the case."""
-    model: ModelPath = None
-    goal: Goal
-    """The name of a goal of the model, or a predicate over the world."""
-    initial: dict[str, Value] = Field(default_factory=dict)
-    """The variables that differ from the nominal state."""
-    outcomes: dict[str, Rule] = Field(default_factory=dict)
-    """What happens to the requests of a resource, or to those that are sent while an operation is the current one."""
-    injections: list[InjectionFile] = Field(default_factory=list)
-    """What the tester changes on the way."""
-    network: NetworkFile = Field(default_factory=NetworkFile)
-    limits: LimitsFile = Field(default_factory=LimitsFile)
-    requirements: dict[str, Requirement] = Field(default_factory=dict)
-    """More requirements, which hold for this case."""
-    expect: ExpectationsFile = Field(default_factory=ExpectationsFile)
-    drawn: DrawnFile = None  # type: ignore[assignment] # only the shape of what is there is ever looked at
-    """What the case leaves open is drawn from these streams; it is plain, if this is missing."""
-    recorded: RecordedFile = None  # type: ignore[assignment] # the same
-
-
-CASE_SHAPE = Shape(
-    "case",
-    CaseFile,
-    (
-        (OutcomeFile, "an outcome"),
-        (InjectionFile, "an injection"),
-        (PartitionFile, "a partition"),
-        (NetworkFile, "the network"),
-        (LimitsFile, "the limits"),
-        (ExpectationsFile, "what the case expects"),
-        (DrawnFile, "`drawn`"),
-        (RecordedFile, "`recorded`"),
-        (CaseFile, "the case"),
-    ),
+_FINAL_PREDICATES = predicate_type(Where.REQUIREMENT)
+_FINAL = ScalarOrListType(
+    "predicate, or list of them",
+    _FINAL_PREDICATES.expected,
+    _FINAL_PREDICATES.expected_element,
+    _FINAL_PREDICATES.json,
+    _read_final,
+    _final_data,
+)
+_OPERATIONS = names_type("list of operations", ValueReader.operations, flow_list)
+_OBLIGATIONS = names_type("list of obligations", node_of, lambda visits: flow_list(map(str, visits)))
+_GOAL = ScalarOrListType(
+    "goal or predicate",
+    "the name of a goal, or a predicate",
+    "a predicate",
+    {"anyOf": [{"type": ["string", "boolean"]}, {"type": "array", "items": {"type": "string"}}]},
+    node_of,
 )
 
-NETWORK_SHAPE = Shape("network", NetworkFile, ((PartitionFile, "a partition"), (RestartFile, "a restart")))
+
+# sections
+
+
+class LimitsKeys(Keys):
+    """When the run is given up."""
+
+    time = Key(
+        ScalarType(TIME.words, TIME.expected, TIME.json, _read_time_limit, TIME.writer),
+        "How long the goal may be pursued.",
+        absent="that of the command",
+        source="time_ns",
+    )
+    plans = Key(COUNT, "How many plans may be asked for.", absent="that of the command")
+
+
+class ExpectationsKeys(Keys):
+    """What must come of the run."""
+
+    verdict = Key(_verdict_type("a verdict"), "How it ends.", absent="not asked")
+    plan = Key(_OPERATIONS, "The operations of the first plan, all of them.", absent="not asked", always_written=True)
+    order = DefaultKey(
+        _OPERATIONS, "Operations that complete in this order; others may complete between them.", default=()
+    )
+    final = DefaultKey(_FINAL, "What holds at the end.", default=(), shown=True)
+    visits = Key(
+        _OBLIGATIONS, "Obligations that the run visits, such as `scan/timedout`, `scan/queued`, `automatic/clear`."
+    )
+
+    def expectations(self, model: BehaviorModel) -> Expectations:
+        """Return the expectations; only good if the report is empty afterwards."""
+        visits = () if self.visits is None else self._visits(self.visits, model)
+        return Expectations(self.verdict, self.plan, self.order, self.final, visits)
+
+    def _visits(self, node: YamlNode, model: BehaviorModel) -> tuple[Obligation, ...]:
+        known = {str(obligation): obligation for obligation in Obligations.of(model)}
+        visits: dict[Obligation, None] = {}
+        for element in node.elements:
+            if element.text is None or element.plain is None:
+                continue
+            obligation = known.get(element.text)
+            if obligation is None:
+                remedy = suggestion(element.text, known, "the obligations are")
+                message = f"the model has no obligation `{element.text}`"
+                self.reader.add(Slug.UNKNOWN_OBLIGATION, message, element.place, remedy)
+            elif obligation in visits:
+                self.reader.add(Slug.DUPLICATE_VALUE, f"`{element.text}` stands here twice", element.place)
+            else:
+                visits[obligation] = None
+        return tuple(visits)
+
+
+class DrawnKeys(Keys):
+    """Where that is drawn from which the case leaves open."""
+
+    in_flow = True
+
+    seed = Key(ScalarType("whole number", "a whole number", {"type": "integer"}, _read_seed), required=True)
+    case = DefaultKey(COUNT, "Which case of the campaign with this seed.", default=1, source="number")
+
+
+class RecordedKeys(Keys):
+    """What came of the run that the case was saved from."""
+
+    end = Key(_verdict_type("the end of a run"), "How it ended.", required=True)
+    trace = Key(
+        ScalarType(
+            "SHA-256",
+            "the SHA-256 of a trace",
+            {"type": ["string", "number"], "pattern": "^[0-9a-f]{64}$"},
+            _read_digest,
+        ),
+        "The SHA-256 of its trace, in hexadecimal digits.",
+        required=True,
+    )
+
+
+# the case
+
+
+class CaseToWrite(NamedTuple):
+    """A case to be written.
+
+    Attributes:
+        case: the case.
+        model: the model that it is for.
+        model_path: where that is, relative to the directory of the file to be written.
+    """
+
+    case: Case
+    model: BehaviorModel
+    model_path: str | None
+
+    @property
+    def goal(self) -> object:
+        """The goal: its name, if the model has it, else the predicate."""
+        is_named = self.model.goal(self.case.goal) == self.case.predicate
+        return self.case.goal if is_named else predicate_data(self.case.predicate)
+
+    @property
+    def initial(self) -> dict[str, Any]:
+        """The variables that differ from the nominal state."""
+        nominal = self.model.nominal_state
+        return {name: value for name, value in self.case.initial.items() if value != nominal[name]}
+
+
+def _of_case(attribute: str, default: object = None) -> Any:  # noqa: ANN401 - a source of data
+    """Return a source: an attribute of the case, unless it is the default."""
+
+    def source(written: CaseToWrite) -> object:
+        part = getattr(written.case, attribute)
+        return None if part == default else part
+
+    return source
+
+
+class CaseKeys(Keys):
+    """A test case."""
+
+    case = Key(CASE_NAME_TYPE, "The name of the case.", required=True, source=_of_case("name"))
+    model = Key(
+        ScalarType(
+            "path",
+            "the path of a model file",
+            {"type": "string", "description": "The model file, seen from the directory of this file."},
+            _read_model_path,
+        ),
+        source="model_path",
+    )
+    goal = Key(_GOAL, "The name of a goal of the model, or a predicate over the world.", required=True)
+    initial = Key(NamesType(VALUE, "variable → value", is_short), "The variables that differ from the nominal state.")
+    outcomes = DefaultKey(
+        NamesType(RuleType(), "name → rule"),
+        "What happens to the requests of a resource, or to those that are sent while an operation is the current one.",
+        default=(),
+        source=lambda written: stretches_of(written.case.outcomes),
+    )
+    injections = DefaultKey(
+        MappingListType(InjectionKeys, "list of injections"),
+        "What the tester changes on the way.",
+        default=(),
+        source=lambda written: tuple(
+            NumberedInjection(injection, number) for number, injection in enumerate(written.case.injections, start=1)
+        ),
+    )
+    network = Key(MappingType(NetworkKeys, "network"), absent="no faults", source=_of_case("network", Network()))
+    limits = Key(MappingType(LimitsKeys), absent="those of the command", source=_of_case("limits", CaseLimits()))
+    requirements = DefaultKey(
+        REQUIREMENTS,
+        "More requirements, which hold for this case.",
+        default=(),
+        source=lambda written: {requirement.name: requirement.sentence for requirement in written.case.requirements},
+    )
+    expect = Key(MappingType(ExpectationsKeys, "expectations"), source=_of_case("expect", Expectations()))
+    drawn = Key(
+        MappingType(DrawnKeys),
+        "What the case leaves open is drawn from these streams; it is plain, if this is missing.",
+        source=_of_case("origin"),
+    )
+    recorded = Key(MappingType(RecordedKeys), source=_of_case("recorded"))
+
+    def case_for(self, model: BehaviorModel) -> Case:
+        """Return the case, whose names are those of a model; only good if the report is empty afterwards."""
+        _ = self.model  # read for its own errors
+        goal, predicate = self._goal(model)
+        return Case(
+            self.case or "",
+            goal,
+            predicate,
+            self._initial(model),
+            RuleReader(self.reader).rules(self.outcomes),
+            InjectionsReader(self.reader).injections(self.injections),
+            self._network(),
+            CaseLimits() if self.limits is None else CaseLimits(self.limits.time, self.limits.plans),
+            tuple(self._requirements(model)),
+            Expectations() if self.expect is None else self.expect.expectations(model),
+            None if self.drawn is None else Origin(self.drawn.seed or 0, self.drawn.case),
+            None if self.recorded is None else Recorded(str(self.recorded.end or ""), self.recorded.trace or ""),
+        )
+
+    def _goal(self, model: BehaviorModel) -> tuple[str, Predicate]:
+        node = self.node.get("goal")
+        text = None if node is None else node.text
+        named = None if text is None else model.goal(text)
+        if text is not None and named is not None:
+            return text, named
+        if node is not None and isinstance(node.plain, str) and _WORD.fullmatch(node.plain):
+            known = [name for name, _ in model.goals]
+            remedy = suggestion(node.plain, known, "its goals are") or "write a predicate, such as `robot_at == home`"
+            self.reader.add(Slug.UNKNOWN_GOAL, f"the model has no goal `{node.plain}`", node.place, remedy)
+            node = None
+        predicate = self.reader.predicate(node, Where.WORLD)
+        return str(predicate), predicate
+
+    def _initial(self, model: BehaviorModel) -> State:
+        node = self.node.get("initial")
+        values = {}
+        for variable, value, _, place in self.reader.assignments(node):
+            if variable.role.is_runner:
+                message = f"`{variable.name}` belongs to the runner; initial states speak of the world"
+                self.reader.add(Slug.RUNNER_VARIABLE, message, place)
+            else:
+                values[variable.name] = value
+        state = model.nominal_state.replace(values)
+        allowed = model.initial_states
+        if len(values) == (0 if node is None else len(node.items)) and not allowed.holds(state):
+            key = "initial" if node is not None else "case"
+            place = self.node.key_places.get(key, self.node.place)
+            read = dict.fromkeys(allowed.reads())
+            here = ", ".join(f"{name} is {format_value(state[name])}" for name in read)
+            message = f"the initial state does not satisfy `initial_states`: {allowed}"
+            self.reader.add(Slug.INITIAL_STATE_NOT_ALLOWED, message, place, f"here {here}" if here else None)
+        return state
+
+    def _network(self) -> Network:
+        if self.network is None:
+            return Network()
+        network = self.network.network()
+        if nearest("drawn", self.node.items) is None:  # a misspelt one has an error of its own
+            for key in random_keys(network):
+                message = f"`{key}` is a matter of chance, and the case does not say what it is drawn from"
+                place = self.network.place(key)
+                self.reader.add(Slug.NOTHING_DRAWN, message, place, "add `drawn: {seed: 1}` to the case")
+        return network
+
+    def _requirements(self, model: BehaviorModel) -> Iterator[Requirement]:
+        known = {requirement.name for requirement in model.requirements}
+        for entry in self.requirements:
+            if not NAME.fullmatch(entry.name):
+                self.reader.refuse_name(entry.name, entry.place)
+            elif entry.name in known:
+                message = f"the model has a requirement `{entry.name}` already"
+                self.reader.add(Slug.DUPLICATE_NAME, message, entry.place, "choose another name")
+            if entry.value is not None:
+                yield Requirement(entry.name, entry.value)
+
+
+CASE_OWNERS: tuple[tuple[type[Keys], str], ...] = (
+    (OutcomeKeys, "an outcome"),
+    (InjectionKeys, "an injection"),
+    (PartitionKeys, "a partition"),
+    (NetworkKeys, "the network"),
+    (LimitsKeys, "the limits"),
+    (ExpectationsKeys, "what the case expects"),
+    (DrawnKeys, "`drawn`"),
+    (RecordedKeys, "`recorded`"),
+    (CaseKeys, "the case"),
+)
+"""What messages call the mappings of a case file; an unknown key belongs to the first that declares it."""

@@ -1,183 +1,403 @@
-"""What the types of files are made of: scalars and lists that stand for names, values, predicates, durations.
-
-Only the sort of YAML is checked here, as what the texts say is a matter of `parts`.
-"""
+"""The types of keys: scalars, lists and mappings of several sorts, and those that files of all sorts have in common."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    GetJsonSchemaHandler,
-    TypeAdapter,
-    ValidatorFunctionWrapHandler,
-    WithJsonSchema,
-    WrapValidator,
-)
-from pydantic_core import PydanticCustomError
-
+from scbm.files.codec.keys import Data, Definitions, Keys, KeyType, ShapeCheck, Spot
+from scbm.files.codec.value_reader import ValueReader
 from scbm.files.language.quantities import DURATION_PATTERN
-from scbm.model import Slug
+from scbm.files.yaml.yaml_writer import FlowList, FlowMapping
+from scbm.model.durations import format_duration
+from scbm.model.predicates import Predicate, Truth
+from scbm.model.values import Value, format_value
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable, Iterator
 
-    from pydantic.json_schema import JsonSchemaValue
-    from pydantic_core import CoreSchema
+    from scbm.files.language.scope import Where
+    from scbm.files.yaml.document import YamlNode
+    from scbm.model import Place
+    from scbm.model.requirements import Sentence
 
-_PREDICATE_HELP = (
-    "A predicate: `==`, `!=`, `&&`, `||`, `!`, `->`, `in {a, b}`, `<` and its like on integers, `true`, `false`. "
-    "A list is the conjunction of its elements."
-)
-SCALAR_SCHEMA: dict[str, Any] = {"type": ["boolean", "integer", "string"]}
-"""What editors are told of a value of a variable."""
+T = TypeVar("T")
+K = TypeVar("K", bound=Keys)
 
-
-def _found(value: object) -> str:
-    match value:
-        case None:
-            return "nothing"
-        case dict():
-            return "a mapping"
-        case list():
-            return "a list"
-        case _:
-            return f"`{str(value).lower() if isinstance(value, bool) else str(value)[:40]}`"
-
-
-def wrong_shape(expected: str, value: object, remedy: str | None = None) -> PydanticCustomError:
-    """What to raise where something else was expected."""
-    context = {"expected": expected, "found": _found(value), "remedy": remedy}
-    return PydanticCustomError(Slug.WRONG_SHAPE.value, "expected {expected}, found {found}", context)
-
-
-def scalar(expected: str) -> BeforeValidator:
-    """Takes any scalar."""
-
-    def check(value: object) -> object:
-        if value is None or isinstance(value, (dict, list)):
-            raise wrong_shape(expected, value)
-        return value
-
-    return BeforeValidator(check)
-
-
-@cache
-def _scalars(expected: str) -> TypeAdapter[list[Any]]:
-    """Made when it is asked for: it takes a millisecond, and there are many."""
-    return TypeAdapter(list[Annotated[Any, scalar(expected)]])
-
-
-def scalar_or_list(expected: str, expected_element: str) -> BeforeValidator:
-    """Takes a scalar, or a list of them."""
-
-    def check(value: object) -> object:
-        if value is None or isinstance(value, dict):
-            raise wrong_shape(expected, value)
-        return _scalars(expected_element).validate_python(value) if isinstance(value, list) else value
-
-    return BeforeValidator(check)
-
-
-def list_of(expected: str, expected_element: str) -> BeforeValidator:
-    """Takes a list of scalars."""
-
-    def check(value: object) -> object:
-        if not isinstance(value, list):
-            remedy = f"write `[{value}]`" if isinstance(value, str) else None
-            raise wrong_shape(expected, value, remedy)
-        return _scalars(expected_element).validate_python(value)
-
-    return BeforeValidator(check)
-
-
-def scalar_or_mapping(expected: str) -> WrapValidator:
-    """A scalar, or a mapping of a type with known keys."""
-
-    def check(value: object, check_mapping: ValidatorFunctionWrapHandler) -> object:
-        if value is None or isinstance(value, list):
-            raise wrong_shape(expected, value)
-        return check_mapping(value) if isinstance(value, dict) else value
-
-    return WrapValidator(check)
+# sorts of types
 
 
 @dataclass(frozen=True)
-class Editors:
-    """What editors are told, made of the schema of the mapping that stands there otherwise."""
-
-    make: Callable[[JsonSchemaValue], JsonSchemaValue]
-
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        return self.make(handler(schema))
-
-
-def text_schema(description: str, **more: object) -> WithJsonSchema:
-    """What editors are told of a text."""
-    return WithJsonSchema({"type": "string", "description": description, **more})
-
-
-Name: TypeAlias = Annotated[Any, scalar("a name"), WithJsonSchema({"type": "string"})]
-Value: TypeAlias = Annotated[Any, scalar("a value"), WithJsonSchema(SCALAR_SCHEMA)]
-Predicate: TypeAlias = Annotated[
-    Any,
-    scalar_or_list("a predicate", "a predicate"),
-    WithJsonSchema(
-        {
-            "description": _PREDICATE_HELP,
-            "anyOf": [
-                {"type": ["string", "boolean"]},
-                {"type": "array", "items": {"type": ["string", "boolean"]}},
-            ],
-        }
-    ),
-]
-Requirement: TypeAlias = Annotated[
-    Any,
-    scalar("a requirement"),
-    text_schema("`always p`, `never p`, `p leads to q [within d]`, `p before q`, or `after p always q until r`."),
-]
-Names: TypeAlias = Annotated[
-    Any, list_of("a list of names", "a name"), WithJsonSchema({"type": "array", "items": {"type": "string"}})
-]
-Duration: TypeAlias = Annotated[
-    Any,
-    scalar("a duration such as `10 s`"),
-    text_schema("A number with a unit: `10 s`, `500 ms`, `2 minutes`.", pattern=DURATION_PATTERN),
-]
-Durations: TypeAlias = Annotated[
-    Any,
-    list_of("a list of durations", "a duration such as `10 s`"),
-    WithJsonSchema({"type": "array", "items": {"type": "string", "pattern": DURATION_PATTERN}}),
-]
-
-
-class FileType(BaseModel):
-    """A mapping with known keys."""
-
-    model_config = ConfigDict(extra="forbid", use_attribute_docstrings=True, defer_build=True)
-
-    @classmethod
-    def keys(cls) -> dict[str, Any]:
-        """Each key as it is written, with what stands under it. Some are words of Python, and have an alias."""
-        return {field.alias or name: field.annotation for name, field in cls.model_fields.items()}
-
-
-@dataclass(frozen=True)
-class Shape:
-    """The shape of a whole file, or of a text alone.
+class ScalarType(KeyType[T]):
+    """A scalar.
 
     Attributes:
-        noun: what the text is called in messages.
-        root: the type of the whole.
-        owners: the types of its parts, each with what such a part is called; a key at the wrong place belongs there.
+        words: what the documentation calls it.
+        expected: what messages call it.
+        json: its JSON Schema.
+        reader: reads it from a node with this text.
+        writer: its data.
     """
 
-    noun: str
-    root: type[FileType]
-    owners: tuple[tuple[type[FileType], str], ...]
+    words: str
+    expected: str
+    json: dict[str, Data]
+    reader: Callable[[ValueReader, YamlNode, str], T | None]
+    writer: Callable[[Any], Data] = lambda value: value
+
+    def check(self, spot: Spot, check: ShapeCheck) -> None:
+        """Note anything but a scalar."""
+        if spot.node.plain is None or isinstance(spot.node.plain, (dict, list)):
+            check.wrong_shape(spot, self.expected)
+
+    def read(self, node: YamlNode, reader: ValueReader) -> T | None:
+        """Return the value of a scalar."""
+        return None if node.text is None or node.plain is None else self.reader(reader, node, node.text)
+
+    def write(self, value: object) -> Data:
+        """Return the value as a scalar."""
+        return self.writer(value)
+
+    def schema(self, definitions: Definitions) -> dict[str, Data]:  # noqa: ARG002 - refers to no definition
+        """Return the JSON Schema."""
+        return dict(self.json)
+
+
+@dataclass(frozen=True)
+class ScalarOrListType(KeyType[T]):
+    """A scalar, or a list of scalars.
+
+    Attributes:
+        words, expected, json, writer: as of a scalar.
+        expected_element: what messages call an element.
+        reader: reads the value from a node that is a scalar or a list.
+    """
+
+    words: str
+    expected: str
+    expected_element: str
+    json: dict[str, Data]
+    reader: Callable[[ValueReader, YamlNode], T | None]
+    writer: Callable[[Any], Data] = lambda value: value
+
+    def check(self, spot: Spot, check: ShapeCheck) -> None:
+        """Note a mapping, nothing, or elements that are no scalars."""
+        if spot.node.plain is None or isinstance(spot.node.plain, dict):
+            check.wrong_shape(spot, self.expected)
+        _check_elements(spot, check, self.expected_element)
+
+    def read(self, node: YamlNode, reader: ValueReader) -> T | None:
+        """Return the value of a scalar or a list."""
+        is_readable = isinstance(node.plain, list) or (node.text is not None and node.plain is not None)
+        return self.reader(reader, node) if is_readable else None
+
+    def write(self, value: object) -> Data:
+        """Return the value as data."""
+        return self.writer(value)
+
+    def schema(self, definitions: Definitions) -> dict[str, Data]:  # noqa: ARG002 - refers to no definition
+        """Return the JSON Schema."""
+        return dict(self.json)
+
+
+class ScalarListType(ScalarOrListType[T]):
+    """A list of scalars."""
+
+    def check(self, spot: Spot, check: ShapeCheck) -> None:
+        """Note anything but a list of scalars."""
+        if not isinstance(spot.node.plain, list):
+            remedy = f"write `[{spot.node.plain}]`" if isinstance(spot.node.plain, str) else None
+            check.wrong_shape(spot, self.expected, remedy)
+        _check_elements(spot, check, self.expected_element)
+
+    def read(self, node: YamlNode, reader: ValueReader) -> T | None:
+        """Return the value of a list."""
+        return self.reader(reader, node) if isinstance(node.plain, list) else None
+
+
+def _check_elements(spot: Spot, check: ShapeCheck, expected: str) -> None:
+    for element in spot.elements():
+        if element.node.plain is None or isinstance(element.node.plain, (dict, list)):
+            check.wrong_shape(element, expected)
+
+
+@dataclass(frozen=True)
+class MappingType(KeyType[K]):
+    """A mapping with known keys. Its value is the mapping bound to its node."""
+
+    keys: type[K]
+    words: str = "mapping"
+    has_title: ClassVar[bool] = False
+
+    def check(self, spot: Spot, check: ShapeCheck) -> None:
+        """Check the mapping."""
+        self.keys.check(spot, check)
+
+    def read(self, node: YamlNode, reader: ValueReader) -> K:
+        """Bind the keys to the node."""
+        return self.keys(node, reader)
+
+    def write(self, value: object) -> Data:
+        """Return the mapping as data."""
+        return self.keys.write(value)
+
+    def schema(self, definitions: Definitions) -> dict[str, Data]:
+        """Refer to the definition of the mapping."""
+        return definitions.reference(self.keys)
+
+    def mappings(self) -> tuple[type[Keys], ...]:
+        """Return the mapping."""
+        return (self.keys,)
+
+
+@dataclass(frozen=True)
+class ScalarOrMappingType(MappingType[K]):
+    """A scalar that stands for a mapping, or the mapping itself.
+
+    Attributes:
+        expected: what messages call it.
+        json: the JSON Schema of the scalar.
+        writer: the data; the mapping if it is `None`.
+    """
+
+    expected: str = ""
+    json: dict[str, Data] = field(default_factory=dict)
+    writer: Callable[[Any], Data] | None = None
+
+    def check(self, spot: Spot, check: ShapeCheck) -> None:
+        """Note a list, nothing, and what is wrong in a mapping."""
+        if isinstance(spot.node.plain, dict):
+            self.keys.check(spot, check)
+        elif spot.node.plain is None or isinstance(spot.node.plain, list):
+            check.wrong_shape(spot, self.expected)
+
+    def write(self, value: object) -> Data:
+        """Return the scalar or the mapping."""
+        return super().write(value) if self.writer is None else self.writer(value)
+
+    def schema(self, definitions: Definitions) -> dict[str, Data]:
+        """Return the schema of both."""
+        return {"anyOf": [self.json, super().schema(definitions)]}
+
+
+@dataclass(frozen=True, slots=True)
+class Entry(Generic[T]):
+    """An entry of a mapping whose keys are names.
+
+    Attributes:
+        name: its key.
+        place: where that stands.
+        node: what stands behind it.
+        value: the value of that.
+    """
+
+    name: str
+    place: Place
+    node: YamlNode
+    value: T
+
+
+@dataclass(frozen=True)
+class NamesType(KeyType[tuple[Entry[T | None], ...]]):
+    """A mapping from names to values of one type; a value is `None` if it is wrong. Written from a dictionary or pairs.
+
+    Attributes:
+        inner: the type of the values.
+        words: what the documentation calls the mapping.
+        in_flow: whether such data is written on one line.
+    """
+
+    inner: KeyType[T]
+    words: str
+    in_flow: Callable[[dict[str, Data]], bool] = lambda _: False
+
+    def check(self, spot: Spot, check: ShapeCheck) -> None:
+        """Note anything but a mapping, and what is wrong with its values."""
+        if not isinstance(spot.node.plain, dict):
+            remedy = "write `{}` for none" if spot.node.plain is None else None
+            check.wrong_shape(spot, "a mapping of names", remedy)
+        for _, child in spot.entries():
+            self.inner.check(child, check)
+
+    def read(self, node: YamlNode, reader: ValueReader) -> tuple[Entry[T | None], ...]:
+        """Return the entries, in the order of the file."""
+        return tuple(Entry(*named, self.inner.read(named[-1], reader)) for named in _named_nodes(node))
+
+    def write(self, value: object) -> Data:
+        """Return the mapping as data."""
+        pairs: Any = value.items() if isinstance(value, dict) else value
+        written = {name: self.inner.write(part) for name, part in pairs}
+        return FlowMapping(written) if self.in_flow(written) else written
+
+    def schema(self, definitions: Definitions) -> dict[str, Data]:
+        """Return the JSON Schema."""
+        return {"type": "object", "additionalProperties": self.inner.schema(definitions)}
+
+    def mappings(self) -> tuple[type[Keys], ...]:
+        """Return the mappings that the values may be."""
+        return self.inner.mappings()
+
+
+def _named_nodes(node: YamlNode) -> Iterator[tuple[str, Place, YamlNode]]:
+    return ((name, node.key_places[name], child) for name, child in node.items.items())
+
+
+class NamedMappingsType(KeyType[tuple[Entry[K], ...]]):
+    """A mapping from names to mappings with known keys."""
+
+    def __init__(self, keys: type[K], words: str) -> None:
+        self.keys = keys
+        self.words = words
+        self._names = NamesType(MappingType(keys), words)
+
+    def check(self, spot: Spot, check: ShapeCheck) -> None:
+        """Note anything but a mapping, and what is wrong with its values."""
+        self._names.check(spot, check)
+
+    def read(self, node: YamlNode, reader: ValueReader) -> tuple[Entry[K], ...]:
+        """Bind the keys to each entry."""
+        return tuple(Entry(*named, self.keys(named[-1], reader)) for named in _named_nodes(node))
+
+    def write(self, value: object) -> Data:
+        """Return the mapping as data."""
+        return self._names.write(value)
+
+    def schema(self, definitions: Definitions) -> dict[str, Data]:
+        """Return the JSON Schema."""
+        return self._names.schema(definitions)
+
+    def mappings(self) -> tuple[type[Keys], ...]:
+        """Return the mapping of each entry."""
+        return (self.keys,)
+
+
+@dataclass(frozen=True)
+class MappingListType(KeyType[tuple[K, ...]]):
+    """A list of mappings with known keys."""
+
+    keys: type[K]
+    words: str
+
+    def check(self, spot: Spot, check: ShapeCheck) -> None:
+        """Note anything but a list, and what is wrong with its elements."""
+        if not isinstance(spot.node.plain, list):
+            check.wrong_shape(spot, "a list", "write `[]` for none" if spot.node.plain is None else None)
+        for element in spot.elements():
+            self.keys.check(element, check)
+
+    def read(self, node: YamlNode, reader: ValueReader) -> tuple[K, ...]:
+        """Bind the keys to each element."""
+        return tuple(self.keys(element, reader) for element in node.elements)
+
+    def write(self, value: object) -> Data:
+        """Return the elements as data."""
+        elements: Any = value
+        return [self.keys.write(element) for element in elements]
+
+    def schema(self, definitions: Definitions) -> dict[str, Data]:
+        """Return the JSON Schema."""
+        return {"type": "array", "items": definitions.reference(self.keys)}
+
+    def mappings(self) -> tuple[type[Keys], ...]:
+        """Return the mapping of each element."""
+        return (self.keys,)
+
+
+# types that files of all sorts have in common
+
+SCALAR_SCHEMA: dict[str, Any] = {"type": ["boolean", "integer", "string"]}
+"""The JSON Schema of a value of a variable."""
+
+_TEXTS: dict[str, Any] = {"type": "array", "items": {"type": "string"}}
+_PREDICATE_SCHEMA: dict[str, Any] = {
+    "description": (
+        "A predicate: `==`, `!=`, `&&`, `||`, `!`, `->`, `in {a, b}`, `<` and its like on integers, `true`, `false`. "
+        "A list is the conjunction of its elements."
+    ),
+    "anyOf": [{"type": ["string", "boolean"]}, {"type": "array", "items": {"type": ["string", "boolean"]}}],
+}
+DURATION_SCHEMA: dict[str, Any] = {"type": "string", "pattern": DURATION_PATTERN}
+
+
+def node_of(_: ValueReader, node: YamlNode) -> YamlNode:
+    """Return the node itself: what it means depends on others."""
+    return node
+
+
+def text_of(_: ValueReader, node: YamlNode, text: str) -> str:
+    """Return the text of a scalar."""
+    del node
+    return text
+
+
+def scalar_node(_: ValueReader, node: YamlNode, text: str) -> YamlNode:
+    """Return the node of a scalar: what it means depends on others."""
+    del text
+    return node
+
+
+def predicate_data(predicate: Predicate) -> bool | str:
+    """Return a predicate as it is written."""
+    return predicate.truth if isinstance(predicate, Truth) else str(predicate)
+
+
+def predicate_type(where: Where) -> ScalarOrListType[Predicate]:
+    """Return the type of predicates that may read what can be read at such a place."""
+    return ScalarOrListType(
+        "predicate",
+        "a predicate",
+        "a predicate",
+        _PREDICATE_SCHEMA,
+        lambda reader, node: reader.predicate(node, where),
+        predicate_data,
+    )
+
+
+MODEL_NAME = ScalarType("name", "a name", {"type": "string"}, ValueReader.model_name)
+CASE_NAME_TYPE = ScalarType("name", "a name", {"type": "string"}, ValueReader.case_name)
+NAME_NODE = ScalarType("name", "a name", {"type": "string"}, scalar_node)
+RESOURCE_NAME = ScalarType("resource", "a name", {"type": "string"}, ValueReader.resource)
+VALUE = ScalarType("value", "a value", SCALAR_SCHEMA, scalar_node)
+REQUIREMENT: ScalarType[Sentence] = ScalarType(
+    "requirement",
+    "a requirement",
+    {
+        "type": "string",
+        "description": "`always p`, `never p`, `p leads to q [within d]`, `p before q`, or `after p always q until r`.",
+    },
+    ValueReader.sentence,
+    str,
+)
+COUNT = ScalarType("whole number", "a whole number", {"type": "integer", "minimum": 1}, ValueReader.count)
+REQUIREMENTS = NamesType(REQUIREMENT, "name → requirement")
+_DURATION_HELP: dict[str, Any] = {
+    **DURATION_SCHEMA,
+    "description": "A number with a unit: `10 s`, `500 ms`, `2 minutes`.",
+}
+DURATION = ScalarType("duration", "a duration such as `10 s`", _DURATION_HELP, ValueReader.duration, format_duration)
+TIME = ScalarType("duration", "a duration such as `10 s`", _DURATION_HELP, ValueReader.time, format_duration)
+"""A duration in a case, where a negative one has an error of its own."""
+
+
+def names_type(
+    words: str, reader: Callable[[ValueReader, YamlNode], T | None], writer: Callable[[Any], object] = list
+) -> ScalarListType[T]:
+    """Return the type of lists of names, such as operations."""
+    return ScalarListType(words, "a list of names", "a name", _TEXTS, reader, writer)
+
+
+VARIABLES = names_type("list of variables", ValueReader.variables)
+
+_MAX_COLUMNS = 100
+"""A list or a mapping on one line is about this long at most."""
+
+
+def flow_list(words: Iterable[str]) -> list[Any]:
+    """Return a list that is written on one line if it is short."""
+    listed = list(words)
+    return FlowList(listed) if sum(len(word) + 2 for word in listed) <= _MAX_COLUMNS else listed
+
+
+def is_short(values: dict[str, Value]) -> bool:
+    """Return whether a mapping of values fits one line."""
+    return sum(len(name) + len(format_value(value)) + 4 for name, value in values.items()) <= _MAX_COLUMNS

@@ -1,219 +1,194 @@
-"""The shape of a model file: which keys there are, which must be there, and what sort of YAML stands under them.
-
-What the texts inside say is not checked here but in `builder`. The JSON Schema for editors is made of these types.
-"""
+"""The keys of a model file, and the model that they make."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, TypeAlias
+from dataclasses import replace
+from typing import TYPE_CHECKING, TypeVar
 
-from pydantic import Field, WithJsonSchema
+from scbm.files.codec.binding_keys import BindingReader, RosKeys
+from scbm.files.codec.key_types import MODEL_NAME, REQUIREMENTS, NamedMappingsType, NamesType, predicate_type
+from scbm.files.codec.keys import DefaultKey, Key, Keys
+from scbm.files.codec.operation_keys import AutomaticKeys, OperationKeys, TransitionKeys
+from scbm.files.codec.resource_keys import ResourceKeys, SimulationKeys
+from scbm.files.codec.value_reader import NAME
+from scbm.files.codec.variable_keys import VariableKeys
+from scbm.files.language.grammar import KEYWORDS
+from scbm.files.language.scope import Scope, Where
+from scbm.model import Place, Slug
+from scbm.model.behavior import BehaviorModel
+from scbm.model.predicates import TRUE
+from scbm.model.requirements import Requirement
+from scbm.model.variables import NO_OPERATION, Variable, resource_variables, runner_variables
 
-from scbm.files.codec.binding_keys import RosFile
-from scbm.files.codec.key_types import (
-    SCALAR_SCHEMA,
-    Duration,
-    Durations,
-    FileType,
-    Name,
-    Names,
-    Predicate,
-    Requirement,
-    Shape,
-    Value,
-    list_of,
-    scalar,
-    scalar_or_list,
-    scalar_or_mapping,
-)
-from scbm.files.language.quantities import DURATION_PATTERN
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
-Actions: TypeAlias = Annotated[
-    Any,
-    list_of("a list of actions", "an action"),
-    WithJsonSchema(
-        {
-            "type": "array",
-            "items": {"type": "string"},
-            "description": "`v <- value`, `v <- other`, and on integers `v += 1`, `v -= 1`; all at once.",
-        }
-    ),
-]
-Domain: TypeAlias = Annotated[
-    Any,
-    scalar_or_list("`bool`, a list of symbols such as `[open, closed]`, or a range such as `0..5`", "a symbol"),
-    WithJsonSchema(
-        {
-            "description": "`bool`, a list of symbols, or an integer range `lo..hi`.",
-            "anyOf": [
-                {"const": "bool"},
-                {"type": "string", "pattern": r"^-?\d+\s*\.\.\s*-?\d+$"},
-                {"type": "array", "items": {"type": "string"}, "minItems": 1, "uniqueItems": True},
-            ],
-        }
-    ),
-]
-Values: TypeAlias = Annotated[
-    Any,
-    scalar_or_list("`any` or a list of values", "a value"),
-    WithJsonSchema({"anyOf": [{"const": "any"}, {"type": "array", "items": SCALAR_SCHEMA, "minItems": 1}]}),
-]
-Probability: TypeAlias = Annotated[
-    Any, scalar("a probability"), WithJsonSchema({"type": "number", "minimum": 0, "maximum": 1})
-]
+    from scbm.files.codec.key_types import Entry
+
+T = TypeVar("T")
+
+_WORLD = predicate_type(Where.WORLD)
+_RESERVED_OPERATIONS = (NO_OPERATION, "current", "plan", "automatic")
+_DECLARING: dict[str, type[Keys]] = {"variables": VariableKeys, "resources": ResourceKeys, "operations": OperationKeys}
+"""The sections whose keys are names that expressions use."""
 
 
-class VariableFile(FileType):
-    """A variable with a finite domain."""
-
-    domain: Domain
-    initial: Value
-    """The nominal initial value."""
-    random: Values = None
-    """What random initial states draw from: `any` or a list; the nominal value if this is missing."""
-
-
-class LatencyFile(FileType):
-    """A distribution of latencies."""
-
-    fixed: Duration = None
-    """Always this."""
-    uniform: Durations = None
-    """`[lowest, highest]`, all between alike."""
-    triangular: Durations = None
-    """`[lowest, most likely, highest]`."""
-
-
-Latency: TypeAlias = Annotated[
-    LatencyFile,
-    scalar_or_mapping("a duration or a distribution such as `{uniform: [200 ms, 1 s]}`"),
-    WithJsonSchema(
-        {
-            "description": "A duration, or `{fixed: d}`, `{uniform: [low, high]}`, `{triangular: [low, mode, high]}`.",
-            "anyOf": [
-                {"type": "string", "pattern": DURATION_PATTERN},
-                {
-                    "type": "object",
-                    "minProperties": 1,
-                    "maxProperties": 1,
-                    "additionalProperties": False,
-                    "properties": {
-                        "fixed": {"type": "string", "pattern": DURATION_PATTERN},
-                        "uniform": {
-                            "type": "array",
-                            "items": {"type": "string", "pattern": DURATION_PATTERN},
-                            "minItems": 2,
-                            "maxItems": 2,
-                        },
-                        "triangular": {
-                            "type": "array",
-                            "items": {"type": "string", "pattern": DURATION_PATTERN},
-                            "minItems": 3,
-                            "maxItems": 3,
-                        },
-                    },
-                },
-            ],
-        }
-    ),
-]
-
-
-class OutcomesFile(FileType):
-    """How probable each outcome of a request is; together 1."""
-
-    succeed: Probability = 0
-    fail: Probability = 0
-    timeout: Probability = 0
-    """No reply at all."""
-
-
-class SimulationFile(FileType):
-    """How a simulated resource behaves."""
-
-    latency: Latency = Field(default_factory=LatencyFile)
-    outcomes: OutcomesFile = Field(default_factory=OutcomesFile)
-    measured: dict[str, Values] = Field(default_factory=dict)
-    """For each measured variable, the values that a successful reply draws from."""
-
-
-class ResourceFile(FileType):
-    """What requests are sent to. It owns `<name>_req_trigger` and `<name>_req_state`."""
-
-    request: Names = Field(default_factory=list)
-    """The variables whose values a request carries."""
-    measures: Names = Field(default_factory=list)
-    """The variables whose values a reply may carry."""
-    simulation: SimulationFile = Field(default_factory=SimulationFile)
-    ros: RosFile = Field(default_factory=RosFile)
-    """How it is reached when it is real."""
-
-
-class AutomaticFile(FileType):
-    """A running transition `g / gr / a / ar` whose name is its key."""
-
-    g: Predicate
-    """The guard that planner and runner see."""
-    gr: Predicate = True
-    """The guard that only the runner adds."""
-    a: Actions = Field(default_factory=list)
-    """The actions that planner and runner take."""
-    ar: Actions = Field(default_factory=list)
-    """The actions that only the runner adds."""
-
-
-class TransitionFile(AutomaticFile):
-    """A running transition `g / gr / a / ar`."""
-
-    name: Name = None
-    """What reports call it."""
-
-
-class OperationFile(FileType):
-    """A task that takes time."""
-
-    deadline: Duration = None
-    """How long it may execute before it is timed out; for ever, if this is missing."""
-    pre: TransitionFile
-    """Taken when the operation starts."""
-    post: TransitionFile
-    """Taken when the operation completes."""
-    failed: TransitionFile = None  # type: ignore[assignment] # only the shape of what is there is ever looked at
-    """Fails the operation while it executes."""
-    timedout: Actions = Field(default_factory=list)
-    """Taken when the deadline passes."""
-    disabled_deadline: Duration = None
-    """How long it may be disabled before a new plan is asked for; for ever, if this is missing."""
-
-
-class ModelFile(FileType):
+class ModelKeys(Keys):
     """A behavior model."""
 
-    behavior_model: Name
-    """The name of the model."""
-    variables: dict[str, VariableFile]
-    resources: dict[str, ResourceFile] = Field(default_factory=dict)
-    operations: dict[str, OperationFile]
-    """What can be planned. Their order decides between plans of one length."""
-    automatic_transitions: dict[str, AutomaticFile] = Field(default_factory=dict)
-    """Taken as soon as they can be, the first one first."""
-    initial_states: Predicate = True
-    """What every initial state satisfies."""
-    goals: dict[str, Predicate] = Field(default_factory=dict)
-    requirements: dict[str, Requirement] = Field(default_factory=dict)
-    """What must hold during every run."""
+    behavior_model = Key(MODEL_NAME, "The name of the model.", required=True, source="name")
+    variables = DefaultKey(
+        NamedMappingsType(VariableKeys, "name → variable"),
+        default=(),
+        required=True,
+        source=lambda model: {variable.name: variable for variable in model.variables},
+    )
+    resources = DefaultKey(
+        NamedMappingsType(ResourceKeys, "name → resource"),
+        default=(),
+        source=lambda model: {resource.name: resource for resource in model.resources},
+    )
+    operations = DefaultKey(
+        NamedMappingsType(OperationKeys, "name → operation"),
+        "What can be planned. Their order decides between plans of one length.",
+        default=(),
+        required=True,
+        source=lambda model: {operation.name: operation for operation in model.operations},
+    )
+    automatic_transitions = DefaultKey(
+        NamedMappingsType(AutomaticKeys, "name → transition"),
+        "Taken as soon as they can be, the first one first.",
+        default=(),
+        source=lambda model: {transition.name: transition for transition in model.automatic_transitions},
+    )
+    initial_states = DefaultKey(_WORLD, "What every initial state satisfies.", default=TRUE, always_written=True)
+    goals = DefaultKey(NamesType(_WORLD, "name → predicate"), default=())
+    requirements = DefaultKey(
+        REQUIREMENTS,
+        "What must hold during every run.",
+        default=(),
+        source=lambda model: {requirement.name: requirement.sentence for requirement in model.requirements},
+    )
+
+    def model(self) -> BehaviorModel:
+        """Return the model; only good if the report is empty afterwards."""
+        variables = {entry.name: entry.value.variable(entry.name) for entry in self._named(self.variables)}
+        self.reader.scope = Scope(self._all_names(variables), self._misses_names())
+        self._refuse_ambiguous_symbols()
+        resources = [entry.value.resource(entry.name) for entry in self._named(self.resources)]
+        operations = [entry.value.operation(entry.name) for entry in self._named(self.operations, _RESERVED_OPERATIONS)]
+        automatic = self._named(self.automatic_transitions)
+        requirements = [(entry.name, entry.value) for entry in self._named(self.requirements)]
+        model = BehaviorModel(
+            name=self.behavior_model or "",
+            variables=tuple(variable for variable in variables.values() if variable is not None),
+            operations=tuple(operation for operation in operations if operation is not None),
+            resources=tuple(resources),
+            automatic_transitions=tuple(entry.value.automatic(entry.name, entry.place) for entry in automatic),
+            initial_states=self.initial_states,
+            goals=tuple((entry.name, entry.value or TRUE) for entry in self._named(self.goals)),
+            requirements=tuple(Requirement(name, sentence) for name, sentence in requirements if sentence is not None),
+        )
+        return self._bound(model)
+
+    def _bound(self, model: BehaviorModel) -> BehaviorModel:
+        """Return the model with the bindings of its resources, which depend on the actions of the whole model."""
+        bound = [entry for entry in self.resources if entry.value.has("ros")]
+        if not bound:
+            return model
+        bindings = BindingReader(self.reader, model)
+        by_name = {
+            entry.name: bindings.binding(entry.value.as_written(entry.name), entry.value.ros, entry.value.place("ros"))
+            for entry in bound
+            if entry.value.ros is not None
+        }
+        resources = (replace(resource, binding=by_name.get(resource.name)) for resource in model.resources)
+        return replace(model, resources=tuple(resources))
+
+    # names
+
+    def _named(self, entries: tuple[Entry[T], ...], reserved: tuple[str, ...] = ()) -> tuple[Entry[T], ...]:
+        """Return the entries of a section; note keys that are no names, and names with a meaning of their own."""
+        for entry in entries:
+            if not NAME.fullmatch(entry.name):
+                self.reader.refuse_name(entry.name, entry.place)
+            elif entry.name in KEYWORDS or entry.name in reserved:
+                message = f"`{entry.name}` has a meaning of its own"
+                self.reader.add(Slug.RESERVED_NAME, message, entry.place, "choose another name")
+        return entries
+
+    def _all_names(self, declared: dict[str, Variable | None]) -> dict[str, Variable | None]:
+        """Return all variables: those declared, then those of resources and operations; note duplicates."""
+        names: dict[str, Variable | None] = dict(declared)
+        owners = dict.fromkeys(declared, "declared in `variables`")
+        for variable, owner, place in self._owned():
+            if owners.get(variable.name) == owner:  # of an operation whose name is reserved, which is noted
+                continue
+            if variable.name in names:
+                message = f"`{variable.name}` is {owner}, and also {owners[variable.name]}"
+                declared_place = self._key_places("variables").get(variable.name, place)
+                self.reader.add(Slug.DUPLICATE_NAME, message, declared_place, "choose another name")
+            else:
+                names[variable.name] = variable
+                owners[variable.name] = owner
+        return names
+
+    def _owned(self) -> Iterator[tuple[Variable, str, Place]]:
+        """Yield the variables of resources and of the runner: each with its owner, and where that is named."""
+        for resource, place in self._key_places("resources").items():
+            for variable in resource_variables(resource):
+                yield variable, f"owned by the resource `{resource}`", place
+        places = self._key_places("operations")
+        for variable in runner_variables(places):
+            operation = variable.name.removesuffix(".state")
+            yield variable, "kept by the runner", places.get(operation, self.node.place)
+
+    def _misses_names(self) -> bool:
+        """Return whether something that declares names cannot be read; its own error explains why."""
+        return not self.is_clear or any(self._is_unclear(section) for section in _DECLARING)
+
+    def _is_unclear(self, section: str) -> bool:
+        node = self.node.get(section)
+        if node is None:
+            return self.declared[section].required
+        own = _DECLARING[section].declared.keys()
+        others = {key for keys in _DECLARING.values() for key in keys.declared if key not in own}
+        return (
+            node.incomplete
+            or not isinstance(node.plain, dict)
+            or not all(NAME.fullmatch(name) for name in node.items)
+            or any(not others.isdisjoint(entry.items) for entry in node.items.values())
+        )
+
+    def _refuse_ambiguous_symbols(self) -> None:
+        """Note names that are both a variable and a value."""
+        for entry in self.variables:
+            domain = entry.node.get("domain")
+            for element in domain.elements if domain is not None else ():
+                if self.reader.scope.variables.get(element.text or "") is not None:
+                    message = f"the value `{element.text}` of `{entry.name}` is also the name of a variable"
+                    self.reader.add(Slug.AMBIGUOUS_SYMBOL, message, element.place, "rename one of them")
+        values = {value: variable.name for variable, _, _ in self._owned() for value in variable.domain.values}
+        places = {variable.name: place for variable, _, place in self._owned()}
+        places |= self._key_places("operations") | self._key_places("variables")
+        for name in self.reader.scope.variables:
+            if name in values:
+                message = f"the variable `{name}` has the name of a value of `{values[name]}`"
+                self.reader.add(Slug.AMBIGUOUS_SYMBOL, message, places[name], "choose another name")
+
+    def _key_places(self, section: str) -> dict[str, Place]:
+        """Return where each entry of a section is named."""
+        mapping = self.node.get(section)
+        return mapping.key_places if mapping is not None else {}
 
 
-MODEL_SHAPE = Shape(
-    "model",
-    ModelFile,
-    (
-        (VariableFile, "a variable"),
-        (ResourceFile, "a resource"),
-        (SimulationFile, "the `simulation` of a resource"),
-        (RosFile, "`ros` of a resource"),
-        (OperationFile, "an operation"),
-        (TransitionFile, "a transition"),
-        (ModelFile, "the model"),
-    ),
+MODEL_OWNERS: tuple[tuple[type[Keys], str], ...] = (
+    (VariableKeys, "a variable"),
+    (ResourceKeys, "a resource"),
+    (SimulationKeys, "the `simulation` of a resource"),
+    (RosKeys, "`ros` of a resource"),
+    (OperationKeys, "an operation"),
+    (TransitionKeys, "a transition"),
+    (ModelKeys, "the model"),
 )
+"""What messages call the mappings of a model file; an unknown key belongs to the first that declares it."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from scbm.model.behavior import BehaviorModel
+    from scbm.model.resources import Resource
     from scbm.model.variables import Variable
 
 
@@ -34,15 +35,23 @@ class Scope:
     Attributes:
         variables: by name, in order; `None` for a name whose declaration is wrong, of which no more is said.
         incomplete: whether a part of the model that declares names is wrong, so that an unknown one may be meant there.
+        operations: the names of the operations, in order; only of a model that is already built.
+        resources: by name, in order; only of a model that is already built.
     """
 
     variables: Mapping[str, Variable | None]
     incomplete: bool = False
+    operations: tuple[str, ...] = ()
+    resources: Mapping[str, Resource] = field(default_factory=dict)
 
     @staticmethod
     def of(model: BehaviorModel) -> Scope:
         """The names of a model that is already built."""
-        return Scope({variable.name: variable for variable in model.running_space})
+        return Scope(
+            {variable.name: variable for variable in model.running_space},
+            operations=tuple(operation.name for operation in model.operations),
+            resources={resource.name: resource for resource in model.resources},
+        )
 
     @staticmethod
     def over(variables: Iterable[Variable]) -> Scope:

@@ -13,7 +13,7 @@ from ruamel.yaml import YAML
 from ruamel.yaml.error import YAMLError
 from ruamel.yaml.events import NodeEvent, ScalarEvent
 
-from scbm.files.codec.model_loader import read_model
+from scbm.files.codec.model_files import read_model
 from scbm.files.file_writer import replace_file
 from scbm.files.language.expressions import parse_predicate
 from scbm.files.language.scope import Scope

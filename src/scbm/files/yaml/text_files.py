@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from scbm.files.codec.key_types import Shape
 
 MAX_ERRORS = 100
 """So many errors of one file are told; a file with more has one cause that explains most of them."""
@@ -80,30 +79,30 @@ MAX_BYTES = 4 * 1024 * 1024
 _MARK = "\N{BYTE ORDER MARK}"
 
 
-def read_tree(text: str, file: str, shape: Shape, start: str) -> tuple[YamlNode, SourceText, ErrorCollector]:
+def read_tree(text: str, file: str, noun: str, start: str) -> tuple[YamlNode, SourceText, ErrorCollector]:
     """The mapping that a text says, and what is noted of its YAML so far.
 
     Args:
         text: YAML.
         file: what errors call the text.
-        shape: what kind of file it is; it is not compared with it here.
+        noun: what messages call the text: `model`, `case`.
         start: how such a file begins, for people whose text is something else.
 
     Raises:
         InputError: the text is not YAML, or no mapping.
     """
     source = SourceText(text.removeprefix(_MARK), file)
-    _refuse_runs(source, shape)
+    _refuse_runs(source, noun)
     report = ErrorCollector(source.lines)
-    document = read_document(source, report, shape.noun)
+    document = read_document(source, report, noun)
     if document is None or (document.plain is None and not document.condemned):
-        message = f"there is no {shape.noun} in the file" if source.text.strip() else "the file is empty"
+        message = f"there is no {noun} in the file" if source.text.strip() else "the file is empty"
         raise InputError([Diagnostic(Slug.FILE_EMPTY, message, Place(file), start)])
     if isinstance(document.plain, dict):
-        _refuse_other_kinds(document, shape, report)
+        _refuse_other_kinds(document, noun, report)
     if not isinstance(document.plain, dict):
         if not document.condemned:
-            report.add(Slug.WRONG_SHAPE, f"a {shape.noun} file is a mapping of keys", document.place, start)
+            report.add(Slug.WRONG_SHAPE, f"a {noun} file is a mapping of keys", document.place, start)
         raise report.error()
     return document, source, report
 
@@ -112,7 +111,7 @@ _RUN = re.compile(r'\s*\{\s*"format"\s*:\s*"scbm-(events|trace)"')
 """How the log of a run over nodes begins, and a trace: JSON Lines, which YAML has much to say of."""
 
 
-def _refuse_runs(source: SourceText, shape: Shape) -> None:
+def _refuse_runs(source: SourceText, noun: str) -> None:
     """What came of a run is no file that a run is made of. Raises `InputError`."""
     match = _RUN.match(source.text)
     if match is None:
@@ -121,7 +120,7 @@ def _refuse_runs(source: SourceText, shape: Shape) -> None:
         message, remedy = "the log of a run over nodes", f"`scbm replay {shlex.quote(source.file)}` shows it"
     else:
         message, remedy = "the trace of a run", None
-    told = f"this is {message}, and a {shape.noun} file is needed here"
+    told = f"this is {message}, and a {noun} file is needed here"
     raise InputError([Diagnostic(Slug.WRONG_SHAPE, told, Place(source.file, 1), remedy)])
 
 
@@ -129,12 +128,12 @@ _MARKS = {"model": "behavior_model", "case": "case", "bindings": "bindings_of"}
 """The key that tells each kind of file."""
 
 
-def _refuse_other_kinds(document: YamlNode, shape: Shape, report: ErrorCollector) -> None:
+def _refuse_other_kinds(document: YamlNode, noun: str, report: ErrorCollector) -> None:
     """A file of another kind is one mistake, not as many as it has keys."""
-    for noun, key in _MARKS.items():
-        own = _MARKS.get(shape.noun)
-        if noun != shape.noun and own is not None and key in document.items and own not in document.items:
-            message = f"this is a {noun} file, and a {shape.noun} file is needed here"
+    own = _MARKS.get(noun)
+    for other, key in _MARKS.items():
+        if other != noun and own is not None and key in document.items and own not in document.items:
+            message = f"this is a {other} file, and a {noun} file is needed here"
             report.add(Slug.WRONG_SHAPE, message, document.key_places[key])
             raise report.error()
 

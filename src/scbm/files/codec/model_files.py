@@ -1,14 +1,20 @@
-"""From a file to a behavior model. Every error of the file comes at once, each with its place."""
+"""Model files and files of bindings: text to model, with every error located, and model to text."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scbm.files.codec.model_builder import Builder
-from scbm.files.codec.model_keys import MODEL_SHAPE
-from scbm.files.codec.shape_check import check_shape
+from scbm.files.codec.binding_keys import BINDINGS_OWNERS, BindingsKeys
+from scbm.files.codec.keys import check_shape
+from scbm.files.codec.model_keys import MODEL_OWNERS, ModelKeys
+from scbm.files.codec.operation_keys import OperationKeys
+from scbm.files.codec.value_reader import ValueReader
+from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import read_file, read_tree
+from scbm.files.yaml.yaml_writer import dump
 from scbm.model import Place
 
 if TYPE_CHECKING:
@@ -16,7 +22,10 @@ if TYPE_CHECKING:
 
     from scbm.files.yaml.document import YamlNode
     from scbm.files.yaml.source_text import SourceText
-    from scbm.model.behavior import BehaviorModel
+    from scbm.model import BehaviorModel, Operation
+
+
+# models
 
 
 class Places:
@@ -93,11 +102,61 @@ def read_model(text: str, file: str = "model") -> BehaviorModel:
 
 
 def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
-    document, source, report = read_tree(text, file, MODEL_SHAPE, "a model begins with `behavior_model: <name>`")
-    check_shape(document, report, MODEL_SHAPE)
-    builder = Builder(document, report)
-    model = builder.model()
+    document, source, report = read_tree(text, file, "model", "a model begins with `behavior_model: <name>`")
+    check_shape(document, report, ModelKeys, MODEL_OWNERS)
+    reader = ValueReader(report, Scope({}))
+    model = ModelKeys(document, reader).model()
     report.raise_any()
-    if not builder.is_whole:
+    if not reader.is_whole:
         raise AssertionError(f"{file}: something was not resolved, and nothing was complained of")
     return model, Places(document, source)
+
+
+# files of bindings
+
+
+def load_bindings(path: str | Path, model: BehaviorModel) -> BehaviorModel:
+    """The model with the bindings of a file, which replace those that it has.
+
+    Raises:
+        InputError: with everything that is wrong with the file.
+    """
+    return read_bindings(read_file(Path(path)), model, str(path))
+
+
+def read_bindings(text: str, model: BehaviorModel, file: str = "bindings") -> BehaviorModel:
+    """The model with the bindings that a text says. Raises `InputError` with everything that is wrong with it.
+
+    Args:
+        text: YAML.
+        model: whose resources are bound.
+        file: what errors call the text.
+    """
+    document, _, report = read_tree(text, file, "bindings", "bindings begin with `bindings_of: <name of the model>`")
+    check_shape(document, report, BindingsKeys, BINDINGS_OWNERS)
+    bindings = BindingsKeys(document, ValueReader(report, Scope.of(model))).bindings(model)
+    report.raise_any()
+    resources = (replace(r, binding=bindings.get(r.name, r.binding)) for r in model.resources)
+    return replace(model, resources=tuple(resources))
+
+
+# writing
+
+
+def write_model(model: BehaviorModel) -> str:
+    """The model as YAML, with every key that says more than its default."""
+    return dump(ModelKeys.write(model), short_in_flow=True)
+
+
+def digest_of(model: BehaviorModel) -> str:
+    """What tells models apart: the SHA-256 of all that the model says, but for comments, layout and bindings.
+
+    How resources are reached when they are real says nothing about what the model means.
+    """
+    resources = tuple(replace(resource, binding=None) for resource in model.resources)
+    return sha256(write_model(replace(model, resources=resources)).encode()).hexdigest()
+
+
+def write_operation(operation: Operation) -> str:
+    """One operation as it stands under `operations:` in a model file."""
+    return dump({operation.name: OperationKeys.write(operation)}, short_in_flow=True)

@@ -1,26 +1,33 @@
-"""From a file to a test case. The file is parsed at once; what it says is resolved when the model is there."""
+"""Case files: text to case, with every error located, and case to text.
+
+A file is parsed at once; its names are resolved as soon as the model is known.
+"""
 
 from __future__ import annotations
 
 import re
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scbm.files.codec.case_builder import CaseBuilder, NetworkBuilder
-from scbm.files.codec.case_parts import CaseParts
-from scbm.files.codec.shape_check import check_shape
+from scbm.files.codec.case_keys import CASE_OWNERS, CaseKeys, CaseToWrite
+from scbm.files.codec.keys import check_shape
+from scbm.files.codec.network_keys import NETWORK_OWNERS, NetworkKeys
+from scbm.files.codec.value_reader import ValueReader
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import neighbour, read_file, read_tree
+from scbm.files.yaml.yaml_writer import FlowMapping, dump
 from scbm.model import Diagnostic, InputError, Place, Slug
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from scbm.cases import Case, Network
-    from scbm.files.codec.key_types import Shape
     from scbm.files.yaml.document import YamlNode
     from scbm.files.yaml.source_text import SourceText
     from scbm.files.yaml.text_files import ErrorCollector
-    from scbm.model.behavior import BehaviorModel
+    from scbm.model import BehaviorModel
 
 _START = "a case begins with `case: <name>`"
 _CASE = re.compile(r"""^\ufeff?(?:\{\s*)?["']?case["']?[ \t]*:(?=\s|$)""", re.MULTILINE | re.IGNORECASE)
@@ -37,12 +44,6 @@ def is_case_text(text: str) -> bool:
 def is_model_text(text: str) -> bool:
     """Whether a text looks like a model file: it has the key `behavior_model` at the beginning of a line."""
     return _MODEL.search(text) is not None
-
-
-def _case_shape() -> Shape:
-    from scbm.files.codec.case_keys import CASE_SHAPE  # noqa: PLC0415 - it takes long to make, and few commands need it
-
-    return CASE_SHAPE
 
 
 class CaseDocument:
@@ -73,7 +74,7 @@ class CaseDocument:
         wrong = self._wrong_model(path)
         if path is None or wrong is not None:
             report = self._report.copy()
-            check_shape(self._document, report, _case_shape())
+            check_shape(self._document, report, CaseKeys, CASE_OWNERS)
             others = report.error().diagnostics if len(report) else ()
             raise InputError(sorted((*((wrong,) if wrong else ()), *others), key=lambda found: found.order))
         return path
@@ -96,11 +97,11 @@ class CaseDocument:
     def read(self, model: BehaviorModel) -> Case:
         """The case, for a model. Raises `InputError` with everything that is wrong with it."""
         report = self._report.copy()
-        check_shape(self._document, report, _case_shape())
-        builder = CaseBuilder(self._document, report, model)
-        case = builder.case()
+        check_shape(self._document, report, CaseKeys, CASE_OWNERS)
+        reader = ValueReader(report, Scope.of(model))
+        case = CaseKeys(self._document, reader).case_for(model)
         report.raise_any()
-        if not builder.is_whole:
+        if not reader.is_whole:
             raise AssertionError(f"{self._source.file}: something was not resolved, and nothing was complained of")
         return case
 
@@ -114,7 +115,7 @@ def _exists(path: Path) -> bool:
 
 def open_case(path: str | Path) -> CaseDocument:
     """The case in a file, parsed. Raises `InputError` if the file cannot be read, or is no mapping in YAML."""
-    return CaseDocument(*read_tree(read_file(Path(path)), str(path), _case_shape(), _START))
+    return CaseDocument(*read_tree(read_file(Path(path)), str(path), "case", _START))
 
 
 def read_case(text: str, model: BehaviorModel, file: str = "case") -> Case:
@@ -125,7 +126,7 @@ def read_case(text: str, model: BehaviorModel, file: str = "case") -> Case:
         model: what the names in it are names of.
         file: what errors call the text.
     """
-    return CaseDocument(*read_tree(text, file, _case_shape(), _START)).read(model)
+    return CaseDocument(*read_tree(text, file, "case", _START)).read(model)
 
 
 def read_network(text: str, model: BehaviorModel, file: str = "--network") -> Network:
@@ -148,11 +149,9 @@ def read_network(text: str, model: BehaviorModel, file: str = "--network") -> Ne
 
 def _network(text: str, model: BehaviorModel, file: str) -> Network:
     start = "write for example `loss: 2 %, jitter: 10 ms`"
-    from scbm.files.codec.case_keys import NETWORK_SHAPE  # noqa: PLC0415 - see `_case_shape`
-
-    document, _, report = read_tree(text, file, NETWORK_SHAPE, start)
-    check_shape(document, report, NETWORK_SHAPE)
-    network = NetworkBuilder(CaseParts(report, Scope.of(model), model)).network(document)
+    document, _, report = read_tree(text, file, "network", start)
+    check_shape(document, report, NetworkKeys, NETWORK_OWNERS)
+    network = NetworkKeys(document, ValueReader(report, Scope.of(model))).network()
     report.raise_any()
     return network
 
@@ -165,3 +164,33 @@ def _without_braces(diagnostic: Diagnostic, line: str) -> Diagnostic:
     column = len(line) + 1 if place.line > 1 else min(max(1, place.column - 1), len(line) + 1)
     length = max(1, min(place.length, len(line) + 1 - column))
     return replace(diagnostic, place=Place(place.file, 1, column, length), source_line=line)
+
+
+# writing
+
+
+def write_case(case: Case, model: BehaviorModel, model_path: str | None, comment: Sequence[str] = ()) -> str:
+    """The case as YAML, with every key that says more than its default.
+
+    What cannot come of a request is left out: the reply of one that times out, and what is measured by one that fails.
+    Where several rules of a name speak of one request, the first is written. Equal ones in a row are counted.
+
+    Args:
+        case: the case.
+        model: the model that it is for.
+        model_path: where that is, seen from the directory of the file that the text is for.
+        comment: lines that stand above.
+    """
+    text = dump(CaseKeys.write(CaseToWrite(case, model, model_path)))
+    lines = chain.from_iterable(words.splitlines() or [""] for words in comment)
+    return "".join(f"{_comment(line)}\n" for line in lines) + text
+
+
+def write_network(network: Network) -> str:
+    """The network as `read_network` reads it: on one line, without braces."""
+    return dump(FlowMapping(NetworkKeys.write(network))).strip().removeprefix("{").removesuffix("}")
+
+
+def _comment(line: str) -> str:
+    shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in line)
+    return f"# {shown}".rstrip()

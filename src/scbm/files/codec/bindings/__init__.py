@@ -1,1 +1,0 @@
-"""The `ros` key of a resource and binding files: services, topics and the data that they carry."""

@@ -1,0 +1,323 @@
+"""The keys of an injection: what the tester changes during a run, without contradictions between injections."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from scbm.cases import Condition, ConditionKind, Injection
+from scbm.files.codec.key_types import (
+    CASE_NAME_TYPE,
+    RESOURCE_NAME,
+    TIME,
+    VALUE,
+    NamesType,
+    ScalarOrMappingType,
+    ScalarType,
+    is_short,
+    predicate_type,
+)
+from scbm.files.codec.keys import Key, Keys
+from scbm.files.language.quantities import format_decimal
+from scbm.files.language.scope import Where
+from scbm.model import Slug
+from scbm.model.durations import format_duration
+from scbm.model.predicates import TRUE
+from scbm.model.values import Value, format_value
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from scbm.cases.trace import Changes
+    from scbm.files.codec.value_reader import ValueReader
+    from scbm.files.yaml.document import YamlNode
+    from scbm.model import Place
+
+MAX_INJECTIONS = 1_000
+"""The maximum number of injections of a case."""
+
+_FACTOR = re.compile(r"\d{1,6}(\.\d{1,6})?", re.ASCII)
+_CONDITION_WORDS = tuple(kind.value for kind in ConditionKind if kind is not ConditionKind.SLOWER)
+
+
+def _read_factor(reader: ValueReader, node: YamlNode, text: str) -> Fraction | None:
+    factor = Fraction(text) if _FACTOR.fullmatch(text) else None
+    if factor is not None and factor >= 1:
+        return factor
+    message = f"`{text}` is not a number of times that something can be slower"
+    reader.add(Slug.BAD_NUMBER, message, node.place, "write a number from 1 to 999999, such as `3` or `1.5`")
+    return None
+
+
+_FACTOR_TYPE = ScalarType(
+    "number",
+    "a number such as `3`",
+    {"type": "number", "minimum": 1},
+    _read_factor,
+    lambda factor: int(factor) if factor.denominator == 1 else float(format_decimal(factor)),
+)
+
+
+class ConditionKeys(Keys):
+    """A condition of a resource that has a number."""
+
+    in_flow = True
+
+    slower = Key(_FACTOR_TYPE, "Requests take so many times their time; at least 1.", required=True, source="factor")
+
+    def condition(self) -> Condition | None:
+        """Return the condition that a word or a mapping describes."""
+        node = self.node
+        if self.has("slower"):
+            return None if self.slower is None else Condition(ConditionKind.SLOWER, self.slower)
+        if node.text is None or node.plain is None:
+            return None
+        if node.text == ConditionKind.SLOWER.value:
+            message = "`slower` needs to know how many times slower"
+            self.reader.add(Slug.WRONG_SHAPE, message, node.place, "write for example `{slower: 3}`")
+            return None
+        words = (*_CONDITION_WORDS, ConditionKind.SLOWER.value)
+        word = self.reader.word(node, node.text, words, "a condition of a resource")
+        return None if word is None else Condition(ConditionKind(word))
+
+
+def _condition_data(condition: Condition) -> str | dict[str, Any]:
+    return condition.kind.value if condition.kind is not ConditionKind.SLOWER else ConditionKeys.write(condition)
+
+
+_CONDITION = ScalarOrMappingType(
+    ConditionKeys,
+    "condition",
+    "a condition such as `dead`, or `{slower: 3}`",
+    {"enum": list(_CONDITION_WORDS)},
+    _condition_data,
+)
+
+
+class NumberedInjection(NamedTuple):
+    """An injection to be written, and its position in the case, counted from 1."""
+
+    injection: Injection
+    number: int
+
+    @property
+    def default_name(self) -> str:
+        """The name of an injection that has none in the file."""
+        return f"injection_{self.number}"
+
+
+def _of_injection(attribute: str) -> Any:  # noqa: ANN401 - a source of data
+    return lambda numbered: getattr(numbered.injection, attribute)
+
+
+class InjectionKeys(Keys):
+    """What the tester changes on the way: it has `set`, or `resource` and `becomes`. It acts once."""
+
+    name = Key(
+        CASE_NAME_TYPE,
+        "What the trace calls it; `injection_1`, … if this is missing.",
+        absent="`injection_1`, … by its place in the list",
+        source=lambda numbered: None if numbered.injection.name == numbered.default_name else numbered.injection.name,
+    )
+    when = Key(predicate_type(Where.GUARD), "It acts as soon as this holds.", shown=True, source=_of_injection("when"))
+    at = Key(TIME, "It acts not before this time of the run.", absent="`0 s`", source=_of_injection("at_ns"))
+    set = Key(
+        NamesType(VALUE, "variable → value", is_short),
+        "Variables of the controller and their values, such as an automatic transition may assign.",
+        source=lambda numbered: dict(numbered.injection.assign),
+    )
+    resource = Key(RESOURCE_NAME, "The resource that it acts on.", source=_of_injection("resource"))
+    becomes = Key(
+        _CONDITION,
+        "What that becomes: `occupied`, `dead`, `failing`, `{slower: 3}`, `well`.",
+        source=_of_injection("condition"),
+    )
+    hold = Key(
+        TIME,
+        "So long afterwards it puts back what nothing else has changed since.",
+        absent="for ever",
+        source=_of_injection("hold_ns"),
+    )
+
+    def injection(self, name: str) -> Injection:
+        """Return the injection under a name; only good if the report is empty afterwards."""
+        if self.is_clear:
+            self._check_combination()
+        return Injection(
+            name,
+            self._assigned(),
+            self.when,
+            self.at,
+            self.hold,
+            None if self.resource is None else self.resource.name,
+            None if self.becomes is None else self.becomes.condition(),
+        )
+
+    def _check_combination(self) -> None:
+        """Note that an injection does not set variables, and does not change the condition of a resource either."""
+        add, node = self.reader.add, self.node
+        has_set, has_resource, has_becomes = self.has("set"), self.has("resource"), self.has("becomes")
+        if has_set and (has_resource or has_becomes):
+            other = "resource" if has_resource else "becomes"
+            message = f"an injection has `set`, or `resource` and `becomes`, and this has `set` and `{other}`"
+            add(Slug.CONTRADICTION, message, self.place(other), "make two injections of it")
+        elif has_resource and not has_becomes:
+            remedy = "add for example `becomes: dead`"
+            add(Slug.MISSING_KEY, "`becomes` is missing in this injection", node.place, remedy)
+        elif has_becomes and not has_resource:
+            remedy = "say which resource it acts on: `resource: …`"
+            add(Slug.MISSING_KEY, "`resource` is missing in this injection", node.place, remedy)
+        elif not has_set and not has_resource:
+            remedy = "add `set: {variable: value}`, or `resource: …` and `becomes: …`"
+            add(Slug.MISSING_KEY, "this injection changes nothing", node.place, remedy)
+        if has_set and node.items["set"].plain == {}:
+            message = "`set` is empty, so this injection changes nothing"
+            add(Slug.WRONG_SHAPE, message, self.place("set"), "write for example `set: {light: red}`")
+
+    def _assigned(self) -> Changes:
+        """Return the values of the variables under `set`, all of which an automatic transition may assign."""
+        values: dict[str, tuple[str, Value]] = {}
+        for variable, value, written, place in self.reader.assignments(self.node.get("set")):
+            target = self.reader.alias(variable.name)
+            if not variable.assignable:
+                message = f"`{variable.name}` is kept by the runner, and a case cannot assign it"
+                self.reader.add(Slug.NOT_ASSIGNABLE, message, place)
+            elif variable.role.is_runner and value not in variable.assignable:
+                allowed = " or ".join(f"`{format_value(allowed)}`" for allowed in variable.assignable)
+                message = f"a case may assign only {allowed} to `{variable.name}`"
+                self.reader.add(Slug.NOT_ASSIGNABLE, message, written.place)
+            elif target in values:
+                message = f"`{variable.name}` is assigned twice; what an injection sets is set at once"
+                self.reader.add(Slug.ASSIGNED_TWICE, message, place, f"the other is `{values[target][0]}`")
+            else:
+                values[target] = (variable.name, value)
+        return tuple(values.values())
+
+
+# all injections of a case
+
+
+@dataclass(frozen=True, slots=True)
+class _InjectedValue:
+    """A value that an injection gives to a variable or a resource.
+
+    Attributes:
+        target: what gets the value; one name for all that stands for one thing.
+        shown: the same, as messages call it.
+        value: the value.
+        words: the same, as it is written.
+        injection: which injection.
+        place: where the target stands in the file.
+    """
+
+    target: str
+    shown: str
+    value: Value | Condition
+    words: str
+    injection: Injection
+    place: Place
+
+    @property
+    def moment(self) -> tuple[int, str]:
+        """When the injection acts: not before a time, and when a predicate holds."""
+        return self.injection.at_ns or 0, str(self.injection.when or TRUE)
+
+    @property
+    def hold_end_ns(self) -> int | None:
+        """Until when the value is held, if that is a known time."""
+        at_ns, when = self.moment
+        hold_ns = self.injection.hold_ns
+        return None if hold_ns is None or when != str(TRUE) else at_ns + hold_ns
+
+
+class InjectionsReader:
+    """Reads all injections of a case, and notes those that contradict each other."""
+
+    def __init__(self, reader: ValueReader) -> None:
+        self._reader = reader
+        self._injected: list[_InjectedValue] = []
+        self._places: dict[str, Place] = {}
+
+    def injections(self, elements: Sequence[InjectionKeys]) -> tuple[Injection, ...]:
+        """Return the injections, in the order of the file; only good if the report is empty afterwards."""
+        if len(elements) > MAX_INJECTIONS:
+            message = f"{len(elements)} injections are too many: the most is {MAX_INJECTIONS}"
+            self._reader.add(Slug.BAD_NUMBER, message, elements[MAX_INJECTIONS].node.place)
+            return ()
+        built = []
+        for number, keys in enumerate(elements, start=1):
+            injection = keys.injection(self._name(number, keys))
+            self._injected += self._values_of(injection, keys)
+            built.append(injection)
+        self._refuse_contradictions()
+        return tuple(built)
+
+    def _name(self, number: int, keys: InjectionKeys) -> str:
+        written = keys.node.get("name")
+        if written is not None and keys.name is None:
+            return f"injection_{number}"
+        name = keys.name or f"injection_{number}"
+        place = keys.node.place if written is None else written.place
+        if name == "network":
+            self._reader.add(Slug.RESERVED_NAME, "`network` has a meaning of its own", place, "choose another name")
+        if name in self._places:
+            message = f"two injections are called `{name}`, the other in line {self._places[name].line}"
+            self._reader.add(Slug.DUPLICATE_NAME, message, place, "choose another name")
+        self._places.setdefault(name, place)
+        return name
+
+    # contradictions
+
+    def _values_of(self, injection: Injection, keys: InjectionKeys) -> Iterator[_InjectedValue]:
+        assigned = keys.node.get("set")
+        for name, value in injection.assign if assigned is not None else ():
+            assert assigned is not None  # noqa: S101 - it has items
+            target = self._reader.alias(name)
+            place = assigned.key_places[name]
+            yield _InjectedValue(f"variable {target}", f"`{name}`", value, format_value(value), injection, place)
+        if injection.resource is not None and injection.condition is not None:
+            target, condition = f"resource {injection.resource}", injection.condition
+            shown, place = f"`{injection.resource}`", keys.place("becomes")
+            yield _InjectedValue(target, shown, condition, str(condition), injection, place)
+
+    def _refuse_contradictions(self) -> None:
+        """Note injections that give one variable or resource different values at one time."""
+        by_target: dict[str, list[_InjectedValue]] = {}
+        for injected in self._injected:
+            by_target.setdefault(injected.target, []).append(injected)
+        for values in by_target.values():
+            self._refuse_same_moment(values)
+            self._refuse_while_held(values)
+
+    def _refuse_same_moment(self, values: list[_InjectedValue]) -> None:
+        first: dict[tuple[int, str], _InjectedValue] = {}
+        for injected in values:
+            other = first.setdefault(injected.moment, injected)
+            if other.value != injected.value:
+                self._refuse(injected, other, "both act at the same moment")
+
+    def _refuse_while_held(self, values: list[_InjectedValue]) -> None:
+        """Note an injection at a known time that changes a value while another one holds it."""
+        timed = [injected for injected in values if injected.moment[1] == str(TRUE)]
+        timed.sort(key=lambda injected: injected.moment[0])
+        holding: _InjectedValue | None = None
+        for injected in timed:
+            at_ns = injected.moment[0]
+            end_ns = holding.hold_end_ns if holding is not None else None
+            begun = holding is not None and holding.value != injected.value and holding.moment[0] < at_ns
+            if begun and holding is not None and end_ns is not None and at_ns < end_ns:
+                self._refuse(injected, holding, f"`{holding.injection.name}` holds it until {format_duration(end_ns)}")
+            if end_ns is None or (injected.hold_end_ns or 0) >= end_ns:
+                holding = injected
+
+    def _refuse(self, injected: _InjectedValue, other: _InjectedValue, why: str) -> None:
+        """Note a contradiction at the injection that stands later in the file."""
+        early, late = sorted((injected, other), key=lambda each: (each.place.line, each.place.column))
+        message = (
+            f"`{late.injection.name}` makes {late.shown} {late.words}, and `{early.injection.name}` in line "
+            f"{early.place.line} makes {early.shown} {early.words}; {why}"
+        )
+        remedy = "give them different times, or leave out one of them"
+        self._reader.add(Slug.CONTRADICTION, message, late.place, remedy)

@@ -1,0 +1,163 @@
+"""The keys of operations and of transitions in a model file."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from scbm.files.codec.key_types import DURATION, MODEL_NAME, MappingType, ScalarListType, node_of, predicate_type
+from scbm.files.codec.keys import Data, DefaultKey, Key, Keys
+from scbm.files.language.scope import Where
+from scbm.files.language.spelling import nearest
+from scbm.model import Slug
+from scbm.model.operations import Operation, Transition
+from scbm.model.predicates import TRUE
+
+if TYPE_CHECKING:
+    from scbm.files.codec.value_reader import ValueReader
+    from scbm.files.yaml.document import YamlNode
+    from scbm.model import Place
+    from scbm.model.operations import Action
+
+_GUARD = predicate_type(Where.GUARD)
+_ACTIONS = ScalarListType(
+    "list of actions",
+    "a list of actions",
+    "an action",
+    {
+        "type": "array",
+        "items": {"type": "string"},
+        "description": "`v <- value`, `v <- other`, and on integers `v += 1`, `v -= 1`; all at once.",
+    },
+    node_of,
+    lambda actions: [str(action) for action in actions],
+)
+
+
+def read_actions(
+    reader: ValueReader, lists: tuple[tuple[YamlNode | None, Where], ...]
+) -> tuple[tuple[Action, ...], ...]:
+    """Return the actions of one transition, list by list; note two assignments to one variable."""
+    read: list[tuple[Action, ...]] = []
+    assigned: dict[str, str] = {}
+    for node, where in lists:
+        actions: list[Action] = []
+        for element in node.elements if node is not None else ():
+            if element.scalar is None or element.plain is None:
+                continue
+            action = reader.resolver(element.scalar, where).read_action(element.scalar.text)
+            if action is None:
+                reader.is_whole = False
+                continue
+            target = reader.alias(action.target)
+            if target in assigned:
+                message = f"`{action.target}` is assigned twice; the actions of a transition happen at once"
+                remedy = f"the other is `{assigned[target]}`"
+                reader.add(Slug.ASSIGNED_TWICE, message, element.place, remedy)
+            assigned.setdefault(target, str(action))
+            actions.append(action)
+        read.append(tuple(actions))
+    return tuple(read)
+
+
+class _NamedTransition(NamedTuple):
+    """A transition to be written, and the name that it has if the file does not say another one."""
+
+    transition: Transition
+    default_name: str
+
+
+class AutomaticKeys(Keys):
+    """A running transition `g / gr / a / ar` whose name is its key."""
+
+    g = Key(_GUARD, "The guard that planner and runner see.", required=True)
+    gr = DefaultKey(_GUARD, "The guard that only the runner adds.", default=TRUE, always_written=True)
+    a = Key(_ACTIONS, "The actions that planner and runner take.", always_written=True, absent="`[]`")
+    ar = Key(_ACTIONS, "The actions that only the runner adds.", always_written=True, absent="`[]`")
+
+    def transition(self, name: str, a_where: Where, ar_where: Where) -> Transition:
+        """Return the transition; its actions stand at these two sorts of places."""
+        g, gr = self.g or TRUE, self.gr
+        a, ar = read_actions(self.reader, ((self.a, a_where), (self.ar, ar_where)))
+        return Transition(name, g, gr, a, ar)
+
+    def automatic(self, name: str, place: Place) -> Transition:
+        """Return an automatic transition; note one without actions at `place`."""
+        written = [part for key in ("a", "ar") if (part := self.node.get(key)) is not None and part.plain != []]
+        if self.node.items and not written and not self.node.incomplete:
+            message = f"`{name}` has no actions, so it could never be taken"
+            self.reader.add(Slug.AUTOMATIC_DOES_NOTHING, message, place, "add `a: [...]`")
+        return self.transition(name, Where.AUTOMATIC, Where.AUTOMATIC)
+
+
+class TransitionKeys(AutomaticKeys):
+    """A running transition `g / gr / a / ar`."""
+
+    name = Key(
+        MODEL_NAME,
+        "What reports call it.",
+        absent="`start_<operation>`, `complete_<operation>`, `fail_<operation>`",
+        source=lambda named: None if named.transition.name == named.default_name else named.transition.name,
+    )
+
+    @classmethod
+    def write(cls, value: object) -> dict[str, Data]:
+        """Return the data of a transition, with its name if that is not the default."""
+        assert isinstance(value, _NamedTransition)  # noqa: S101 - operations give nothing else
+        return {**cls.name.entry(value), **AutomaticKeys.write(value.transition)}
+
+
+class OperationKeys(Keys):
+    """A task that takes time."""
+
+    deadline = Key(
+        DURATION,
+        "How long it may execute before it is timed out; for ever, if this is missing.",
+        absent="never",
+        source="deadline_ns",
+    )
+    pre = Key(
+        MappingType(TransitionKeys, "transition"),
+        "Taken when the operation starts.",
+        required=True,
+        source=lambda operation: _NamedTransition(operation.pre, f"start_{operation.name}"),
+    )
+    post = Key(
+        MappingType(TransitionKeys, "transition"),
+        "Taken when the operation completes.",
+        required=True,
+        source=lambda operation: _NamedTransition(operation.post, f"complete_{operation.name}"),
+    )
+    failed = Key(
+        MappingType(TransitionKeys, "transition"),
+        "Fails the operation while it executes.",
+        source=lambda operation: operation.failed and _NamedTransition(operation.failed, f"fail_{operation.name}"),
+    )
+    timedout = Key(
+        _ACTIONS,
+        "Taken when the deadline passes.",
+        absent="`[]`",
+    )
+    disabled_deadline = Key(
+        DURATION,
+        "How long it may be disabled before a new plan is asked for; for ever, if this is missing.",
+        absent="never",
+        source="disabled_deadline_ns",
+    )
+
+    def operation(self, name: str) -> Operation | None:
+        """Return the operation; `None` if it lacks a pre- or postcondition."""
+        pre = self._transition(self.pre, f"start_{name}", Where.PLANNED)
+        post = self._transition(self.post, f"complete_{name}", Where.PLANNED)
+        failed = self._transition(self.failed, f"fail_{name}", Where.RUNNING)
+        actions = read_actions(self.reader, ((self.timedout, Where.RUNNING),))[0]
+        deadline_ns, disabled_deadline_ns = self.deadline, self.disabled_deadline
+        if self.timedout is not None and self.timedout.elements and nearest("deadline", self.node.items) is None:
+            message = f"`{name}` has no deadline, so it never times out"
+            remedy = "add `deadline: 10 s`, or leave out `timedout`"
+            self.reader.add(Slug.MISSING_KEY, message, self.place("timedout"), remedy)
+        if pre is None or post is None:
+            return None
+        return Operation(name, pre, post, deadline_ns, failed, actions, disabled_deadline_ns)
+
+    def _transition(self, keys: TransitionKeys | None, name: str, a_where: Where) -> Transition | None:
+        return None if keys is None else keys.transition(keys.name or name, a_where, Where.RUNNING)

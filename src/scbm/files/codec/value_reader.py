@@ -1,0 +1,266 @@
+"""Reads the scalars and lists of a file in one scope: names, values, durations, numbers, predicates, requirements."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from scbm.files.language.quantities import parse_duration, parse_share
+from scbm.files.language.resolver import Resolver
+from scbm.files.language.scope import Scope, Where
+from scbm.files.language.spelling import suggestion
+from scbm.model import Place, Slug
+from scbm.model.predicates import FALSE, TRUE, Predicate, conjunction
+from scbm.model.values import Domain, Value, ValueKind, format_value, kind_of
+from scbm.model.variables import Role
+
+if TYPE_CHECKING:
+    from collections.abc import Container, Iterable, Iterator
+    from fractions import Fraction
+
+    from scbm.files.yaml.document import YamlNode
+    from scbm.files.yaml.source_text import Scalar
+    from scbm.files.yaml.text_files import ErrorCollector
+    from scbm.model.requirements import Sentence
+    from scbm.model.resources import Resource
+    from scbm.model.variables import Variable
+
+NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*", re.ASCII)
+"""The syntax of the names of variables, operations, goals and all other parts of a model."""
+
+CASE_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_.-]*", re.ASCII)
+"""The syntax of the names of cases and injections."""
+
+_NEARLY_NAME = re.compile(r"[\w .-]{1,60}", re.ASCII)
+
+
+class ValueReader:
+    """Reads values in one scope, and notes every error in a report.
+
+    Attributes:
+        report: where errors go.
+        scope: the names that expressions can use.
+        is_whole: whether every text so far was resolved; if not, the report says why.
+    """
+
+    def __init__(self, report: ErrorCollector, scope: Scope) -> None:
+        self.report = report
+        self.scope = scope
+        self.is_whole = True
+
+    def add(self, slug: Slug, message: str, place: Place, remedy: str | None = None) -> None:
+        """Note an error."""
+        self.report.add(slug, message, place, remedy)
+
+    # names and words
+
+    def refuse_name(self, name: str, place: Place) -> None:
+        """Note that a text is not a name."""
+        message = f"`{name}` is not a name" if name else "a name is missing"
+        self.add(Slug.BAD_NAME, message, place, _name_remedy(name))
+
+    def refuse_unknown(self, name: str, place: Place) -> None:
+        """Note that no variable has this name."""
+        if not self.scope.incomplete:
+            known = [n for n, v in self.scope.variables.items() if v is None or v.role is Role.DECLARED]
+            remedy = suggestion(name, known, "the variables are")
+            self.add(Slug.UNKNOWN_VARIABLE, f"there is no variable `{name}`", place, remedy)
+
+    def model_name(self, node: YamlNode, text: str) -> str:
+        """Return the name of a model or of a transition, even if it is not a name."""
+        if not NAME.fullmatch(text):
+            self.refuse_name(text, node.place)
+        return text
+
+    def case_name(self, node: YamlNode, text: str) -> str | None:
+        """Return the name of a case or of an injection."""
+        if CASE_NAME.fullmatch(text):
+            return text
+        fixed = re.sub(r"[^A-Za-z0-9_.-]+", "_", text).strip("_")
+        remedy = "names are letters from a to z, digits, `_`, `-` and `.`, and begin with a letter"
+        remedy = f"write `{fixed}`" if CASE_NAME.fullmatch(fixed) else remedy
+        message = f"`{text}` is not a name" if text else "a name is missing"
+        self.add(Slug.BAD_NAME, message, node.place, remedy)
+        return None
+
+    def variables(self, node: YamlNode) -> tuple[str, ...]:
+        """Return the variables of the world that a list names."""
+        names: list[str] = []
+        for element in node.elements:
+            if element.text is None:
+                continue
+            variable = self.scope.variables.get(element.text)
+            if element.text not in self.scope.variables:
+                self.refuse_unknown(element.text, element.place)
+            elif variable is not None and variable.role.is_runner:
+                message = f"`{element.text}` belongs to the runner; resources speak of the world"
+                self.add(Slug.RUNNER_VARIABLE, message, element.place)
+            elif element.text in names:
+                self.add(Slug.DUPLICATE_VALUE, f"`{element.text}` stands here twice", element.place)
+            else:
+                names.append(element.text)
+        return tuple(names)
+
+    def operations(self, node: YamlNode) -> tuple[str, ...]:
+        """Return the operations that a list names, in its order; one may stand there more than once."""
+        names: list[str] = []
+        for element in node.elements:
+            if element.text is None or element.plain is None:
+                continue
+            if element.text in self.scope.operations:
+                names.append(element.text)
+            else:
+                remedy = suggestion(element.text, self.scope.operations, "the operations are")
+                message = f"there is no operation `{element.text}`"
+                self.add(Slug.UNKNOWN_OPERATION, message, element.place, remedy)
+        return tuple(names)
+
+    def resource(self, node: YamlNode, text: str) -> Resource | None:
+        """Return the resource with this name."""
+        known = self.scope.resources
+        if text not in known:
+            remedy = suggestion(text, known, "the resources are")
+            self.add(Slug.UNKNOWN_RESOURCE, f"there is no resource `{text}`", node.place, remedy)
+        return known.get(text)
+
+    def word(self, node: YamlNode, text: str, words: Iterable[str], what: str) -> str | None:
+        """Return the text if it is one of some words, which are called `what`."""
+        known = list(words)
+        if text in known:
+            return text
+        remedy = suggestion(text, known, "the words are")
+        self.add(Slug.UNKNOWN_WORD, f"`{text}` is not {what}", node.place, remedy)
+        return None
+
+    def alias(self, target: str) -> str:
+        """Return the target of an assignment; one name for the states of all operations.
+
+        Only the current operation can be meant, so two assignments to the states of operations contradict each other.
+        """
+        variable = self.scope.variables.get(target)
+        is_state = variable is not None and variable.role in (Role.OPERATION_STATE, Role.CURRENT_STATE)
+        return "the state of the operation" if is_state else target
+
+    # values and numbers
+
+    def value(self, node: YamlNode | None, domain: Domain, name: str, values: Container[Value]) -> Value | None:
+        """Return the value of variable `name` that a scalar names; `values` are those of its domain."""
+        if node is None or node.text is None or node.plain is None:
+            return None
+        slug = Slug.DIFFERENT_KINDS
+        if isinstance(node.plain, (bool, int, str)) and kind_of(node.plain) is domain.kind:
+            if node.plain in values:
+                return node.plain
+            slug = Slug.VALUE_OUTSIDE_DOMAIN
+        self.add(slug, f"`{node.text}` is not a value of `{name}`", node.place, _value_remedy(node, domain))
+        return None
+
+    def assignments(self, node: YamlNode | None) -> Iterator[tuple[Variable, Value, YamlNode, Place]]:
+        """Yield the variables of a mapping with their values, the nodes of these, and the places of the names."""
+        for name, written in node.items.items() if node is not None else ():
+            place = node.key_places[name] if node is not None else written.place
+            variable = self.scope.variables.get(name)
+            if variable is None:
+                self.refuse_unknown(name, place)
+                continue
+            value = self.value(written, variable.domain, name, variable.domain)
+            if value is not None:
+                yield variable, value, written, place
+
+    def duration(self, node: YamlNode, text: str) -> int | None:
+        """Return a duration in nanoseconds."""
+        duration_ns = parse_duration(text)
+        if duration_ns is not None:
+            return duration_ns
+        if isinstance(node.plain, (int, float)) and not isinstance(node.plain, bool):
+            message = f"`{text}` is a number without a unit"
+            self.add(Slug.BARE_DURATION, message, node.place, f"write `{text} s` or `{text} ms`")
+        else:
+            remedy = "write a number and a unit: `10 s`, `500 ms`, `2 minutes`"
+            self.add(Slug.BAD_DURATION, f"`{text}` is not a duration", node.place, remedy)
+        return None
+
+    def time(self, node: YamlNode, text: str) -> int | None:
+        """Return a duration of a run in nanoseconds; a negative one has an error of its own."""
+        shown = text.strip()
+        if not shown.startswith("-") or parse_duration(shown[1:]) is None:
+            return self.duration(node, text)
+        remedy = f"write `{shown[1:].strip()}`" if parse_duration(shown[1:]) else "write `0 s`"
+        self.add(Slug.NEGATIVE_TIME, f"`{shown}` is negative, and no time is", node.place, remedy)
+        return None
+
+    def whole_number(self, node: YamlNode, text: str, least: int | None = None, most: int | None = None) -> int | None:
+        """Return a whole number from `least` to `most`."""
+        number = node.plain
+        if not isinstance(number, int) or isinstance(number, bool):
+            quoted = isinstance(number, str) and node.scalar is not None and node.scalar.style and number.isdecimal()
+            remedy = "leave out the quotes" if quoted else "write a whole number, such as `3`"
+            self.add(Slug.BAD_NUMBER, f"`{text}` is not a whole number", node.place, remedy)
+        elif least is not None and number < least:
+            message = f"`{text}` is too small: the least is {least}"
+            self.add(Slug.BAD_NUMBER, message, node.place, f"write a number from {least} on")
+        elif most is not None and number > most:
+            self.add(Slug.BAD_NUMBER, f"`{text}` is too large: the most is {most}", node.place)
+        else:
+            return number
+        return None
+
+    def count(self, node: YamlNode, text: str) -> int | None:
+        """Return a whole number from 1 on."""
+        return self.whole_number(node, text, least=1)
+
+    def share(self, node: YamlNode, text: str) -> Fraction | None:
+        """Return a share from 0 to 1."""
+        share = parse_share(text)
+        if share is None:
+            message = f"`{text}` is not a share from 0 % to 100 %"
+            self.add(Slug.NOT_A_SHARE, message, node.place, "write for example `2 %` or `0.02`")
+        return share
+
+    # expressions
+
+    def predicate(self, node: YamlNode | None, where: Where) -> Predicate:
+        """Return the predicate of a scalar or a list; `true` for none and for a wrong one."""
+        if node is None:
+            return TRUE
+        if node.elements:
+            return conjunction(self.predicate(element, where) for element in node.elements)
+        if isinstance(node.plain, bool):
+            return TRUE if node.plain else FALSE
+        if node.scalar is None or node.plain is None:
+            return TRUE
+        predicate = self.resolver(node.scalar, where).read_predicate(node.scalar.text)
+        self.is_whole = self.is_whole and predicate is not None
+        return predicate or TRUE
+
+    def sentence(self, node: YamlNode, text: str) -> Sentence | None:
+        """Return the sentence of a requirement."""
+        if node.scalar is None:
+            return None
+        sentence = self.resolver(node.scalar, Where.REQUIREMENT).read_requirement(text)
+        self.is_whole = self.is_whole and sentence is not None
+        return sentence
+
+    def resolver(self, scalar: Scalar, where: Where) -> Resolver:
+        """Return a resolver of the text of a scalar, which notes errors at their places in the file."""
+
+        def complain(slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
+            self.add(slug, message, scalar.stretch(begin, end), remedy)
+
+        return Resolver(self.scope, where, complain)
+
+
+def _name_remedy(name: str) -> str:
+    fixed = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")
+    if not fixed or fixed[0].isdigit() or not _NEARLY_NAME.fullmatch(name):
+        return "names are letters from a to z, digits and `_`, and begin with a letter"
+    return f"write `{fixed}`"
+
+
+def _value_remedy(node: YamlNode, domain: Domain) -> str:
+    written = node.text or ""
+    if domain.kind is ValueKind.SYMBOL:
+        return suggestion(written, map(format_value, domain.values), "its values are") or f"its domain is {domain}"
+    if node.scalar is not None and node.scalar.style and written in map(format_value, domain.values):
+        return "leave out the quotes"
+    return "write `true` or `false`" if domain.kind is ValueKind.BOOLEAN else f"its domain is {domain}"

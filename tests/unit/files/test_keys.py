@@ -1,0 +1,135 @@
+"""A key that is declared once is checked, read, written, described to editors and documented."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import pytest
+
+from scbm.files.codec.binding_keys import BindingsKeys
+from scbm.files.codec.case_keys import CaseKeys
+from scbm.files.codec.key_reference import json_schema, key_table, mappings_of
+from scbm.files.codec.key_types import DURATION, MODEL_NAME, MappingListType, MappingType, NamesType
+from scbm.files.codec.keys import DefaultKey, Key, Keys, check_shape
+from scbm.files.codec.model_keys import ModelKeys
+from scbm.files.codec.value_reader import ValueReader
+from scbm.files.language.scope import Scope
+from scbm.files.yaml.text_files import ErrorCollector, read_tree
+from scbm.model import InputError, Slug
+
+
+@dataclass(frozen=True)
+class Pause:
+    length_ns: int
+    label: str | None = None
+    repeats: tuple[tuple[str, int], ...] = ()
+    lead_ns: int = 0
+
+
+class PauseKeys(Keys):
+    """A pause."""
+
+    length = Key(DURATION, "How long it lasts.", required=True, source="length_ns")
+    label = Key(MODEL_NAME, "What | reports call it.", absent="no name")
+    lead = DefaultKey(DURATION, "How long before.", default=0, source="lead_ns")
+    repeats = DefaultKey(NamesType(DURATION, "name → duration"), "Further pauses.", default=())
+
+    def pause(self) -> Pause:
+        repeats = tuple((entry.name, entry.value or 0) for entry in self.repeats)
+        return Pause(self.length or 0, self.label, repeats, self.lead)
+
+
+class PlanKeys(Keys):
+    """A plan of pauses."""
+
+    first = Key(MappingType(PauseKeys), required=True)
+    others = DefaultKey(MappingListType(PauseKeys, "list of pauses"), default=())
+
+
+def read(text: str) -> tuple[PauseKeys, ErrorCollector]:
+    document, _, report = read_tree(text, "file", "pause", "")
+    check_shape(document, report, PauseKeys, ((PlanKeys, "a plan"),))
+    return PauseKeys(document, ValueReader(report, Scope({}))), report
+
+
+def slugs(text: str) -> list[tuple[Slug, int]]:
+    keys, report = read(text)
+    keys.pause()
+    if not len(report):
+        return []
+    return [(found.slug, found.place.column) for found in report.error().diagnostics]
+
+
+def test_the_values_of_keys_are_attributes() -> None:
+    keys, report = read("{length: 2 s, repeats: {again: 3 s}}")
+    assert keys.pause() == Pause(2_000_000_000, None, (("again", 3_000_000_000),))
+    assert keys.lead == 0
+    assert len(report) == 0
+
+
+def test_a_key_is_read_once() -> None:
+    keys, report = read("{length: 2}")
+    assert keys.length is None
+    assert len(report) == 1
+    assert "length" in vars(keys)
+
+
+def test_what_is_written_is_read_as_the_same_value() -> None:
+    pause = Pause(2_000_000_000, "short", (("again", 1),))
+    written = PauseKeys.write(pause)
+    assert written == {"length": "2 s", "label": "short", "repeats": {"again": "1 ns"}}
+    assert read(str(written).replace("'", ""))[0].pause() == pause
+
+
+def test_a_key_that_says_no_more_than_its_default_is_not_written() -> None:
+    assert PauseKeys.write(Pause(0)) == {"length": "0 s"}
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("{length: 2 s}", []),
+        ("{label: a}", [(Slug.MISSING_KEY, 1)]),
+        ("{lenght: 2 s}", [(Slug.UNKNOWN_KEY, 2)]),
+        ("{length: [2 s]}", [(Slug.WRONG_SHAPE, 2)]),
+        ("{length: 2 s, repeats: 3}", [(Slug.WRONG_SHAPE, 15)]),
+        ("{length: 2 s, repeats: {a: }}", [(Slug.WRONG_SHAPE, 25)]),
+        ("{length: 2 s, lead: 2 parsecs}", [(Slug.BAD_DURATION, 21)]),
+        ("{length: 2 s, first: 1}", [(Slug.UNKNOWN_KEY, 15)]),
+    ],
+)
+def test_every_deviation_is_an_error_at_its_place(text: str, expected: list[tuple[Slug, int]]) -> None:
+    assert slugs(text) == expected
+
+
+def test_an_unknown_key_that_belongs_elsewhere_is_told_where() -> None:
+    keys, report = read("{length: 2 s, others: 1}")
+    keys.pause()
+    with pytest.raises(InputError, match="`others` belongs to a plan; the keys here are: length, label, lead, repeats"):
+        report.raise_any()
+
+
+def test_the_schema_describes_what_is_declared() -> None:
+    schema = json_schema(PlanKeys, "Plans")
+    assert schema["title"] == "Plans"
+    assert schema["required"] == ["first"]
+    assert schema["properties"]["others"]["items"] == {"$ref": "#/$defs/PauseFile"}
+    pause = schema["$defs"]["PauseFile"]
+    assert list(pause["properties"]) == ["length", "label", "lead", "repeats"]
+    assert pause["properties"]["lead"]["default"] == "0 s"
+    assert pause["description"] == "A pause."
+
+
+def test_the_table_has_a_row_for_each_key() -> None:
+    assert key_table(PauseKeys).splitlines()[2:] == [
+        "| `length` | duration | required | How long it lasts. |",
+        "| `label` | name | no name | What \\| reports call it. |",
+        "| `lead` | duration | `0 s` | How long before. |",
+        "| `repeats` | name → duration | none | Further pauses. |",
+    ]
+
+
+@pytest.mark.parametrize("root", [ModelKeys, CaseKeys, BindingsKeys])
+def test_every_mapping_of_a_file_has_a_table(root: type[Keys]) -> None:
+    titles = {keys.title() for keys in mappings_of(root)}
+    assert titles >= {root.title(), *json_schema(root, "").get("$defs", {})}
