@@ -6,15 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Obligations, visited_by
-from scbm.cases.trace import (
-    InjectionApplied,
-    MessageDisturbed,
-    PlanReceived,
-    ReplyReceived,
-    RequestSent,
-    ResourceChanged,
-)
-from scbm.model import InitialStates, Outcome, format_moment, format_value
+from scbm.cases.trace import PlanReceived, RequestSent, fault_in
+from scbm.model import InitialStates, Outcome, format_moment
 from scbm.proofcheck import RunsArgument
 
 if TYPE_CHECKING:
@@ -106,7 +99,7 @@ def _explained(closing: Closing, decided: Decided, executions: Mapping[str, Exec
 
 
 def first_visit(execution: Execution, obligation: Obligation, obligations: Obligations) -> Visit | None:
-    """The first visit of a run to an obligation; `None` if there is none."""
+    """Return the first visit of a run to an obligation; `None` if there is none."""
     records = execution.trace.records
     bit = obligations.bit(obligation)
     for index, record in enumerate(records):
@@ -118,27 +111,13 @@ def first_visit(execution: Execution, obligation: Obligation, obligations: Oblig
 
 
 def _what_goes_wrong(execution: Execution, records: Iterable[Record]) -> Iterator[str]:
-    """What is not as it should be in the beginning of a run."""
-    resources: dict[int, str] = {}
+    """Yield a sentence for each fault in `records`, and for each request without an answer."""
     for record in records:
-        told = ""
-        match record:
-            case RequestSent():
-                resources[record.request] = record.resource
-                is_answered = _is_answered(execution, record.request)
-                told = "" if is_answered else f"{record.resource} leaves request {record.request} unanswered"
-            case ReplyReceived(succeeded=False):
-                told = f"{resources.get(record.request, 'a resource')} fails request {record.request}"
-            case InjectionApplied():
-                changes = ", ".join(f"{name} = {format_value(value)}" for name, value in record.changes)
-                told = f"injection {record.injection} sets {changes}"
-            case ResourceChanged():
-                told = f"{record.resource} is {record.condition}, by {record.injection}"
-            case MessageDisturbed():
-                how = f"arrives {record.copies} times" if record.copies else "is lost"
-                told = f"{record.message} {record.request} of {record.resource} {how}"
-        if told:
-            yield f"{told} ({format_moment(record.at_ns)})"
+        fault = fault_in(record)
+        if isinstance(record, RequestSent) and not _is_answered(execution, record.request):
+            fault = f"{record.resource} leaves request {record.request} unanswered"
+        if fault is not None:
+            yield f"{fault} ({format_moment(record.at_ns)})"
 
 
 def _is_answered(execution: Execution, request: int) -> bool:

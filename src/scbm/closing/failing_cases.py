@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.cases.trace import End, RunEnded
+from scbm.cases.trace import End, run_end
 from scbm.running import describe_cycle
 
 if TYPE_CHECKING:
@@ -71,8 +71,8 @@ def found_faults(closing: Closing, again: Callable[[str], str]) -> tuple[FoundFa
 def _told_end(end: End, execution: Execution) -> str:
     if end is End.TIME_LIMIT:
         return "ends at the time limit: neither is the goal reached nor is the run given up before"
-    records = execution.trace.records
-    detail = next((record.detail for record in reversed(records) if isinstance(record, RunEnded)), ())
+    last = run_end(execution.trace.records)
+    detail = () if last is None else last.detail
     if end is End.LIVELOCK:
         return f"ends in a livelock: {describe_cycle(detail)}"
     return f"ends in an error of the model: {', '.join(detail)}"

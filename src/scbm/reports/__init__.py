@@ -7,6 +7,6 @@ as the room that it tells of takes long to load.
 from scbm.reports.figure_table import counted
 from scbm.reports.terminal.coverage_report import Setting, coverage_report, missing_report
 from scbm.reports.terminal.failure_report import told_failures
-from scbm.reports.terminal.timeline import stretch, timeline
+from scbm.reports.terminal.timeline import timeline
 
-__all__ = ["Setting", "counted", "coverage_report", "missing_report", "stretch", "timeline", "told_failures"]
+__all__ = ["Setting", "counted", "coverage_report", "missing_report", "timeline", "told_failures"]

@@ -10,20 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from scbm.cases.trace import (
-    End,
-    OperationStepped,
-    PlanAsked,
-    PlanReceived,
-    ReplyReceived,
-    RequestCancelled,
-    RequestSent,
-)
-from scbm.model import OperationState, Outcome, format_duration
+from scbm.cases.trace import End, PlanningSpan, RequestOutcome, spans_of
+from scbm.model import format_duration
 from scbm.nodes import LostError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
     from fractions import Fraction
 
     from scbm.cases import Case
@@ -63,44 +55,25 @@ class Answers:
         """Whether it had to do something, and did nothing. What was given up, it might have done."""
         return self.succeeded == 0 and self.failed + self.timed_out > 0
 
-    def after(self, records: Iterable[Record]) -> Answers:
-        """These, and those of one more run."""
-        came = _outcomes(self.resource, records)
+    def after(self, records: Sequence[Record]) -> Answers:
+        """Return these counts with those of one more run added.
+
+        A request without a reply timed out if the operation that sent it did. A later reply counts if the model still
+        waits for it.
+        """
+        requests = [span for span in spans_of(records).requests if span.resource == self.resource]
+        outcomes = [span.outcome for span in requests]
+        unanswered = (RequestOutcome.CANCELLED, RequestOutcome.UNANSWERED)
         return Answers(
             self.resource,
-            self.sent + len(came),
-            self.succeeded + came.count(Outcome.SUCCEED),
-            self.failed + came.count(Outcome.FAIL),
-            self.timed_out + came.count(Outcome.TIMEOUT),
+            self.sent + len(requests),
+            self.succeeded + outcomes.count(RequestOutcome.SUCCEEDED),
+            self.failed + outcomes.count(RequestOutcome.FAILED),
+            self.timed_out + sum(span.missed_deadline and span.outcome in unanswered for span in requests),
         )
 
 
-def _outcomes(resource: str, records: Iterable[Record]) -> list[Outcome | None]:
-    """What came of each request of a run to a resource; `None` for what was given up.
-
-    At most one is in flight, and at most one operation executes. A reply behind the deadline counts if the model still
-    waits for it.
-    """
-    came: list[Outcome | None] = []
-    is_awaited = False  # the last one is in flight, and was sent by the operation that executes
-    for record in records:
-        match record:
-            case OperationStepped(target=OperationState.EXECUTING):
-                is_awaited = False
-            case OperationStepped(target=OperationState.TIMEDOUT) if is_awaited:
-                came[-1] = Outcome.TIMEOUT
-            case RequestSent() if record.resource == resource:
-                came.append(None)
-                is_awaited = True
-            case RequestCancelled() if record.resource == resource:
-                is_awaited = False
-            case ReplyReceived() if record.resource == resource:
-                came[-1] = Outcome.SUCCEED if record.succeeded else Outcome.FAIL
-                is_awaited = False
-    return came
-
-
-def too_late(records: Iterable[Record], model: BehaviorModel, time_scale: Fraction) -> str | None:
+def too_late(records: Sequence[Record], model: BehaviorModel, time_scale: Fraction) -> str | None:
     """Why a run does not say what the model does: its time was scaled beyond what the machine can do.
 
     That is so if a plan took half of the shortest deadline. `None` if nothing speaks for it.
@@ -114,16 +87,10 @@ def too_late(records: Iterable[Record], model: BehaviorModel, time_scale: Fracti
     return f"{scale}: {took} {format_duration(min(deadlines_ns))}; try a smaller one"
 
 
-def slowest_plan_ns(records: Iterable[Record]) -> int:
-    """The longest that a run waited for a plan, in time of the run. In simulation a plan takes no time."""
-    asked_ns: dict[int, int] = {}
-    slowest_ns = 0
-    for record in records:
-        if isinstance(record, PlanAsked):
-            asked_ns[record.ask] = record.at_ns
-        elif isinstance(record, PlanReceived):
-            slowest_ns = max(slowest_ns, record.at_ns - asked_ns[record.ask])
-    return slowest_ns
+def slowest_plan_ns(records: Sequence[Record]) -> int:
+    """Return the longest time that a run waited for a plan, in time of the run; 0 in simulation."""
+    plans = spans_of(records).plans
+    return max((span.duration_ns for span in plans if isinstance(span, PlanningSpan) and span.status), default=0)
 
 
 class RunsCases(Protocol):

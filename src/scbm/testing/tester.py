@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cases import Network, Recorded
 from scbm.cases.coverage import Obligations, visited_by
-from scbm.cases.trace import Trace, write_trace
+from scbm.cases.trace import RunSpans, Trace, spans_of, write_trace
 from scbm.running.simulation import Choices, DrawnReactions, PlainReactions, Simulator, leave_nothing_open
 from scbm.testing.campaign import CaseResult
 from scbm.testing.random_streams import message_stream, reaction_stream
@@ -59,6 +59,12 @@ class Execution:
         """What a campaign keeps of it."""
         requests = len(self.reactions)
         return CaseResult(self.case, requests, self.verdict, self.ended_ns, self.visited, self.unused)
+
+    @property
+    def spans(self) -> RunSpans:
+        """The spans of operations, requests, plans and faults in the run."""
+        held = {each.name: each.hold_ns for each in self.case.injections if each.hold_ns is not None}
+        return spans_of(self.trace.records, self.ended_ns, held)
 
     @property
     def digest(self) -> str:

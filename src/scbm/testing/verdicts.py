@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from scbm.cases.trace import End, ResourceChanged, RunEnded
+from scbm.cases.trace import End, ResourceChanged, run_end
 from scbm.model import Outcome
 from scbm.running import describe_cycle
 from scbm.testing.expectation_check import find_unmet
@@ -149,7 +149,8 @@ def _but_for_real(run: Outcomes) -> str:
 
 
 def _described(end: End, records: Sequence[Record]) -> str:
-    detail = next((record.detail for record in reversed(records) if isinstance(record, RunEnded)), ())
+    last = run_end(records)
+    detail = () if last is None else last.detail
     if end is End.LIVELOCK:
         return describe_cycle(detail)
     return f"the model is wrong: {', '.join(detail)}"

@@ -15,12 +15,12 @@ from mcap.records import Header
 from mcap.stream_reader import StreamReader
 
 import scbm
-from scbm.cases.trace import RequestSent, RunEnded, state_after
+from scbm.cases.trace import RequestSent, RunEnded, Severity, state_after
 from scbm.files import read_model
 from scbm.model import BehaviorModel, Value
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, PLAN_STATE
+from scbm.reports.run.event_lines import event_lines
 from scbm.reports.run.mcap_trace import write_mcap
-from scbm.reports.terminal.timeline import stretch
 from support.runs import runs
 
 WAITING = read_model("""\
@@ -157,21 +157,24 @@ def test_messages_are_as_old_as_what_they_tell_of(name: str) -> None:
 def test_the_log_is_the_timeline(name: str) -> None:
     model, execution = RUNS[name]
     log = of(name, "/events")
-    lines = [line.plain[13:] for line in stretch(model, execution, 0, len(execution.trace.records))]
+    lines = [line.text for line in event_lines(model, execution)]
     failures = [f"FAILED  {failure}" for failure in execution.verdict.failures]
     told = [message.content["message"] for message in log]
-    in_all = [line for line in told if "and more, without a pause" not in line]
-    assert in_all == [line for line in [*lines, *failures] if "and more, without a pause" not in line]
+    assert told == [*lines, *failures]
     for message in log:
         stamp = message.content["timestamp"]
         assert stamp["sec"] * 1_000_000_000 + stamp["nsec"] == message.at_ns
-        assert (message.content["level"] == 4) == message.content["message"].startswith(("✗", "FAILED"))
+        errors = ("✗", "FAILED", "■ livelock", "■ model error")
+        assert (message.content["level"] == 4) == message.content["message"].startswith(errors)
 
 
-def test_what_went_wrong_is_a_warning() -> None:
-    levels = {message.content["message"]: message.content["level"] for message in of("odds", "/events")}
-    assert levels["└ timedout"] == levels["└ failed"] == 3
-    assert levels["■ reached"] == 2
+def test_each_message_of_the_log_has_the_severity_of_its_record() -> None:
+    lines = list(event_lines(*RUNS["odds"]))
+    levels = [message.content["level"] for message in of("odds", "/events")][: len(lines)]
+    assert levels == [{Severity.INFO: 2, Severity.WARNING: 3, Severity.ERROR: 4}[line.severity] for line in lines]
+    by_text = {line.text: level for line, level in zip(lines, levels, strict=True)}
+    assert by_text["└ timedout"] == by_text["└ failed"] == 3
+    assert by_text["■ reached"] == 2
 
 
 def test_injections_are_told_and_put_back() -> None:

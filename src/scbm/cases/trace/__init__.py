@@ -1,7 +1,8 @@
-"""What happened in a run: records, and how they are written to a file and read from one.
+"""Traces: the records of a run, what they mean as spans and sentences, and their text form.
 
-Knows the values of a model, not how it is run. Simulated and real runs leave the same records, and coverage,
-requirements and pictures are made of them alone.
+Simulated and real runs leave the same records, and coverage, requirements and charts need nothing else. A trace is
+interpreted here alone: `spans` says how long things lasted and how they ended, `sentences` has the words for each
+record, and each record has its `severity`. The terminal, Perfetto, MCAP and the HTML page draw these.
 """
 
 from scbm.cases.trace.records import (
@@ -26,8 +27,22 @@ from scbm.cases.trace.records import (
     ResourceChanged,
     RunEnded,
     RunStarted,
+    Severity,
     Trace,
+    run_end,
     state_after,
+)
+from scbm.cases.trace.sentences import Sentence, assignments, differing, fate_of, fault_in, sentence_of
+from scbm.cases.trace.spans import (
+    FaultSpan,
+    OperationSpan,
+    PlanningSpan,
+    PlanSpan,
+    RequestOutcome,
+    RequestSpan,
+    RunSpans,
+    Span,
+    spans_of,
 )
 from scbm.cases.trace.trace_text import FORMAT_VERSION, read_trace, records_json, write_trace
 
@@ -37,26 +52,43 @@ __all__ = [
     "BecameCurrent",
     "Changes",
     "End",
+    "FaultSpan",
     "InjectionApplied",
     "MeasurementReceived",
     "MeasurementRefused",
     "MessageDisturbed",
+    "OperationSpan",
     "OperationStepped",
     "PlanAsked",
     "PlanDropped",
     "PlanReceived",
+    "PlanSpan",
+    "PlanningSpan",
     "PutBack",
     "Record",
     "ReplyDropped",
     "ReplyReceived",
     "RequestCancelled",
+    "RequestOutcome",
     "RequestSent",
+    "RequestSpan",
     "ResourceChanged",
     "RunEnded",
+    "RunSpans",
     "RunStarted",
+    "Sentence",
+    "Severity",
+    "Span",
     "Trace",
+    "assignments",
+    "differing",
+    "fate_of",
+    "fault_in",
     "read_trace",
     "records_json",
+    "run_end",
+    "sentence_of",
+    "spans_of",
     "state_after",
     "write_trace",
 ]

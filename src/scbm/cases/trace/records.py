@@ -1,12 +1,11 @@
-"""The records of a run, one class for each kind of thing that can happen.
+"""The records of a run: one class for each kind of event, the ends of a run, and the state after some records.
 
-Every record says when it happened, in nanoseconds since the runner's time began, and which variables it changed
-to what. The first record of a run has the whole state; with the changes of those behind it, the state at each
-moment follows from the trace alone.
+Each record has its time, in nanoseconds from the start of the runner's time, and the variables that it changed. The
+first record of a run has the whole state. The state at each moment follows from it and from the later changes, so
+coverage, requirements and charts need the trace alone.
 
-How the run for a goal can end (semantics 5).
-
-The state at a moment of a run, from its records alone.
+A new kind of record is one class here, with its `severity`, and one member of `Record`. mypy then names each place that
+needs a case for it: those places match over all kinds and end in `assert_never`.
 """
 
 from __future__ import annotations
@@ -18,13 +17,14 @@ from typing import TYPE_CHECKING, ClassVar, TypeAlias
 from scbm.model import OperationState, PlanState, Value
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
 
 class End(StrEnum):
-    """The end of a run. A planner that gave up is not an unsolvable problem, so it has an end of its own.
+    """How the run for a goal can end (semantics 5).
 
-    A run that was `lost` with a node came to none of the others, and has no trace: who tests says so, no runner.
+    A planner that reaches a limit has not proved its problem unsolvable, so `planner_limit` is an end of its own. A run
+    is `lost` if a node disappeared: it has no trace, and the tester reports this end in place of the runner.
     """
 
     REACHED = "reached"
@@ -39,7 +39,7 @@ class End(StrEnum):
 
     @property
     def plan_state(self) -> PlanState:
-        """What `plan.state` is afterwards."""
+        """The value of `plan.state` after a run with this end."""
         match self:
             case End.REACHED:
                 return PlanState.COMPLETED
@@ -49,15 +49,24 @@ class End(StrEnum):
                 return PlanState.ABORTED
 
 
+class Severity(StrEnum):
+    """How serious an event is: part of the nominal course, a deviation from it, or an error of the model."""
+
+    INFO = "info"
+    WARNING = "warning"
+    ERROR = "error"
+
+
 Changes: TypeAlias = tuple[tuple[str, Value], ...]
-"""The variables that changed, in the order of the model, and what they changed to."""
+"""Variables that changed, in the order of the model, each with its new value."""
 
 
 @dataclass(frozen=True, slots=True)
 class RunStarted:
-    """A goal began to be pursued. `state` has every variable; `changes` what starting did to it."""
+    """The runner began to pursue a goal. `state` has every variable; `changes` has what the start changed."""
 
     kind: ClassVar[str] = "run_started"
+    severity: ClassVar[Severity] = Severity.INFO
     at_ns: int
     goal: str
     predicate: str
@@ -67,9 +76,10 @@ class RunStarted:
 
 @dataclass(frozen=True, slots=True)
 class PlanAsked:
-    """A plan was asked for; `ask` numbers the questions."""
+    """The runner asked for a plan; `ask` is the number of the question."""
 
     kind: ClassVar[str] = "plan_asked"
+    severity: ClassVar[Severity] = Severity.INFO
     at_ns: int
     ask: int
     changes: Changes
@@ -77,7 +87,7 @@ class PlanAsked:
 
 @dataclass(frozen=True, slots=True)
 class PlanReceived:
-    """An answer came: its status, and the operations of the plan if it is `solved`."""
+    """The planner answered: its status, and the operations of the plan if the status is `solved`."""
 
     kind: ClassVar[str] = "plan_received"
     at_ns: int
@@ -86,12 +96,18 @@ class PlanReceived:
     plan: tuple[str, ...]
     changes: Changes
 
+    @property
+    def severity(self) -> Severity:
+        """A warning unless there is a plan."""
+        return Severity.INFO if self.status == "solved" else Severity.WARNING
+
 
 @dataclass(frozen=True, slots=True)
 class PlanDropped:
-    """An answer came to a question that nobody asks any more."""
+    """The planner answered a question that is out of date; the runner ignored the answer."""
 
     kind: ClassVar[str] = "plan_dropped"
+    severity: ClassVar[Severity] = Severity.INFO
     at_ns: int
     ask: int
     changes: Changes = ()
@@ -99,9 +115,10 @@ class PlanDropped:
 
 @dataclass(frozen=True, slots=True)
 class BecameCurrent:
-    """An operation came to the head of the queue."""
+    """The first operation of the queue became the current operation."""
 
     kind: ClassVar[str] = "became_current"
+    severity: ClassVar[Severity] = Severity.INFO
     at_ns: int
     operation: str
     changes: Changes
@@ -109,7 +126,7 @@ class BecameCurrent:
 
 @dataclass(frozen=True, slots=True)
 class OperationStepped:
-    """The current operation went from one state to another; `transition` names what was taken, if anything."""
+    """The current operation changed its state; `transition` is the name of the transition taken, if there was one."""
 
     kind: ClassVar[str] = "operation"
     at_ns: int
@@ -119,10 +136,21 @@ class OperationStepped:
     transition: str | None
     changes: Changes
 
+    @property
+    def severity(self) -> Severity:
+        """A warning if the operation is disabled, failed, timed out, or was given up while it was disabled."""
+        match self.target:
+            case OperationState.DISABLED | OperationState.FAILED | OperationState.TIMEDOUT:
+                return Severity.WARNING
+            case OperationState.INITIAL if self.source is OperationState.DISABLED:
+                return Severity.WARNING
+            case _:
+                return Severity.INFO
+
 
 @dataclass(frozen=True, slots=True)
 class AutomaticTaken:
-    """An automatic transition was taken; `failed` is the operation that it failed, if it did."""
+    """An automatic transition was taken; `failed` is the operation that it made fail, if it did."""
 
     kind: ClassVar[str] = "automatic"
     at_ns: int
@@ -130,12 +158,18 @@ class AutomaticTaken:
     failed: str | None
     changes: Changes
 
+    @property
+    def severity(self) -> Severity:
+        """A warning if the transition made an operation fail."""
+        return Severity.INFO if self.failed is None else Severity.WARNING
+
 
 @dataclass(frozen=True, slots=True)
 class RequestSent:
-    """A request went to a resource, with these values."""
+    """The runner sent a request to a resource, with the values in `payload`."""
 
     kind: ClassVar[str] = "request_sent"
+    severity: ClassVar[Severity] = Severity.INFO
     at_ns: int
     request: int
     resource: str
@@ -145,9 +179,10 @@ class RequestSent:
 
 @dataclass(frozen=True, slots=True)
 class RequestCancelled:
-    """A request in flight was given up."""
+    """The runner cancelled a request in flight."""
 
     kind: ClassVar[str] = "request_cancelled"
+    severity: ClassVar[Severity] = Severity.WARNING
     at_ns: int
     request: int
     resource: str
@@ -156,7 +191,7 @@ class RequestCancelled:
 
 @dataclass(frozen=True, slots=True)
 class ReplyReceived:
-    """The reply to the request in flight came."""
+    """The reply to the request in flight arrived."""
 
     kind: ClassVar[str] = "reply_received"
     at_ns: int
@@ -165,12 +200,18 @@ class ReplyReceived:
     succeeded: bool
     changes: Changes
 
+    @property
+    def severity(self) -> Severity:
+        """A warning if the resource failed."""
+        return Severity.INFO if self.succeeded else Severity.WARNING
+
 
 @dataclass(frozen=True, slots=True)
 class ReplyDropped:
-    """A reply came that belongs to no request in flight; `why` is `late`, `repeated` or `unknown`."""
+    """A reply to no request in flight arrived and was ignored; `why` is `late`, `repeated` or `unknown`."""
 
     kind: ClassVar[str] = "reply_dropped"
+    severity: ClassVar[Severity] = Severity.WARNING
     at_ns: int
     request: int
     why: str
@@ -179,18 +220,20 @@ class ReplyDropped:
 
 @dataclass(frozen=True, slots=True)
 class MeasurementReceived:
-    """Measured values came unasked."""
+    """A resource published measured values."""
 
     kind: ClassVar[str] = "measurement"
+    severity: ClassVar[Severity] = Severity.INFO
     at_ns: int
     changes: Changes
 
 
 @dataclass(frozen=True, slots=True)
 class MeasurementRefused:
-    """A measured value was dropped: no resource measures that variable, or it cannot have that value."""
+    """A measured value was ignored: no resource measures the variable, or the value is outside its domain."""
 
     kind: ClassVar[str] = "measurement_refused"
+    severity: ClassVar[Severity] = Severity.WARNING
     at_ns: int
     variable: str
     value: Value
@@ -199,9 +242,10 @@ class MeasurementRefused:
 
 @dataclass(frozen=True, slots=True)
 class InjectionApplied:
-    """An injection acted; `failed` is the operation that it failed, if it did."""
+    """An injection acted; `failed` is the operation that it made fail, if it did."""
 
     kind: ClassVar[str] = "injection"
+    severity: ClassVar[Severity] = Severity.WARNING
     at_ns: int
     injection: str
     failed: str | None
@@ -210,9 +254,10 @@ class InjectionApplied:
 
 @dataclass(frozen=True, slots=True)
 class PutBack:
-    """A held injection ended, and what nothing else had changed since was put back."""
+    """A held injection ended, and restored the variables that nothing else had changed since."""
 
     kind: ClassVar[str] = "put_back"
+    severity: ClassVar[Severity] = Severity.INFO
     at_ns: int
     injection: str
     changes: Changes
@@ -220,7 +265,7 @@ class PutBack:
 
 @dataclass(frozen=True, slots=True)
 class ResourceChanged:
-    """The tester changes the condition of a resource, by an injection or as that one is put back."""
+    """The condition of a resource changed: an injection or a restart began or ended, or its node was lost or found."""
 
     kind: ClassVar[str] = "resource"
     at_ns: int
@@ -229,12 +274,18 @@ class ResourceChanged:
     condition: str
     changes: Changes = ()
 
+    @property
+    def severity(self) -> Severity:
+        """A warning unless the resource is well again."""
+        return Severity.INFO if self.condition == "well" else Severity.WARNING
+
 
 @dataclass(frozen=True, slots=True)
 class MessageDisturbed:
-    """The simulated network lost a message that was sent now (`copies` is 0), or will deliver it so many times."""
+    """The simulated network loses a message that was sent now (`copies` is 0), or delivers it `copies` times."""
 
     kind: ClassVar[str] = "message"
+    severity: ClassVar[Severity] = Severity.WARNING
     at_ns: int
     request: int
     resource: str
@@ -245,7 +296,7 @@ class MessageDisturbed:
 
 @dataclass(frozen=True, slots=True)
 class RunEnded:
-    """The run for a goal ended; `end` is one of the ends of semantics 5, `detail` says more of some of them."""
+    """The run for a goal ended; `end` is the value of an `End`, and `detail` has the names that explain it."""
 
     kind: ClassVar[str] = "run_ended"
     at_ns: int
@@ -253,6 +304,17 @@ class RunEnded:
     end: str
     detail: tuple[str, ...]
     changes: Changes
+
+    @property
+    def severity(self) -> Severity:
+        """An error if the model is wrong, a warning if the goal was not reached for another reason."""
+        match self.end:
+            case End.REACHED:
+                return Severity.INFO
+            case End.LIVELOCK | End.MODEL_ERROR:
+                return Severity.ERROR
+            case _:
+                return Severity.WARNING
 
 
 Record: TypeAlias = (
@@ -284,7 +346,7 @@ class Trace:
     Attributes:
         model: the name of the model that was run.
         case: the name of the test case.
-        records: what happened.
+        records: the records.
     """
 
     model: str
@@ -293,11 +355,16 @@ class Trace:
 
 
 def state_after(records: Iterable[Record]) -> dict[str, Value]:
-    """The value of every variable behind these records; empty as long as no run has started."""
+    """Return the value of every variable after `records`; an empty dict if they start no run."""
     state: dict[str, Value] = {}
     for record in records:
         if isinstance(record, RunStarted):
             state.update(record.state)
-        if state:  # what changed before a run is in the state with which it starts
+        if state:  # the state at the start of a run has all earlier changes
             state.update(record.changes)
     return state
+
+
+def run_end(records: Sequence[Record]) -> RunEnded | None:
+    """Return the last end of a run in `records`; `None` if they end none."""
+    return next((record for record in reversed(records) if isinstance(record, RunEnded)), None)

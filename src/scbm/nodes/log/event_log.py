@@ -14,7 +14,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from scbm.cases.trace import End, RunEnded
+from scbm.cases.trace import End, run_end
 from scbm.files import read_case, write_case
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.nodes.log.event_json import Note, event_json, reaction_json, read_event, read_reaction
@@ -127,7 +127,7 @@ def rerun(log: EventLog, program: Program) -> Simulated:
         ValueError: the events do not end the run; or as in `replay`.
     """
     records = replay(log, program)
-    ended = next((record for record in reversed(records) if isinstance(record, RunEnded)), None)
+    ended = run_end(records)
     if ended is None:
         raise ValueError("the run does not end with these events")
     return Simulated(End(ended.end), ended.at_ns, records)

@@ -23,16 +23,18 @@ from __future__ import annotations
 from base64 import b64encode
 from itertools import islice, pairwise
 from json import dumps
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, get_args
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, assert_never, get_args
 from zlib import compress
 
 from scbm.cases.trace import (
     AutomaticTaken,
     BecameCurrent,
     InjectionApplied,
+    MeasurementReceived,
     MeasurementRefused,
     MessageDisturbed,
     OperationStepped,
+    PlanAsked,
     PlanDropped,
     PlanReceived,
     PutBack,
@@ -44,14 +46,16 @@ from scbm.cases.trace import (
     ResourceChanged,
     RunEnded,
     RunStarted,
+    differing,
+    sentence_of,
 )
 from scbm.model import format_value
 from scbm.model.variables import Role
-from scbm.reports.html.sentences import sentence_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from scbm.cases.trace import Sentence
     from scbm.model import BehaviorModel
     from scbm.testing import Execution
     from scbm.testing.requirement_monitors import Violation
@@ -119,10 +123,12 @@ class _Packer:
             return None
         records = execution.trace.records
         times = [record.at_ns for record in records]
+        sentences = [sentence_of(record, self._model.nominal_state) for record in records]
+        packed = [self._step(record, sentence) for record, sentence in zip(records, sentences, strict=True)]
         return {
-            "steps": [_number(steps, self._step(record)) for record in records],
+            "steps": [_number(steps, step) for step in packed],
             "after_ns": _differences(times),
-            "numbers": _differences(list(_numbers(records))),
+            "numbers": _differences(list(_numbers(sentences))),
             "ended_ns": execution.ended_ns,
             "violations": [self._violation(violation) for violation in execution.violations],
             "unused": [self._text(sentence) for sentence in execution.unused],
@@ -132,8 +138,8 @@ class _Packer:
         reason = self._text(violation.reason)
         return (self._text(violation.requirement), violation.begins, violation.record, violation.at_ns, reason)
 
-    def _step(self, record: Record) -> _Step:
-        told = (*_lane(record), sentence_of(record, self._model))
+    def _step(self, record: Record, sentence: Sentence) -> _Step:
+        told = (*_lane(record), sentence.text)
         changes = (part for name, value in self._changes(record).items() for part in (name, value))
         return (_KINDS.index(record.kind), *map(self._text, told), *changes)
 
@@ -141,8 +147,7 @@ class _Packer:
         """What a record changes; of the state with which a run starts, what is not nominal."""
         changes = dict(record.changes)
         if isinstance(record, RunStarted):
-            differing = {name: value for name, value in record.state if self._nominal[name] != value}
-            changes = {**differing, **changes}
+            changes = {**dict(differing(record, self._nominal)), **changes}
         return {self._positions[name]: self._text(format_value(value)) for name, value in changes.items()}
 
     def _text(self, text: str) -> int:
@@ -182,18 +187,17 @@ def _lane(record: Record) -> tuple[str, str, str]:  # noqa: C901, PLR0911, PLR09
             return record.resource, record.message, str(record.copies)
         case RunEnded():
             return record.goal, record.end, ""
-        case _:
+        case PlanAsked() | PlanDropped() | MeasurementReceived():
             return "", "", ""
+        case _:
+            assert_never(record)
 
 
-def _numbers(records: Iterable[Record]) -> Iterator[int]:
-    """For each record the number of its request, or of the plan that was dropped; else that of the record before."""
+def _numbers(sentences: Iterable[Sentence]) -> Iterator[int]:
+    """Yield the number of each sentence; a sentence without one has that of the sentence before."""
     number = 0
-    for record in records:
-        if isinstance(record, (RequestSent, RequestCancelled, ReplyReceived, ReplyDropped, MessageDisturbed)):
-            number = record.request
-        elif isinstance(record, PlanDropped):
-            number = record.ask
+    for sentence in sentences:
+        number = number if sentence.number is None else sentence.number
         yield number
 
 

@@ -11,8 +11,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from itertools import groupby
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, assert_never
 
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import CompressionType, Writer
@@ -20,24 +19,32 @@ from mcap.writer import CompressionType, Writer
 import scbm
 from scbm.cases.trace import (
     AutomaticTaken,
+    BecameCurrent,
     InjectionApplied,
+    MeasurementReceived,
     MeasurementRefused,
     MessageDisturbed,
+    OperationStepped,
+    PlanAsked,
+    PlanDropped,
     PlanReceived,
     PutBack,
     ReplyDropped,
+    ReplyReceived,
+    RequestCancelled,
     RequestSent,
     ResourceChanged,
+    RunEnded,
     RunStarted,
+    Severity,
+    fate_of,
 )
-from scbm.model import OperationState, PlanState, RequestState, ValueKind, format_moment
+from scbm.model import OperationState, PlanState, RequestState, ValueKind
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, PLAN_STATE, operation_state_name
-from scbm.reports.terminal.timeline import stretch
+from scbm.reports.run.event_lines import event_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
-
-    from rich.text import Text
 
     from scbm.cases.trace import Record
     from scbm.model import BehaviorModel, Domain, Value
@@ -45,14 +52,10 @@ if TYPE_CHECKING:
 
     Json = dict[str, Any]
 
-_TIME_WIDTH = len(" " * 11) + len("  ")
-"""So many characters stand before each line of a timeline."""
+_LEVELS = ("UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL")
+"""The names of the levels of `foxglove.Log`; a level is an index into them."""
 
-_INFO, _WARNING, _ERROR = 2, 3, 4
-"""Levels of `foxglove.Log`."""
-
-_WARNINGS = ("yellow", "red", "magenta")
-"""What the timeline paints so is worth a second look."""
+_LEVEL_OF = {severity: _LEVELS.index(severity.name) for severity in Severity}
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +134,6 @@ _TIME: Json = {
         "nsec": {"type": "integer", "minimum": 0, "maximum": 999_999_999},
     },
 }
-_LEVELS = ("UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL")
 _LOG = _object(
     "foxglove.Log",
     timestamp=_TIME,
@@ -269,12 +271,14 @@ def _topics(model: BehaviorModel) -> dict[str, str]:
 def _happened(execution: Execution) -> Iterator[McapMessage]:
     """What has no state: automatic transitions, injections, faults of the network."""
     for number, record in enumerate(execution.trace.records):
-        told = _told(record)
-        if told is not None:
-            yield McapMessage(told[0], record.at_ns, number, told[1])
+        event = _event(record)
+        if event is not None:
+            topic, content = event
+            yield McapMessage(topic, record.at_ns, number, content)
 
 
-def _told(record: Record) -> tuple[str, Json] | None:  # noqa: PLR0911 - one for each record that is told
+def _event(record: Record) -> tuple[str, Json] | None:  # noqa: PLR0911 - one for each kind of record with a topic
+    """Return topic and content of the message about a record; `None` for records that topics of states show."""
     changes = dict(record.changes)
     match record:
         case AutomaticTaken():
@@ -287,17 +291,20 @@ def _told(record: Record) -> tuple[str, Json] | None:  # noqa: PLR0911 - one for
             state = f"{record.resource} is {record.condition}"
             return "/injections", {"injection": record.injection, "state": state, "changes": changes}
         case MessageDisturbed():
-            fate = f"delivered {record.copies} times" if record.copies else "lost"
             of = {"request": record.request, "resource": record.resource}
-            return "/network", {**of, "message": record.message, "fate": fate}
+            return "/network", {**of, "message": record.message, "fate": fate_of(record)}
         case ReplyDropped():
-            fate = f"dropped: {record.why}"
-            return "/network", {"request": record.request, "resource": "", "message": "reply", "fate": fate}
+            of = {"request": record.request, "resource": ""}
+            return "/network", {**of, "message": "reply", "fate": fate_of(record)}
         case MeasurementRefused():
             message = f"{record.variable} = {json.dumps(record.value)}"
-            return "/network", {"request": 0, "resource": "", "message": message, "fate": "refused"}
-        case _:
+            return "/network", {"request": 0, "resource": "", "message": message, "fate": fate_of(record)}
+        case RunStarted() | RunEnded() | PlanAsked() | PlanReceived() | PlanDropped() | BecameCurrent():
             return None
+        case OperationStepped() | RequestSent() | RequestCancelled() | ReplyReceived() | MeasurementReceived():
+            return None
+        case _:
+            assert_never(record)
 
 
 def _judged(model: BehaviorModel, execution: Execution) -> Iterator[McapMessage]:
@@ -311,29 +318,20 @@ def _judged(model: BehaviorModel, execution: Execution) -> Iterator[McapMessage]
 
 
 def _logged(model: BehaviorModel, execution: Execution) -> Iterator[McapMessage]:
-    """The timeline, line by line; all lines of one moment come of its last record."""
-    begin = end = at_ns = 0
-    for at_ns, records in groupby(execution.trace.records, key=lambda record: record.at_ns):
-        end = begin + sum(1 for _ in records)
-        for line in stretch(model, execution, begin, end):
-            yield McapMessage("/events", at_ns, end - 1, _log(execution, line, at_ns, end - 1))
-        begin = end
+    """Yield the log of the run, line by line; all lines of one moment have the number of its last record."""
+    numbers = {record.at_ns: number for number, record in enumerate(execution.trace.records)}
+    for line in event_lines(model, execution):
+        number = numbers[line.at_ns]
+        content = _log(execution, line.at_ns, number, line.severity, line.text)
+        yield McapMessage("/events", line.at_ns, number, content)
+    at_ns, number = max(numbers.items(), default=(0, 0))  # a run that was lost has no records
     for failure in execution.verdict.failures:
-        told = {"message": f"FAILED  {failure}", "level": _ERROR}
-        last = max(0, end - 1)  # a run that was lost has no records
-        yield McapMessage("/events", at_ns, last, _log_of(execution, at_ns, last) | told)
+        content = _log(execution, at_ns, number, Severity.ERROR, f"FAILED  {failure}")
+        yield McapMessage("/events", at_ns, number, content)
 
 
-def _log(execution: Execution, line: Text, at_ns: int, record: int) -> Json:
-    message = line.plain[_TIME_WIDTH:]
-    styles = " ".join(str(span.style) for span in line.spans)
-    level = _WARNING if any(colour in styles for colour in _WARNINGS) else _INFO
-    told = {"message": message, "level": _ERROR if message.startswith("✗") else level}
-    return _log_of(execution, at_ns, record) | told
-
-
-def _log_of(execution: Execution, at_ns: int, record: int) -> Json:
+def _log(execution: Execution, at_ns: int, record: int, severity: Severity, message: str) -> Json:
     seconds, nanoseconds = divmod(at_ns, 1_000_000_000)
     timestamp = {"sec": seconds, "nsec": nanoseconds}
     about = {"name": execution.case.name, "file": execution.trace.model, "line": record}
-    return {"timestamp": timestamp, "level": _INFO, "message": format_moment(at_ns), **about}
+    return {"timestamp": timestamp, "level": _LEVEL_OF[severity], "message": message, **about}

@@ -8,33 +8,40 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias, assert_never
 
 from scbm.cases.trace import (
     AutomaticTaken,
+    BecameCurrent,
     InjectionApplied,
     MeasurementReceived,
     MeasurementRefused,
     MessageDisturbed,
     OperationStepped,
     PlanAsked,
+    PlanDropped,
     PlanReceived,
+    PlanSpan,
+    PutBack,
     ReplyDropped,
     ReplyReceived,
     RequestCancelled,
+    RequestOutcome,
     RequestSent,
     ResourceChanged,
     RunEnded,
     RunStarted,
+    fate_of,
     state_after,
 )
-from scbm.model import OperationState, ValueKind, format_value
-from scbm.model.variables import CURRENT_NAME, Role
+from scbm.model import ValueKind, format_value
+from scbm.model.variables import Role
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
-    from scbm.cases.trace import Changes, Record
+    from scbm.cases.trace import Changes, FaultSpan, OperationSpan, PlanningSpan, Record, RequestSpan, RunSpans
     from scbm.model import BehaviorModel, Value
     from scbm.testing import Execution, Violation
 
@@ -46,8 +53,6 @@ _GROUPS = ("run", "operations", "resources", "injections", "requirements", "vari
 
 _FIRST_TRACK = 101
 """The first tid: a thread whose tid is its process's pid would be taken for its main thread."""
-
-_ASKED = "planning"
 
 _COLOURS = {"failed": "terrible", "timedout": "bad", "cancelled": "bad", "disabled": "yellow", "no reply": "bad"}
 """The colours that chrome://tracing knows, for what is not as it should be; Perfetto colours by name."""
@@ -124,11 +129,12 @@ def _about(execution: Execution) -> dict[str, str]:
 def _items(model: BehaviorModel, execution: Execution) -> Iterator[Item]:
     """All that is drawn; of each track in the order of time."""
     records, end_ns = execution.trace.records, execution.ended_ns
-    yield from _plans(records, end_ns)
+    spans = execution.spans
+    yield from _plans(spans, records)
     yield from _moments(records)
-    yield from _operations(records, end_ns)
-    yield from _requests(records, end_ns)
-    yield from _injections(execution)
+    yield from map(_operation, spans.operations)
+    yield from _requests(spans)
+    yield from map(_fault, spans.faults)
     yield from (_violated(violation, execution) for violation in execution.violations)
     yield from _variables(model, records, end_ns)
 
@@ -136,136 +142,97 @@ def _items(model: BehaviorModel, execution: Execution) -> Iterator[Item]:
 # the tracks
 
 
-def _plans(records: Iterable[Record], end_ns: int) -> Iterator[Item]:
-    """Each plan, from its answer until the next question, and each question until its answer if that takes time."""
-    opened: tuple[str, int, Arguments] | None = None
-    for record in records:
-        if isinstance(record, (PlanAsked, PlanReceived, RunEnded)):
-            if opened is not None and (opened[0] != _ASKED or opened[1] < record.at_ns):
-                yield Slice("run", "plan", opened[0], opened[1], record.at_ns, opened[2])
-            opened = _plan(record)
+def _plans(spans: RunSpans, records: Sequence[Record]) -> Iterator[Item]:
+    """Yield plans and the waits for them, and the moments at which a goal was begun and ended."""
+    items = [(span.end_record, 0, _planned(span)) for span in spans.plans if _takes_time(span)]
+    for index, record in enumerate(records):
         if isinstance(record, RunStarted):
-            yield Instant("run", "goal", record.goal, record.at_ns, {"predicate": record.predicate})
-        if isinstance(record, RunEnded):
-            yield Instant("run", "goal", record.end, record.at_ns, {"detail": ", ".join(record.detail)})
-    if opened is not None:
-        yield Slice("run", "plan", opened[0], opened[1], end_ns, opened[2])
+            items.append((index, 1, Instant("run", "goal", record.goal, record.at_ns, {"predicate": record.predicate})))
+        elif isinstance(record, RunEnded):
+            detail = {"detail": ", ".join(record.detail)}
+            items.append((index, 1, Instant("run", "goal", record.end, record.at_ns, detail)))
+    yield from (item for _, _, item in sorted(items, key=itemgetter(0, 1)))
 
 
-def _plan(record: PlanAsked | PlanReceived | RunEnded) -> tuple[str, int, Arguments] | None:
-    match record:
-        case PlanAsked():
-            return _ASKED, record.at_ns, {"ask": record.ask}
-        case PlanReceived(status="solved"):
-            plan = {f"{number}": name for number, name in enumerate(record.plan, start=1)}
-            return " → ".join(record.plan) or "nothing to do", record.at_ns, {"ask": record.ask, "plan": plan}
-        case PlanReceived():
-            return record.status, record.at_ns, {"ask": record.ask}
-        case RunEnded():
-            return None
+def _takes_time(span: PlanningSpan | PlanSpan) -> bool:
+    """Whether a span of planning is drawn: in a simulation the planner answers at once."""
+    return isinstance(span, PlanSpan) or span.duration_ns > 0
+
+
+def _planned(span: PlanningSpan | PlanSpan) -> Item:
+    name = "planning"
+    arguments: Arguments = {"ask": span.ask}
+    if isinstance(span, PlanSpan):
+        name = span.status
+        if span.status == "solved":
+            name = " → ".join(span.plan) or "nothing to do"
+            arguments["plan"] = {f"{number}": each for number, each in enumerate(span.plan, start=1)}
+    return Slice("run", "plan", name, span.begin_ns, span.end_ns, arguments)
 
 
 def _moments(records: Iterable[Record]) -> Iterator[Instant]:
-    """What takes no time."""
+    """Yield the events on the tracks of automatic transitions and of the network."""
     for record in records:
-        told = _values(record.changes)
+        changes = _values(record.changes)
         match record:
             case AutomaticTaken():
                 failed = {} if record.failed is None else {"failed": record.failed}
-                yield Instant("run", "automatic", record.transition, record.at_ns, told | failed)
+                yield Instant("run", "automatic", record.transition, record.at_ns, changes | failed)
             case MessageDisturbed():
-                fate = "lost" if not record.copies else f"delivered {record.copies} times"
-                name = f"{record.message} {record.request} of {record.resource} {fate}"
+                name = f"{record.message} {record.request} of {record.resource} {fate_of(record)}"
                 yield Instant("run", "network", name, record.at_ns, {"copies": record.copies})
             case ReplyDropped():
-                name = f"reply {record.request} dropped: {record.why}"
+                name = f"reply {record.request} {fate_of(record)}"
                 yield Instant("run", "network", name, record.at_ns, {})
             case MeasurementReceived():
-                yield Instant("run", "network", "measured", record.at_ns, told)
+                yield Instant("run", "network", "measured", record.at_ns, changes)
             case MeasurementRefused():
                 refused = {record.variable: format_value(record.value)}
-                yield Instant("run", "network", f"{record.variable} refused", record.at_ns, refused)
-            case _:
+                yield Instant("run", "network", f"{record.variable} {fate_of(record)}", record.at_ns, refused)
+            case RunStarted() | RunEnded() | PlanAsked() | PlanReceived() | PlanDropped():  # on tracks of their own
                 pass
+            case BecameCurrent() | OperationStepped() | RequestSent() | RequestCancelled() | ReplyReceived():
+                pass
+            case InjectionApplied() | PutBack() | ResourceChanged():
+                pass
+            case _:
+                assert_never(record)
 
 
-def _operations(records: Iterable[Record], end_ns: int) -> Iterator[Slice]:
-    """Each time that an operation was disabled or executed, named by how that ended."""
-    opened: tuple[str, OperationState, int] | None = None
-    for record in records:
-        if opened is not None and (after := _state_behind(record)) is not None:
-            yield _lasted(*opened, record.at_ns, after)
-            opened = None
-        if isinstance(record, OperationStepped) and record.target in (
-            OperationState.DISABLED,
-            OperationState.EXECUTING,
-        ):
-            opened = record.operation, record.target, record.at_ns
-    if opened is not None:
-        yield _lasted(*opened, end_ns, "the end")
+def _operation(span: OperationSpan) -> Slice:
+    """Return the slice for the time that an operation was disabled or executing, named by how that ended."""
+    after = "the end" if span.outcome is None else span.outcome.value
+    colour = _COLOURS.get(after) or _COLOURS.get(span.state.value)
+    name, arguments = f"{span.state.value} → {after}", {"state": span.state.value, "then": after}
+    return Slice("operations", span.operation, name, span.begin_ns, span.end_ns, arguments, colour)
 
 
-def _state_behind(record: Record) -> str | None:
-    """What the current operation is behind a record, if that changes it."""
-    if isinstance(record, OperationStepped):
-        return record.target.value
-    if isinstance(record, RunEnded):
-        return "the end"
-    failing = isinstance(record, (AutomaticTaken, InjectionApplied)) and record.failed is not None
-    return OperationState.FAILED.value if failing else None
+def _requests(spans: RunSpans) -> Iterator[Item]:
+    """Yield a slice for each request, and an arrow to it from the operation that was current."""
+    items: list[tuple[int, Item]] = []
+    for span in spans.requests:
+        items.append((span.begin_record, Arrow(span.operation, span.resource, span.begin_ns, span.request)))
+        items.append((span.end_record, _requested(span)))
+    yield from (item for _, item in sorted(items, key=itemgetter(0)))
 
 
-def _lasted(operation: str, state: OperationState, begin_ns: int, end_ns: int, after: str) -> Slice:
-    colour = _COLOURS.get(after) or _COLOURS.get(state.value)
-    name = f"{state.value} → {after}"
-    return Slice("operations", operation, name, begin_ns, end_ns, {"state": state.value, "then": after}, colour)
+def _requested(span: RequestSpan) -> Slice:
+    values = ", ".join(format_value(value) for _, value in span.payload) or "request"
+    result = span.outcome.value
+    name = values if span.outcome is RequestOutcome.SUCCEEDED else f"{values}: {result}"
+    arguments = {"request": span.request, "result": result, "payload": _values(span.payload)}
+    return Slice("resources", span.resource, name, span.begin_ns, span.end_ns, arguments, _COLOURS.get(result))
 
 
-def _requests(records: Iterable[Record], end_ns: int) -> Iterator[Item]:
-    """Each request until its reply, or until it was given up."""
-    opened: dict[str, RequestSent] = {}
-    current = OperationState.INITIAL.value
-    for record in records:
-        current = str(dict(record.changes).get(CURRENT_NAME, current))
-        if isinstance(record, RequestSent):
-            opened[record.resource] = record
-            yield Arrow(current, record.resource, record.at_ns, record.request)
-        elif isinstance(record, (ReplyReceived, RequestCancelled)) and record.resource in opened:
-            yield _requested(opened.pop(record.resource), record.at_ns, _result(record))
-    yield from (_requested(sent, end_ns, "no reply") for sent in opened.values())
-
-
-def _result(record: ReplyReceived | RequestCancelled) -> str:
-    if isinstance(record, RequestCancelled):
-        return "cancelled"
-    return "succeeded" if record.succeeded else "failed"
-
-
-def _requested(sent: RequestSent, end_ns: int, result: str) -> Slice:
-    values = ", ".join(format_value(value) for _, value in sent.payload) or "request"
-    name = values if result == "succeeded" else f"{values}: {result}"
-    arguments = {"request": sent.request, "result": result, "payload": _values(sent.payload)}
-    return Slice("resources", sent.resource, name, sent.at_ns, end_ns, arguments, _COLOURS.get(result))
-
-
-def _injections(execution: Execution) -> Iterator[Item]:
-    """Each injection: what is held lasts, the rest is a moment."""
-    holds = {injection.name: injection.hold_ns for injection in execution.case.injections}
-    seen: dict[str, int] = {}
-    for record in execution.trace.records:
-        if not isinstance(record, (InjectionApplied, ResourceChanged)) or record.injection in seen:
-            continue
-        seen[record.injection] = record.at_ns
-        name, hold_ns = record.injection, holds.get(record.injection)
-        arguments = _values(record.changes)
-        if isinstance(record, ResourceChanged):
-            arguments = {"resource": record.resource, "condition": record.condition}
-        what = ", ".join(f"{key} = {value}" for key, value in arguments.items()) or "nothing changed"
-        if hold_ns is None:
-            yield Instant("injections", name, what, record.at_ns, arguments)
-        else:
-            end_ns = min(record.at_ns + hold_ns, execution.ended_ns)
-            yield Slice("injections", name, what, record.at_ns, end_ns, arguments)
+def _fault(span: FaultSpan) -> Item:
+    """Return a slice for an injection that is held, and a moment for any other."""
+    arguments = _values(span.changes)
+    if span.resource is not None:
+        arguments = {"resource": span.resource, "condition": span.condition}
+    what = ", ".join(f"{key} = {value}" for key, value in arguments.items()) or "nothing changed"
+    if span.is_held:
+        return Slice("injections", span.injection, what, span.begin_ns, span.end_ns, arguments)
+    return Instant("injections", span.injection, what, span.begin_ns, arguments)
 
 
 def _violated(violation: Violation, execution: Execution) -> Item:

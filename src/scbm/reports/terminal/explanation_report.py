@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import islice
 from typing import TYPE_CHECKING
 
 from rich.text import Text
 
 from scbm.cases.coverage import Aspect
+from scbm.cases.trace import PlanReceived
 from scbm.closing import Decision
 from scbm.closing.summaries import in_few_words, plan_in_words
 from scbm.model import format_moment, format_value
 from scbm.proofcheck import StructureArgument, ValuesArgument
 from scbm.reports.figure_table import counted
-from scbm.reports.terminal.timeline import stretch
+from scbm.reports.run.event_lines import event_lines
+from scbm.reports.terminal.timeline import draw_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -23,12 +26,10 @@ if TYPE_CHECKING:
     from scbm.closing import Suggestion
     from scbm.closing.explanations import Explanation, SearchedRuns, Visit
     from scbm.model import BehaviorModel
+    from scbm.reports.run.event_lines import EventLine
 
 _LINES = 8
 """So many lines of a run are shown for a visit: the last one is the visit."""
-
-_TIME_WIDTH = 11
-"""The columns of the time in a timeline."""
 
 _ARROW = " → "
 
@@ -169,25 +170,20 @@ def _wrong(visit: Visit) -> Iterator[Text]:
 
 
 def _picture(visit: Visit, model: BehaviorModel) -> Iterator[Text]:
-    """The last lines of the run up to the visit, from one that has its time; plans, which are told, are left out."""
-    *before, last = stretch(model, visit.execution, 0, visit.record + 1)
-    lines = [*(line for line in before if not _is_plan(line)), last][-_LINES:]
-    first = next((index for index, line in enumerate(lines) if _has_time(line)), 0)
+    """Yield the last lines of the run's log up to the visit, from one with a time; the plan is told above them."""
+    *before, last = event_lines(model, visit.execution, visit.record + 1)
+    lines = [*(line for line in before if line.begins_moment or not isinstance(line.record, PlanReceived)), last]
+    lines = lines[-_LINES:]
+    first = next((index for index, line in enumerate(lines) if line.begins_moment), 0)
     for line in lines[first:]:
-        yield Text("  ").append_text(_with_short_plan(line, visit.plan))
+        yield Text("  ").append_text(draw_line(_with_short_plan(line)))
 
 
-def _with_short_plan(line: Text, plan: Sequence[str]) -> Text:
-    told = line.plain.replace(_ARROW.join(plan), plan_in_words(plan, _ARROW)) if plan else line.plain
-    return line if told == line.plain else Text(told)
-
-
-def _is_plan(line: Text) -> bool:
-    return line.plain[_TIME_WIDTH:].strip().startswith("plan  ") and not _has_time(line)
-
-
-def _has_time(line: Text) -> bool:
-    return bool(line.plain[:_TIME_WIDTH].strip())
+def _with_short_plan(line: EventLine) -> EventLine:
+    if not isinstance(line.record, PlanReceived) or not line.record.plan:
+        return line
+    plan = line.record.plan
+    return replace(line, outcome=f"{len(plan)}: {plan_in_words(plan, _ARROW)}")
 
 
 def _looked_at(looked_at: SearchedRuns) -> str:

@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.reports.terminal.timeline import stretch
+from scbm.reports.run.event_lines import event_lines
+from scbm.reports.terminal.timeline import TIME_WIDTH, draw_line
 from scbm.testing import FailureKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from scbm.model import BehaviorModel
+    from scbm.reports.run.event_lines import EventLine
     from scbm.testing import Execution, Failure
 
 _FEWEST_LINES = 12
@@ -20,9 +22,6 @@ _FEWEST_LINES = 12
 
 _MAX_LINES = 40
 """So many at most; of a longer stretch the last ones."""
-
-_TIME_WIDTH = 11
-"""The columns of the time in a timeline; they are blank where it is that of the line before."""
 
 
 def told_failures(model: BehaviorModel, execution: Execution) -> Iterator[Text]:
@@ -34,24 +33,24 @@ def told_failures(model: BehaviorModel, execution: Execution) -> Iterator[Text]:
 
 
 def lines_that_show(model: BehaviorModel, execution: Execution, failures: Sequence[Failure]) -> Iterator[Text]:
-    """The parts of a run that show some of its failures, and a little of what led to them."""
-    windows = sorted(_window(model, execution, failure) for failure in failures)
-    lines = list(stretch(model, execution, 0, len(execution.trace.records)))
+    """Yield the parts of a run's log that show some of its failures, and a few lines before each part."""
+    lines = list(event_lines(model, execution))
+    windows = sorted(_window(lines, _extent(execution, failure)) for failure in failures)
     shown = 0
     for first, end in windows:
         if first > shown:
-            yield Text("…".rjust(_TIME_WIDTH + 3), style="dim")
+            yield Text("…".rjust(TIME_WIDTH + 3), style="dim")
         begin = max(first, shown)
         for number in range(begin, end):
-            yield _timed(lines, number) if number == begin > shown else lines[number]
+            yield draw_line(lines[number], with_time=number == begin > shown)
         shown = max(shown, end)
 
 
-def _window(model: BehaviorModel, execution: Execution, failure: Failure) -> tuple[int, int]:
-    """The lines of the timeline that show a failure, and some that led to it."""
-    begin, end = _extent(execution, failure)
-    count = len(list(stretch(model, execution, 0, end)))
-    own = len(list(stretch(model, execution, begin, end)))
+def _window(lines: Sequence[EventLine], extent: tuple[int, int]) -> tuple[int, int]:
+    """Return the first line of the log that shows the records of an extent, or some lines before it, and the end."""
+    begin, end = extent
+    count = sum(line.index < end for line in lines)
+    own = sum(begin <= line.index < end for line in lines)
     return max(0, count - min(max(_FEWEST_LINES, own), _MAX_LINES)), count
 
 
@@ -62,9 +61,3 @@ def _extent(execution: Execution, failure: Failure) -> tuple[int, int]:
             if violation.requirement == failure.subject:
                 return violation.begins, violation.record + 1
     return len(execution.trace.records), len(execution.trace.records)
-
-
-def _timed(lines: list[Text], number: int) -> Text:
-    """A line with its time, also where that is the time of a line above."""
-    times = [line[:_TIME_WIDTH] for line in lines[: number + 1] if line.plain[:_TIME_WIDTH].strip()]
-    return times[-1] + lines[number][_TIME_WIDTH:]

@@ -1,0 +1,147 @@
+"""Sentences about records, and the promise that no view of a run forgets a kind of record."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from io import BytesIO
+from typing import Any, ClassVar, get_args
+
+import pytest
+
+from scbm.cases.trace import (
+    AutomaticTaken,
+    InjectionApplied,
+    OperationStepped,
+    PlanReceived,
+    PutBack,
+    Record,
+    ReplyDropped,
+    ReplyReceived,
+    RequestSent,
+    ResourceChanged,
+    RunEnded,
+    RunStarted,
+    Severity,
+    Trace,
+    fault_in,
+    sentence_of,
+    spans_of,
+)
+from scbm.files import read_model
+from scbm.model import OperationState
+from scbm.reports.html.timelines import pack_timelines
+from scbm.reports.run.event_lines import event_lines
+from scbm.reports.run.mcap_trace import write_mcap
+from scbm.reports.run.perfetto import write_perfetto
+from scbm.testing import Execution, RandomCases, Tester
+from support.models import SCAN_CELL
+from support.record_kinds import record_of_each_kind
+
+MODEL = read_model(SCAN_CELL)
+NOMINAL = MODEL.nominal_state
+RECORDS = record_of_each_kind(MODEL)
+INFO, WARNING, ERROR = Severity.INFO, Severity.WARNING, Severity.ERROR
+
+
+@dataclass(frozen=True)
+class Unheard:
+    """A kind of record that no view knows."""
+
+    kind: ClassVar[str] = "unheard"
+    severity: ClassVar[Severity] = INFO
+    at_ns: int = 0
+    changes: tuple[()] = ()
+
+
+def executed(*records: Any) -> Execution:  # noqa: ANN401 - one of them is no record
+    execution = Tester(MODEL).execute(RandomCases(MODEL).case(1, 1))
+    return replace(execution, trace=Trace("m", "c", records), violations=(), ended_ns=10)
+
+
+def written(write: Callable[..., int], execution: Execution) -> bytes:
+    stream = BytesIO()
+    write(MODEL, execution, stream)
+    return stream.getvalue()
+
+
+VIEWS: dict[str, Callable[[Execution], object]] = {
+    "faults": lambda execution: [fault_in(record) for record in execution.trace.records],
+    "sentences": lambda execution: [sentence_of(record, NOMINAL) for record in execution.trace.records],
+    "spans": lambda execution: spans_of(execution.trace.records, 10),
+    "lines": lambda execution: [line.text for line in event_lines(MODEL, execution)],
+    "perfetto": lambda execution: written(write_perfetto, execution),
+    "mcap": lambda execution: written(write_mcap, execution),
+    "page": lambda execution: pack_timelines(MODEL, [execution]),
+}
+
+
+def test_the_records_of_these_tests_have_every_kind() -> None:
+    assert {type(record) for record in RECORDS} == {*get_args(Record)}
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_every_view_of_a_run_has_a_case_for_every_kind_of_record(view: str) -> None:
+    assert VIEWS[view](executed(*RECORDS))
+
+
+@pytest.mark.parametrize("view", VIEWS)
+def test_no_view_of_a_run_leaves_out_a_new_kind_of_record_in_silence(view: str) -> None:
+    with pytest.raises(
+        (AssertionError, ValueError)
+    ):  # the page does not know its kind, the others end in `assert_never`
+        VIEWS[view](executed(*RECORDS, Unheard()))
+
+
+@pytest.mark.parametrize("record", RECORDS, ids=lambda record: record.kind)
+def test_a_sentence_names_its_request_once_and_leaves_no_gap(record: Record) -> None:
+    sentence = sentence_of(record, NOMINAL)
+    assert sentence.text
+    assert "{}" not in sentence.numbered_text
+    assert "{}" not in sentence.numbered_label
+    assert (sentence.number is not None) == ("{}" in sentence.text)
+
+
+@pytest.mark.parametrize(
+    ("record", "text", "label", "outcome"),
+    [
+        (RunStarted(0, "g", "a == b", ()), "goal a == b (g), from the nominal state", "goal", "a == b  (g)"),
+        (PlanReceived(0, 1, "solved", ("a", "b"), ()), "plan of 2: a → b", "plan", "2: a → b"),
+        (PlanReceived(0, 1, "solved", (), ()), "plan: nothing to do", "plan", "0: nothing to do"),
+        (PlanReceived(0, 1, "limit_reached", (), ()), "plan: limit reached", "plan", "limit reached"),
+        (RequestSent(0, 3, "arm", (("x", 1),), ()), "request 3 → arm: x = 1", "request 3 → arm", "1"),
+        (ReplyReceived(0, 3, "arm", False, ()), "reply 3 ← arm: failed", "reply 3 ← arm", "failed"),
+        (ReplyDropped(0, 3, "late"), "reply 3 dropped: late", "reply 3 dropped: late", ""),
+        (AutomaticTaken(0, "stop", "scan", ()), "automatic stop, which fails scan", "automatic", "stop"),
+        (RunEnded(0, "g", "time_limit", ("x",), ()), "time limit: x", "time limit", ""),
+    ],
+)
+def test_the_words_of_a_record(record: Record, text: str, label: str, outcome: str) -> None:
+    sentence = sentence_of(record, NOMINAL)
+    assert (sentence.numbered_text, sentence.numbered_label, sentence.outcome) == (text, label, outcome)
+
+
+@pytest.mark.parametrize(
+    ("record", "severity"),
+    [
+        (PlanReceived(0, 1, "solved", (), ()), INFO),
+        (PlanReceived(0, 1, "unsolvable", (), ()), WARNING),
+        (OperationStepped(0, "a", OperationState.EXECUTING, OperationState.COMPLETED, None, ()), INFO),
+        (OperationStepped(0, "a", OperationState.EXECUTING, OperationState.TIMEDOUT, None, ()), WARNING),
+        (OperationStepped(0, "a", OperationState.DISABLED, OperationState.INITIAL, None, ()), WARNING),
+        (OperationStepped(0, "a", OperationState.COMPLETED, OperationState.INITIAL, None, ()), INFO),
+        (AutomaticTaken(0, "t", None, ()), INFO),
+        (AutomaticTaken(0, "t", "a", ()), WARNING),
+        (ReplyReceived(0, 1, "r", True, ()), INFO),
+        (ReplyReceived(0, 1, "r", False, ()), WARNING),
+        (InjectionApplied(0, "i", None, ()), WARNING),
+        (PutBack(0, "i", ()), INFO),
+        (ResourceChanged(0, "i", "r", "dead"), WARNING),
+        (ResourceChanged(0, "i", "r", "well"), INFO),
+        (RunEnded(0, "g", "reached", (), ()), INFO),
+        (RunEnded(0, "g", "unsolvable", (), ()), WARNING),
+        (RunEnded(0, "g", "livelock", (), ()), ERROR),
+    ],
+)
+def test_the_severity_of_a_record(record: Record, severity: Severity) -> None:
+    assert record.severity is severity
