@@ -1,4 +1,4 @@
-"""The command line. One module for each verb; each says what it takes, asks other rooms, and draws the answer."""
+"""The command line: a module for each verb, which parses options, calls the packages below and shows the result."""
 
 from scbm.cli.main import main
 

@@ -1,22 +1,16 @@
-"""Finds the verb, runs it, and turns what goes wrong into one place, one message and one exit code."""
+"""The entry point `scbm`: it imports little, so that `--version` is fast and Ctrl-C is handled from the beginning."""
 
 from __future__ import annotations
 
+import atexit
 import os
+import signal
 import sys
-import traceback
-from functools import wraps
-from importlib import import_module
 from io import TextIOWrapper
-from typing import TYPE_CHECKING
-
-import typer
-import typer.core
+from typing import TYPE_CHECKING, NoReturn
 
 import scbm
-from scbm.cli.options.registry_options import with_registry_options
 from scbm.cli.output.exit_codes import GOOD, INTERRUPTED, OWN_FAULT, WRONG_INPUT
-from scbm.model import Diagnostic, InputError, Place, ScbmError, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -39,118 +33,100 @@ VERBS: dict[str, str] = {
 }
 """The module of each verb, in the order of the help. Its function `command` returns an exit code."""
 
-_GROUPS = {"node": "A controller, resources or a tester as a process of its own."}
-
-_HELP = "Plan, run, test and cover behavior models of automation systems (SCBM-IAS)."
-
 
 def main() -> None:
-    """`scbm`: exits with 0 good, 1 the tests failed, 2 the input is wrong, 3 a fault of scbm itself."""
+    """Run `scbm`; exit with 0 good, 1 the tests failed, 2 the input is wrong, 3 a fault of scbm itself."""
+    restore = _leave_on_interrupt()
+    try:
+        code = _run(sys.argv[1:], restore)
+    except KeyboardInterrupt:
+        code = INTERRUPTED
+    finally:
+        restore()
+    sys.exit(code)
+
+
+def _run(arguments: list[str], begin: Callable[[], None]) -> int:
+    """Run a command line and return its exit code; `begin` is called before the work of the verb."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):  # a terminal or a file that is not UTF-8 gets `?` for what it lacks
             stream.reconfigure(errors="replace")
     try:
-        sys.exit(_flushed(_run(sys.argv[1:])))
-    except ScbmError as error:
-        _show(error)
-        sys.exit(_flushed(WRONG_INPUT))
+        return _flushed(_done(arguments, begin))
     except OSError as error:
         sys.stderr.write(f"scbm: cannot write the output: {(error.strerror or str(error)).lower()}\n")
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(WRONG_INPUT)
-    except KeyboardInterrupt:
-        sys.exit(INTERRUPTED)
-    except Exception:  # noqa: BLE001 - the last line of defence, which tells apart our faults from theirs
-        traceback.print_exc()
-        message = "scbm: this is a fault of scbm, not of your input. Please report it with the lines above.\n"
-        sys.stderr.write(message)
-        sys.exit(OWN_FAULT)
+        return WRONG_INPUT
+    except Exception as error:  # noqa: BLE001 - the last line of defence, which tells apart our faults from theirs
+        return INTERRUPTED if _is_interruption(error) else _own_fault()
+
+
+def _done(arguments: list[str], begin: Callable[[], None]) -> int:
+    if arguments == ["--version"]:
+        write_version()
+        return GOOD
+    from scbm.cli.application import run_verb  # noqa: PLC0415 - typer and the model, which the version does not need
+
+    return run_verb(arguments, begin)
+
+
+def write_version() -> None:
+    """Print the version."""
+    sys.stdout.write(f"scbm {scbm.__version__}\n")
+
+
+def _leave_on_interrupt() -> Callable[[], None]:
+    """Let Ctrl-C end the process at once, without a traceback, while it starts; return what ends that.
+
+    Nothing is open yet that has to be closed. Modules that are being imported could turn a `KeyboardInterrupt` into
+    another error. When the process ends, Ctrl-C works in this way again.
+    """
+    if signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        return lambda: None  # a shell that starts a job in the background ignores Ctrl-C for it
+    try:
+        signal.signal(signal.SIGINT, _leave)
+    except ValueError:  # in a thread, which gets no signals
+        return lambda: None
+    atexit.unregister(_leave_when_interrupted)
+    atexit.register(_leave_when_interrupted)
+
+    def restore() -> None:
+        if signal.getsignal(signal.SIGINT) is _leave:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+    return restore
+
+
+def _leave_when_interrupted() -> None:
+    signal.signal(signal.SIGINT, _leave)
+
+
+def _leave(*_: object) -> NoReturn:
+    os._exit(INTERRUPTED)
+
+
+def _is_interruption(error: BaseException | None) -> bool:
+    """Return whether an error came of Ctrl-C: a module that is interrupted while it is imported may raise another."""
+    while error is not None:
+        if isinstance(error, KeyboardInterrupt):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
+
+
+def _own_fault() -> int:
+    import traceback  # noqa: PLC0415 - only where something is wrong with scbm itself
+
+    traceback.print_exc()
+    sys.stderr.write("scbm: this is a fault of scbm, not of your input. Please report it with the lines above.\n")
+    return OWN_FAULT
 
 
 def _flushed(code: int) -> int:
-    """The exit code, when all that is printed is with who reads it, or they have stopped reading."""
+    """Flush the streams and return the exit code, also when the readers have closed them."""
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
         except BrokenPipeError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
     return code
-
-
-def _run(arguments: list[str]) -> int:
-    """Runs the command line, which ends by `SystemExit`, and gives its exit code."""
-    try:
-        _application(arguments)(prog_name="scbm")
-    except SystemExit as end:
-        return end.code if isinstance(end.code, int) else GOOD
-    return GOOD
-
-
-def _application(arguments: list[str]) -> typer.Typer:
-    """The command line with the verb that is asked for, or with all of them: loading one is faster."""
-    application = typer.Typer(
-        help=_HELP, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None
-    )
-    application.callback(help=_HELP)(_common)
-    groups = {name: typer.Typer(help=words, no_args_is_help=True) for name, words in _GROUPS.items()}
-    asked = [verb for verb in VERBS if arguments[: len(verb.split())] == verb.split()]
-    for verb in asked or VERBS:
-        group, _, name = verb.rpartition(" ")
-        command = with_registry_options(import_module(VERBS[verb]).command)
-        (groups[group] if group else application).command(name)(_exiting(command))
-    for name, group_application in groups.items():
-        if not asked or asked[0].startswith(f"{name} "):
-            application.add_typer(group_application, name=name)
-    if asked:
-        _refuse_repeated(typer.main.get_command(application), asked[0].split(), arguments)
-    return application
-
-
-def _refuse_repeated(command: object, verb: list[str], arguments: list[str]) -> None:
-    """Raises `InputError` for options with one value that are given twice: else the last is taken without a word."""
-    for word in verb:
-        assert isinstance(command, typer.core.TyperGroup)  # noqa: S101 - it has options of its own, so it is no command
-        command = command.commands[word]
-    assert isinstance(command, typer.core.TyperCommand)  # noqa: S101 - verbs are commands
-    options = [p for p in command.params if isinstance(p, typer.core.TyperOption)]
-    given = arguments[len(verb) :]
-    before = given[: given.index("--")] if "--" in given else given
-    words = [word.partition("=")[0] for word in before]
-    wrong = [
-        Diagnostic(Slug.BAD_OPTION, "this is given more than once", Place(option.opts[0]))
-        for option in options
-        if not option.multiple and not option.is_flag and sum(word in option.opts for word in words) > 1
-    ]
-    if wrong:
-        raise InputError(wrong)
-
-
-def _show_version(asked: bool) -> None:  # noqa: FBT001 - typer gives the value of an option so
-    if asked:
-        sys.stdout.write(f"scbm {scbm.__version__}\n")
-        raise typer.Exit(GOOD)
-
-
-def _common(
-    *,
-    version: bool = typer.Option(
-        False, "--version", help="Show the version and exit.", is_eager=True, callback=_show_version
-    ),
-) -> None:
-    """The options that belong to no verb."""
-
-
-def _exiting(command: Callable[..., int]) -> Callable[..., None]:
-    """The command with its result as the exit code of the process."""
-
-    @wraps(command)
-    def call(*args: object, **options: object) -> None:
-        raise typer.Exit(command(*args, **options))
-
-    return call
-
-
-def _show(error: ScbmError) -> None:
-    from scbm.cli.output.terminal import errors  # noqa: PLC0415 - rich, which a good run may not need
-
-    errors().diagnostics(error.diagnostics)

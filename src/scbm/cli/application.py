@@ -1,0 +1,112 @@
+"""The typer application: one verb of the command line read and run."""
+
+from __future__ import annotations
+
+import inspect
+from functools import wraps
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+import typer
+import typer.core
+
+from scbm.cli.main import VERBS, write_version
+from scbm.cli.options.registry_options import with_registry_options
+from scbm.cli.output.exit_codes import GOOD, INTERRUPTED, WRONG_INPUT
+from scbm.model import Diagnostic, InputError, Place, ScbmError, Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_GROUPS = {"node": "A controller, resources or a tester as a process of its own."}
+
+_HELP = "Plan, run, test and cover behavior models of automation systems (SCBM-IAS)."
+
+
+def run_verb(arguments: list[str], begin: Callable[[], None]) -> int:
+    """Run one command line, show what is wrong with its input, and return its exit code.
+
+    Args:
+        arguments: the words behind `scbm`.
+        begin: called when everything is imported and read, just before the verb does its work.
+    """
+    try:
+        _application(arguments, begin)(arguments, prog_name="scbm")
+    except SystemExit as end:  # this is how typer ends
+        return end.code if isinstance(end.code, int) else GOOD
+    except ScbmError as error:
+        from scbm.cli.output.terminal import errors  # noqa: PLC0415 - a good run may not need it
+
+        errors().diagnostics(error.diagnostics)
+        return WRONG_INPUT
+    return GOOD
+
+
+def _application(arguments: list[str], begin: Callable[[], None]) -> typer.Typer:
+    """Return the application with the verb that the arguments name, or with all verbs: loading one is faster."""
+    application = typer.Typer(
+        help=_HELP, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None
+    )
+    application.callback(help=_HELP)(_common)
+    groups = {name: typer.Typer(help=words, no_args_is_help=True) for name, words in _GROUPS.items()}
+    asked = [verb for verb in VERBS if arguments[: len(verb.split())] == verb.split()]
+    for verb in asked or VERBS:
+        group, _, name = verb.rpartition(" ")
+        command = with_registry_options(import_module(VERBS[verb]).command)
+        sentence = inspect.getdoc(command)  # typer cuts off what it takes from a docstring itself
+        (groups[group] if group else application).command(name, short_help=sentence)(_exiting(command, begin))
+    for name, group_application in groups.items():
+        if not asked or asked[0].startswith(f"{name} "):
+            application.add_typer(group_application, name=name)
+    if asked:
+        _refuse_repeated(typer.main.get_command(application), asked[0].split(), arguments)
+    return application
+
+
+def _refuse_repeated(command: object, verb: list[str], arguments: list[str]) -> None:
+    """Raise `InputError` for options with one value that are given twice: typer would take the last."""
+    for word in verb:
+        assert isinstance(command, typer.core.TyperGroup)  # noqa: S101 - it has options of its own, so it is no command
+        command = command.commands[word]
+    assert isinstance(command, typer.core.TyperCommand)  # noqa: S101 - verbs are commands
+    options = [p for p in command.params if isinstance(p, typer.core.TyperOption)]
+    given = arguments[len(verb) :]
+    before = given[: given.index("--")] if "--" in given else given
+    words = [word.partition("=")[0] for word in before]
+    wrong = [
+        Diagnostic(Slug.BAD_OPTION, "this is given more than once", Place(option.opts[0]))
+        for option in options
+        if not option.multiple and not option.is_flag and sum(word in option.opts for word in words) > 1
+    ]
+    if wrong:
+        raise InputError(wrong)
+
+
+def _show_version(asked: bool) -> None:  # noqa: FBT001 - typer gives the value of an option so
+    if asked:
+        write_version()
+        raise typer.Exit(GOOD)
+
+
+def _common(
+    *,
+    version: bool = typer.Option(
+        False, "--version", help="Show the version and exit.", is_eager=True, callback=_show_version
+    ),
+) -> None:
+    """The options that belong to no verb."""
+
+
+def _exiting(command: Callable[..., int], begin: Callable[[], None]) -> Callable[..., None]:
+    """Return the command with its result as the exit code of the process."""
+
+    @wraps(command)
+    def call(*args: object, **options: object) -> None:
+        try:
+            begin()
+            code = command(*args, **options)
+        except KeyboardInterrupt:  # typer would say `Aborted!` and end with 1
+            code = INTERRUPTED
+        raise typer.Exit(code)
+
+    return call

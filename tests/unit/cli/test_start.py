@@ -1,0 +1,57 @@
+"""How a command starts: Ctrl-C at any moment, and what is imported for which command line."""
+
+from __future__ import annotations
+
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from conftest import Ran
+from scbm.cli.main import VERBS, _is_interruption
+
+ROOT = Path(__file__).parents[3]
+BEFORE = "examples/robot_in_the_air/before.yaml"
+
+
+@pytest.mark.parametrize("module", ["typer._click.core", "typer", "scbm.model", "lark", "ruamel.yaml", "scbm.testing"])
+def test_ctrl_c_while_a_module_is_imported_ends_with_130_and_without_a_word(module: str) -> None:
+    """The interpreter prints the name of each module that it has imported, so the test waits for no time to pass."""
+    command = [sys.executable, "-X", "importtime", "-m", "scbm", "test", BEFORE, "--cases", "100000"]
+    with subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, restore_signals=True
+    ) as process:
+        assert process.stderr is not None
+        assert any(line.endswith(f"| {module}\n".lstrip("| ")) for line in process.stderr)
+        process.send_signal(signal.SIGINT)
+        rest = [line for line in process.stderr if not line.startswith("import time:")]
+        assert (process.wait(), rest) == (130, [])
+
+
+def test_an_import_that_ctrl_c_turned_into_another_error_counts_as_ctrl_c() -> None:
+    error = ImportError("failed to import")
+    error.__context__ = KeyboardInterrupt()
+    assert _is_interruption(error)
+    assert not _is_interruption(ImportError("missing"))
+
+
+def _imported(*arguments: str) -> set[str]:
+    """The modules that a command line imports."""
+    command = [sys.executable, "-X", "importtime", "-m", "scbm", *arguments]
+    done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
+    return {line.rpartition("|")[2].strip() for line in done.stderr.splitlines() if line.startswith("import time:")}
+
+
+def test_the_version_needs_no_other_package() -> None:
+    assert not _imported("--version") & {"typer", "rich", "pydantic", "numpy", "lark", "scbm.model"}
+
+
+def test_the_help_shows_whole_sentences(scbm: Callable[..., Ran]) -> None:
+    _, _, commands = scbm("--help").out.partition("Commands:\n")
+    sentences = re.split(r"\n  (?=\S)", commands.rstrip())
+    assert len(sentences) == len({verb.split()[0] for verb in VERBS})
+    assert [sentence for sentence in sentences if not re.search(r"[^.]\.$", sentence)] == []
