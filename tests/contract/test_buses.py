@@ -19,8 +19,7 @@ from scbm.nodes.buses.bus import (
     Topic,
     Unmatched,
 )
-from scbm.nodes.buses.dds import open_dds
-from scbm.nodes.buses.loopback import LoopbackHub
+from scbm.nodes.buses.transports import TRANSPORTS
 from support import loops
 from support.kept import Kept
 
@@ -31,15 +30,13 @@ LATCHED = Topic("/cell/status", is_latched=True)
 SCAN = Service("/scanner/scan", TRIGGER)
 
 
-@pytest.fixture(params=["loopback", "dds"])
+@pytest.fixture(params=list(TRANSPORTS))
 def make_bus(request: pytest.FixtureRequest) -> Iterator[MakeBus]:
     """Makes buses that reach each other, and have nothing to complain of; called in a running event loop."""
     complaints: list[str] = []
-    if request.param == "loopback":
-        yield LoopbackHub().join
-    else:
-        domain = request.getfixturevalue("domain")
-        yield lambda node: open_dds(node, domain, complaints.append)
+    transport = TRANSPORTS[request.param]
+    domain = request.getfixturevalue("domain") if transport.joins_processes else 0
+    yield transport.connect(domain, complaints.append)
     assert complaints == []
 
 

@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 from scbm.model import Predicate, State, StateSpace, Truth, Value
 from scbm.model.operations import apply
 from scbm.planning.engines import Exceeded, ExplorationLimits, Move, MovePart, Region, TransitionSystem
-from scbm.planning.engines.exploration import Distances, EngineKind, Exploration, Found, Reached, Unreachable
+from scbm.planning.engines.exploration import ENGINES, Distances, Exploration, Found, Reached, Unreachable
 from support.strategies import actions, predicates, variables
 
-ENGINES = pytest.mark.parametrize("engine", list(EngineKind))
+EACH_ENGINE = pytest.mark.parametrize("engine", list(ENGINES))
 
 
 @st.composite
@@ -94,15 +94,15 @@ class Reference:
         return [variable.domain.index(state[variable.name]) for variable in reversed(self.system.space.variables)]
 
 
-def _explored(system: TransitionSystem, starts: list[Region], engine: EngineKind) -> Exploration:
+def _explored(system: TransitionSystem, starts: list[Region], engine: str) -> Exploration:
     return Exploration(system, starts, observed=system.space.names, engine=engine)
 
 
-@ENGINES
+@EACH_ENGINE
 @given(problem=problems())
 @settings(deadline=None, max_examples=80)
 def test_what_is_reached_is_what_the_reference_reaches(
-    problem: tuple[TransitionSystem, list[Region], Predicate], engine: EngineKind
+    problem: tuple[TransitionSystem, list[Region], Predicate], engine: str
 ) -> None:
     system, starts, predicate = problem
     reference = Reference(system, starts)
@@ -118,11 +118,11 @@ def test_what_is_reached_is_what_the_reference_reaches(
     assert exploration.find(predicate) == (Found(dict(holding[0])) if holding else Unreachable())
 
 
-@ENGINES
+@EACH_ENGINE
 @given(problem=problems())
 @settings(deadline=None, max_examples=80)
 def test_distances_and_first_moves_are_those_of_the_reference(
-    problem: tuple[TransitionSystem, list[Region], Predicate], engine: EngineKind
+    problem: tuple[TransitionSystem, list[Region], Predicate], engine: str
 ) -> None:
     system, starts, goal = problem
     reference = Reference(system, starts)
@@ -182,11 +182,11 @@ def test_a_limit_of_states_is_the_same_in_every_engine_and_never_a_guess(
     problem: tuple[TransitionSystem, list[Region], Predicate], most: int
 ) -> None:
     system, starts, _ = problem
-    full = _explored(system, starts, EngineKind.HASHED).reached
+    full = _explored(system, starts, "hashed").reached
     assert isinstance(full, Reached)
     answers = [
         Exploration(system, starts, system.space.names, ExplorationLimits(states=most), engine).reached
-        for engine in EngineKind
+        for engine in ENGINES
     ]
     exceeded = [isinstance(answer, Exceeded) for answer in answers]
     assert exceeded in ([True] * 3, [False] * 3)

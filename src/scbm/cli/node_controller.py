@@ -10,6 +10,7 @@ from scbm.cli.campaigns.node_setup import open_rclpy, serve_node
 from scbm.cli.options.node_options import (
     Bindings,
     Domain,
+    NodeTransport,
     Reached,
     Real,
     Via,
@@ -20,6 +21,7 @@ from scbm.cli.options.node_options import (
     read_via,
 )
 from scbm.nodes import Bus, ControllerNode, NodeContext
+from scbm.nodes.buses.transports import DEFAULT_TRANSPORT
 
 
 def command(
@@ -28,6 +30,7 @@ def command(
     real: Real = None,
     via: Reached = None,
     bindings: Bindings = None,
+    transport: NodeTransport = None,
     domain: Domain = None,
     while_stdin: WhileStdin = False,
 ) -> int:
@@ -41,5 +44,12 @@ def command(
 
     open_drivers = partial(open_rclpy, in_domain) if read_via(via, chosen) is Via.RCLPY else None
     return serve_node(
-        "controller", loaded, chosen, make, domain=in_domain, while_stdin=while_stdin, open_drivers=open_drivers
+        "controller",
+        loaded,
+        chosen,
+        make,
+        transport=transport or DEFAULT_TRANSPORT,
+        domain=in_domain,
+        while_stdin=while_stdin,
+        open_drivers=open_drivers,
     )

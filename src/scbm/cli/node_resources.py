@@ -7,10 +7,11 @@ import typer
 
 from scbm.cases import Origin
 from scbm.cli.campaigns.node_setup import serve_node
-from scbm.cli.options.node_options import Domain, WhileStdin, read_domain
+from scbm.cli.options.node_options import Domain, NodeTransport, WhileStdin, read_domain
 from scbm.files import load_model, suggestion
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
 from scbm.nodes import Bus, NodeContext, ResourcesNode
+from scbm.nodes.buses.transports import DEFAULT_TRANSPORT
 from scbm.running.simulation import DrawnReactions
 from scbm.testing import reaction_stream
 
@@ -23,6 +24,7 @@ def command(
     ] = None,
     *,
     seed: Annotated[int, typer.Option("--seed", help="Decides what they do while no tester says it.")] = 0,
+    transport: NodeTransport = None,
     domain: Domain = None,
     while_stdin: WhileStdin = False,
 ) -> int:
@@ -33,7 +35,15 @@ def command(
     def make(seat: NodeContext, _: Bus | None) -> ResourcesNode:
         return ResourcesNode(seat, DrawnReactions(reaction_stream(Origin(seed))))
 
-    return serve_node("resources", loaded, chosen, make, domain=read_domain(domain), while_stdin=while_stdin)
+    return serve_node(
+        "resources",
+        loaded,
+        chosen,
+        make,
+        transport=transport or DEFAULT_TRANSPORT,
+        domain=read_domain(domain),
+        while_stdin=while_stdin,
+    )
 
 
 def _chosen(model: BehaviorModel, names: list[str]) -> tuple[str, ...]:

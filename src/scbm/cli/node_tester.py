@@ -24,12 +24,15 @@ from scbm.cli.options.node_options import (
     Domain,
     Logs,
     NodeOptions,
+    NodeTransport,
     TimeScale,
     Via,
     read_domain,
     read_time_scale,
     read_wait,
+    transport_option,
 )
+from scbm.nodes.buses.transports import DEFAULT_TRANSPORT
 
 
 def command(
@@ -50,6 +53,7 @@ def command(
         str | None, typer.Option("--time-limit", metavar="DURATION", help="Time of the run for each case. [1 h]")
     ] = None,
     time_scale: TimeScale = None,
+    transport: NodeTransport = None,
     domain: Domain = None,
     wait: Annotated[
         str, typer.Option("--wait", metavar="DURATION", help="So long controller and resources may take to come.")
@@ -72,7 +76,7 @@ def command(
     asked = NodeOptions(
         suite.model,
         model,
-        "dds",
+        transport or DEFAULT_TRANSPORT,
         read_domain(domain),
         read_time_scale(time_scale),
         read_wait(wait),
@@ -84,5 +88,6 @@ def command(
         failures=failures,
     )
     scale = "" if asked.time_scale == 1 else f" --time-scale {asked.time_scale}"
-    again = f"scbm node tester {shlex.quote(str(model))}{suite.options}{scale} --domain {asked.domain}"
+    over = f"{transport_option(asked.transport)} --domain {asked.domain}"
+    again = f"scbm node tester {shlex.quote(str(model))}{suite.options}{scale}{over}"
     return run_over_nodes(suite, telling, asked, again)

@@ -27,8 +27,8 @@ from scbm.cli.options.node_options import (
     NodeOptions,
     Reached,
     Real,
+    TestTransport,
     TimeScale,
-    Transport,
     load_bound,
     read_domain,
     read_real,
@@ -36,7 +36,7 @@ from scbm.cli.options.node_options import (
     read_via,
     read_wait,
     refuse_faster,
-    refuse_in_this_process,
+    refuse_in_one_process,
     refuse_without_transport,
 )
 
@@ -62,9 +62,7 @@ def command(
     time_limit: Annotated[
         str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time for each case. [1 h]")
     ] = None,
-    transport: Annotated[
-        Transport | None, typer.Option("--transport", help="Run over nodes: in this process, or as processes of DDS.")
-    ] = None,
+    transport: TestTransport = None,
     real: Real = None,
     via: Reached = None,
     bindings: Bindings = None,
@@ -96,15 +94,14 @@ def command(
             }
         )
         return simulate(suite, telling)
-    if transport is Transport.LOOPBACK:
-        refuse_in_this_process({"--real": real, "--via": via, "--bindings": bindings, "--domain": domain})
+    refuse_in_one_process(transport, {"--real": real, "--via": via, "--bindings": bindings, "--domain": domain})
     bound = load_bound(model, bindings)
     chosen = read_real(real or [], bound)
     refuse_faster(time_scale, chosen)
     asked = NodeOptions(
         suite.model,
         model,
-        transport.value,
+        transport,
         read_domain(domain),
         read_time_scale(time_scale),
         read_wait(wait or "10 s"),

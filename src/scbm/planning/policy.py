@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from scbm.model import Role
 from scbm.planning.breadth_first import LOOK
 from scbm.planning.engines import DistancesOnDemand, Exceeded, ExplorationLimits, Region
-from scbm.planning.engines.exploration import Distances, EngineKind, Exploration
+from scbm.planning.engines.exploration import Distances, Exploration
 from scbm.planning.plan_answers import (
     Answer,
     Limit,
@@ -62,7 +62,7 @@ def plans_everywhere(problem: Problem, most: int) -> Everywhere | None:
     rest = {variable.name: (variable.initial,) for variable in model.running_space}
     free = {v.name: v.domain.values for v in task.packing.space if v.role is Role.DECLARED}
     exploration = Exploration(system_of(model), [Region(rest | free)], goal.reads(), _LIMITS)
-    if exploration.engine is not EngineKind.DENSE:
+    if not exploration.explores_sets:
         return None
     reached = exploration.reached
     if isinstance(reached, Exceeded) or len(reached) > most:

@@ -449,7 +449,10 @@ def test_without_rclpy_a_controller_says_what_to_source(tmp_path: Path) -> None:
     ("options", "says"),
     [
         (["--transport", "dds"], "this is for real resources, and all are simulated"),
-        (["--transport", "loopback"], "this is for DDS, and over loopback there is nobody else"),
+        (
+            ["--transport", "loopback"],
+            "with `--transport loopback` all nodes run in this process, without drivers and domains",
+        ),
         ([], "this is for runs over nodes, and the cases run in simulation"),
     ],
 )

@@ -229,7 +229,7 @@ class Joined(LoopbackCell):
     async def mend(self) -> None:
         self.mended += 1
         if self.mended == 2:
-            bus = self._hub.join("tester")
+            bus = self._join("tester")
             self._buses.append(bus)
             status = replace(new_status("tester", MODEL, DIGEST), since_ns=1)
             Membership(bus, CellTopics.of(MODEL), status)

@@ -14,19 +14,13 @@ from scbm.cli.output.terminal import errors, in_one_line, results
 from scbm.files import digest_of
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.nodes import Bus, BusError, NodeContext, ServedNode, beyond_reach, new_status, serve
+from scbm.nodes.buses.transports import TRANSPORTS
 
 if TYPE_CHECKING:
-    from collections.abc import Awaitable, Callable, Sequence
+    from collections.abc import Callable, Sequence
 
     from scbm.cli.campaigns.test_campaign import Suite
     from scbm.model import BehaviorModel
-
-
-async def open_dds(name: str, domain: int) -> Bus:
-    """A bus for a node of this name."""
-    from scbm.nodes.buses.dds import open_dds as open_bus  # noqa: PLC0415 - for these verbs alone
-
-    return open_bus(f"scbm_{name}", domain, complain)
 
 
 def open_rclpy(domain: int) -> Bus:
@@ -47,6 +41,7 @@ def serve_node(
     resources: Sequence[str],
     make: Callable[[NodeContext, Bus | None], ServedNode],
     *,
+    transport: str,
     domain: int,
     while_stdin: bool,
     open_drivers: Callable[[], Bus] | None = None,
@@ -63,8 +58,10 @@ def serve_node(
             NodeContext(bus, model, new_status(role, model, digest_of(model), resources), complain, tell), drivers
         )
 
-    def open_bus() -> Awaitable[Bus]:
-        return open_dds(role, domain)
+    join = TRANSPORTS[transport].connect(domain, complain)
+
+    async def open_bus() -> Bus:
+        return join(role)
 
     async def serve_both() -> bool:
         drivers = None if open_drivers is None else open_drivers()

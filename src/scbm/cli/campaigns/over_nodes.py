@@ -7,11 +7,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from scbm.cli.campaigns.node_setup import bus_error, complain, open_dds
+from scbm.cli.campaigns.node_setup import bus_error, complain
 from scbm.cli.campaigns.remedies import Waiting, cell_error, silent_driver
 from scbm.cli.output.saved_logs import SavedLogs
 from scbm.files import digest_of
-from scbm.nodes import BusError, Children, LoopbackCell, NotReadyError, RemoteCell, Session
+from scbm.nodes import Bus, BusError, Children, LoopbackCell, NotReadyError, RemoteCell, Session
+from scbm.nodes.buses.transports import DEFAULT_TRANSPORT, TRANSPORTS
 from scbm.testing import Answers
 from scbm.testing.node_runs import NodeTester
 
@@ -51,16 +52,22 @@ def _told(asked: NodeOptions) -> Iterator[None]:
 
 
 def _cell(asked: NodeOptions) -> Cell:
-    if asked.transport == "loopback":
-        return LoopbackCell(digest_of(asked.model))
-    children = Children(_commands(asked)) if asked.starts else None
-    return RemoteCell(lambda: open_dds("tester", asked.domain), children)
+    transport = TRANSPORTS[asked.transport]
+    join = transport.connect(asked.domain, complain)
+    if not transport.joins_processes:
+        return LoopbackCell(digest_of(asked.model), join)
+
+    async def open_bus() -> Bus:
+        return join("tester")
+
+    return RemoteCell(open_bus, Children(_commands(asked)) if asked.starts else None)
 
 
 def _commands(asked: NodeOptions) -> dict[str, list[str]]:
     """How the other nodes of the cell are started."""
     scbm = [sys.executable, "-m", "scbm", "node"]
-    common = [str(asked.file), "--domain", str(asked.domain), "--while-stdin"]
+    transport = [] if asked.transport == DEFAULT_TRANSPORT else ["--transport", asked.transport]
+    common = [str(asked.file), *transport, "--domain", str(asked.domain), "--while-stdin"]
     bindings = [] if asked.bindings is None else ["--bindings", str(asked.bindings)]
     real = [word for name in asked.real for word in ("--real", name)]
     via = ["--via", asked.via.value] if asked.real else []

@@ -7,6 +7,7 @@ import shlex
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from scbm.cli.options.node_options import transport_option
 from scbm.cli.output.terminal import in_one_line
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.nodes import Lack
@@ -63,7 +64,7 @@ def _node(role: str, asked: NodeOptions, resources: Sequence[str] = ()) -> str:
     names = "" if is_all else "".join(f" {name}" for name in resources)
     is_default = asked.domain == 0 and not os.environ.get("ROS_DOMAIN_ID")
     domain = "" if is_default else f" --domain {asked.domain}"
-    return f"`scbm node {role} {shlex.quote(str(asked.file))}{names}{domain}`"
+    return f"`scbm node {role} {shlex.quote(str(asked.file))}{names}{transport_option(asked.transport)}{domain}`"
 
 
 def silent_driver(answers: Answers, asked: NodeOptions) -> str:

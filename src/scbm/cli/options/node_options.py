@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from scbm.cli.options.registry_options import NameOf
 from scbm.files import load_bindings, load_model, parse_duration, suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.nodes.buses.transports import DEFAULT_TRANSPORT, TRANSPORTS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -28,13 +30,6 @@ _SCALE = re.compile(r"\d{1,9}(\.\d{0,9})?|\.\d{1,9}|\d{1,9}/\d{1,9}", re.ASCII)
 """Without exponents: a short text with one is a number that takes for ever to be made."""
 
 
-class Transport(StrEnum):
-    """What carries the messages of nodes."""
-
-    LOOPBACK = "loopback"
-    DDS = "dds"
-
-
 class Via(StrEnum):
     """What real drivers are reached by."""
 
@@ -42,6 +37,24 @@ class Via(StrEnum):
     RCLPY = "rclpy"
 
 
+def _between_processes() -> list[str]:
+    return [name for name, transport in TRANSPORTS.items() if transport.joins_processes]
+
+
+TestTransport = Annotated[
+    str | None,
+    NameOf(
+        lambda: TRANSPORTS,
+        typer.Option("--transport", help="Run over nodes: in this process, or as processes of DDS."),
+    ),
+]
+NodeTransport = Annotated[
+    str | None,
+    NameOf(
+        _between_processes,
+        typer.Option("--transport", help=f"What carries the messages between nodes. [{DEFAULT_TRANSPORT}]"),
+    ),
+]
 TimeScale = Annotated[
     str | None,
     typer.Option("--time-scale", metavar="FACTOR", help="Runs over nodes go so many times faster than the wall. [1]"),
@@ -160,8 +173,8 @@ class NodeOptions:
 
     Attributes:
         model, file: what is tested.
-        transport: `loopback` or `dds`.
-        domain: of DDS.
+        transport: an entry of `TRANSPORTS`.
+        domain: the number of the domain, for a transport between processes.
         time_scale: how many seconds of a run pass in one of the wall.
         wait_s: so long nodes may take to come.
         starts: whether controller and resources are started here.
@@ -188,7 +201,7 @@ class NodeOptions:
     @property
     def options(self) -> str:
         """How such nodes are asked for on a command line, with a blank before each option."""
-        domain = f" --domain {self.domain}" if self.transport == "dds" else ""
+        domain = f" --domain {self.domain}" if TRANSPORTS[self.transport].joins_processes else ""
         scale = "" if self.time_scale == 1 else f" --time-scale {self.time_scale}"
         bindings = "" if self.bindings is None else f" --bindings {shlex.quote(str(self.bindings))}"
         real = "".join(f" --real {name}" for name in self.real)
@@ -198,7 +211,7 @@ class NodeOptions:
     @property
     def where(self) -> str:
         """Where the nodes meet."""
-        return "loopback" if self.transport == "loopback" else f"DDS domain {self.domain}"
+        return TRANSPORTS[self.transport].where(self.domain)
 
     @property
     def words(self) -> str:
@@ -212,15 +225,20 @@ def refuse_without_transport(options: Mapping[str, object]) -> None:
     useless = [option for option, value in options.items() if value is not None]
     message = "this is for runs over nodes, and the cases run in simulation"
     if useless:
-        remedy = "add `--transport dds` or `--transport loopback`"
+        remedy = f"add {' or '.join(f'`--transport {name}`' for name in reversed(TRANSPORTS))}"
         raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy) for option in useless])
 
 
-def refuse_in_this_process(options: Mapping[str, object]) -> None:
-    """Raises `InputError` for options that say something of drivers and domains, of which loopback has none."""
+def refuse_in_one_process(transport: str, options: Mapping[str, object]) -> None:
+    """Raise `InputError` for options about drivers and domains if the transport joins no processes."""
     useless = [option for option, value in options.items() if value is not None]
-    message = "this is for DDS, and over loopback there is nobody else"
-    if useless:
-        raise InputError(
-            [Diagnostic(Slug.BAD_OPTION, message, Place(option), "add `--transport dds`") for option in useless]
-        )
+    if TRANSPORTS[transport].joins_processes or not useless:
+        return
+    message = f"with `--transport {transport}` all nodes run in this process, without drivers and domains"
+    remedy = f"use {' or '.join(f'`--transport {name}`' for name in _between_processes())}"
+    raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy) for option in useless])
+
+
+def transport_option(transport: str) -> str:
+    """Return the option that names a transport for `scbm node`, with a blank before it; nothing for the default."""
+    return "" if transport == DEFAULT_TRANSPORT else f" --transport {transport}"

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from scbm.cases import Case
     from scbm.model import BehaviorModel
     from scbm.nodes.buses.bus import Bus
+    from scbm.nodes.buses.transports import Join
     from scbm.nodes.node_messages import Status
     from scbm.nodes.roles.child_processes import Children
     from scbm.nodes.roles.tester_node import NodeRun
@@ -66,9 +67,15 @@ class Cell(Protocol):
 class LoopbackCell:
     """Controller and resources in this process."""
 
-    def __init__(self, digest: str) -> None:
+    def __init__(self, digest: str, join: Join | None = None) -> None:
+        """Prepares the cell of a model.
+
+        Args:
+            digest: of the model.
+            join: opens the buses of the nodes; by default those of a `LoopbackHub`.
+        """
         self._digest = digest
-        self._hub = LoopbackHub()
+        self._join = join or LoopbackHub().join
         self._nodes: list[ControllerNode | ResourcesNode] = []
         self._buses: list[Bus] = []
 
@@ -77,11 +84,11 @@ class LoopbackCell:
         names = [resource.name for resource in model.resources]
         seats = []
         for role, resources in (("controller", []), ("resources", names)):
-            bus = self._hub.join(role)
+            bus = self._join(role)
             self._buses.append(bus)
             seats.append(NodeContext(bus, model, new_status(role, model, self._digest, resources), complain))
         self._nodes = [ControllerNode(seats[0]), ResourcesNode(seats[1], PlainReactions())]
-        own = self._hub.join("tester")
+        own = self._join("tester")
         self._buses.append(own)
         return own
 

@@ -3,13 +3,13 @@
 First the values that variables can ever have are found (`box`), and what they rule out is answered without a search.
 Then the shape of what is left decides which engine searches.
 
-Which engine searches a box: its shape and the limits decide alone, so that it is the same everywhere.
+The shape of a system and the limits alone decide which engine explores it, so the choice is the same on every machine.
+To add an engine: a class with the methods of `Engine`, and an entry in `ENGINES`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 from functools import cached_property
 from math import prod
 from typing import TYPE_CHECKING
@@ -21,7 +21,7 @@ from scbm.planning.engines.reached import Distances, Reached
 from scbm.planning.engines.reduced_system import StateCodes, reduce_system
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from scbm.model import Predicate, StateSpace, Value
     from scbm.planning.engines.engine import Engine
@@ -32,36 +32,50 @@ _MAX_BITS = 63
 """Of a code in an array."""
 
 
-class EngineKind(Enum):
-    """How a box can be searched."""
+@dataclass(frozen=True, slots=True)
+class EngineEntry:
+    """An engine, and the systems that it is made for.
 
-    DENSE = "the whole box at once, as one integer"
-    ARRAYS = "level by level, in sorted arrays of codes"
-    HASHED = "state by state, in dictionaries"
+    Attributes:
+        suits: whether the engine is made for a system of this shape; answers depend on shape and limits alone.
+        make: returns an engine for a system. Raises `LimitExceededError` if it would need too much memory at once.
+        explores_sets: whether the engine works on sets of states, so that it pays to plan for all states together.
+    """
 
-
-def suited(box: ReducedSystem, limits: ExplorationLimits) -> EngineKind:
-    """The engine that is made for boxes of this shape."""
-    if DenseEngine.suits(box, limits):
-        return EngineKind.DENSE
-    return EngineKind.ARRAYS if StateCodes.fields(box.counts).size <= 1 << _MAX_BITS else EngineKind.HASHED
-
-
-def engine_of(kind: EngineKind, box: ReducedSystem, limits: ExplorationLimits) -> Engine:
-    """An engine for the box. Raises `LimitExceededError` if it would need too much memory from the beginning."""
-    match kind:
-        case EngineKind.DENSE:
-            return DenseEngine(box, limits)
-        case EngineKind.HASHED:
-            return HashedEngine(box, limits)
-        case EngineKind.ARRAYS:
-            # It brings numpy, which takes longer to load than all other rooms, and few systems need it.
-            from scbm.planning.engines.array_engine import ArrayEngine  # noqa: PLC0415
-
-            return ArrayEngine(box, limits)
+    suits: Callable[[ReducedSystem, ExplorationLimits], bool]
+    make: Callable[[ReducedSystem, ExplorationLimits], Engine]
+    explores_sets: bool = False
 
 
-__all__ = ["Distances", "EngineKind", "Exploration", "Found", "Reached", "Unreachable"]
+def _fits_arrays(box: ReducedSystem, _: ExplorationLimits) -> bool:
+    return StateCodes.fields(box.counts).size <= 1 << _MAX_BITS
+
+
+def _array_engine(box: ReducedSystem, limits: ExplorationLimits) -> Engine:
+    # It loads numpy, which takes longer than all other packages together, and few systems need it.
+    from scbm.planning.engines.array_engine import ArrayEngine  # noqa: PLC0415
+
+    return ArrayEngine(box, limits)
+
+
+def _fits_always(_: ReducedSystem, __: ExplorationLimits) -> bool:
+    return True
+
+
+ENGINES: dict[str, EngineEntry] = {
+    "dense": EngineEntry(DenseEngine.suits, DenseEngine, explores_sets=True),
+    "arrays": EngineEntry(_fits_arrays, _array_engine),
+    "hashed": EngineEntry(_fits_always, HashedEngine),
+}
+"""The engines by name, the fastest first: the first one that suits a system explores it."""
+
+
+def suited(box: ReducedSystem, limits: ExplorationLimits) -> str:
+    """Return the name of the engine for a system of this shape."""
+    return next(name for name, entry in ENGINES.items() if entry.suits(box, limits))
+
+
+__all__ = ["ENGINES", "Distances", "EngineEntry", "Exploration", "Found", "Reached", "Unreachable"]
 
 _DEFAULT_LIMITS = ExplorationLimits()
 
@@ -89,7 +103,7 @@ class Exploration:
     Predicates that are asked for may read variables that matter alone; others raise `KeyError`.
 
     Attributes:
-        engine: what searches.
+        engine: the name of the engine that explores.
     """
 
     def __init__(
@@ -98,7 +112,7 @@ class Exploration:
         starts: Sequence[Region],
         observed: Iterable[str] = (),
         limits: ExplorationLimits = _DEFAULT_LIMITS,
-        engine: EngineKind | None = None,
+        engine: str | None = None,
     ) -> None:
         """Finds the values that variables can ever have, and searches nothing yet.
 
@@ -107,11 +121,16 @@ class Exploration:
             starts: the regions to start from; `KeyError` for a value outside of its domain.
             observed: variables that matter for what will be asked, whatever the moves make of them.
             limits: how far to go.
-            engine: what searches, if not what suits the shape best; for comparisons.
+            engine: the name of an engine, to compare engines; by default the first one that suits.
         """
         self._box = reduce_system(system, starts, observed)
         self._limits = limits
         self.engine = engine or suited(self._box, limits)
+
+    @property
+    def explores_sets(self) -> bool:
+        """Whether the engine works on sets of states, so that it pays to plan for all states together."""
+        return ENGINES[self.engine].explores_sets
 
     @property
     def space(self) -> StateSpace:
@@ -129,7 +148,7 @@ class Exploration:
         """All states that are reached."""
         try:
             check_states(self._combinations(), self._limits)
-            engine = engine_of(self.engine, self._box, self._limits)
+            engine = ENGINES[self.engine].make(self._box, self._limits)
             return Reached(self._box, engine.layout, engine.reach())
         except LimitExceededError as error:
             return error.exceeded

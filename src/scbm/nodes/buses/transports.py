@@ -1,0 +1,59 @@
+"""The transports by name. To add one: a function that connects nodes, and an entry here."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+from scbm.nodes.buses.dds import open_dds
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scbm.nodes.buses.bus import Bus
+
+Join: TypeAlias = "Callable[[str], Bus]"
+"""Opens the bus of a node, given the name of the node, on the running event loop. Raises `BusError`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Transport:
+    """What carries the messages of the nodes of a cell.
+
+    Attributes:
+        connect: gets the domain and a function for warnings, and returns what opens the buses of nodes. It is called
+            once in each process.
+        place: where nodes meet, for reports and messages; `{domain}` stands for the number of the domain.
+        joins_processes: whether nodes of different processes reach each other. If not, all nodes of a cell run in the
+            process of the tester: there are no domains, and no real drivers.
+    """
+
+    connect: Callable[[int, Callable[[str], None]], Join]
+    place: str
+    joins_processes: bool
+
+    def where(self, domain: int) -> str:
+        """Return where the nodes of a domain meet, in words."""
+        return self.place.format(domain=domain)
+
+
+def connect_loopback(_: int, __: Callable[[str], None]) -> Join:
+    """Connect the nodes of this process by one queue."""
+    from scbm.nodes.buses.loopback import LoopbackHub  # noqa: PLC0415 - asyncio, which simulated runs do not need
+
+    return LoopbackHub().join
+
+
+def connect_dds(domain: int, complain: Callable[[str], None]) -> Join:
+    """Connect nodes by Cyclone DDS, which is loaded with the first bus."""
+    return lambda node: open_dds(f"scbm_{node}", domain, complain)
+
+
+TRANSPORTS: dict[str, Transport] = {
+    "loopback": Transport(connect_loopback, "loopback", joins_processes=False),
+    "dds": Transport(connect_dds, "DDS domain {domain}", joins_processes=True),
+}
+"""The transports by the names that `--transport` takes."""
+
+DEFAULT_TRANSPORT = "dds"
+"""The transport of nodes that are processes, if none is named."""
