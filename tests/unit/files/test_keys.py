@@ -133,3 +133,9 @@ def test_the_table_has_a_row_for_each_key() -> None:
 def test_every_mapping_of_a_file_has_a_table(root: type[Keys]) -> None:
     titles = {keys.title() for keys in mappings_of(root)}
     assert titles >= {root.title(), *json_schema(root, "").get("$defs", {})}
+
+
+@pytest.mark.parametrize("root", [ModelKeys, CaseKeys, BindingsKeys])
+def test_every_key_has_a_help_text(root: type[Keys]) -> None:
+    for keys in mappings_of(root):
+        assert [name for name, key in keys.declared.items() if not key.help_text] == [], keys.title()

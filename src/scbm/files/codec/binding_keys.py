@@ -38,8 +38,8 @@ _MAX_SHOWN = 8
 class TopicsKeys(Keys):
     """A pair of topics with the protocol of drivers."""
 
-    request = Key(ROS_NAME, required=True)
-    reply = Key(ROS_NAME, required=True)
+    request = Key(ROS_NAME, "The topic of requests.", required=True)
+    reply = Key(ROS_NAME, "The topic of replies.", required=True)
 
     def pair(self, shared: SharedNames) -> TopicPair | None:
         """Return the pair; `None` if a name is wrong."""
@@ -65,26 +65,26 @@ def _choice_data(binding: Binding) -> object:
 
 
 class RosKeys(Keys):
-    """How a resource is reached when it is real: by `service`, `services` or `topics`; and what it measures by."""
+    """How a real resource is reached: by `service`, `services` or `topics`; by none of them if it gets no requests."""
 
     service = Key(
         MappingType(ServiceKeys, "service"),
-        "One service for every request.",
+        "One service for all requests.",
         source=lambda binding: binding.requests if isinstance(binding.requests, ServiceCall) else None,
     )
     services = Key(
         NamesType(NamedMappingsType(ServiceKeys, "value → service"), "variable → value → service"),
-        "For one variable that requests carry, a service for each value.",
+        "A service for each value of one variable that requests carry.",
         source=_choice_data,
     )
     topics = Key(
         MappingType(TopicsKeys),
-        "A topic of requests, and one of replies.",
+        "Two topics with the protocol of drivers.",
         source=lambda binding: binding.requests if isinstance(binding.requests, TopicPair) else None,
     )
     measured = Key(
         NamedMappingsType(MeasuredTopicKeys, "variable → measured topic"),
-        "For each variable that is measured by a topic, that topic.",
+        "For variables under `measures`: the topic that measures each.",
         source=lambda binding: {measured.reading.variable: measured for measured in binding.measured},
     )
 
@@ -93,7 +93,11 @@ class BindingsKeys(Keys):
     """The bindings of the resources of a model, in a file of their own."""
 
     bindings_of = Key(NAME_NODE, "The name of the model.", required=True)
-    resources = Key(NamedMappingsType(RosKeys, "resource → binding"), required=True)
+    resources = Key(
+        NamedMappingsType(RosKeys, "resource → binding"),
+        "The binding of each resource, as under `ros` in a model file.",
+        required=True,
+    )
 
     def bindings(self, model: BehaviorModel) -> dict[str, Binding]:
         """Return the bindings of the resources of a model; only good if the report is empty afterwards."""

@@ -126,28 +126,36 @@ _GOAL = ScalarOrListType(
 
 
 class LimitsKeys(Keys):
-    """When the run is given up."""
+    """When the runner gives up."""
 
     time = Key(
         ScalarType(TIME.words, TIME.expected, TIME.json, _read_time_limit, TIME.writer),
-        "How long the goal may be pursued.",
+        "How long the runner may pursue the goal.",
         absent="that of the command",
         source="time_ns",
     )
-    plans = Key(COUNT, "How many plans may be asked for.", absent="that of the command")
+    plans = Key(COUNT, "How many plans the runner may ask for.", absent="that of the command")
 
 
 class ExpectationsKeys(Keys):
-    """What must come of the run."""
+    """What must be true of the run."""
 
-    verdict = Key(_verdict_type("a verdict"), "How it ends.", absent="not asked")
-    plan = Key(_OPERATIONS, "The operations of the first plan, all of them.", absent="not asked", always_written=True)
+    verdict = Key(_verdict_type("a verdict"), "How the run ends.", absent="not checked")
+    plan = Key(
+        _OPERATIONS,
+        "All operations of the first plan; `[]` is the empty plan.",
+        absent="not checked",
+        always_written=True,
+    )
     order = DefaultKey(
         _OPERATIONS, "Operations that complete in this order; others may complete between them.", default=()
     )
-    final = DefaultKey(_FINAL, "What holds at the end.", default=(), shown=True)
+    final = DefaultKey(
+        _FINAL, "What holds at the end; the predicate may read variables of the runner.", default=(), shown=True
+    )
     visits = Key(
-        _OBLIGATIONS, "Obligations that the run visits, such as `scan/timedout`, `scan/queued`, `automatic/clear`."
+        _OBLIGATIONS,
+        "Obligations that the run visits: `<operation>/<state>`, `<operation>/queued`, `automatic/<transition>`.",
     )
 
     def expectations(self, model: BehaviorModel) -> Expectations:
@@ -174,18 +182,22 @@ class ExpectationsKeys(Keys):
 
 
 class DrawnKeys(Keys):
-    """Where that is drawn from which the case leaves open."""
+    """The random streams that the case draws from."""
 
     in_flow = True
 
-    seed = Key(ScalarType("whole number", "a whole number", {"type": "integer"}, _read_seed), required=True)
-    case = DefaultKey(COUNT, "Which case of the campaign with this seed.", default=1, source="number")
+    seed = Key(
+        ScalarType("whole number", "a whole number", {"type": "integer"}, _read_seed),
+        "The seed of the campaign.",
+        required=True,
+    )
+    case = DefaultKey(COUNT, "The number of the case in the campaign.", default=1, source="number")
 
 
 class RecordedKeys(Keys):
-    """What came of the run that the case was saved from."""
+    """The result of the run that the case was saved from."""
 
-    end = Key(_verdict_type("the end of a run"), "How it ended.", required=True)
+    end = Key(_verdict_type("the end of a run"), "How the run ended.", required=True)
     trace = Key(
         ScalarType(
             "SHA-256",
@@ -193,7 +205,7 @@ class RecordedKeys(Keys):
             {"type": ["string", "number"], "pattern": "^[0-9a-f]{64}$"},
             _read_digest,
         ),
-        "The SHA-256 of its trace, in hexadecimal digits.",
+        "The SHA-256 of the trace of the run, in 64 hexadecimal digits.",
         required=True,
     )
 
@@ -240,7 +252,12 @@ def _of_case(attribute: str, default: object = None) -> Any:  # noqa: ANN401 - a
 class CaseKeys(Keys):
     """A test case."""
 
-    case = Key(CASE_NAME_TYPE, "The name of the case.", required=True, source=_of_case("name"))
+    case = Key(
+        CASE_NAME_TYPE,
+        "The name of the case: letters, digits, `_`, `-` and `.`; it begins with a letter or `_`.",
+        required=True,
+        source=_of_case("name"),
+    )
     model = Key(
         ScalarType(
             "path",
@@ -248,39 +265,59 @@ class CaseKeys(Keys):
             {"type": "string", "description": "The model file, seen from the directory of this file."},
             _read_model_path,
         ),
+        "The model file, relative to the directory of the case file.",
         source="model_path",
     )
     goal = Key(_GOAL, "The name of a goal of the model, or a predicate over the world.", required=True)
-    initial = Key(NamesType(VALUE, "variable → value", is_short), "The variables that differ from the nominal state.")
+    initial = Key(
+        NamesType(VALUE, "variable → value", is_short),
+        "The variables whose initial values differ from the nominal state.",
+    )
     outcomes = DefaultKey(
         NamesType(RuleType(), "name → rule"),
-        "What happens to the requests of a resource, or to those that are sent while an operation is the current one.",
+        "What happens to the requests of a resource, or to the requests sent while an operation is the current one.",
         default=(),
         source=lambda written: stretches_of(written.case.outcomes),
     )
     injections = DefaultKey(
         MappingListType(InjectionKeys, "list of injections"),
-        "What the tester changes on the way.",
+        "What the tester changes during the run; 1000 injections at most.",
         default=(),
         source=lambda written: tuple(
             NumberedInjection(injection, number) for number, injection in enumerate(written.case.injections, start=1)
         ),
     )
-    network = Key(MappingType(NetworkKeys, "network"), absent="no faults", source=_of_case("network", Network()))
-    limits = Key(MappingType(LimitsKeys), absent="those of the command", source=_of_case("limits", CaseLimits()))
+    network = Key(
+        MappingType(NetworkKeys, "network"),
+        "Faults of the network.",
+        absent="no faults",
+        source=_of_case("network", Network()),
+    )
+    limits = Key(
+        MappingType(LimitsKeys),
+        "When the runner gives up.",
+        absent="those of the command",
+        source=_of_case("limits", CaseLimits()),
+    )
     requirements = DefaultKey(
         REQUIREMENTS,
-        "More requirements, which hold for this case.",
+        "Additional requirements of this case; their names differ from those of the model.",
         default=(),
         source=lambda written: {requirement.name: requirement.sentence for requirement in written.case.requirements},
     )
-    expect = Key(MappingType(ExpectationsKeys, "expectations"), source=_of_case("expect", Expectations()))
+    expect = Key(
+        MappingType(ExpectationsKeys, "expectations"),
+        "What must be true of the run.",
+        source=_of_case("expect", Expectations()),
+    )
     drawn = Key(
         MappingType(DrawnKeys),
-        "What the case leaves open is drawn from these streams; it is plain, if this is missing.",
+        "The random streams for everything that the case leaves open.",
         source=_of_case("origin"),
     )
-    recorded = Key(MappingType(RecordedKeys), source=_of_case("recorded"))
+    recorded = Key(
+        MappingType(RecordedKeys), "The result of the run that the case was saved from.", source=_of_case("recorded")
+    )
 
     def case_for(self, model: BehaviorModel) -> Case:
         """Return the case, whose names are those of a model; only good if the report is empty afterwards."""

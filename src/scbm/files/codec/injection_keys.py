@@ -61,11 +61,11 @@ _FACTOR_TYPE = ScalarType(
 
 
 class ConditionKeys(Keys):
-    """A condition of a resource that has a number."""
+    """A condition of a resource with a number."""
 
     in_flow = True
 
-    slower = Key(_FACTOR_TYPE, "Requests take so many times their time; at least 1.", required=True, source="factor")
+    slower = Key(_FACTOR_TYPE, "How many times longer requests take, from 1 to 999999.", required=True, source="factor")
 
     def condition(self) -> Condition | None:
         """Return the condition that a word or a mapping describes."""
@@ -113,31 +113,40 @@ def _of_injection(attribute: str) -> Any:  # noqa: ANN401 - a source of data
 
 
 class InjectionKeys(Keys):
-    """What the tester changes on the way: it has `set`, or `resource` and `becomes`. It acts once."""
+    """A change that the tester makes once during the run: `set`, or `resource` with `becomes`."""
 
     name = Key(
         CASE_NAME_TYPE,
-        "What the trace calls it; `injection_1`, … if this is missing.",
+        "What the trace calls the injection; unique, and not `network`.",
         absent="`injection_1`, … by its place in the list",
         source=lambda numbered: None if numbered.injection.name == numbered.default_name else numbered.injection.name,
     )
-    when = Key(predicate_type(Where.GUARD), "It acts as soon as this holds.", shown=True, source=_of_injection("when"))
-    at = Key(TIME, "It acts not before this time of the run.", absent="`0 s`", source=_of_injection("at_ns"))
+    when = Key(
+        predicate_type(Where.GUARD),
+        "The injection acts as soon as this holds; a predicate as in a guard.",
+        shown=True,
+        source=_of_injection("when"),
+    )
+    at = Key(
+        TIME, "The injection does not act before this time of the run.", absent="`0 s`", source=_of_injection("at_ns")
+    )
     set = Key(
         NamesType(VALUE, "variable → value", is_short),
-        "Variables of the controller and their values, such as an automatic transition may assign.",
+        "Variables and their new values, such as an automatic transition may assign; not empty.",
         source=lambda numbered: dict(numbered.injection.assign),
     )
-    resource = Key(RESOURCE_NAME, "The resource that it acts on.", source=_of_injection("resource"))
+    resource = Key(
+        RESOURCE_NAME, "The resource whose condition changes, instead of `set`.", source=_of_injection("resource")
+    )
     becomes = Key(
         _CONDITION,
-        "What that becomes: `occupied`, `dead`, `failing`, `{slower: 3}`, `well`.",
+        "The new condition of the resource: `occupied`, `dead`, `failing`, `{slower: 3}`, or `well`.",
         source=_of_injection("condition"),
     )
     hold = Key(
         TIME,
-        "So long afterwards it puts back what nothing else has changed since.",
-        absent="for ever",
+        "After this time, the injection restores what nothing else has changed since.",
+        absent="not restored",
         source=_of_injection("hold_ns"),
     )
 

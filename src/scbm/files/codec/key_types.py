@@ -368,7 +368,7 @@ REQUIREMENT: ScalarType[Sentence] = ScalarType(
     ValueReader.sentence,
     str,
 )
-COUNT = ScalarType("whole number", "a whole number", {"type": "integer", "minimum": 1}, ValueReader.count)
+COUNT = ScalarType("1 or more", "a whole number", {"type": "integer", "minimum": 1}, ValueReader.count)
 REQUIREMENTS = NamesType(REQUIREMENT, "name → requirement")
 _DURATION_HELP: dict[str, Any] = {
     **DURATION_SCHEMA,

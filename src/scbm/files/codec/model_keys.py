@@ -39,30 +39,34 @@ class ModelKeys(Keys):
     behavior_model = Key(MODEL_NAME, "The name of the model.", required=True, source="name")
     variables = DefaultKey(
         NamedMappingsType(VariableKeys, "name → variable"),
+        "The variables of the world.",
         default=(),
         required=True,
         source=lambda model: {variable.name: variable for variable in model.variables},
     )
     resources = DefaultKey(
         NamedMappingsType(ResourceKeys, "name → resource"),
+        "The resources that requests are sent to.",
         default=(),
         source=lambda model: {resource.name: resource for resource in model.resources},
     )
     operations = DefaultKey(
         NamedMappingsType(OperationKeys, "name → operation"),
-        "What can be planned. Their order decides between plans of one length.",
+        "The operations that plans consist of. Their order decides between plans of equal length.",
         default=(),
         required=True,
         source=lambda model: {operation.name: operation for operation in model.operations},
     )
     automatic_transitions = DefaultKey(
         NamedMappingsType(AutomaticKeys, "name → transition"),
-        "Taken as soon as they can be, the first one first.",
+        "Transitions that the runner takes as soon as their guards hold, the first one first.",
         default=(),
         source=lambda model: {transition.name: transition for transition in model.automatic_transitions},
     )
     initial_states = DefaultKey(_WORLD, "What every initial state satisfies.", default=TRUE, always_written=True)
-    goals = DefaultKey(NamesType(_WORLD, "name → predicate"), default=())
+    goals = DefaultKey(
+        NamesType(_WORLD, "name → predicate"), "The goals of runs; a random case draws one of them.", default=()
+    )
     requirements = DefaultKey(
         REQUIREMENTS,
         "What must hold during every run.",

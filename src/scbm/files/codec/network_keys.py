@@ -32,13 +32,13 @@ _SHARE = ScalarType(
 
 
 class PartitionKeys(Keys):
-    """A time in which no messages arrive."""
+    """A time in which messages are lost."""
 
     in_flow = True
 
-    resource = Key(RESOURCE_NAME, "Which resource is cut off; all of them, if this is missing.", absent="all of them")
-    at = Key(TIME, "When it begins, in time of the run.", required=True, source="at_ns")
-    for_ = Key(TIME, "How long it lasts.", name="for", required=True, source="for_ns")
+    resource = Key(RESOURCE_NAME, "The resource that is cut off.", absent="all resources")
+    at = Key(TIME, "When the partition begins, in time of the run.", required=True, source="at_ns")
+    for_ = Key(TIME, "How long the partition lasts.", name="for", required=True, source="for_ns")
 
     def partition(self) -> Partition:
         """Return the partition; only good if the report is empty afterwards."""
@@ -46,13 +46,13 @@ class PartitionKeys(Keys):
 
 
 class RestartKeys(Keys):
-    """A time in which a resource is down; then it knows nothing of earlier requests."""
+    """A time in which a resource is down. It forgets all earlier requests."""
 
     in_flow = True
 
-    resource = Key(RESOURCE_NAME, required=True)
-    at = Key(TIME, "When it goes down, in time of the run.", required=True, source="at_ns")
-    for_ = DefaultKey(TIME, "How long it is down.", name="for", default=0, source="for_ns")
+    resource = Key(RESOURCE_NAME, "The resource that is down.", required=True)
+    at = Key(TIME, "When the resource goes down, in time of the run.", required=True, source="at_ns")
+    for_ = DefaultKey(TIME, "How long the resource is down.", name="for", default=0, source="for_ns")
 
     def restart(self) -> Restart:
         """Return the restart; only good if the report is empty afterwards."""
@@ -60,23 +60,30 @@ class RestartKeys(Keys):
 
 
 class NetworkKeys(Keys):
-    """Faults of the network between runner and resources."""
+    """Faults of the network between the runner and the resources."""
 
-    latency = DefaultKey(TIME, "How long each message is under way.", default=0, source="latency_ns")
-    jitter = DefaultKey(TIME, "Up to so much longer, all values between alike.", default=0, source="jitter_ns")
-    loss = DefaultKey(_SHARE, "How probable it is that a message does not arrive.", default=_NONE)
-    duplication = DefaultKey(_SHARE, "How probable it is that it arrives twice.", default=_NONE)
+    latency = DefaultKey(TIME, "How long each message travels.", default=0, source="latency_ns")
+    jitter = DefaultKey(
+        TIME,
+        "The maximum additional time that a message travels, each value equally probable.",
+        default=0,
+        source="jitter_ns",
+    )
+    loss = DefaultKey(_SHARE, "The probability that a message is lost.", default=_NONE)
+    duplication = DefaultKey(
+        _SHARE, "The probability that a message arrives twice, the second time up to `held_back` later.", default=_NONE
+    )
     reordering = DefaultKey(
-        _SHARE, "How probable it is that it is held back, so that later messages overtake it.", default=_NONE
+        _SHARE, "The probability that a message is held back, so that later messages overtake it.", default=_NONE
     )
     held_back = DefaultKey(
-        TIME, "How long it is held back at most.", default=Network().held_back_ns, source="held_back_ns"
+        TIME, "The maximum time that a message is held back.", default=Network().held_back_ns, source="held_back_ns"
     )
     partitions = DefaultKey(
-        MappingListType(PartitionKeys, "list of partitions"), "When messages do not arrive at all.", default=()
+        MappingListType(PartitionKeys, "list of partitions"), "Times in which messages are lost.", default=()
     )
     restarts = DefaultKey(
-        MappingListType(RestartKeys, "list of restarts"), "When resources are down and forget.", default=()
+        MappingListType(RestartKeys, "list of restarts"), "Times in which a resource is down.", default=()
     )
 
     def network(self) -> Network:

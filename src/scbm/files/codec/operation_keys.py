@@ -67,12 +67,12 @@ class _NamedTransition(NamedTuple):
 
 
 class AutomaticKeys(Keys):
-    """A running transition `g / gr / a / ar` whose name is its key."""
+    """A running transition `g / gr / a / ar` whose name is its key. It has at least one action."""
 
-    g = Key(_GUARD, "The guard that planner and runner see.", required=True)
-    gr = DefaultKey(_GUARD, "The guard that only the runner adds.", default=TRUE, always_written=True)
-    a = Key(_ACTIONS, "The actions that planner and runner take.", always_written=True, absent="`[]`")
-    ar = Key(_ACTIONS, "The actions that only the runner adds.", always_written=True, absent="`[]`")
+    g = Key(_GUARD, "The guard that planner and runner evaluate.", required=True)
+    gr = DefaultKey(_GUARD, "An additional guard that only the runner evaluates.", default=TRUE, always_written=True)
+    a = Key(_ACTIONS, "The actions that planner and runner apply.", always_written=True, absent="`[]`")
+    ar = Key(_ACTIONS, "Additional actions that only the runner applies.", always_written=True, absent="`[]`")
 
     def transition(self, name: str, a_where: Where, ar_where: Where) -> Transition:
         """Return the transition; its actions stand at these two sorts of places."""
@@ -94,7 +94,7 @@ class TransitionKeys(AutomaticKeys):
 
     name = Key(
         MODEL_NAME,
-        "What reports call it.",
+        "What reports and traces call the transition.",
         absent="`start_<operation>`, `complete_<operation>`, `fail_<operation>`",
         source=lambda named: None if named.transition.name == named.default_name else named.transition.name,
     )
@@ -111,36 +111,36 @@ class OperationKeys(Keys):
 
     deadline = Key(
         DURATION,
-        "How long it may execute before it is timed out; for ever, if this is missing.",
-        absent="never",
+        "How long the operation may execute before it times out.",
+        absent="no deadline",
         source="deadline_ns",
     )
     pre = Key(
         MappingType(TransitionKeys, "transition"),
-        "Taken when the operation starts.",
+        "The transition that starts the operation.",
         required=True,
         source=lambda operation: _NamedTransition(operation.pre, f"start_{operation.name}"),
     )
     post = Key(
         MappingType(TransitionKeys, "transition"),
-        "Taken when the operation completes.",
+        "The transition that completes the operation.",
         required=True,
         source=lambda operation: _NamedTransition(operation.post, f"complete_{operation.name}"),
     )
     failed = Key(
         MappingType(TransitionKeys, "transition"),
-        "Fails the operation while it executes.",
+        "A transition that makes the executing operation fail.",
         source=lambda operation: operation.failed and _NamedTransition(operation.failed, f"fail_{operation.name}"),
     )
     timedout = Key(
         _ACTIONS,
-        "Taken when the deadline passes.",
+        "The actions that the runner applies when the deadline passes; they need a `deadline`.",
         absent="`[]`",
     )
     disabled_deadline = Key(
         DURATION,
-        "How long it may be disabled before a new plan is asked for; for ever, if this is missing.",
-        absent="never",
+        "How long the operation may be disabled before the runner asks for a new plan.",
+        absent="no deadline",
         source="disabled_deadline_ns",
     )
 

@@ -71,13 +71,13 @@ _OUTCOME = ScalarType(
     "outcome", "an outcome such as `fail`", {"enum": list(_OUTCOME_WORDS)}, _read_outcome, lambda outcome: outcome.value
 )
 _TIMES = ScalarType(
-    "whole number",
+    f"1 to {MAX_TIMES}",
     "a whole number",
     {"type": "integer", "minimum": 1},
     lambda reader, node, text: reader.whole_number(node, text, 1, MAX_TIMES),
 )
 _DELIVERY = ScalarOrListType(
-    "`lost`, duration, or list of durations",
+    f"`lost`, duration, or list of up to {MAX_COPIES} durations",
     "`lost`, a duration, or a list of durations",
     "a duration such as `10 ms`",
     {
@@ -98,34 +98,52 @@ def _nothing(_: object) -> None:
 
 
 class OutcomeKeys(Keys):
-    """What happens to a request, or to several."""
+    """What happens to one request or to several."""
 
-    outcome = Key(_OUTCOME, "`succeed`, `fail`, `timeout` (no reply), or `any` (nothing is said).", shown=ANY)
+    outcome = Key(
+        _OUTCOME, "How the request ends: `succeed`, `fail`, `timeout` (no reply), or `any` (left open).", shown=ANY
+    )
     after = Key(
         TIME,
-        "The time from the arrival of the request to the reply.",
-        absent="open",
+        "The time from the arrival of the request to the reply; not with `timeout`.",
+        absent="left open",
         source=lambda rule: None if rule.outcome is Outcome.TIMEOUT else rule.latency_ns,
     )
     measured = Key(
         NamesType(VALUE, "variable → value", in_flow=lambda _: True),
-        "What a successful reply measures.",
-        absent="open",
+        "What a successful reply measures: variables that the resource measures. Under the name of an "
+        "operation, variables that any resource measures.",
+        absent="left open",
         source=lambda rule: rule.measured if rule.outcome in (None, Outcome.SUCCEED) else None,
         always_written=True,
     )
-    request = Key(_DELIVERY, "How the request travels.", absent="open", always_written=True)
+    request = Key(
+        _DELIVERY,
+        "How the request travels: `lost`, how long, or how long each copy of it.",
+        absent="left open",
+        always_written=True,
+    )
     reply = Key(
         _DELIVERY,
-        "How the reply travels.",
-        absent="open",
+        "How the reply travels; not with `timeout`.",
+        absent="left open",
         source=lambda rule: None if rule.outcome is Outcome.TIMEOUT else rule.reply,
         always_written=True,
     )
-    cancel = Key(_DELIVERY, "How the cancellation travels.", absent="open", always_written=True)
-    times = DefaultKey(_TIMES, "For so many requests; in a list only.", default=1, source=_nothing)
+    cancel = Key(_DELIVERY, "How the cancellation travels.", absent="left open", always_written=True)
+    times = DefaultKey(
+        _TIMES,
+        "To how many requests the element applies; in a list only, and not with `from`.",
+        default=1,
+        source=_nothing,
+    )
     from_ = DefaultKey(
-        COUNT, "From this request on, counted from 1, for ever.", name="from", default=1, source=_nothing
+        COUNT,
+        "The first request that the element applies to, counted from 1; it applies to all later ones, "
+        "too. In a list, only the last element has it.",
+        name="from",
+        default=1,
+        source=_nothing,
     )
 
 

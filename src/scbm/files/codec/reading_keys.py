@@ -64,16 +64,17 @@ def read_variable_value(reader: ValueReader, text: str, variable: Variable | Non
 
 
 class ReadingKeys(Keys):
-    """How measured data becomes a value."""
+    """How measured data becomes a value. Without `ranges` and `values`, the data is the value itself."""
 
     ranges = Key(
         NamesType(_INTERVAL, "value → range"),
-        "For numbers: which of them mean which value.",
+        "For numbers: the range that stands for each value. `low..high` is from `low` on and below "
+        "`high`; either may be left out.",
         source=lambda measured: {format_value(value): interval for value, interval in measured.reading.ranges},
     )
     values = Key(
         NamesType(_MEANT, "text → value"),
-        "For texts: which of them mean which value.",
+        "For texts: the value that each text stands for.",
         source=lambda measured: {literal_data(text): value for text, value in measured.reading.texts},
     )
 
@@ -196,7 +197,7 @@ class ResponseField(NamedTuple):
 class FieldReadingKeys(ReadingKeys):
     """A field of a response, and how it is read."""
 
-    field = Key(NAME_NODE, required=True)
+    field = Key(NAME_NODE, "The name of the field.", required=True)
 
     @property
     def field_node(self) -> YamlNode | None:
@@ -225,13 +226,18 @@ def _best_effort(reader: ValueReader, node: YamlNode, text: str) -> bool:
 
 
 class MeasuredTopicKeys(ReadingKeys):
-    """A topic of the values of one variable."""
+    """A topic with the values of one variable."""
 
-    topic = Key(ROS_NAME, required=True)
-    type = Key(MESSAGE_TYPE, required=True)
+    topic = Key(ROS_NAME, "The name of the topic, from the root: `/scanner/distance`.", required=True)
+    type = Key(
+        MESSAGE_TYPE,
+        "The type of its messages: `std_msgs/msg/Bool`, `std_msgs/msg/Int64`, `std_msgs/msg/Float64` or "
+        "`std_msgs/msg/String`.",
+        required=True,
+    )
     best_effort = DefaultKey(
         ScalarType("`true` or `false`", "`true` or `false`", {"type": "boolean"}, _best_effort),
-        "Whether publishers are heard that do not repeat what was lost, as those of sensor data.",
+        "Whether publishers with best-effort reliability are accepted, as for sensor data.",
         default=False,
         source="is_best_effort",
     )

@@ -49,9 +49,9 @@ _DURATION_NODE = ScalarType("duration", "a duration such as `10 s`", DURATION_SC
 class LatencyKeys(Keys):
     """A distribution of latencies."""
 
-    fixed = Key(_DURATION_NODE, "Always this.")
-    uniform = Key(_DURATIONS, "`[lowest, highest]`, all between alike.")
-    triangular = Key(_DURATIONS, "`[lowest, most likely, highest]`.")
+    fixed = Key(_DURATION_NODE, "Always this latency.")
+    uniform = Key(_DURATIONS, "`[lowest, highest]`: any latency between these two, each equally probable.")
+    triangular = Key(_DURATIONS, "`[lowest, most probable, highest]`: a triangular distribution.")
 
     def latency(self) -> Latency:
         """Return the distribution; the default if it is wrong."""
@@ -125,11 +125,15 @@ def _probability(outcome: Outcome) -> Any:  # noqa: ANN401 - a source of data
 
 
 class OutcomesKeys(Keys):
-    """How probable each outcome of a request is; together 1."""
+    """The probabilities of the outcomes of a request; they add up to 1."""
 
-    succeed = Key(_PROBABILITY, source=_probability(Outcome.SUCCEED), shown=0)
-    fail = Key(_PROBABILITY, source=_probability(Outcome.FAIL), shown=0)
-    timeout = Key(_PROBABILITY, "No reply at all.", source=_probability(Outcome.TIMEOUT), shown=0)
+    succeed = Key(
+        _PROBABILITY, "The probability of a reply that reports success.", source=_probability(Outcome.SUCCEED), shown=0
+    )
+    fail = Key(
+        _PROBABILITY, "The probability of a reply that reports a failure.", source=_probability(Outcome.FAIL), shown=0
+    )
+    timeout = Key(_PROBABILITY, "The probability of no reply.", source=_probability(Outcome.TIMEOUT), shown=0)
 
     def outcomes(self) -> tuple[tuple[Outcome, Fraction], ...]:
         """Return the probabilities of the outcomes that are named."""
@@ -159,11 +163,16 @@ class OutcomesKeys(Keys):
 class SimulationKeys(Keys):
     """How a simulated resource behaves."""
 
-    latency = Key(_LATENCY, always_written=True, absent="`0 s`")
-    outcomes = Key(MappingType(OutcomesKeys), always_written=True, absent="`{succeed: 1}`")
+    latency = Key(_LATENCY, "The time from a request to its reply.", always_written=True, absent="`0 s`")
+    outcomes = Key(
+        MappingType(OutcomesKeys),
+        "The probabilities of the outcomes of a request.",
+        always_written=True,
+        absent="`{succeed: 1}`",
+    )
     measured = DefaultKey(
         NamesType(VALUES, "variable → `any` or a list of values"),
-        "For each measured variable, the values that a successful reply draws from.",
+        "For variables under `measures`: the values that a successful reply draws from, each equally probable.",
         default=(),
     )
 
@@ -192,7 +201,7 @@ class SimulationKeys(Keys):
 
 
 class ResourceKeys(Keys):
-    """What requests are sent to. It owns `<name>_req_trigger` and `<name>_req_state`."""
+    """A resource that requests are sent to. It owns the variables `<name>_req_trigger` and `<name>_req_state`."""
 
     request = DefaultKey(
         VARIABLES, "The variables whose values a request carries.", default=(), always_written=True, absent="`[]`"
@@ -200,8 +209,13 @@ class ResourceKeys(Keys):
     measures = DefaultKey(
         VARIABLES, "The variables whose values a reply may carry.", default=(), always_written=True, absent="`[]`"
     )
-    simulation = Key(MappingType(SimulationKeys), always_written=True)
-    ros = Key(MappingType(RosKeys, "binding"), "How it is reached when it is real.", source="binding")
+    simulation = Key(
+        MappingType(SimulationKeys, "simulation"),
+        "How the simulated resource behaves.",
+        absent="success after `0 s`",
+        always_written=True,
+    )
+    ros = Key(MappingType(RosKeys, "binding"), "How the real resource is reached.", source="binding")
 
     def resource(self, name: str) -> Resource:
         """Return the resource without its binding, which needs the actions of the whole model."""

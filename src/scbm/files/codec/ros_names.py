@@ -111,7 +111,7 @@ _TYPE_NAME = ScalarType("type of service", "a name", {"type": "string"}, scalar_
 class ServiceTypeKeys(Keys):
     """A type of services, with its fields in their order."""
 
-    name = Key(_TYPE_NAME, "As ROS 2 writes it: `example_interfaces/srv/AddTwoInts`.", required=True)
+    name = Key(_TYPE_NAME, "The name of the type: `example_interfaces/srv/AddTwoInts`.", required=True)
     request = Key(NamesType(_FIELD_TYPE, "field → type of field"), "The fields of requests.")
     response = Key(NamesType(_FIELD_TYPE, "field → type of field"), "The fields of responses.")
 

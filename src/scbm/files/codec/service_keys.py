@@ -58,23 +58,27 @@ def _succeeded_if_said(call: ServiceCall) -> object:
 class ServiceKeys(Keys):
     """A service, and how requests become calls of it."""
 
-    name = Key(ROS_NAME, required=True)
-    type = Key(SERVICE_TYPE, required=True)
+    name = Key(ROS_NAME, "The name of the service, from the root: `/scanner/scan`.", required=True)
+    type = Key(
+        SERVICE_TYPE,
+        "The type of the service. A type other than these two is described by its `name`, `request` and `response`.",
+        required=True,
+    )
     request = Key(
         NamesType(_ARGUMENT, "field → value or variable"),
-        "What each field of the request gets: a value, or a variable that the request carries.",
+        "What each field of a request gets: a value, or a variable that the request carries.",
     )
     succeeded = Key(
         NamesType(_FIELD_VALUE, "field → value"),
-        "The fields of a response that says succeeded; "
-        "`{success: true}`, if this is missing and there is such a field.",
+        "The field values of a response that reports success; `{}` if every response does. Required if "
+        "responses have no field `success` of type `bool`.",
         absent="`{success: true}`",
         source=_succeeded_if_said,
         always_written=True,
     )
     measured = Key(
         NamesType(FIELD_READING, "variable → field or reading"),
-        "For each variable that a response measures, the field.",
+        "For variables under `measures`: the field of the response that measures each.",
         source=lambda call: {reading.variable: ResponseField(field, reading) for field, reading in call.measured},
     )
 

@@ -169,11 +169,15 @@ VALUES = ScalarOrListType(
 class VariableKeys(Keys):
     """A variable with a finite domain."""
 
-    domain = Key(DOMAIN, required=True)
+    domain = Key(
+        DOMAIN,
+        "Its values: `bool`, a list of symbols such as `[open, closed]`, or a range of integers such as `0..5`.",
+        required=True,
+    )
     initial = Key(VALUE, "The nominal initial value.", required=True)
     random = Key(
         VALUES,
-        "What random initial states draw from: `any` or a list; the nominal value if this is missing.",
+        "The values that random initial states draw from, each equally probable.",
         absent="the nominal value",
         source=lambda variable: None if variable.random == (variable.initial,) else variable.random,
     )
