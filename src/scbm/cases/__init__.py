@@ -1,7 +1,7 @@
-"""Test cases: everything that decides a run, and what is expected of it (paper, Section VI; semantics 7).
+"""Test cases: the inputs that decide a run, and the results expected of it (paper, Section VI; semantics 7).
 
-Immutable, without time, chance or I/O. `notation` reads and writes cases, `simulating` runs them, `testing` draws,
-judges and shrinks them.
+Cases are immutable values; this package reads no clock, draws nothing at random and does no I/O. `files` reads and
+writes cases, `running` runs them in simulation, `testing` draws, judges and shrinks them.
 """
 
 from scbm.cases.case import Case, CaseLimits, Expectations, Origin, Recorded

@@ -1,7 +1,4 @@
-"""A test case: everything that decides a run (semantics 7.1).
-
-What a case expects to come of its run.
-"""
+"""A test case: the inputs that decide a run, and the results that it expects (semantics 7.1)."""
 
 from __future__ import annotations
 
@@ -20,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Expectations:
-    """What must be true afterwards; what is empty or `None` is not asked.
+    """The results that a case expects; an attribute that is empty or `None` expects nothing.
 
     Attributes:
         verdict: how the run ends.
@@ -43,7 +40,7 @@ _NOTHING = Expectations()
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Which streams of chance a case draws from: those of case `number` (from 1) of the campaign with this seed."""
+    """The random streams that a case draws from: those of case `number` (from 1) of the campaign with this seed."""
 
     seed: int
     number: int = 1
@@ -51,11 +48,11 @@ class Origin:
 
 @dataclass(frozen=True, slots=True)
 class CaseLimits:
-    """When the run is given up; `None` leaves it to whoever runs the case.
+    """The limits of a run; for `None` the caller of the simulation chooses the limit.
 
     Attributes:
-        time_ns: how long the goal may be pursued.
-        plans: how many plans may be asked for.
+        time_ns: maximum time for which a goal is pursued, in nanoseconds.
+        plans: maximum number of plans for a goal.
     """
 
     time_ns: int | None = None
@@ -64,10 +61,10 @@ class CaseLimits:
 
 @dataclass(frozen=True, slots=True)
 class Recorded:
-    """What came of the run that a case was saved from.
+    """The result of the run that a case was saved from.
 
     Attributes:
-        end: how it ended.
+        end: how the run ended.
         trace: the SHA-256 of its trace as text, in hexadecimal digits.
     """
 
@@ -77,21 +74,21 @@ class Recorded:
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """One case. What it does not say is plain, or drawn if it has an origin (decision 11).
+    """One test case. A choice that it leaves open has its default, or is drawn if it has an origin (decision 11).
 
     Attributes:
-        name: what reports call it.
-        goal: the goal's name, or its predicate if it has none.
-        predicate: what is to be reached.
-        initial: the state of the world at the beginning.
-        outcomes: what resources and network do with requests.
-        injections: what the tester injects, in the order in which they are armed.
-        network: how the messages of resources travel, where the outcomes do not say it.
-        limits: when the run is given up.
+        name: its name in reports.
+        goal: the name of the goal, or its predicate if it has no name.
+        predicate: the goal as a predicate.
+        initial: the state in which the run begins.
+        outcomes: the reactions of resources and network to requests.
+        injections: the injections, in the order in which they are armed.
+        network: how messages travel where `outcomes` does not decide it.
+        limits: the limits of the run.
         requirements: requirements beside those of the model.
-        expect: what must come of it.
-        origin: the streams that everything is drawn from which the case leaves open; without one nothing is drawn.
-        recorded: what came of the run that it was saved from.
+        expect: the expected results.
+        origin: the random streams for choices that the case leaves open; `None` draws nothing.
+        recorded: the result of the run that the case was saved from.
     """
 
     name: str

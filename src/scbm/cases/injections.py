@@ -1,6 +1,6 @@
-"""Injections: what a tester changes while a run goes on (paper, Section VI; semantics 7.2).
+"""Injections: changes that a tester makes during a run (paper, Section VI; semantics 7.2).
 
-The condition of a simulated resource: what an injection can make of it (paper, Section VI; semantics 7.2).
+An injection assigns variables, or changes the condition of a simulated resource.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
 class ConditionKind(StrEnum):
     """How a resource treats requests.
 
-    - `well`: as the model file and the case say.
-    - `occupied`: busy with someone else; requests wait until it is well again.
-    - `dead`: it forgets what it was doing, and gets no requests.
-    - `failing`: requests that arrive from now on fail, if they are answered at all.
-    - `slower`: requests that arrive from now on take a multiple of their time.
+    - `well`: as the model file and the case define.
+    - `occupied`: another user has it; requests wait until it is well again.
+    - `dead`: it drops its current request and receives no others.
+    - `failing`: each request that arrives from now on fails, unless it gets no reply at all.
+    - `slower`: each request that arrives from now on takes a multiple of its time.
     """
 
     WELL = "well"
@@ -33,7 +33,7 @@ class ConditionKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Condition:
-    """A kind, and for `slower` the factor, which is at least 1 and of few decimals."""
+    """The condition of a resource: its kind, and for `slower` the factor: at least 1, with at most 15 digits."""
 
     kind: ConditionKind = ConditionKind.WELL
     factor: Fraction = Fraction(1)
@@ -46,18 +46,16 @@ class Condition:
 
 @dataclass(frozen=True, slots=True)
 class Injection:
-    """Acts once: at a time, when a predicate holds, or when both do; at once if neither is said.
-
-    It assigns variables of the controller, or changes the condition of a resource.
+    """One change during a run; without `when` and `at_ns` it acts at the start.
 
     Attributes:
-        name: what the trace calls it.
-        assign: variables and their values, such as a model may assign.
-        when: acts as soon as this holds.
-        at_ns: acts not before this time of the run.
-        hold_ns: so long afterwards it puts back what nothing else has changed since; `None` leaves it.
-        resource: whose condition it changes, if it does.
-        condition: what that becomes.
+        name: its name in the trace.
+        assign: the variables that it assigns, each with its value; those that a model may assign.
+        when: the predicate that must hold for the injection to act.
+        at_ns: the earliest time of the run at which it acts.
+        hold_ns: the time after which it restores the variables that nothing else has changed; `None` never restores.
+        resource: the resource whose condition it changes, if it changes one.
+        condition: the new condition of that resource.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Faults of the network between runner and resources, as one value."""
+"""Faults of the network between the runner and the resources."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from fractions import Fraction
 
 @dataclass(frozen=True, slots=True)
 class Partition:
-    """No message that is sent between `at_ns` and `at_ns + for_ns` arrives.
+    """A partition: the network loses all messages sent between `at_ns` and `at_ns + for_ns`.
 
     Attributes:
         at_ns: when it begins, in time of the run.
-        for_ns: how long it lasts.
-        resource: which resource is cut off; `None` cuts off all of them.
+        for_ns: its duration.
+        resource: the resource that is cut off; `None` cuts off all resources.
     """
 
     at_ns: int
@@ -23,12 +23,12 @@ class Partition:
 
 @dataclass(frozen=True, slots=True)
 class Restart:
-    """A resource is down between `at_ns` and `at_ns + for_ns`; then it knows nothing of earlier requests.
+    """A restart: a resource is down between `at_ns` and `at_ns + for_ns`, and loses its requests.
 
     Attributes:
-        resource: which one.
+        resource: the name of the resource.
         at_ns: when it goes down, in time of the run.
-        for_ns: how long it is down; messages that arrive meanwhile are lost.
+        for_ns: how long it is down; messages that arrive during this time are lost.
     """
 
     resource: str
@@ -38,20 +38,20 @@ class Restart:
 
 @dataclass(frozen=True, slots=True)
 class Network:
-    """How messages travel: requests and their cancellations to a resource, replies back.
+    """How the network delivers requests and cancellations to a resource, and replies from it.
 
-    Every message has its own fate. Messages of one resource in one direction arrive in the order in which they were
-    sent, but for those that `reordering` holds back.
+    Faults of different messages are independent. Messages of one resource in one direction arrive in the order in which
+    they were sent, except those that `reordering` delays.
 
     Attributes:
-        latency_ns: how long each message is under way.
-        jitter_ns: up to so much longer, all values between alike.
-        loss: the probability that a message does not arrive.
-        duplication: the probability that it arrives twice, the second time up to `held_back_ns` later.
-        reordering: the probability that it is held back, so that later messages overtake it.
-        held_back_ns: how long it is held back at most.
-        partitions: when messages do not arrive at all.
-        restarts: when resources are down and forget.
+        latency_ns: the latency of each message.
+        jitter_ns: maximum additional latency, uniformly distributed.
+        loss: the probability that a message is lost.
+        duplication: the probability that a message arrives twice, the second time up to `held_back_ns` later.
+        reordering: the probability that a message is delayed, so that later messages overtake it.
+        held_back_ns: maximum delay by `duplication` and `reordering`.
+        partitions: the times at which all messages are lost.
+        restarts: the times at which resources are down.
     """
 
     latency_ns: int = 0
@@ -65,5 +65,5 @@ class Network:
 
     @property
     def draws(self) -> bool:
-        """Whether the fate of a message is a matter of chance."""
+        """Whether the delivery of a message is drawn at random."""
         return bool(self.jitter_ns or self.loss or self.duplication or self.reordering)

@@ -1,4 +1,4 @@
-"""What happens to a request: how its resource reacts, and how its messages travel (semantics 6 and 7.1)."""
+"""The reaction to a request: the reply of its resource, and the delivery of its messages (semantics 6 and 7.1)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from scbm.model import Outcome
 
 Delivery: TypeAlias = tuple[int, ...]
-"""For each copy of a message that arrives, how many nanoseconds it was under way."""
+"""The latency of each copy of a message that arrives, in nanoseconds."""
 
 AT_ONCE: Delivery = (0,)
 LOST: Delivery = ()
@@ -18,15 +18,15 @@ LOST: Delivery = ()
 
 @dataclass(frozen=True, slots=True)
 class Reaction:
-    """What happens to one request, all of it.
+    """The complete reaction to one request.
 
     Attributes:
-        resource: where the request goes.
-        outcome: a reply that says succeeded, one that says failed, or no reply.
+        resource: the resource that the request was sent to.
+        outcome: success, failure, or no reply.
         latency_ns: the time from the arrival of the request to the reply.
-        measured: values that the reply carries; `None` if it fails or the resource measures nothing.
-        request, reply, cancel: how these messages travel, as far as it is decided; `None` leaves it to the network.
-            Each copy of a request is answered, and all these answers travel alike.
+        measured: the values that the reply carries; `None` if it fails or the resource measures nothing.
+        request, reply, cancel: the delivery of each message; `None` leaves it to the network. The resource answers each
+            copy of a request, and all these replies are delivered alike.
     """
 
     resource: str
@@ -40,15 +40,15 @@ class Reaction:
 
 @dataclass(frozen=True, slots=True)
 class Forced:
-    """What a case says of some requests of a resource, or of those sent while an operation executes.
+    """The reaction that a case prescribes for some requests to a resource, or sent while an operation executes.
 
-    Requests are counted from 1, for each resource and for each operation. `None` leaves open what it stands for. Where
-    a rule for the operation and one for the resource speak of one request, the operation's goes first.
+    Requests are numbered from 1, for each resource and for each operation. `None` prescribes nothing. If rules for an
+    operation and for a resource apply to one request, the rule for the operation takes precedence.
 
     Attributes:
         subject: the name of a resource or of an operation.
-        first: the first request that it speaks of.
-        last: the last one; `None` for all that follow.
+        first: the number of the first request that the rule applies to.
+        last: the number of the last one; `None` for all later requests.
         outcome, latency_ns, measured, request, reply, cancel: as in `Reaction`.
     """
 

@@ -1,6 +1,6 @@
-"""SCBM-IAS: which obligations of a model its runs have visited (paper, Section V; semantics 8).
+"""Coverage SCBM-IAS: the obligations of a model that its runs have visited (paper, Section V; semantics 8).
 
-Reads traces, counts, adds up. Never runs anything and never prints.
+This package reads traces and counts; it runs nothing and prints nothing.
 """
 
 from scbm.cases.coverage.obligations import KINDS, STATE_ASPECTS, Aspect, Figure, Obligation, Obligations, Threshold

@@ -1,8 +1,7 @@
-"""What the tests of a model must visit (paper, Section V; semantics 8.1 and 8.2).
+"""Coverage obligations, figures and thresholds (paper, Section V; semantics 8.1 to 8.3).
 
-How much of something was visited. A figure is a value; it never rounds up to all or down to nothing.
-
-How much has to be visited, of everything or of one kind.
+Obligations are the states and transitions that the tests of a model must visit. A figure counts how many they visited;
+its percentage never rounds up to 100 or down to 0. A threshold is the least percentage that is required.
 """
 
 from __future__ import annotations
@@ -19,19 +18,19 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
 
 _SMALLEST = 0.01
-"""The last digit that is shown, in per cent."""
+"""The smallest percentage other than 0: figures have two decimals."""
 
 
 @dataclass(frozen=True, slots=True)
 class Figure:
-    """`visited` of `of`."""
+    """A number of visited obligations, `visited`, out of a total, `of`."""
 
     visited: int
     of: int
 
     @property
     def percent(self) -> float | None:
-        """With two digits behind the point; `None` if there is nothing to measure (semantics 8.3)."""
+        """The percentage with two decimals; `None` if there is no obligation (semantics 8.3)."""
         if not self.of:
             return None
         if self.visited in (0, self.of):
@@ -41,7 +40,7 @@ class Figure:
 
     @property
     def is_complete(self) -> bool:
-        """Whether all was visited."""
+        """Whether every obligation was visited."""
         return self.visited == self.of
 
     def __str__(self) -> str:
@@ -49,7 +48,7 @@ class Figure:
 
 
 class Aspect(StrEnum):
-    """What of an operation or of an automatic transition must be visited."""
+    """The aspect of an operation or of an automatic transition that must be visited."""
 
     DISABLED = "disabled"
     EXECUTING = "executing"
@@ -73,7 +72,7 @@ class Obligation:
 
     @property
     def counts(self) -> bool:
-        """Whether it is in the paper's figure; *queued* is reported beside it."""
+        """Whether the paper's figure counts it; it does not count *queued*."""
         return self.aspect is not Aspect.QUEUED
 
     def __str__(self) -> str:
@@ -81,7 +80,7 @@ class Obligation:
 
 
 class Obligations:
-    """All obligations of a model, in a fixed order. Obligation i is bit i wherever sets of them are integers."""
+    """All obligations of a model, in a fixed order; in a set that is an integer, bit i stands for obligation i."""
 
     def __init__(self, obligations: Iterable[Obligation]) -> None:
         self.all = tuple(obligations)
@@ -90,7 +89,10 @@ class Obligations:
 
     @staticmethod
     def of(model: BehaviorModel) -> Obligations:
-        """Five for each operation, one for each automatic transition, and *queued* for each operation."""
+        """Return all obligations of `model`.
+
+        Each operation has one for each of its five states and *queued*; each automatic transition has *taken*.
+        """
         operations = [operation.name for operation in model.operations]
         return Obligations(
             (
@@ -110,40 +112,40 @@ class Obligations:
         return hash(self.all)
 
     def bit(self, obligation: Obligation) -> int:
-        """The bit of an obligation; 0 if it is none of this model."""
+        """Return the bit of `obligation`; 0 if it is not an obligation of this model."""
         return self._bits.get(obligation, 0)
 
     def bit_of(self, subject: str, aspect: Aspect) -> int:
-        """The same, by the parts of its name."""
+        """Return the bit of the obligation with this subject and aspect; 0 if there is none."""
         return self._bits_by_name.get((subject, aspect), 0)
 
     def mask(self, *aspects: Aspect) -> int:
-        """The bits of all obligations of some aspects."""
+        """Return the bits of all obligations with one of `aspects`."""
         return sum(bit for obligation, bit in self._bits.items() if obligation.aspect in aspects)
 
     @property
     def counted(self) -> int:
-        """The bits of all obligations in the paper's figure."""
+        """The bits of all obligations that the paper's figure counts."""
         return sum(bit for obligation, bit in self._bits.items() if obligation.counts)
 
     def figure(self, bits: int) -> Figure:
-        """The paper's figure of a set: visited of all obligations that count."""
+        """Return the paper's figure for the set of visited obligations `bits`."""
         counted = self.counted
         return Figure((bits & counted).bit_count(), counted.bit_count())
 
     def names(self, bits: int) -> tuple[str, ...]:
-        """The names of the obligations in a set."""
+        """Return the names of the obligations in the set `bits`."""
         return tuple(str(obligation) for obligation, bit in self._bits.items() if bits & bit)
 
 
 KINDS = {"all": None, **{aspect.value: aspect for aspect in STATE_ASPECTS}, "automatic": Aspect.TAKEN,
          "queued": Aspect.QUEUED}  # fmt: skip
-"""What a threshold can be for, by the words of people; `all` is the paper's figure."""
+"""The kinds of a threshold, by the names on the command line; `all` is the paper's figure."""
 
 
 @dataclass(frozen=True, slots=True)
 class Threshold:
-    """So many per cent of one kind have to be visited.
+    """The least percentage of the obligations of one kind that must be visited.
 
     Attributes:
         percent: from 0 to 100.
@@ -154,12 +156,12 @@ class Threshold:
     kind: str = "all"
 
     def figure(self, coverage: Coverage) -> Figure:
-        """The figure that it is about."""
+        """Return the figure that is compared with the threshold."""
         aspect = KINDS[self.kind]
         return coverage.figure if aspect is None else coverage.figure_of(aspect)
 
     def is_met(self, coverage: Coverage) -> bool:
-        """Whether so much was visited; nothing to visit meets no threshold, as nothing is measured then."""
+        """Return whether `coverage` reaches the threshold; a model without obligations never does."""
         figure = self.figure(coverage)
-        wanted = Fraction(str(self.percent)) * figure.of  # what was written, and not the binary fraction beside it
+        wanted = Fraction(str(self.percent)) * figure.of  # the decimal as written, not the nearest binary fraction
         return bool(figure.of) and 100 * figure.visited >= wanted

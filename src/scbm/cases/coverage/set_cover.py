@@ -1,15 +1,16 @@
-"""The fewest sets that together hold what all of them hold: the smallest suite that visits the same.
+"""Minimum set cover: the fewest sets whose union is the union of all sets, such as the smallest suite of cases.
 
-Set cover is hard in general, so there is a limit of work, and the answer says how much is proved. Three things make
-it small in practice:
+Set cover is NP-hard, so the search has a work limit, and the answer includes the lower bound that is proved. Branch and
+bound stays small in practice for three reasons:
 
-1. **Reductions** (Garfinkel and Nemhauser, 1972): a set within another is not needed; an element that comes with every
-   set of another element need not be looked at; the only set with an element is chosen. Each can make room for the
-   others, so they go round until nothing changes. What is left falls apart into parts that share nothing.
+1. **Reductions** (Garfinkel and Nemhauser, 1972): drop a set that is a subset of another; drop an element that is in
+   every set of some other element; choose the only set with an element. Each reduction can enable the others, so they
+   are repeated up to a fixed point. The remaining problem is split into independent components.
 2. **A lower bound** from the dual of the linear relaxation by the subgradient method (Held and Karp, 1971; Beasley,
-   1990): prices of elements. Any prices give a bound, so they are searched with integers and the bound is exact.
-   Sets that are too dear at these prices are in no better cover, and are left out.
-3. **Branching** on an element of the fewest sets: one of them is chosen, so each is tried, without those before it.
+   1990). Any prices of elements give a valid bound, so the prices are integers and the bound is exact. Sets whose
+   reduced cost is too high are in no better cover, and are dropped.
+3. **Branching** on an element with the fewest sets: one of these sets must be chosen, so each is tried in turn, without
+   those tried before.
 """
 
 from __future__ import annotations
@@ -24,13 +25,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
 DEFAULT_LIMIT = 20_000_000
-"""How many elements of sets the search may look at; some seconds."""
+"""Maximum number of set elements that the search visits; this takes some seconds."""
 
 _ONE = 1 << 24
-"""A price of one: prices are whole numbers of its parts."""
+"""The price 1: prices are integers, in units of 1 / `_ONE`."""
 
 _ROWS_AT_ONCE = 4096
-"""So many rows are turned into columns together; a text of them all could be large."""
+"""Number of rows that are transposed together; a larger text would take too much memory."""
 
 _MAX_STEPS = 200
 _STEPS_WITHOUT_GAIN = 8
@@ -39,11 +40,11 @@ _SMALLEST_PACE = 64
 
 @dataclass(frozen=True, slots=True)
 class Cover:
-    """A selection of sets that holds all that all sets hold.
+    """A selection of sets whose union is the union of all sets.
 
     Attributes:
-        chosen: which sets, by their places, ascending.
-        at_least: no selection with fewer than this holds all.
+        chosen: the indices of the chosen sets, ascending.
+        at_least: the proved lower bound on the number of sets in a cover.
     """
 
     chosen: tuple[int, ...]
@@ -51,16 +52,16 @@ class Cover:
 
     @property
     def is_smallest(self) -> bool:
-        """Whether it is proved that none is smaller."""
+        """Whether no smaller cover exists, which is proved."""
         return len(self.chosen) == self.at_least
 
 
 def smallest_cover(sets: Sequence[int], limit: int = DEFAULT_LIMIT) -> Cover:
-    """The smallest selection of sets whose union is the union of all; of equal sets the first.
+    """Return the smallest cover of the union of `sets`; of equal sets it has the first.
 
     Args:
-        sets: each as bits.
-        limit: how many elements of sets the search may look at; then the smallest selection so far is the answer.
+        sets: the sets, each as bits.
+        limit: maximum number of set elements that the search visits; it then returns the smallest cover so far.
     """
     first_of = {bits: place for place, bits in reversed(list(enumerate(sets))) if bits}
     rows = sorted((place, bits) for bits, place in first_of.items())
@@ -73,7 +74,7 @@ def smallest_cover(sets: Sequence[int], limit: int = DEFAULT_LIMIT) -> Cover:
 
 
 class _Table(NamedTuple):
-    """Sets as bits, and what they are called. Which bit is which element changes as elements are left out."""
+    """Sets as bits, with their original indices; the bit of an element changes as elements are dropped."""
 
     rows: tuple[int, ...]
     places: tuple[int, ...]
@@ -86,20 +87,20 @@ class _Table(NamedTuple):
         return union
 
     def keeping(self, kept: Sequence[int]) -> _Table:
-        """Only some of the sets."""
+        """Return the table with only the rows `kept`."""
         return _Table(tuple(self.rows[row] for row in kept), tuple(self.places[row] for row in kept))
 
     def without(self, elements: int) -> _Table:
-        """The sets without some elements."""
+        """Return the table without the elements in the bits `elements`."""
         return _Table(tuple(row & ~elements for row in self.rows), self.places)
 
 
-_Way: TypeAlias = tuple[_Table, tuple[int, ...]]
-"""What is left to cover, and what is chosen so far."""
+_CoverNode: TypeAlias = tuple[_Table, tuple[int, ...]]
+"""A node of the search: the remaining table, and the indices chosen so far."""
 
 
 def _transposed(rows: Sequence[int], width: int) -> list[int]:
-    """Columns of rows: bit r of column c is bit c of row r. By way of text, whose slices and numbers are fast."""
+    """Return the columns of a bit matrix: bit r of column c is bit c of row r. Slices of text make this fast."""
     columns = [0] * width
     for begin in range(0, len(rows), _ROWS_AT_ONCE):
         text = "".join(f"{row:0{width}b}" for row in reversed(rows[begin : begin + _ROWS_AT_ONCE]))
@@ -109,7 +110,7 @@ def _transposed(rows: Sequence[int], width: int) -> list[int]:
 
 
 def _maximal(rows: Sequence[int], width: int) -> list[int]:
-    """Which rows are within no other, ascending; of equal ones the first."""
+    """Return the indices of the rows that are subsets of no other row, ascending; of equal rows the first."""
     order = sorted(range(len(rows)), key=lambda row: (-rows[row].bit_count(), row))
     ordered = [rows[row] for row in order]
     columns = _transposed(ordered, width)
@@ -120,7 +121,7 @@ def _maximal(rows: Sequence[int], width: int) -> list[int]:
             missing = row & ~ordered[_lowest(larger)]
             if not missing:
                 break
-            larger &= columns[_lowest(missing)]  # who lacks one element of the row need not be asked for others
+            larger &= columns[_lowest(missing)]  # a set without this element cannot be a superset
         else:
             kept |= 1 << position
     return sorted(order[position] for position in bits_of(kept))
@@ -164,22 +165,25 @@ def _parts(table: _Table) -> list[_Table]:
     groups: dict[int, list[int]] = {}
     for position, row in enumerate(table.rows):
         groups.setdefault(next(number for number, union in enumerate(unions) if union & row), []).append(position)
-    return [_numbered_anew(table.keeping(rows)) for rows in groups.values()]
+    return [_renumbered(table.keeping(rows)) for rows in groups.values()]
 
 
-def _numbered_anew(table: _Table) -> _Table:
-    """The sets with their elements numbered without gaps: a price of an element that no set has would be no bound."""
+def _renumbered(table: _Table) -> _Table:
+    """Return the table with its elements renumbered without gaps.
+
+    An element that is in no set would have a price, and the sum of prices would be no bound.
+    """
     columns = [column for column in _transposed(table.rows, table.union.bit_length()) if column]
     return _Table(tuple(_transposed(columns, len(table.rows))), table.places)
 
 
 @dataclass(frozen=True, slots=True)
 class _LowerBound:
-    """What prices of elements prove, all in parts of `_ONE`.
+    """The lower bound that prices of elements prove, in units of 1 / `_ONE`.
 
     Attributes:
-        total: no cover costs less.
-        costs: for each set what it costs beyond the prices of its elements.
+        total: the lower bound on the cost of a cover.
+        costs: the reduced cost of each set: 1 minus the prices of its elements.
     """
 
     total: int
@@ -187,47 +191,47 @@ class _LowerBound:
 
     @property
     def at_least(self) -> int:
-        """So many sets are needed."""
+        """The lower bound as a number of sets."""
         return -(-self.total // _ONE)
 
     def allows(self, row: int, below: int) -> bool:
-        """Whether a set can be in a cover of fewer than `below` sets."""
+        """Return whether the set `row` can be in a cover of fewer than `below` sets."""
         return self.total + max(self.costs[row], 0) <= (below - 1) * _ONE
 
 
 @dataclass
 class _CoverSearch:
-    """Depth first through the covers of one table."""
+    """Depth-first branch and bound over the covers of one table."""
 
     table: _Table
     work: int
     best: tuple[int, ...] = field(init=False)
 
     def run(self) -> Cover:
-        """The smallest cover, or the best one when the work is done, and what is proved."""
+        """Return the smallest cover, or the best one at the work limit, with the proved bound."""
         self.best = _greedy(self.table, [0] * len(self.table.rows))
         bound = self._bound(self.table, len(self.best))
-        ways = [self._better(self.table, (), bound)]
-        while ways and self.work > 0:
-            way = next(ways[-1], None)
-            if way is None:
-                ways.pop()
+        nodes = [self._better(self.table, (), bound)]
+        while nodes and self.work > 0:
+            node = next(nodes[-1], None)
+            if node is None:
+                nodes.pop()
             else:
-                ways.append(self._ways(*way))
-        return Cover(self.best, min(bound.at_least, len(self.best)) if ways else len(self.best))
+                nodes.append(self._children(*node))
+        return Cover(self.best, min(bound.at_least, len(self.best)) if nodes else len(self.best))
 
-    def _ways(self, table: _Table, chosen: tuple[int, ...]) -> Iterator[_Way]:
-        """The ways on to a better cover: what is then left, and what is then chosen."""
+    def _children(self, table: _Table, chosen: tuple[int, ...]) -> Iterator[_CoverNode]:
+        """Yield the child nodes that can lead to a better cover."""
         forced, table = _reduced(table)
         chosen += forced
         if not table.rows:
-            self._note(chosen)
+            self._keep_if_smaller(chosen)
             return
         yield from self._better(table, chosen, self._bound(table, len(self.best) - len(chosen)))
 
-    def _better(self, table: _Table, chosen: tuple[int, ...], bound: _LowerBound) -> Iterator[_Way]:
-        """The same, from a table that nothing reduces; none if the bound says so."""
-        self._note((*chosen, *_greedy(table, bound.costs)))
+    def _better(self, table: _Table, chosen: tuple[int, ...], bound: _LowerBound) -> Iterator[_CoverNode]:
+        """Yield the child nodes of a table that no reduction applies to; none if the bound excludes a better cover."""
+        self._keep_if_smaller((*chosen, *_greedy(table, bound.costs)))
         below = len(self.best) - len(chosen)
         if bound.at_least >= below:
             return
@@ -236,8 +240,8 @@ class _CoverSearch:
         if table.union == needed:
             yield from self._branches(table, chosen)
 
-    def _branches(self, table: _Table, chosen: tuple[int, ...]) -> Iterator[_Way]:
-        """Each set with an element that few have: it is chosen, and those before it are not."""
+    def _branches(self, table: _Table, chosen: tuple[int, ...]) -> Iterator[_CoverNode]:
+        """Yield a child node for each set with the rarest element: it is chosen, and the sets before it are not."""
         needed = table.union
         columns = _transposed(table.rows, needed.bit_length())
         column = min((column for column in columns if column), key=int.bit_count)
@@ -250,12 +254,12 @@ class _CoverSearch:
             if left.union | taken == needed:
                 yield left.without(taken), (*chosen, table.places[row])
 
-    def _note(self, chosen: tuple[int, ...]) -> None:
+    def _keep_if_smaller(self, chosen: tuple[int, ...]) -> None:
         if len(chosen) < len(self.best):
             self.best = chosen
 
     def _bound(self, table: _Table, below: int) -> _LowerBound:
-        """The best bound that some steps of the subgradient method find, enough if it is `below`."""
+        """Return the best bound that the subgradient method finds; it stops once the bound reaches `below`."""
         members = [tuple(bits_of(row)) for row in table.rows]
         size = sum(map(len, members))
         prices = _first_prices(members, table.union.bit_length())
@@ -280,7 +284,7 @@ class _CoverSearch:
 
 
 def _first_prices(members: Sequence[Sequence[int]], width: int) -> list[int]:
-    """Prices that no set gains by: each element pays its share of the largest set that it is in."""
+    """Return prices with no negative reduced cost: 1 divided by the size of the largest set with the element."""
     largest = [1] * width
     for elements in members:
         for element in elements:
@@ -289,7 +293,7 @@ def _first_prices(members: Sequence[Sequence[int]], width: int) -> list[int]:
 
 
 def _priced(members: Sequence[Sequence[int]], prices: Sequence[int]) -> tuple[int, list[int], list[int]]:
-    """The bound at some prices, the cost of each set, and for each element 1 less the sets that are bought with it."""
+    """Return the bound at `prices`, the reduced cost of each set, and the subgradient of each element."""
     total = sum(prices)
     slack = [1] * len(prices)
     costs = [_ONE - sum([prices[element] for element in elements]) for elements in members]
@@ -302,14 +306,14 @@ def _priced(members: Sequence[Sequence[int]], prices: Sequence[int]) -> tuple[in
 
 
 def _greedy(table: _Table, costs: Sequence[int]) -> tuple[int, ...]:
-    """A cover: always the set with most that is new, of these the cheapest, of these the first; none is redundant."""
+    """Return an irredundant greedy cover; each step takes the set with most uncovered elements, then the cheapest."""
     left = table.union
     queue = [(-row.bit_count(), cost, place) for place, (row, cost) in enumerate(zip(table.rows, costs, strict=True))]
     heapify(queue)
     picked = []
     while left:
         _, cost, row = queue[0]
-        now = (-(table.rows[row] & left).bit_count(), cost, row)  # it may have become less, but never more
+        now = (-(table.rows[row] & left).bit_count(), cost, row)  # its gain can only have decreased since
         heapreplace(queue, now)
         if queue[0] == now:
             heappop(queue)
@@ -319,7 +323,7 @@ def _greedy(table: _Table, costs: Sequence[int]) -> tuple[int, ...]:
 
 
 def _irredundant(table: _Table, picked: Sequence[int]) -> list[int]:
-    """The picked sets but for those that the others make needless; the last are looked at first."""
+    """Return `picked` without redundant sets; the last sets are dropped first."""
     kept = list(picked)
     for row in reversed(picked):
         others = table.keeping([other for other in kept if other != row]).union
@@ -329,17 +333,17 @@ def _irredundant(table: _Table, picked: Sequence[int]) -> list[int]:
 
 
 def _earliest(chosen: Sequence[int], sets: Sequence[int]) -> tuple[int, ...]:
-    """The selection with each set exchanged for the earliest that holds what only it holds."""
-    selection = _without_needless(chosen, sets)
+    """Return the cover with each set replaced by the earliest set that has the elements only it covers."""
+    selection = _without_redundant(chosen, sets)
     for index in range(len(selection)):
         others = 0
         for other, place in enumerate(selection):
             others |= sets[place] if other != index else 0
         own = sets[selection[index]] & ~others
         selection[index] = next(place for place, bits in enumerate(sets) if not own & ~bits)
-    return tuple(sorted(_without_needless(list(dict.fromkeys(selection)), sets)))
+    return tuple(sorted(_without_redundant(list(dict.fromkeys(selection)), sets)))
 
 
-def _without_needless(chosen: Sequence[int], sets: Sequence[int]) -> list[int]:
-    """A search that had to stop can have chosen sets that those of other parts of its way make needless."""
+def _without_redundant(chosen: Sequence[int], sets: Sequence[int]) -> list[int]:
+    """Return `chosen` without redundant sets; a search that stopped at its limit can leave some."""
     return _irredundant(_Table(tuple(sets), tuple(range(len(sets)))), chosen)

@@ -1,12 +1,7 @@
-"""What many cases together have visited. Coverage is a value that adds up by union (semantics 8.4).
+"""Coverage: the obligations that the cases of a suite visit, read from their traces (semantics 8.4).
 
-Sets as integers: position i is in the set if bit i is one.
-
-From a trace to the obligations that it visits. The one place that says what counts as visited.
-
-Who visits what: for each obligation its cases, for each case what it alone visits. In time linear in the visits.
-
-How coverage grew, case by case.
+A set of obligations is an integer: bit i stands for obligation i. `visited_by` alone decides which obligations a trace
+visits; everything else here counts and combines such sets.
 """
 
 from __future__ import annotations
@@ -26,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def bits_of(visited: int) -> Iterator[int]:
-    """The positions of the ones of a set, ascending."""
+    """Yield the positions of the one bits of `visited`, ascending."""
     while visited:
         lowest = visited & -visited
         yield lowest.bit_length() - 1
@@ -37,7 +32,7 @@ _ASPECTS = {state: Aspect(state.value) for state in OperationState if state is n
 
 
 def visited_by(records: Iterable[Record], obligations: Obligations) -> int:
-    """The obligations that these records visit, as bits."""
+    """Return the obligations that `records` visit, as bits."""
     visited = 0
     bit_of = obligations.bit_of
     for record in records:
@@ -62,7 +57,7 @@ class Coverage:
     """The obligations of a model, and for each case the set of those that it visited.
 
     Attributes:
-        obligations: what there is to visit.
+        obligations: the obligations of the model.
         cases: the name of each case with its visited obligations as bits, in the order in which they were run.
     """
 
@@ -70,7 +65,7 @@ class Coverage:
     cases: tuple[tuple[str, int], ...] = ()
 
     def __add__(self, other: Coverage) -> Coverage:
-        """The union. Raises `ValueError` for coverage of another model."""
+        """Return the union of two coverages. Raises `ValueError` for coverage of another model."""
         if self.obligations != other.obligations:
             raise ValueError("coverage of different models cannot be added")
         merged = dict(self.cases)
@@ -92,33 +87,33 @@ class Coverage:
         return self.obligations.figure(self.visited)
 
     def figure_of(self, *aspects: Aspect) -> Figure:
-        """The figure of the obligations of some aspects."""
+        """Return the figure of the obligations with one of `aspects`."""
         mask = self.obligations.mask(*aspects)
         return Figure((self.visited & mask).bit_count(), mask.bit_count())
 
     def missed(self, *aspects: Aspect) -> tuple[Obligation, ...]:
-        """The obligations that no case visited: of some aspects, or all that count if none is named."""
+        """Return the obligations with one of `aspects` that no case visited; without `aspects`, of all that count."""
         mask = self.obligations.mask(*aspects) if aspects else self.obligations.counted
         open_ones = mask & ~self.visited
         return tuple(obligation for obligation in self.obligations if self.obligations.bit(obligation) & open_ones)
 
     def visitors(self, obligation: Obligation) -> Iterable[str]:
-        """The cases that visited an obligation, in the order in which they were run."""
+        """Return the names of the cases that visited `obligation`, in the order in which they were run."""
         bit = self.obligations.bit(obligation)
         return (name for name, visited in self.cases if visited & bit)
 
     def visits(self) -> dict[Obligation, int]:
-        """For each obligation the number of cases that visited it."""
+        """Return for each obligation the number of cases that visited it."""
         counts = Counter(position for _, visited in self.cases for position in bits_of(visited))
         return {obligation: counts[position] for position, obligation in enumerate(self.obligations)}
 
     def first_visitor(self, obligation: Obligation) -> str | None:
-        """The case that visited an obligation first."""
+        """Return the name of the first case that visited `obligation`; `None` if no case did."""
         return next(iter(self.visitors(obligation)), None)
 
 
 def visitors_of_each(coverage: Coverage) -> tuple[tuple[int, ...], ...]:
-    """For each obligation the cases that visit it, as their places in `coverage.cases`, ascending."""
+    """Return for each obligation the cases that visit it, as ascending indices into `coverage.cases`."""
     visitors: tuple[list[int], ...] = tuple([] for _ in coverage.obligations)
     for place, (_, visited) in enumerate(coverage.cases):
         for position in bits_of(visited):
@@ -127,7 +122,7 @@ def visitors_of_each(coverage: Coverage) -> tuple[tuple[int, ...], ...]:
 
 
 def only_by(coverage: Coverage) -> tuple[int, ...]:
-    """For each case the obligations that no other case visits, as bits."""
+    """Return for each case the obligations that no other case visits, as bits."""
     once = twice = 0
     for _, visited in coverage.cases:
         twice |= once & visited
@@ -137,13 +132,13 @@ def only_by(coverage: Coverage) -> tuple[int, ...]:
 
 @dataclass(frozen=True, slots=True)
 class GrowthStep:
-    """A case that added to the figure.
+    """A case that increased the figure.
 
     Attributes:
-        number: its place among the cases, from 1.
+        number: its position among the cases, from 1.
         case: its name.
-        added: the obligations in the figure that it visited first.
-        figure: the figure of all cases up to it.
+        added: the obligations in the figure that it was the first to visit.
+        figure: the figure of all cases up to this one.
     """
 
     number: int
@@ -153,7 +148,7 @@ class GrowthStep:
 
 
 def growth(coverage: Coverage) -> Iterator[GrowthStep]:
-    """The cases that added to the figure, in the order in which they were run."""
+    """Yield the cases that increased the figure, in the order in which they were run."""
     obligations = coverage.obligations
     counted = obligations.counted
     union = 0

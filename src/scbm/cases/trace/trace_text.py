@@ -1,7 +1,4 @@
-"""Traces from text. What is not a trace is told line by line.
-
-Traces as text: JSON Lines, a header and one line for each record. The same trace is the same bytes.
-"""
+"""The text form of traces: JSON Lines, a header and one line for each record. Equal traces are equal bytes."""
 
 from __future__ import annotations
 
@@ -13,21 +10,21 @@ from scbm.cases.trace.records import Record, Trace
 from scbm.model import Diagnostic, InputError, OperationState, Place, Slug
 
 FORMAT_VERSION = 1
-"""Grows with every change that a reader must know of; `docs/reference/formats.md` describes each version."""
+"""The version of the format, as `docs/reference/formats.md` describes it; it grows with every incompatible change."""
 
 PAIRED = ("changes", "state", "payload")
 """The fields that hold variables and their values; they are written as JSON objects."""
 
 
 def write_trace(trace: Trace) -> str:
-    """The trace as JSON Lines, each line ended."""
+    """Return `trace` as JSON Lines; each line ends with a line feed."""
     header = {"format": "scbm-trace", "version": FORMAT_VERSION, "model": trace.model, "case": trace.case}
     lines = [header, *records_json(trace)]
     return "".join(f"{json.dumps(line, ensure_ascii=False, separators=(',', ':'))}\n" for line in lines)
 
 
 def records_json(trace: Trace) -> list[dict[str, Any]]:
-    """The records of a trace as data that `json` can write."""
+    """Return the records of `trace` as data that `json` can write."""
     return [_record(record) for record in trace.records]
 
 
@@ -43,8 +40,8 @@ _CLASSES: dict[str, Any] = {record.kind: record for record in get_args(Record)}
 
 
 def read_trace(text: str, file: str = "trace") -> Trace:
-    """The trace that was written as `text`. Raises `InputError`, located by line."""
-    lines = text.removesuffix("\n").split("\n")  # only these: a text within may have other ends of lines in it
+    """Return the trace in `text`. Raises `InputError` with the line in `file` that is wrong."""
+    lines = text.removesuffix("\n").split("\n")  # not `splitlines`: a string may contain other line separators
     header = _object(lines[0] if lines else "", Place(file, 1))
     if header.get("format") != "scbm-trace":
         raise _bad("this is not a trace of scbm", Place(file, 1))
@@ -59,14 +56,14 @@ def _read_record(line: str, place: Place) -> Record:
     written = _object(line, place)
     kind = _CLASSES.get(str(written.pop("kind", None)))
     if kind is None:
-        raise _bad("a record of no known kind", place)
+        raise _bad("a record of an unknown kind", place)
     names = [field.name for field in fields(kind)]
     if sorted(written) != sorted(names):
         raise _bad(f"a {kind.kind} record has the fields {', '.join(names)}", place)
     try:
         record: Record = kind(**{name: _value(name, written[name]) for name in names})
     except (TypeError, ValueError, AttributeError):
-        raise _bad(f"a {kind.kind} record with a field of the wrong sort", place) from None
+        raise _bad(f"a {kind.kind} record with a field of the wrong type", place) from None
     return record
 
 

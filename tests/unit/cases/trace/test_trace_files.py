@@ -79,11 +79,11 @@ def test_values_keep_their_kind() -> None:
         ("{}", "trace:1: error[bad-trace]: this is not a trace of scbm"),
         ('{"format": "scbm-trace", "version": 99}', "trace:1: error[bad-trace]: version 99 of the trace format"),
         ("HEADER\nnonsense", "trace:2: error[bad-trace]: a line of a trace is a JSON object"),
-        ('HEADER\n{"kind": "party"}', "trace:2: error[bad-trace]: a record of no known kind"),
+        ('HEADER\n{"kind": "party"}', "trace:2: error[bad-trace]: a record of an unknown kind"),
         ('HEADER\n{"kind": "automatic", "at_ns": 1}', "trace:2: error[bad-trace]: a automatic record has the fields"),
         (
             'HEADER\n{"kind": "plan_asked", "at_ns": 0, "ask": 1, "changes": 3}',
-            "trace:2: error[bad-trace]: a plan_asked record with a field of the wrong sort",
+            "trace:2: error[bad-trace]: a plan_asked record with a field of the wrong type",
         ),
     ],
 )
