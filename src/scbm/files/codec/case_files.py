@@ -37,17 +37,17 @@ _MODEL = re.compile(r"""^\ufeff?["']?behavior_model["']?[ \t]*:(?=\s|$)""", re.M
 
 
 def is_case_text(text: str) -> bool:
-    """Whether a text looks like a case: it has the key `case` at the beginning of a line, or `goal` and `model`."""
+    """Return whether a text looks like a case: it has a line with the key `case`, or with `goal` and with `model`."""
     return bool(_CASE.search(text) or (_GOAL.search(text) and _ITS_MODEL.search(text)))
 
 
 def is_model_text(text: str) -> bool:
-    """Whether a text looks like a model file: it has the key `behavior_model` at the beginning of a line."""
+    """Return whether a text looks like a model file: it has a line with the key `behavior_model`."""
     return _MODEL.search(text) is not None
 
 
 class CaseDocument:
-    """A case file that is parsed, but not resolved: its names are those of a model."""
+    """A case file that is parsed, but whose names are not resolved yet."""
 
     def __init__(self, document: YamlNode, source: SourceText, report: ErrorCollector) -> None:
         self._document = document
@@ -56,20 +56,20 @@ class CaseDocument:
 
     @property
     def name(self) -> str:
-        """The name of the case as it is written, else that of the file."""
+        """The name of the case, or of the file if the case has none."""
         node = self._document.get("case")
         return (node.text if node is not None else None) or Path(self._source.file).stem
 
     @property
     def model_path(self) -> Path | None:
-        """The model file that the case names, seen from where the case file is."""
+        """The path of the model file, resolved against the directory of the case file."""
         node = self._document.get("model")
         if node is None or not node.text or node.plain is None:
             return None
         return Path(self._source.file).parent / node.text
 
     def required_model_path(self) -> Path:
-        """The same. Raises `InputError` if there is none, and with what else is wrong that shows without the model."""
+        """Return `model_path`. Raise `InputError` if there is no such file, with all other errors of the shape."""
         path = self.model_path
         wrong = self._wrong_model(path)
         if path is None or wrong is not None:
@@ -80,7 +80,7 @@ class CaseDocument:
         return path
 
     def _wrong_model(self, path: Path | None) -> Diagnostic | None:
-        """What is wrong with the path of the model, seen from the case."""
+        """Return the error if the model file is missing."""
         if path is None:
             message = "the case does not say which model it is for"
             remedy = "add `model: <path>`, seen from the directory of this file"
@@ -95,7 +95,7 @@ class CaseDocument:
         return None
 
     def read(self, model: BehaviorModel) -> Case:
-        """The case, for a model. Raises `InputError` with everything that is wrong with it."""
+        """Return the case for a model. Raises `InputError` with all errors of the file."""
         report = self._report.copy()
         check_shape(self._document, report, CaseKeys, CASE_OWNERS)
         reader = ValueReader(report, Scope.of(model))
@@ -114,28 +114,28 @@ def _exists(path: Path) -> bool:
 
 
 def open_case(path: str | Path) -> CaseDocument:
-    """The case in a file, parsed. Raises `InputError` if the file cannot be read, or is no mapping in YAML."""
+    """Return the parsed case of a file. Raises `InputError` if the file cannot be read, or is no YAML mapping."""
     return CaseDocument(*read_tree(read_file(Path(path)), str(path), "case", _START))
 
 
 def read_case(text: str, model: BehaviorModel, file: str = "case") -> Case:
-    """The case that a text says. Raises `InputError` with everything that is wrong with it.
+    """Return the case of a text. Raises `InputError` with all errors of the text.
 
     Args:
-        text: YAML.
-        model: what the names in it are names of.
-        file: what errors call the text.
+        text: the YAML text.
+        model: the model that names are resolved in.
+        file: the name of the text in errors.
     """
     return CaseDocument(*read_tree(text, file, "case", _START)).read(model)
 
 
 def read_network(text: str, model: BehaviorModel, file: str = "--network") -> Network:
-    """The network that a text of one line says, as `loss: 2 %, jitter: 10 ms`. Raises `InputError`, located in it.
+    """Return the network of one line, such as `loss: 2 %, jitter: 10 ms`. Raises `InputError` with places in it.
 
     Args:
-        text: what stands under `network` in a case, in braces or without.
-        model: whose resources it speaks of.
-        file: what errors call the text.
+        text: the network as in a case, with or without braces.
+        model: the model with the resources.
+        file: the name of the text in errors.
     """
     line = re.sub(r"[\r\n]", " ", text)
     if line.strip().startswith("{"):
@@ -157,7 +157,7 @@ def _network(text: str, model: BehaviorModel, file: str) -> Network:
 
 
 def _without_braces(diagnostic: Diagnostic, line: str) -> Diagnostic:
-    """The same, located in the line that the user wrote."""
+    """Return the error with its place in the line that the user wrote."""
     place = diagnostic.place
     if not place.line:
         return diagnostic
@@ -170,16 +170,16 @@ def _without_braces(diagnostic: Diagnostic, line: str) -> Diagnostic:
 
 
 def write_case(case: Case, model: BehaviorModel, model_path: str | None, comment: Sequence[str] = ()) -> str:
-    """The case as YAML, with every key that says more than its default.
+    """Return the case as YAML, with every key that differs from its default.
 
-    What cannot come of a request is left out: the reply of one that times out, and what is measured by one that fails.
-    Where several rules of a name speak of one request, the first is written. Equal ones in a row are counted.
+    What a request cannot have is left out: the reply of a request that times out, and values measured by one that
+    fails. Of several rules for one request, the first is written. Equal requests in a row are counted.
 
     Args:
         case: the case.
         model: the model that it is for.
-        model_path: where that is, seen from the directory of the file that the text is for.
-        comment: lines that stand above.
+        model_path: the path of the model, relative to the directory of the file to be written.
+        comment: lines of a comment at the top.
     """
     text = dump(CaseKeys.write(CaseToWrite(case, model, model_path)))
     lines = chain.from_iterable(words.splitlines() or [""] for words in comment)
@@ -187,7 +187,7 @@ def write_case(case: Case, model: BehaviorModel, model_path: str | None, comment
 
 
 def write_network(network: Network) -> str:
-    """The network as `read_network` reads it: on one line, without braces."""
+    """Return the network as `read_network` reads it: on one line, without braces."""
     return dump(FlowMapping(NetworkKeys.write(network))).strip().removeprefix("{").removesuffix("}")
 
 

@@ -324,12 +324,6 @@ def node_of(_: ValueReader, node: YamlNode) -> YamlNode:
     return node
 
 
-def text_of(_: ValueReader, node: YamlNode, text: str) -> str:
-    """Return the text of a scalar."""
-    del node
-    return text
-
-
 def scalar_node(_: ValueReader, node: YamlNode, text: str) -> YamlNode:
     """Return the node of a scalar: what it means depends on others."""
     del text

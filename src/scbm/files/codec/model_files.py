@@ -29,14 +29,14 @@ if TYPE_CHECKING:
 
 
 class Places:
-    """Where each part of a model stands in its file."""
+    """The places of the parts of a model in its file."""
 
     def __init__(self, document: YamlNode, source: SourceText) -> None:
         self._document = document
         self._source = source
 
     def find(self, path: tuple[str, ...]) -> tuple[Place, str]:
-        """The key at the end of a path, or the last one on the way that is there, and the line that it stands in."""
+        """Return the place of the key at the end of a path, or of the last existing key on the way, and its line."""
         place = Place(self._source.file)
         for length in range(len(path)):
             owner = self._document.at(path[:length])
@@ -46,10 +46,10 @@ class Places:
         return place, self._source.lines[place.line - 1] if place.line else ""
 
     def lines(self, path: tuple[str, ...]) -> tuple[int, ...]:
-        """The numbers of the lines that say something under a path, with those of its key, rising.
+        """Return the numbers of the lines under a path, with those of its key, ascending.
 
-        Blank lines and those of comments are left out. An alias brings the lines of what it stands for. Nothing is
-        under a path that is not there.
+        Blank lines and comments are left out. An alias brings the lines of its anchor. A path that does not exist has
+        no lines.
         """
         owner = self._document.at(path[:-1])
         if not self._has(path):
@@ -60,7 +60,7 @@ class Places:
         return tuple(number for number in sorted(numbers) if self._says_something(number))
 
     def _has(self, path: tuple[str, ...]) -> bool:
-        """Whether there is a key at the end of a path."""
+        """Return whether there is a key at the end of a path."""
         return all(key in self._document.at(path[:length]).items for length, key in enumerate(path))
 
     def _lines_of(self, node: YamlNode) -> Iterator[int]:
@@ -77,26 +77,26 @@ class Places:
 
 
 def load_model(path: str | Path) -> BehaviorModel:
-    """The model in a file. Raises `InputError` with everything that is wrong with it."""
+    """Return the model of a file. Raises `InputError` with all errors of the file."""
     return load_located(path)[0]
 
 
 def load_located(path: str | Path) -> tuple[BehaviorModel, Places]:
-    """The model in a file, and where its parts stand there. Raises `InputError`."""
+    """Return the model of a file, and the places of its parts. Raises `InputError`."""
     return _read(read_file(Path(path)), str(path))
 
 
 def read_located(text: str, file: str = "model") -> tuple[BehaviorModel, Places]:
-    """The model that a text says, and where its parts stand there. Raises `InputError`."""
+    """Return the model of a text, and the places of its parts. Raises `InputError`."""
     return _read(text, file)
 
 
 def read_model(text: str, file: str = "model") -> BehaviorModel:
-    """The model that a text says. Raises `InputError` with everything that is wrong with it.
+    """Return the model of a text. Raises `InputError` with all errors of the text.
 
     Args:
-        text: YAML.
-        file: what errors call the text.
+        text: the YAML text.
+        file: the name of the text in errors.
     """
     return _read(text, file)[0]
 
@@ -116,21 +116,21 @@ def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
 
 
 def load_bindings(path: str | Path, model: BehaviorModel) -> BehaviorModel:
-    """The model with the bindings of a file, which replace those that it has.
+    """Return the model with the bindings of a file, which replace those of the model.
 
     Raises:
-        InputError: with everything that is wrong with the file.
+        InputError: with all errors of the file.
     """
     return read_bindings(read_file(Path(path)), model, str(path))
 
 
 def read_bindings(text: str, model: BehaviorModel, file: str = "bindings") -> BehaviorModel:
-    """The model with the bindings that a text says. Raises `InputError` with everything that is wrong with it.
+    """Return the model with the bindings of a text. Raises `InputError` with all errors of the text.
 
     Args:
-        text: YAML.
-        model: whose resources are bound.
-        file: what errors call the text.
+        text: the YAML text.
+        model: the model whose resources are bound.
+        file: the name of the text in errors.
     """
     document, _, report = read_tree(text, file, "bindings", "bindings begin with `bindings_of: <name of the model>`")
     check_shape(document, report, BindingsKeys, BINDINGS_OWNERS)
@@ -144,19 +144,19 @@ def read_bindings(text: str, model: BehaviorModel, file: str = "bindings") -> Be
 
 
 def write_model(model: BehaviorModel) -> str:
-    """The model as YAML, with every key that says more than its default."""
+    """Return the model as YAML, with every key that differs from its default."""
     return dump(ModelKeys.write(model), short_in_flow=True)
 
 
 def digest_of(model: BehaviorModel) -> str:
-    """What tells models apart: the SHA-256 of all that the model says, but for comments, layout and bindings.
+    """Return the SHA-256 of a model without comments, layout and bindings; it identifies the model.
 
-    How resources are reached when they are real says nothing about what the model means.
+    The bindings do not change what the model means.
     """
     resources = tuple(replace(resource, binding=None) for resource in model.resources)
     return sha256(write_model(replace(model, resources=resources)).encode()).hexdigest()
 
 
 def write_operation(operation: Operation) -> str:
-    """One operation as it stands under `operations:` in a model file."""
+    """Return one operation as it is written under `operations:` in a model file."""
     return dump({operation.name: OperationKeys.write(operation)}, short_in_flow=True)

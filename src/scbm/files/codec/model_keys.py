@@ -12,8 +12,7 @@ from scbm.files.codec.operation_keys import AutomaticKeys, OperationKeys, Transi
 from scbm.files.codec.resource_keys import ResourceKeys, SimulationKeys
 from scbm.files.codec.value_reader import NAME
 from scbm.files.codec.variable_keys import VariableKeys
-from scbm.files.language.grammar import KEYWORDS
-from scbm.files.language.scope import Scope, Where
+from scbm.files.language.scope import KEYWORDS, Scope, Where
 from scbm.model import Place, Slug
 from scbm.model.behavior import BehaviorModel
 from scbm.model.predicates import TRUE

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from scbm.files.yaml.document import YamlNode
 
 MAX_TIMES = 10_000
-"""The maximum number of requests of one element; more would make a case that nobody can run."""
+"""The maximum number of requests of one element; longer runs are out of reach of a test."""
 
 MAX_COPIES = 10
 """The maximum number of copies of a message that arrive."""

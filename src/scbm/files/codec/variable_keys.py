@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from scbm.files.codec.key_types import SCALAR_SCHEMA, VALUE, ScalarOrListType, node_of
 from scbm.files.codec.keys import Key, Keys
 from scbm.files.codec.value_reader import NAME
-from scbm.files.language.grammar import KEYWORDS
+from scbm.files.language.scope import KEYWORDS
 from scbm.files.language.spelling import nearest
 from scbm.model import Slug
 from scbm.model.values import Domain, Value, format_value

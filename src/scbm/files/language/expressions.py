@@ -1,4 +1,4 @@
-"""Predicates, actions and requirements read from a text of their own, such as an option of a command."""
+"""Parses predicates, actions and requirements from a text of their own, such as an option of a command."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class _Text:
-    """One text, its resolver, and what is wrong with it."""
+    """One text, its resolver, and its errors."""
 
     def __init__(self, text: str, scope: Scope, where: Where, file: str) -> None:
         self.text = text.replace("\n", " ").replace("\r", " ")
@@ -34,14 +34,14 @@ class _Text:
         self._report.add(slug, message, Place(self._file, 1, begin + 1, max(1, end - begin)), remedy)
 
     def error(self) -> InputError:
-        """Everything that is wrong with the text; a text that is not resolved has something wrong."""
+        """Return the errors of a text that could not be resolved."""
         if not len(self._report):
             raise AssertionError(f"{self.text!r} was not resolved, and nothing was complained of")
         return self._report.error()
 
 
 def parse_predicate(text: str, scope: Scope, where: Where = Where.WORLD, file: str = "predicate") -> Predicate:
-    """The predicate that the text says. Raises `InputError`, located in the text, `file` being its name."""
+    """Return the predicate of a text. Raises `InputError` with places in the text, which errors call `file`."""
     alone = _Text(text, scope, where, file)
     predicate = alone.resolver.read_predicate(alone.text)
     if predicate is None:
@@ -50,7 +50,7 @@ def parse_predicate(text: str, scope: Scope, where: Where = Where.WORLD, file: s
 
 
 def parse_action(text: str, scope: Scope, where: Where = Where.AUTOMATIC, file: str = "action") -> Action:
-    """The action that the text says. Raises `InputError`."""
+    """Return the action of a text. Raises `InputError`."""
     alone = _Text(text, scope, where, file)
     action = alone.resolver.read_action(alone.text)
     if action is None:
@@ -59,7 +59,7 @@ def parse_action(text: str, scope: Scope, where: Where = Where.AUTOMATIC, file: 
 
 
 def parse_requirement(text: str, scope: Scope, file: str = "requirement") -> Sentence:
-    """The sentence that the text says. Raises `InputError`."""
+    """Return the sentence of a text. Raises `InputError`."""
     alone = _Text(text, scope, Where.REQUIREMENT, file)
     requirement = alone.resolver.read_requirement(alone.text)
     if requirement is None:
@@ -68,7 +68,7 @@ def parse_requirement(text: str, scope: Scope, file: str = "requirement") -> Sen
 
 
 def parse_value(text: str, domain: Domain) -> Value | None:
-    """The value of a domain that is written so, if there is one."""
+    """Return the value of a domain that is written like this; `None` if there is none."""
     for value in domain.values:
         if format_value(value) == text:
             return value
@@ -76,7 +76,7 @@ def parse_value(text: str, domain: Domain) -> Value | None:
 
 
 def parse_state(text: str, space: StateSpace, file: str = "state") -> State:
-    """The state that `v=x, w=y, …` says; variables that it leaves out are nominal. Raises `InputError`."""
+    """Return the state of a text `v=x, w=y, …`; other variables are nominal. Raises `InputError`."""
     report = ErrorCollector([text])
     values: dict[str, Value] = {}
     for begin, assignment in _assignments(text):
@@ -106,7 +106,7 @@ def parse_state(text: str, space: StateSpace, file: str = "state") -> State:
 
 
 def _assignments(text: str) -> Iterator[tuple[int, str]]:
-    """The parts between commas, each with where it begins, leading blanks left out."""
+    """Yield the parts between commas, each with its position, without leading blanks."""
     index = 0
     for part in text.split(","):
         if part.strip():

@@ -1,6 +1,6 @@
-"""Durations as people write them: a number and a unit, `10 s`, `1.5 seconds`, `500 ms`.
+"""Quantities as people write them.
 
-Shares as people write them: `2 %`, `0.5 %`, or a number from 0 to 1.
+Durations are a number and a unit: `10 s`, `1.5 seconds`, `500 ms`. Shares are `2 %`, `0.5 %`, or a number from 0 to 1.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ _DURATION = re.compile(r"(?P<number>\d{1,15}(?:\.\d{1,9})?)\s*(?P<unit>[a-zµ]+)
 DURATION_PATTERN = (
     r"^\d+(\.\d+)?\s*(h|hours?|min|minutes?|s|sec|seconds?|ms|milliseconds?|[uµ]s|microseconds?|ns|nanoseconds?)$"
 )
-"""The same as a pattern for the JSON Schema."""
+"""Durations as a pattern for the JSON Schema."""
 
 
 def parse_duration(text: str) -> int | None:
-    """The duration in nanoseconds, or `None` if the text is no duration of whole nanoseconds."""
+    """Return a duration in nanoseconds; `None` if the text is not a duration of whole nanoseconds."""
     match = _DURATION.fullmatch(text.strip())
     size_ns = _SIZE_NS.get(match["unit"]) if match else None
     if match is None or size_ns is None:
@@ -41,7 +41,7 @@ _SHARE = re.compile(r"(\d{1,40}(?:\.\d{0,40})?|\.\d{1,40})\s*(%?)", re.ASCII)
 
 
 def parse_share(text: str) -> Fraction | None:
-    """The share, or `None` if the text is no share from 0 to 1."""
+    """Return a share; `None` if the text is not a share from 0 to 1."""
     match = _SHARE.fullmatch(text.strip())
     if match is None:
         return None
@@ -50,12 +50,12 @@ def parse_share(text: str) -> Fraction | None:
 
 
 def format_share(share: Fraction) -> str:
-    """The share in per cent. Raises `ValueError` if it has no end as a decimal number."""
+    """Return a share in per cent. Raises `ValueError` if its decimal expansion is infinite."""
     return f"{format_decimal(share * 100)} %"
 
 
 def format_decimal(number: Fraction) -> str:
-    """A number that is not negative, with as many decimals as it has. Raises `ValueError` if they have no end."""
+    """Return a non-negative number with all its decimals. Raises `ValueError` if these are infinite."""
     decimals = 0
     while (number * 10**decimals).denominator != 1:
         decimals += 1

@@ -1,4 +1,4 @@
-"""From trees to predicates, actions and requirements: names looked up, kinds and domains checked (semantics 2)."""
+"""Resolves syntax trees to predicates, actions and requirements; checks names, kinds and domains (semantics 2)."""
 
 from __future__ import annotations
 
@@ -35,26 +35,29 @@ from scbm.model.values import Domain, Value, ValueKind, format_value, kind_of
 from scbm.model.variables import Role, Variable
 
 _MAX_DIGITS = 18
-"""Integers of domains have no more digits than this."""
+"""The maximum number of digits of an integer in a domain."""
 
 
 class Complain(Protocol):
-    """Notes an error about the characters `begin..end` of the text that is resolved."""
+    """A callback that notes an error about the characters `begin..end` of the text being resolved."""
 
     def __call__(self, slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
-        """Notes it."""
+        """Note an error."""
 
 
 @dataclass(frozen=True, slots=True)
 class _Word:
-    """A term that is a name but no variable: a symbol, or a mistake. What it is compared with decides."""
+    """A term that is a name but no variable: a symbol or a mistake, depending on the other operand."""
 
     name: str
 
 
 @dataclass(slots=True)
 class Resolver:
-    """Resolves trees in one scope at one kind of place. Complains of all that is wrong; `None` is a wrong part."""
+    """Resolves trees in one scope at one sort of place.
+
+    All errors of a tree are noted; the result is `None` if there are any.
+    """
 
     scope: Scope
     where: Where
@@ -63,17 +66,17 @@ class Resolver:
     # whole texts
 
     def read_predicate(self, text: str) -> Predicate | None:
-        """The predicate that a text says."""
+        """Return the predicate of a text."""
         tree = self._tree(text, "predicate")
         return None if tree is None else self.predicate(tree)
 
     def read_action(self, text: str) -> Action | None:
-        """The action that a text says."""
+        """Return the action of a text."""
         tree = self._tree(text, "action")
         return None if tree is None else self.action(tree)
 
     def read_requirement(self, text: str) -> Sentence | None:
-        """The sentence that a text says."""
+        """Return the sentence of a text."""
         tree = self._tree(text, "requirement")
         return None if tree is None else self.requirement(tree)
 
@@ -87,7 +90,7 @@ class Resolver:
     # predicates
 
     def predicate(self, tree: SyntaxTree) -> Predicate | None:
-        """The predicate that a tree stands for."""
+        """Return the predicate of a tree."""
         match tree.data:
             case "truth":
                 return Truth(_token(tree, 0) == "true")
@@ -102,7 +105,7 @@ class Resolver:
                 return self._connective(tree)
 
     def _connective(self, tree: SyntaxTree) -> Predicate | None:
-        """`!`, `&&`, `||`, `->` and brackets: all operands are looked at, also after a wrong one."""
+        """Return `!`, `&&`, `||`, `->` or brackets; resolve all operands, even after a wrong one."""
         operands = [self.predicate(_child(tree, index)) for index in range(len(tree.children))]
         whole = tuple(operand for operand in operands if operand is not None)
         return _connect(tree.data, whole) if len(whole) == len(operands) else None
@@ -122,7 +125,7 @@ class Resolver:
             self.complain(Slug.NOT_A_PREDICATE, f"`{name}` is not a predicate", begin, end, remedy)
 
     def _readable(self, domain: Domain | None = None) -> list[str]:
-        """The names that an expression at this place can read; if a domain is given, those that can be equal to it."""
+        """Return the variables that an expression here can read; with a domain, those that can equal a value of it."""
         variables = self.scope.variables.items()
         readable = [(n, v) for n, v in variables if v is None or self.where is not Where.WORLD or not v.role.is_runner]
         return [name for name, v in readable if v is None or domain is None or _overlap(v.domain, domain)]
@@ -144,13 +147,13 @@ class Resolver:
         return _compare(operator, first, second)
 
     def _fitted(self, term: Term | _Word, other: Term | _Word, tree: SyntaxTree) -> Term | None:
-        """The term itself if it is a variable, else as a value of the variable on the other side."""
+        """Return the term itself if it is a variable, else as a value of the variable on the other side."""
         if isinstance(term, Reference):
             return term
         return self._constant(term, other, tree) if isinstance(other, Reference) else None
 
     def _ordered(self, operator: str, tree: SyntaxTree, first: Term, second: Term) -> bool:
-        """Whether the operator suits its operands: an order wants integers."""
+        """Return whether the operator fits its operands: an order needs integers."""
         reference = first if isinstance(first, Reference) else second
         if operator in ("==", "!=") or not isinstance(reference, Reference):
             return True
@@ -191,7 +194,7 @@ class Resolver:
     # terms
 
     def _term(self, tree: SyntaxTree) -> Term | _Word | None:
-        """A variable, a value, or a word that may be a symbol; `None` where no more can be said."""
+        """Return a variable, a value, or a word that may be a symbol; `None` after an error."""
         token = tree.children[0]
         assert isinstance(token, Token)  # noqa: S101 - the grammar says so
         if token.type == "INTEGER":
@@ -229,7 +232,7 @@ class Resolver:
             self.complain(Slug.UNKNOWN_VARIABLE, f"there is no variable `{name}`", begin, end, remedy)
 
     def _refuse_two_values(self, tree: SyntaxTree, left: object, right: object) -> None:
-        """Neither side is a variable: say which of the words was probably meant to be one."""
+        """Note a comparison without a variable; name the word that was probably meant to be one."""
         for side, child in ((left, _child(tree, 0)), (right, _child(tree, 2))):
             if isinstance(side, _Word) and (side is left or not self.scope.has(side.name)):
                 if side is left and self.scope.has(side.name) and isinstance(right, _Word):
@@ -240,7 +243,7 @@ class Resolver:
         self.complain(Slug.COMPARES_NO_VARIABLE, message, *extent(tree))
 
     def _constant(self, term: Term | _Word, other: Reference, tree: SyntaxTree) -> Constant | None:
-        """The term as a value of the variable that it is compared with or assigned to."""
+        """Return the term as a value of the variable that it is compared with or assigned to."""
         domain = self._domain(other)
         if domain is None or isinstance(term, Reference):
             return None
@@ -251,7 +254,7 @@ class Resolver:
         return None
 
     def _misfit(self, term: Constant | _Word, value: Value, name: str, domain: Domain, tree: SyntaxTree) -> None:
-        """Complain of a value that the variable `name` cannot have, or of a word that is nothing at all."""
+        """Note a value outside the domain of variable `name`, or an unknown word."""
         if self.scope.incomplete and isinstance(term, _Word):
             return
         shown = format_value(value)
@@ -267,7 +270,7 @@ class Resolver:
             self.complain(Slug.DIFFERENT_KINDS, message, begin, end, remedy)
 
     def _unknown_name(self, shown: str, name: str, domain: Domain, begin: int, end: int) -> None:
-        """Complain of a word that is no variable, where only a variable or a number or truth value fits."""
+        """Note an unknown word where only a variable, a number or a truth value fits."""
         truths = [format_value(value) for value in domain.values if domain.kind is ValueKind.BOOLEAN]
         near = nearest(shown, [*truths, *self._readable(domain)])
         remedy = f"did you mean `{near}`?" if near else f"`{name}` is {_described(domain)}"
@@ -285,10 +288,10 @@ class Resolver:
         return f"did you mean `{near}`?" if near else suggestion(shown, values, "its values are")
 
     def _comparable(self, tree: SyntaxTree, left: Reference, right: Reference) -> bool:
-        """Whether two variables can be compared at all (semantics 2.2)."""
+        """Return whether two variables can be compared (semantics 2.2)."""
         mine, other = self._domain(left), self._domain(right)
         if mine is None or other is None or left.name in other or right.name in mine:
-            return False  # told of already: a wrong declaration, or a name that is a value too
+            return False  # noted already: a wrong declaration, or a name that is a value too
         if mine.kind is not other.kind:
             message = f"`{left.name}` is {_described(mine)}, and `{right.name}` is {_described(other)}"
             self.complain(Slug.DIFFERENT_KINDS, message, *extent(tree))
@@ -307,7 +310,7 @@ class Resolver:
     # actions
 
     def action(self, tree: SyntaxTree) -> Action | None:
-        """The action that a tree stands for."""
+        """Return the action of a tree."""
         token = tree.children[0]
         assert isinstance(token, Token)  # noqa: S101 - the grammar says so
         if token not in self.scope.variables:
@@ -319,7 +322,7 @@ class Resolver:
         return self._assign(tree, target) if tree.data == "assign" else self._add(tree, target)
 
     def _assignable(self, target: Variable, begin: int, end: int) -> bool:
-        """Whether this place may assign to the variable at all."""
+        """Return whether an action at this place may assign to the variable."""
         if not target.assignable:
             message = f"`{target.name}` is kept by the runner, and a model cannot assign it"
             self.complain(Slug.NOT_ASSIGNABLE, message, begin, end)
@@ -358,7 +361,7 @@ class Resolver:
     def _assignable_from(self, tree: SyntaxTree, target: Variable, source: Reference) -> bool:
         domain = self._domain(source)
         if domain is None or source.name in target.domain:
-            return False  # told of already: a wrong declaration, or a name that is a value too
+            return False  # noted already: a wrong declaration, or a name that is a value too
         if target.role.is_runner:
             allowed = " or ".join(f"`{format_value(value)}`" for value in target.assignable)
             message = f"a model may assign only {allowed} to `{target.name}`"
@@ -397,7 +400,7 @@ class Resolver:
     # requirements
 
     def requirement(self, tree: SyntaxTree) -> Sentence | None:
-        """The sentence that a tree stands for."""
+        """Return the sentence of a tree."""
         form = _child(tree, 0) if tree.data == "requirement" else tree
         parts = [self.predicate(child) for child in form.children if not isinstance(child, Token)]
         whole = [part for part in parts if part is not None]
@@ -428,7 +431,7 @@ class Resolver:
 
 
 def _overlap(left: Domain, right: Domain) -> bool:
-    """Whether two domains have a value in common."""
+    """Return whether two domains have a value in common."""
     if left.kind is not right.kind:
         return False
     if left.kind is ValueKind.INTEGER:

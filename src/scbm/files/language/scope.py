@@ -1,4 +1,4 @@
-"""The names that a predicate or an action can use, and where it stands (semantics 1.3)."""
+"""The names that predicates and actions can use, and the places where these occur (semantics 1.3)."""
 
 from __future__ import annotations
 
@@ -17,8 +17,12 @@ if TYPE_CHECKING:
     from scbm.model.variables import Variable
 
 
+KEYWORDS = ("true", "false", "in", "always", "never", "after", "before", "until", "leads", "within")
+"""The words of the language, which cannot be names."""
+
+
 class Where(Enum):
-    """Where an expression stands; it decides which of the runner's variables it may use."""
+    """The sort of place of an expression; it decides which variables of the runner the expression may use."""
 
     GUARD = "a guard"
     WORLD = "a predicate over the world"  # goals, initial states: the runner's variables mean nothing there
@@ -30,13 +34,13 @@ class Where(Enum):
 
 @dataclass(frozen=True)
 class Scope:
-    """All names of a model.
+    """The names of a model.
 
     Attributes:
-        variables: by name, in order; `None` for a name whose declaration is wrong, of which no more is said.
-        incomplete: whether a part of the model that declares names is wrong, so that an unknown one may be meant there.
-        operations: the names of the operations, in order; only of a model that is already built.
-        resources: by name, in order; only of a model that is already built.
+        variables: the variables by name, in order; `None` if the declaration is wrong, for which an error is noted.
+        incomplete: whether a part of the model that declares names is wrong, so that an unknown name is no error.
+        operations: the names of the operations, in order; only for a complete model.
+        resources: the resources by name, in order; only for a complete model.
     """
 
     variables: Mapping[str, Variable | None]
@@ -46,7 +50,7 @@ class Scope:
 
     @staticmethod
     def of(model: BehaviorModel) -> Scope:
-        """The names of a model that is already built."""
+        """Return the names of a complete model."""
         return Scope(
             {variable.name: variable for variable in model.running_space},
             operations=tuple(operation.name for operation in model.operations),
@@ -55,12 +59,12 @@ class Scope:
 
     @staticmethod
     def over(variables: Iterable[Variable]) -> Scope:
-        """The names of some variables."""
+        """Return a scope with some variables."""
         return Scope({variable.name: variable for variable in variables})
 
     @cached_property
     def symbols(self) -> dict[str, str]:
-        """Each value of each domain, as it is written, with the first variable that has it."""
+        """Each value of each domain as it is written, with the first variable that has it."""
         found: dict[str, str] = {}
         for name, variable in self.variables.items():
             for value in variable.domain.values if variable is not None else ():
@@ -68,5 +72,5 @@ class Scope:
         return found
 
     def has(self, value: Value) -> bool:
-        """Whether any variable can have this value."""
+        """Return whether any variable can have this value."""
         return format_value(value) in self.symbols

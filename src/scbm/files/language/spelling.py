@@ -1,4 +1,4 @@
-"""The name that was probably meant."""
+"""Finds the known name that a misspelt one probably means."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 _SHOWN = 8
-"""So many names are listed at most when none is near."""
+"""The maximum number of names listed if none is similar."""
 
 _ALIKE = 0.65
-"""The least ratio of `difflib` that counts as alike: `avg` is like `agv`, and `normal` is not like `uniform`."""
+"""The minimum ratio of `difflib` for similar names: `avg` is similar to `agv`, and `normal` is not to `uniform`."""
 
 _MAX_COMPARED = 2_000
-"""So many names are looked at: a model with thousands of them gets its errors in seconds, if with fewer hints."""
+"""The maximum number of names compared, so that errors in a model with thousands of names take seconds."""
 
 
 def nearest(name: str, known: Iterable[str]) -> str | None:
-    """The known name most like `name`, or `None` if none is like it. Upper and lower case count as alike."""
+    """Return the known name most similar to `name`, ignoring case; `None` if none is similar."""
     by_folded = {candidate.casefold(): candidate for candidate in islice(known, _MAX_COMPARED)}
     found = get_close_matches(name.casefold(), by_folded, n=1, cutoff=_ALIKE)
     return by_folded[found[0]] if found else None
 
 
 def suggestion(name: str, known: Iterable[str], what: str) -> str | None:
-    """A remedy for an unknown name: the nearest one, else the list of what there is if it is short."""
+    """Return a remedy for an unknown name: the most similar one, else the list of known names."""
     names = list(known)
     near = nearest(name, names)
     if near is not None:

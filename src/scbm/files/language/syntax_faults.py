@@ -1,4 +1,4 @@
-"""What is wrong with a predicate, an action or a requirement that has no tree, in words for people who write them."""
+"""Explains syntax errors in predicates, actions and requirements to people who write them."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
-from scbm.files.language.grammar import KEYWORDS
+from scbm.files.language.scope import KEYWORDS
 from scbm.model import Slug
 
 if TYPE_CHECKING:
@@ -31,8 +31,8 @@ EXAMPLES = {
 
 
 @dataclass(slots=True)
-class SyntaxFault(Exception):  # noqa: N818 - it never leaves this room; outside it is a diagnostic
-    """Why a text has no tree: what, from which character to which, and what to write instead."""
+class SyntaxFault(Exception):  # noqa: N818 - it never leaves this package; outside it is a diagnostic
+    """A syntax error: the message, its characters in the text, and a remedy."""
 
     slug: Slug
     message: str
@@ -42,7 +42,7 @@ class SyntaxFault(Exception):  # noqa: N818 - it never leaves this room; outside
 
 
 def syntax_fault(error: UnexpectedInput, text: str, start: Start) -> SyntaxFault:
-    """What the parser's error says, located and with a remedy."""
+    """Return the syntax error for an error of the parser."""
     accepted = _accepted(error)
     if isinstance(error, UnexpectedCharacters):
         begin = cast("int", error.pos_in_stream)  # Lark declares it without a type
@@ -54,7 +54,7 @@ def syntax_fault(error: UnexpectedInput, text: str, start: Start) -> SyntaxFault
 
 
 def _accepted(error: UnexpectedInput) -> Collection[str]:
-    """The terminals that could have stood where the parser stopped."""
+    """Return the terminals that the parser could have accepted."""
     parser: Any = getattr(error, "interactive_parser", None)  # set by the parser, and declared nowhere
     return () if parser is None else parser.accepts()
 
@@ -69,7 +69,7 @@ def _early_end(text: str, start: Start, accepted: Collection[str]) -> SyntaxFaul
 
 
 def _misplaced(text: str, begin: int, end: int, start: Start, accepted: Collection[str]) -> SyntaxFault:
-    """Something stands where it cannot; the word before it is to blame if it is one of another language."""
+    """Return the error for a misplaced word; the word before it is blamed if it belongs to another language."""
     opening = _LAST_WORD.search(text, 0, begin)
     if opening is not None:
         remedy = _opening_remedy(opening[1], start)
@@ -85,7 +85,7 @@ _LAST_WORD = re.compile(r"(?<![\w.])([A-Za-z]+)\s*$")
 
 
 def _opening_remedy(word: str, start: Start) -> str | None:
-    """What to write instead of a word that people begin sentences with, and that is none here."""
+    """Return the remedy for a word that does not begin a sentence of this language."""
     lower = word.lower()
     if lower in KEYWORDS and start == "requirement" and lower != word:
         return f"write `{lower}`"
@@ -211,7 +211,7 @@ def _expected(accepted: Collection[str]) -> str | None:
 
 
 def _unclosed(text: str) -> int | None:
-    """Where the last bracket that nothing closes was opened."""
+    """Return the position of the last bracket that is not closed; `None` if all are closed."""
     opened: list[int] = []
     for index, character in enumerate(text):
         if character in "({":

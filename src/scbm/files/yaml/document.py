@@ -1,7 +1,7 @@
-"""A YAML text as a tree of nodes that know their place, down to the character inside a scalar.
+"""A YAML text as a tree of nodes with places, down to the character inside a scalar.
 
-Only data: no tags, no merge keys, no types of Python, one document. What breaks these rules is noted, and the rest is
-read nevertheless; a text that is not YAML at all is an `InputError`.
+Files contain only data: no tags, no merge keys, no types of Python, one document. A violation of these rules is noted,
+and the rest is read nevertheless. A text that is not YAML raises `InputError`.
 """
 
 from __future__ import annotations
@@ -45,33 +45,33 @@ _NULL = re.compile(r"|~|null|Null|NULL")
 _BOOLEAN = re.compile(r"true|True|TRUE|false|False|FALSE")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,100}")
 _FLOAT = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?")
-"""YAML's core schema, less what no place of a file accepts: there `0x1F` and `.inf` are text."""
+"""The scalars of YAML's core schema, without those that no key accepts: `0x1F` and `.inf` are texts here."""
 
 _PROPERTY = re.compile(r"[&!]\S*(?:\s|#[^\r\n]*)*")
-"""An anchor or a tag, and what lies between it and the next one or the content."""
+"""An anchor or a tag, with everything up to the next one or the content."""
 _TAG = re.compile(r"(?:&\S*\s+)?(!\S*)")
 _ANCHOR_NAME = re.compile(r"[\w-]+")
 
 _Start: TypeAlias = ScalarEvent | CollectionStartEvent
-"""What begins a node that is not an alias."""
+"""The event that begins a node; an alias has an event of its own."""
 
 
 @dataclass(slots=True)
 class YamlNode:
-    """A piece of a document.
+    """One node of a document.
 
     Attributes:
-        plain: its data as Python has it: dictionaries, lists, strings, numbers, booleans, `None`.
-        place: where it begins.
-        scalar: what a scalar says, whatever it stands for, and where in the source each character of it is.
+        plain: the data of the node in Python: dictionaries, lists, strings, numbers, booleans, `None`.
+        place: where the node begins.
+        scalar: the text of a scalar, and where in the source each character of it is.
         items: the children of a mapping by key.
-        key_places: where those keys stand.
-        value_ends: where in the text what is written under each key ends; of an alias, its own end.
+        key_places: where the keys of a mapping stand.
+        value_ends: where in the text the value of each key ends; for an alias, where the alias ends.
         elements: the children of a sequence.
-        size: how many nodes it is made of.
-        condemned: whether an error is already told that explains whatever else may be wrong with it.
-        incomplete: for a mapping, whether it has a key that is no name, of which an error is told.
-        end: where in the text it ends.
+        size: the number of nodes in this subtree.
+        condemned: whether an error is noted already that explains everything else that is wrong with the node.
+        incomplete: whether a mapping has a key that is not a name, for which an error is noted.
+        end: where in the text the node ends.
     """
 
     plain: Plain
@@ -88,15 +88,15 @@ class YamlNode:
 
     @property
     def text(self) -> str | None:
-        """What a scalar says, whatever it stands for."""
+        """The text of a scalar, whatever type it has in YAML."""
         return None if self.scalar is None else self.scalar.text
 
     def get(self, key: str) -> YamlNode | None:
-        """The child under a key, if this is a mapping that has it."""
+        """Return the child under a key; `None` if the node is no mapping or lacks the key."""
         return self.items.get(key)
 
     def add_entries(self, other: YamlNode) -> None:
-        """Takes over what only the other mapping has: of a section that is there twice, both are read."""
+        """Add the entries of the second occurrence of a section, so that both occurrences are read."""
         for key, child in other.items.items():
             if key not in self.items and isinstance(self.plain, dict):
                 self.items[key] = child
@@ -105,7 +105,7 @@ class YamlNode:
                 self.plain[key] = child.plain
 
     def at(self, path: tuple[int | str, ...]) -> YamlNode:
-        """The node at the end of a path, or the last one on the way that exists."""
+        """Return the node at the end of a path, or the last existing one on the way."""
         node = self
         for step in path:
             if isinstance(step, int) and step < len(node.elements):
@@ -118,16 +118,16 @@ class YamlNode:
 
 
 def read_document(source: SourceText, report: ErrorCollector, noun: str = "model") -> YamlNode | None:
-    """The tree of a YAML text; `None` for an empty one. Notes in `report` what YAML allows and `noun` files do not.
+    """Return the tree of a YAML text; `None` for an empty text. Note in `report` what `noun` files do not allow.
 
     Raises:
-        InputError: the text is not YAML, or it is larger or deeper than any file that people write.
+        InputError: the text is not YAML, or it is larger or deeper than the limits.
     """
     return _Reader(source, report, noun).document()
 
 
 def _events(source: SourceText) -> Iterator[Event]:
-    """What the YAML parser finds, one after the other; it may fall over a text in more ways than it says."""
+    """Yield the events of the YAML parser; turn every exception of the parser into an `InputError`."""
     try:
         yield from YAML(typ="safe", pure=True).parse(source.text)
     except (YAMLError, ValueError, IndexError, AssertionError, AttributeError) as error:
@@ -135,7 +135,7 @@ def _events(source: SourceText) -> Iterator[Event]:
 
 
 class _Reader:
-    """Builds the tree out of the events of the YAML parser; an alias counts as all that it stands for."""
+    """Builds the tree from the events of the YAML parser; an alias counts as its whole anchored subtree."""
 
     def __init__(self, source: SourceText, report: ErrorCollector, noun: str) -> None:
         self._noun = noun
@@ -147,7 +147,7 @@ class _Reader:
         self._end = 0  # of what was read last: a block ends with its last child, not before the next key
 
     def document(self) -> YamlNode | None:
-        """The first document, all of it."""
+        """Return the first document."""
         root: YamlNode | None = None
         for event in self._events:
             if isinstance(event, DocumentStartEvent) and root is not None:
@@ -196,7 +196,7 @@ class _Reader:
         return YamlNode([element.plain for element in elements], place, elements=elements, size=size)
 
     def _content_begin(self, event: _Start) -> int:
-        """Where a node begins, behind its anchor and its tag."""
+        """Return where the content of a node begins, after its anchor and its tag."""
         index: int = event.start_mark.index
         for written in (event.anchor, event.tag):
             match = _PROPERTY.match(self._source.text, index)
@@ -221,7 +221,7 @@ class _Reader:
         return node
 
     def _note_end(self, event: Event) -> None:
-        """Notes where something ends; the end of a block, and of a value that is not there, is nothing written."""
+        """Remember where a node ends; the end of a block and a missing value have no characters."""
         written = self._source.text[event.start_mark.index : event.end_mark.index].rstrip()
         if written:
             self._end = event.start_mark.index + len(written)
@@ -262,7 +262,7 @@ class _Reader:
         return YamlNode(None, place, condemned=True)
 
     def _refuse_tag(self, event: _Start, node: YamlNode) -> None:
-        """Notes a tag. Mostly it is a predicate that begins with `!`."""
+        """Note a tag as an error. Mostly it is a predicate that begins with `!`."""
         match = _TAG.match(self._source.text, event.start_mark.index)
         begin, end = match.span(1) if match else (event.start_mark.index, event.end_mark.index)
         tag = self._source.text[begin:end]
@@ -273,7 +273,7 @@ class _Reader:
         _condemn(node)
 
     def _refuse_odd_anchor(self, event: _Start, node: YamlNode) -> None:
-        """Notes an anchor that nobody means as one: a predicate that begins with `&&`."""
+        """Note an unintended anchor as an error: a predicate that begins with `&&`."""
         if _ANCHOR_NAME.fullmatch(event.anchor):
             return
         begin = self._source.text.find(f"&{event.anchor}", event.start_mark.index)
@@ -283,7 +283,7 @@ class _Reader:
         _condemn(node)
 
     def _quoted(self, begin: int, event: _Start) -> str:
-        """The remedy for a value that begins with a character that YAML takes for its own."""
+        """Return the remedy for a value that begins with a character that is special in YAML."""
         text = self._source.text[begin : event.end_mark.index].rstrip()
         shown = f": '{text}'" if "\n" not in text and "'" not in text else ""
         return f"a value that begins with `{text[:1]}` needs quotes{shown}"
@@ -301,7 +301,7 @@ class _Reader:
 
 
 def _condemn(node: YamlNode) -> None:
-    """Nothing more is to be read in a scalar, nor to be said of the shape of a node: it is not what was meant."""
+    """Mark a node as explained by an error: its text is not read, and its shape is not checked."""
     node.scalar = None
     node.condemned = True
 
@@ -311,7 +311,7 @@ def _is_merge(name: str, value: YamlNode) -> bool:
 
 
 def _plain(text: str) -> Plain:
-    """What an unquoted scalar stands for in YAML 1.2."""
+    """Return the value of an unquoted scalar in YAML 1.2."""
     if _NULL.fullmatch(text):
         return None
     if _BOOLEAN.fullmatch(text):

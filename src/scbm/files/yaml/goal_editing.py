@@ -1,6 +1,6 @@
-"""Goals added to the text of a model file: its comments and its layout stay as they are.
+"""Adds goals to the text of a model file and keeps its comments and layout.
 
-What comes of it is read again and compared, so that a file never becomes another model than it should.
+The result is read again and compared with the expected model, so that an edit never changes anything else.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ _MARK = "\N{BYTE ORDER MARK}"
 _SECTION = "goals"
 _COMMENT = re.compile(r"#[^\r\n]*")
 _SPACES = 2
-"""So far entries are indented where a file does not show how it does it."""
+"""The indentation of entries where the file shows none."""
 
 
 class _NewGoal(NamedTuple):
     """A goal to be added.
 
     Attributes:
-        name: of the goal.
-        predicate: its text.
-        comment: what stands above it, where there is room for comments.
+        name: the name of the goal.
+        predicate: the text of its predicate.
+        comment: a comment above the goal, where the layout allows one.
     """
 
     name: str
@@ -51,7 +51,7 @@ class _NewGoal(NamedTuple):
 
 
 def add_goals(path: Path, goals: Sequence[tuple[str, str, str | None]]) -> None:
-    """Adds goals to a model file, all or none. Raises `InputError` as `with_goals`, or if it cannot be written."""
+    """Add goals to a model file, all or none. Raises `InputError` as `with_goals`, or if the file cannot be written."""
     text = with_goals(read_file(path), str(path), goals)
     try:
         replace_file(path, text.encode())
@@ -61,18 +61,18 @@ def add_goals(path: Path, goals: Sequence[tuple[str, str, str | None]]) -> None:
 
 
 def with_goals(text: str, file: str, goals: Sequence[tuple[str, str, str | None]]) -> str:
-    """The text of a model with more goals, in the style in which it is written.
+    """Return the text of a model with more goals, in the style of the text.
 
-    A goal that the model has already, by this name and with this predicate, is not added again.
+    A goal that the model has already, with this name and this predicate, is not added again.
 
     Args:
-        text: a model.
-        file: what errors call the text.
-        goals: for each its name, its predicate, and a comment.
+        text: the text of a model.
+        file: the name of the text in errors.
+        goals: for each goal its name, its predicate, and a comment.
 
     Raises:
-        InputError: the text is no model, a goal is none of this model, has a name that is taken, or the text is laid
-            out in a way in which nothing can be added to it.
+        InputError: the text is not a model, a predicate does not fit the model, a name is taken, or the layout of the
+            text does not allow the edit.
     """
     model = read_model(text, file)
     new = [goal for goal in (_NewGoal(*goal) for goal in goals) if not _is_there(model, goal)]
@@ -92,7 +92,7 @@ def _is_there(model: BehaviorModel, goal: _NewGoal) -> bool:
 
 
 def _expected(model: BehaviorModel, goals: Sequence[_NewGoal], file: str) -> BehaviorModel:
-    """The model that must come of it."""
+    """Return the model that the edited text must describe."""
     scope = Scope.of(model)
     taken = dict(model.goals)
     for goal in goals:
@@ -111,7 +111,7 @@ def _is(text: str, expected: BehaviorModel) -> bool:
 
 
 def _by_hand(text: str, goals: Sequence[_NewGoal], file: str) -> InputError:
-    """What to say where nothing can be added."""
+    """Return the error for a layout that does not allow the edit."""
     source, key = SourceText(text, file), YamlLayout(text).key(_SECTION)
     place = Place(file) if key is None else source.stretch(key.begin, key.end)
     line = source.lines[place.line - 1] if place.line else None
@@ -121,7 +121,7 @@ def _by_hand(text: str, goals: Sequence[_NewGoal], file: str) -> InputError:
 
 
 class _TextEdit(NamedTuple):
-    """Puts a text in the place of another one."""
+    """Replaces one stretch of a text."""
 
     begin: int
     end: int
@@ -129,15 +129,15 @@ class _TextEdit(NamedTuple):
 
 
 def _edited(text: str, goals: Sequence[_NewGoal]) -> str | None:
-    """The text with the goals; `None` if there is no place for them."""
+    """Return the text with the goals; `None` if the layout does not allow the edit."""
     layout = YamlLayout(text)
     edits = _edits(layout, layout.section(_SECTION), goals)
-    told: list[str] = []
+    parts: list[str] = []
     index = 0
     for edit in sorted(edits, key=lambda edit: edit.begin):
-        told += [text[index : edit.begin], edit.text]
+        parts += [text[index : edit.begin], edit.text]
         index = edit.end
-    return "".join((*told, text[index:])) if edits else None
+    return "".join((*parts, text[index:])) if edits else None
 
 
 def _edits(layout: YamlLayout, section: YamlPiece | None, goals: Sequence[_NewGoal]) -> list[_TextEdit]:
@@ -156,7 +156,7 @@ def _edits(layout: YamlLayout, section: YamlPiece | None, goals: Sequence[_NewGo
 
 
 def _into_block(layout: YamlLayout, section: YamlPiece, goals: Sequence[_NewGoal]) -> list[_TextEdit]:
-    """Lines behind the last entry, and behind the comments that belong to it."""
+    """Return the edits that add lines after the last entry and after the comments that belong to it."""
     indentation = layout.indentation(section.entries[0][0])
     if indentation is None:
         return []
@@ -167,7 +167,7 @@ def _into_block(layout: YamlLayout, section: YamlPiece, goals: Sequence[_NewGoal
 
 
 def _instead_of_nothing(layout: YamlLayout, section: YamlPiece, goals: Sequence[_NewGoal]) -> list[_TextEdit]:
-    """Lines below `goals: {}`, which loses its braces."""
+    """Return the edits that replace the braces of `goals: {}` by lines."""
     key = layout.key(_SECTION) or section
     colon = layout.text.find(":", key.end) + 1
     stop = layout.line_stop(section.end)
@@ -176,7 +176,7 @@ def _instead_of_nothing(layout: YamlLayout, section: YamlPiece, goals: Sequence[
 
 
 def _as_section(layout: YamlLayout, goals: Sequence[_NewGoal]) -> list[_TextEdit]:
-    """A section at the end."""
+    """Return the edit that adds a section at the end."""
     text = layout.text[: layout.limit]
     stop = layout.line_stop(len(text.rstrip()))
     keys = [key for key, _ in layout.root.entries]
@@ -188,7 +188,7 @@ def _as_section(layout: YamlLayout, goals: Sequence[_NewGoal]) -> list[_TextEdit
 
 
 def _step(layout: YamlLayout) -> str:
-    """How far entries stand behind the keys of their sections."""
+    """Return the indentation of entries relative to the keys of their sections."""
     for key, value in layout.root.entries:
         outer = layout.indentation(key)
         inner = layout.indentation(value.entries[0][0]) if value.is_block and value.entries else None
@@ -198,7 +198,7 @@ def _step(layout: YamlLayout) -> str:
 
 
 def _into_flow(layout: YamlLayout, piece: YamlPiece, entries: Sequence[tuple[str, str | None]]) -> list[_TextEdit]:
-    """Entries before the closing brace: each in a line of its own, if the last one there begins its line."""
+    """Return the edits that add entries before the closing brace; each gets a line if the last entry has one."""
     if not piece.entries:
         begin = layout.text.index("{", piece.begin) + 1
         return [_TextEdit(begin, begin, ", ".join(entry for entry, _ in entries))]
@@ -207,31 +207,31 @@ def _into_flow(layout: YamlLayout, piece: YamlPiece, entries: Sequence[tuple[str
     indentation = layout.indentation(key)
     behind = value.end if comma is None else comma + 1
     if indentation is None:
-        told = ", ".join(entry for entry, _ in entries)
-        return [_TextEdit(behind, behind, f", {told}" if comma is None else f" {told},")]
+        added = ", ".join(entry for entry, _ in entries)
+        return [_TextEdit(behind, behind, f", {added}" if comma is None else f" {added},")]
     lines = [line for entry, comment in entries for line in (*_comments(comment), f"{entry},")]
     lines = lines if comma is not None else [*lines[:-1], lines[-1].removesuffix(",")]
-    told = "".join(f"{layout.line_end}{indentation}{line}" for line in lines)
+    added = "".join(f"{layout.line_end}{indentation}{line}" for line in lines)
     brace = piece.end - 1
     stop = min(layout.line_stop(behind), len(layout.text[:brace].rstrip()))
     separator = [] if comma is not None else [_TextEdit(value.end, value.end, ",")]
-    return [*separator, _TextEdit(max(stop, behind), max(stop, behind), told)]
+    return [*separator, _TextEdit(max(stop, behind), max(stop, behind), added)]
 
 
 def _comma(text: str, begin: int, end: int) -> int | None:
-    """The comma behind the last entry, if it has one."""
+    """Return the position of the comma after the last entry; `None` if it has none."""
     blanked = _COMMENT.sub(lambda match: " " * len(match[0]), text[begin:end])
     index = blanked.find(",")
     return None if index < 0 else begin + index
 
 
 def _lines(layout: YamlLayout, indentation: str, goals: Sequence[_NewGoal], *, is_spaced: bool = False) -> str:
-    """The goals as lines, each with the end of the line before it."""
-    told: list[str] = []
+    """Return the goals as lines, each preceded by a line end."""
+    lines: list[str] = []
     for goal in goals:
-        told += [""] if is_spaced else []
-        told += [f"{indentation}{line}" for line in (*_comments(goal.comment), _entry(goal, in_flow=False))]
-    return "".join(f"{layout.line_end}{line}" for line in told)
+        lines += [""] if is_spaced else []
+        lines += [f"{indentation}{line}" for line in (*_comments(goal.comment), _entry(goal, in_flow=False))]
+    return "".join(f"{layout.line_end}{line}" for line in lines)
 
 
 def _comments(comment: str | None) -> list[str]:
@@ -247,7 +247,7 @@ def _entry(goal: _NewGoal, *, in_flow: bool) -> str:
 
 
 def _quoted(text: str, *, in_flow: bool) -> str:
-    """The text as YAML reads it: without quotes where it needs none."""
+    """Return the text as a YAML scalar: without quotes where it needs none."""
     if _says(text, text, in_flow=in_flow):
         return text
     doubled = text.replace("'", "''")
@@ -255,7 +255,7 @@ def _quoted(text: str, *, in_flow: bool) -> str:
 
 
 def _says(written: str, text: str, *, in_flow: bool) -> bool:
-    """Whether YAML reads a value as a text."""
+    """Return whether YAML reads a written value as this text."""
     document = f"{{k: {written}, z: z}}" if in_flow else f"k: {written}\n"
     try:
         events = list(YAML(typ="safe", pure=True).parse(document))

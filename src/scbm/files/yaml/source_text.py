@@ -1,4 +1,4 @@
-"""The text of a file, the places in it, and where in it each character of a scalar comes from."""
+"""The text of a file, places in it, and the source position of each character of a scalar."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 _LINE_END = re.compile(r"\r\n|\r|\n")
-"""What editors count as the end of a line; `str.splitlines` knows seven more."""
+"""The line ends that editors know; `str.splitlines` knows seven more."""
 
 _JOINT = re.compile(r"(?:\\(?:\r\n|\r|\n)\s*)+")
-"""Escaped line ends in a double-quoted scalar, which stand for nothing."""
+"""Escaped line ends in a double-quoted scalar, which add no character to it."""
 
 _ESCAPE_LENGTHS = {"x": 4, "u": 6, "U": 10}
-"""Characters of an escape in a double-quoted scalar, the backslash included; all others have two."""
+"""Lengths of escapes in a double-quoted scalar with their backslash; all others have two characters."""
 
 
 class SourceText:
@@ -31,7 +31,7 @@ class SourceText:
         self._starts = [0, *(match.end() for match in _LINE_END.finditer(text))]
 
     def place(self, index: int, length: int = 1) -> Place:
-        """The place of the character at `index`; the end of the text stands behind its last line that is not empty."""
+        """Return the place of the character at `index`; the end of the text is that of its last non-empty line."""
         line = bisect_right(self._starts, index) - 1
         while line and not self.lines[line] and index >= len(self.text):
             line -= 1
@@ -39,7 +39,7 @@ class SourceText:
         return Place(self.file, line + 1, column + 1, length)
 
     def stretch(self, begin: int, end: int) -> Place:
-        """The place of the characters `begin..end`: what lies on the first line of them."""
+        """Return the place of the characters `begin..end`, cut to their first line."""
         place = self.place(begin)
         room = len(self.lines[place.line - 1]) - (place.column - 1)
         return Place(place.file, place.line, place.column, max(1, min(end - begin, room)))
@@ -49,7 +49,7 @@ class Scalar:
     """A scalar in a source.
 
     Attributes:
-        text: what it says.
+        text: the text of the scalar.
         begin: where its content begins in the source: its first character, its quote, or `|` or `>`.
         end: where it ends.
         style: its YAML style: a quote, `|`, `>`, or nothing.
@@ -66,7 +66,7 @@ class Scalar:
         self._offsets: list[int] = []
 
     def stretch(self, begin: int, end: int) -> Place:
-        """The place of the characters `begin..end` of what it says; of several lines, the first."""
+        """Return the place of the characters `begin..end` of the text, cut to their first line."""
         if not self._offsets:
             self._offsets = self._align()
         last = len(self._offsets) - 1
@@ -75,10 +75,10 @@ class Scalar:
         return self._source.stretch(first_index, last_index + (self._escape(last_index) or 1))
 
     def _align(self) -> list[int]:
-        """For each character of the scalar, its index in the source; then the index of its last one.
+        """Return the source index of each character of the scalar, then the index of its last one.
 
-        Quotes, indentation, folded line ends and escapes make the two differ. The characters are looked up in the
-        source in their order; white space stands for any white space.
+        Quotes, indentation, folded line ends and escapes make text and source differ. The characters are searched in
+        the source in their order; white space matches any white space.
         """
         text = self._source.text
         index = self._content()
@@ -97,21 +97,21 @@ class Scalar:
         return [*offsets, max(self.begin, min(index, self.end) - 1)]
 
     def _content(self) -> int:
-        """Where the first character of the text can stand."""
+        """Return where the first character of the text can be."""
         if self.style in ("|", ">"):
             match = _LINE_END.search(self._source.text, self.begin)
             return match.end() if match else self.end
         return self.begin + len(self.style)
 
     def _find(self, character: str, index: int) -> int:
-        """The next place of a character, or of an escape that stands for one."""
+        """Return the next index of a character, or of an escape that encodes it."""
         text = self._source.text
         while index < self.end and text[index] != character and not self._escape(index):
             index += 1
         return index
 
     def _escape(self, index: int) -> int:
-        """The length of the escape that stands at a place of a double-quoted scalar; 0 if there is none."""
+        """Return the length of the escape at an index of a double-quoted scalar; 0 if there is none."""
         text = self._source.text
         if self.style != '"' or index >= self.end or text[index] != "\\":
             return 0

@@ -1,7 +1,4 @@
-"""Files as text, and as the tree of a mapping: what is the same for all kinds of files.
-
-Where errors are collected while a text is read, so that all of them are told at once.
-"""
+"""Reads files as text and as the tree of a mapping, and collects all errors of one text."""
 
 from __future__ import annotations
 
@@ -20,10 +17,10 @@ if TYPE_CHECKING:
 
 
 MAX_ERRORS = 100
-"""So many errors of one file are told; a file with more has one cause that explains most of them."""
+"""The maximum number of errors reported for one file; a file with more has one cause that explains most of them."""
 
 _MAX_CHARACTERS = 400
-"""So long may a message be; names and domains can be of any length."""
+"""The maximum length of a message: names and domains in it can have any length."""
 
 
 class ErrorCollector:
@@ -37,7 +34,7 @@ class ErrorCollector:
         """Note one error. The same error at the same place is noted once: an alias is read as often as it is used.
 
         Raises:
-            InputError: there are so many already that no more would be told.
+            InputError: the maximum number of errors is reached.
         """
         source_line = self._source_lines[place.line - 1] if 0 < place.line <= len(self._source_lines) else None
         shown = _shown(message)
@@ -47,7 +44,7 @@ class ErrorCollector:
             raise self.error()
 
     def copy(self) -> ErrorCollector:
-        """Another report with the same diagnostics: a text that is parsed once may be built more than once."""
+        """Return a collector with the same diagnostics: a text that is parsed once can be read for several models."""
         copied = ErrorCollector(self._source_lines)
         copied._found.update(self._found)
         return copied
@@ -56,37 +53,37 @@ class ErrorCollector:
         return len(self._found)
 
     def raise_any(self) -> None:
-        """Raises `InputError` with everything found, from the top of the text to its end; else does nothing."""
+        """Raise `InputError` with all diagnostics in the order of the text, if there are any."""
         if self._found:
             raise self.error()
 
     def error(self) -> InputError:
-        """Everything found, from the top of the text to its end."""
+        """Return all diagnostics in the order of the text."""
         ordered = sorted(self._found.values(), key=lambda diagnostic: diagnostic.order)
         return InputError(ordered)
 
 
 def _shown(words: str) -> str:
-    """The words on one line that is not too long, with nothing in it that would move the cursor of a terminal."""
+    """Return a text as one line of limited length without control characters."""
     if len(words) > _MAX_CHARACTERS:
         words = f"{words[: _MAX_CHARACTERS // 2]} … {words[-_MAX_CHARACTERS // 2 :]}"
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in words)
 
 
 MAX_BYTES = 4 * 1024 * 1024
-"""A file may be so large; the largest that people write are a hundredth of it."""
+"""The maximum size of a file; the largest files that people write have a hundredth of it."""
 
 _MARK = "\N{BYTE ORDER MARK}"
 
 
 def read_tree(text: str, file: str, noun: str, start: str) -> tuple[YamlNode, SourceText, ErrorCollector]:
-    """The mapping that a text says, and what is noted of its YAML so far.
+    """Return the mapping of a YAML text, with its source and the errors noted so far.
 
     Args:
-        text: YAML.
-        file: what errors call the text.
+        text: the YAML text.
+        file: the name of the text in errors.
         noun: what messages call the text: `model`, `case`.
-        start: how such a file begins, for people whose text is something else.
+        start: how such a file begins, as a remedy for other texts.
 
     Raises:
         InputError: the text is not YAML, or no mapping.
@@ -108,11 +105,11 @@ def read_tree(text: str, file: str, noun: str, start: str) -> tuple[YamlNode, So
 
 
 _RUN = re.compile(r'\s*\{\s*"format"\s*:\s*"scbm-(events|trace)"')
-"""How the log of a run over nodes begins, and a trace: JSON Lines, which YAML has much to say of."""
+"""The beginning of an event log and of a trace. Both are JSON Lines, for which YAML would report many errors."""
 
 
 def _refuse_runs(source: SourceText, noun: str) -> None:
-    """What came of a run is no file that a run is made of. Raises `InputError`."""
+    """Raise `InputError` if the text is an event log or a trace."""
     match = _RUN.match(source.text)
     if match is None:
         return
@@ -120,16 +117,16 @@ def _refuse_runs(source: SourceText, noun: str) -> None:
         message, remedy = "the log of a run over nodes", f"`scbm replay {shlex.quote(source.file)}` shows it"
     else:
         message, remedy = "the trace of a run", None
-    told = f"this is {message}, and a {noun} file is needed here"
-    raise InputError([Diagnostic(Slug.WRONG_SHAPE, told, Place(source.file, 1), remedy)])
+    shown = f"this is {message}, and a {noun} file is needed here"
+    raise InputError([Diagnostic(Slug.WRONG_SHAPE, shown, Place(source.file, 1), remedy)])
 
 
 _MARKS = {"model": "behavior_model", "case": "case", "bindings": "bindings_of"}
-"""The key that tells each kind of file."""
+"""The key that identifies each kind of file."""
 
 
 def _refuse_other_kinds(document: YamlNode, noun: str, report: ErrorCollector) -> None:
-    """A file of another kind is one mistake, not as many as it has keys."""
+    """Raise `InputError` for a file of another kind: one mistake, not as many as it has keys."""
     own = _MARKS.get(noun)
     for other, key in _MARKS.items():
         if other != noun and own is not None and key in document.items and own not in document.items:
@@ -139,7 +136,7 @@ def _refuse_other_kinds(document: YamlNode, noun: str, report: ErrorCollector) -
 
 
 def read_file(path: Path) -> str:
-    """The text of a file. Raises `InputError` if it cannot be read, or is no text in UTF-8."""
+    """Return the text of a file. Raises `InputError` if it cannot be read, or is not UTF-8."""
     try:
         with path.open("rb") as stream:
             data = stream.read(MAX_BYTES + 1)
@@ -159,7 +156,7 @@ def read_file(path: Path) -> str:
 
 
 def neighbour(path: Path) -> str | None:
-    """The file beside a missing one that was probably meant, as a remedy."""
+    """Return the remedy that names the most similar file beside a missing one."""
     try:
         names = {entry.stem: entry.name for entry in sorted(path.parent.iterdir(), reverse=True)}
     except (OSError, ValueError):
@@ -169,7 +166,7 @@ def neighbour(path: Path) -> str | None:
 
 
 def _not_utf8(data: bytes, begin: int, path: Path) -> Diagnostic:
-    """What to say of the first byte that does not belong into a file in UTF-8."""
+    """Return the diagnostic for the first byte that is not UTF-8."""
     readable = data[:begin].decode("utf-8").removeprefix(_MARK)
     source = SourceText(readable + data[begin:].decode("utf-8", errors="replace"), str(path))
     place = source.place(len(readable))

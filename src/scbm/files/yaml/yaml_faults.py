@@ -1,4 +1,4 @@
-"""What is wrong with a text that is not YAML, in words for people who write models and cases and not YAML parsers."""
+"""Explains the errors of the YAML parser to people who write models and cases."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class _Fault:
-    """What a parser complains of.
+    """An error of the YAML parser.
 
     Attributes:
-        source: what it read.
-        problem: its words for what it found.
-        index: where it found it.
-        context: its words for what it was reading.
-        begin: where that began.
+        source: the text.
+        problem: what the parser found, in its words.
+        index: where the parser found it.
+        context: what the parser was reading, in its words.
+        begin: where that begins.
     """
 
     source: SourceText
@@ -35,42 +35,42 @@ class _Fault:
 
     @property
     def character(self) -> str:
-        """What stands where it was found; nothing at the end of the text."""
+        """The character where the error was found; empty at the end of the text."""
         return self.source.text[self.index : self.index + 1]
 
     @property
     def opener(self) -> str:
-        """What stands where the thing began that the parser was reading."""
+        """The first character of the construct that the parser was reading."""
         return self.source.text[self.begin : self.begin + 1]
 
     @property
     def place(self) -> Place:
-        """Where it was found."""
+        """The place where the error was found."""
         return self.source.place(self.index)
 
     @property
     def before(self) -> str:
-        """What stands before it in its line."""
+        """The text before the error in its line."""
         return self.source.lines[self.place.line - 1][: self.place.column - 1]
 
     @property
     def indentation(self) -> int:
-        """Of the line where it was found."""
+        """The indentation of the line where the error was found."""
         return _indentation(self.source.lines[self.place.line - 1])
 
     @property
     def opener_indentation(self) -> int:
-        """Of the line where the thing began that the parser was reading."""
+        """The indentation of the line where the construct begins."""
         return _indentation(self.source.lines[self.source.place(self.begin).line - 1])
 
     def diagnostic(self, message: str, index: int, remedy: str | None, slug: Slug = Slug.YAML_SYNTAX) -> Diagnostic:
-        """The fault in our words."""
+        """Return the error as a diagnostic."""
         place = self.source.place(index)
         return Diagnostic(slug, message, place, remedy, self.source.lines[place.line - 1])
 
 
 def yaml_fault(error: Exception, source: SourceText) -> Diagnostic:
-    """What the parser's error says, located and with a remedy."""
+    """Return the diagnostic for an error of the YAML parser, with a remedy."""
     if isinstance(error, ReaderError):
         character = source.text[error.position]
         fault = _Fault(source, "", error.position, "", 0)
@@ -148,7 +148,7 @@ def _misplaced_line(fault: _Fault) -> Diagnostic:
 
 
 def _comment_remedy(fault: _Fault, index: int) -> str | None:
-    """What to do if the line before, which this one would go on with, ends with a comment."""
+    """Return the remedy if a comment at the end of the line before cuts off a value that continues here."""
     number = fault.source.place(index).line - 1
     before, line = fault.source.lines[max(0, number - 1)], fault.source.lines[number]
     if " #" not in before or _indentation(line) <= _indentation(before):
@@ -180,7 +180,7 @@ def _unclosed_bracket(fault: _Fault) -> Diagnostic:
 
 
 _TAG = re.compile(r"[\[{,:]\s*(!)")
-"""A value in brackets that begins with `!`: the tag that it is read as takes the next comma or bracket with it."""
+"""A value in brackets that begins with `!`. YAML takes the next comma or bracket for a part of the tag."""
 
 
 def _no_value(fault: _Fault) -> Diagnostic:
@@ -238,4 +238,4 @@ _EXPLANATIONS = (
     (r"more indented follow up line", _uneven_text),
     (r"scanning a block scalar", _text_beside_bar),
 )
-"""By the parser's words, the first that fits."""
+"""Explanations by the words of the parser; the first that matches applies."""

@@ -1,4 +1,4 @@
-"""Where the pieces of a YAML text stand, for edits that leave the rest as it is."""
+"""Positions of the parts of a YAML text, for edits that keep the rest."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ _LINE_END = re.compile(r"\r\n|\r|\n")
 
 @dataclass(slots=True)
 class YamlPiece:
-    """A node of a text, and where it stands.
+    """A node of a text, and its position.
 
     Attributes:
-        begin: its first character, or that of its anchor.
-        end: behind its last character; what is only blank or a comment does not belong to it.
-        entries: of a mapping, its keys and values.
+        begin: the index of its first character, or of its anchor.
+        end: the index after its last character, without blanks and comments.
+        entries: the keys and values of a mapping.
         is_flow: whether it is a mapping in braces.
         is_block: whether it is a mapping of lines.
     """
@@ -46,13 +46,13 @@ class YamlPiece:
 
 
 class YamlLayout:
-    """Where the pieces of a text stand that is read without errors.
+    """Positions of the parts of a text that is read without errors.
 
     Attributes:
         text: the text.
-        limit: where its mapping ends at the latest: at the end of the text, or of the document.
+        limit: the latest end of its mapping: the end of the text, or of the document.
         root: the mapping.
-        line_end: what ends most of its lines.
+        line_end: the most frequent line end.
     """
 
     def __init__(self, text: str) -> None:
@@ -98,35 +98,35 @@ class YamlLayout:
         return piece
 
     def key(self, name: str) -> YamlPiece | None:
-        """A key of the whole."""
+        """Return a key of the root mapping; `None` if it is absent."""
         return next((key for key, _ in self.root.entries if self._names.get(key.begin) == name), None)
 
     def section(self, name: str) -> YamlPiece | None:
-        """What stands under a key of the whole."""
+        """Return the value of a key of the root mapping; `None` if it is absent."""
         sought = self.key(name)
         return next((value for key, value in self.root.entries if key is sought), None)
 
     def line_begin(self, index: int) -> int:
-        """Where the line begins that a character is in."""
+        """Return where the line of a character begins."""
         return max(self.text.rfind("\n", 0, index), self.text.rfind("\r", 0, index)) + 1
 
     def line_stop(self, index: int) -> int:
-        """Where the line ends that a character is in."""
+        """Return where the line of a character ends."""
         match = _LINE_END.search(self.text, index)
         return match.start() if match else len(self.text)
 
     def indentation(self, piece: YamlPiece) -> str | None:
-        """What stands before a piece in its line; `None` if that is more than blanks."""
+        """Return the blanks before a piece in its line; `None` if there is more than blanks."""
         before = self.text[self.line_begin(piece.begin) : piece.begin]
         return before if not before.strip(" ") else None
 
     def has_blank_line(self, begin: int, end: int) -> bool:
-        """Whether there is a blank line between two places."""
+        """Return whether there is a blank line between two positions."""
         lines = _LINE_END.split(self.text[begin:end])
         return any(not line.strip() for line in lines[1:-1])
 
     def behind_comments(self, index: int, column: int) -> int:
-        """The end of the line, or of the comments that follow it and are indented as far as `column`."""
+        """Return the end of the line, or of the comments after it that are indented as far as `column`."""
         stop = self.line_stop(index)
         while match := _LINE_END.match(self.text, stop):
             line = self.text[match.end() : self.line_stop(match.end())]

@@ -1,4 +1,4 @@
-"""Data as YAML, in block style but for what asks for another."""
+"""Writes data as YAML, in block style unless the data asks for another."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from ruamel.yaml.nodes import MappingNode, ScalarNode, SequenceNode
 
 _WIDTH = 1_000_000
-"""Texts are never folded."""
+"""The width at which lines are folded: never."""
 
 
 class FlowMapping(dict[str, Any]):
@@ -24,29 +24,29 @@ class FlowList(list[Any]):
 
 
 class Quoted(str):
-    """A text that is written in quotes, whatever it is."""
+    """A text that is always written in quotes."""
 
     __slots__ = ()
 
 
 class _Representer(SafeRepresenter):
-    """Knows the two styles, and repeats what stands twice: no anchors."""
+    """Represents the styles above; repeats equal parts and writes no anchors."""
 
     def ignore_aliases(self, data: Any) -> bool:  # noqa: ANN401, ARG002 - as ruamel declares it
         return True
 
     def flow_mapping(self, data: FlowMapping) -> MappingNode:
-        """A mapping in braces."""
+        """Return the node of a mapping in braces."""
         node: MappingNode = self.represent_mapping("tag:yaml.org,2002:map", data, flow_style=True)
         return node
 
     def flow_list(self, data: FlowList) -> SequenceNode:
-        """A list in brackets."""
+        """Return the node of a list in brackets."""
         node: SequenceNode = self.represent_sequence("tag:yaml.org,2002:seq", data, flow_style=True)
         return node
 
     def quoted(self, data: Quoted) -> ScalarNode:
-        """A text in quotes."""
+        """Return the node of a text in quotes."""
         node: ScalarNode = self.represent_scalar("tag:yaml.org,2002:str", str(data), style='"')
         return node
 
@@ -57,11 +57,11 @@ _Representer.add_representer(Quoted, _Representer.quoted)
 
 
 def dump(data: dict[str, Any], *, short_in_flow: bool = False) -> str:
-    """The data as YAML.
+    """Return the data as YAML.
 
     Args:
         data: the root; the order of its keys is kept.
-        short_in_flow: whether mappings and lists without others inside are written on one line.
+        short_in_flow: whether mappings and lists of scalars are written on one line.
     """
     yaml = YAML(typ="safe", pure=True)
     yaml.Representer = _Representer
