@@ -1,4 +1,4 @@
-"""What all tests share: golden files, the command line in the process, and Hypothesis settings."""
+"""What all tests share: tiers, golden files, the command line in the process, DDS domains and the browser."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from hypothesis import settings
 
 from scbm.cli import main
+from support import tiers
 from support.domains import LOOPBACK, own_domain
+from support.profiles import load_profile
 
 collect_ignore = ["models"]
 """The models and cases there are right and wrong on purpose; they belong to tests of their own."""
@@ -37,16 +38,62 @@ BROWSER_ARGUMENTS = (
 ROOT = Path(__file__).parent.parent
 GOLDEN = Path(__file__).parent / "golden"
 
-# Examples are the same in every run: a test that fails only sometimes tells nothing. To look further than that,
-# SCBM_EXPLORE=1 draws new ones.
-# No deadlines: how fast a machine is says nothing about what is right.
-settings.register_profile("same", derandomize=True, deadline=None)
-settings.register_profile("explore", derandomize=False, deadline=None)
-settings.load_profile("explore" if os.environ.get("SCBM_EXPLORE") else "same")
+_LEFT_OUT = pytest.StashKey[dict[str, int]]()
+"""How many tests of each tier a process left out."""
+
+_MOST_WORKERS = 4
+"""Each worker imports all tests, which costs more than it saves beyond so many."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--full", action="store_true", help="run all tiers of tests, with all examples of properties")
     parser.addoption("--update-golden", action="store_true", help="write golden files instead of comparing with them")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    load_profile(is_full=config.getoption("--full"))
+
+
+@pytest.hookimpl(optionalhook=True, tryfirst=True)
+def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
+    """Start no workers for a few files: one process is done before workers have imported everything."""
+    if config.getoption("--update-golden"):
+        return 0  # several examples of one page are written one after the other
+    are_files = all(name.partition("::")[0].endswith(".py") for name in config.args)
+    if are_files and len(config.args) <= _MOST_WORKERS:
+        return 0
+    return min(_MOST_WORKERS, os.cpu_count() or 1)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out the tiers of `support.tiers`, unless options choose tests."""
+    if config.getoption("--full") or config.getoption("markexpr"):
+        return
+    kept, left_out = tiers.split(items, config.args)
+    config.stash[_LEFT_OUT] = tiers.counts(left_out)
+    if left_out:
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = kept
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Send what a worker of pytest-xdist left out to the process that reports."""
+    output = getattr(session.config, "workeroutput", None)
+    if output is not None:
+        output["left_out"] = session.config.stash.get(_LEFT_OUT, {})
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: object) -> None:
+    config: pytest.Config = node.config  # type: ignore[attr-defined] # pytest-xdist has no types
+    output = getattr(node, "workeroutput", {})  # missing if the worker crashed
+    config.stash[_LEFT_OUT] = output.get("left_out", {})
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
+    left_out = config.stash.get(_LEFT_OUT, {})
+    if left_out:
+        terminalreporter.write_line(tiers.summary(left_out))
 
 
 @pytest.fixture

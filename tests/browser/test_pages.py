@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
     from browser.conftest import Visit
 
+pytestmark = pytest.mark.browser
+
 PICTURES = Path(__file__).parents[2] / "docs/pictures"
 ROUTES = (
     "missing",

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
     from browser.conftest import Visit
 
+pytestmark = pytest.mark.browser
+
 MODELS = Path(__file__).parents[1] / "models"
 CASE = "#/case/seed-1-case-6"
 

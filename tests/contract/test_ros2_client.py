@@ -9,11 +9,15 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from scbm.nodes.buses.bus import SET_BOOL, TRIGGER, Bus, Client, MessageType, Scalar, Service, Topic
 from support.loops import GUARD_S
 from support.peers import Peer, peer
 from support.ros2_peers import ros2_peer_program as ros2_peer_program  # noqa: PLC0414 - a fixture, for pytest to find
 from support.telling import Told, over_bus
+
+pytestmark = pytest.mark.peer
 
 SCAN = Service("/scanner/scan_item_a", TRIGGER)
 LIGHT = Service("/scanner/light", SET_BOOL)

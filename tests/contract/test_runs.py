@@ -159,6 +159,7 @@ def test_whatever_the_scale_of_time(scale: Fraction) -> None:
         assert_same(real, Tester(AFTER).execute(case))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", [BEFORE, AFTER], ids=["before", "after"])
 def test_in_wall_time_runs_are_the_same_but_for_times(model: BehaviorModel) -> None:
     cases = drawn(model, PERFECT, 4, seed=1)
@@ -167,6 +168,7 @@ def test_in_wall_time_runs_are_the_same_but_for_times(model: BehaviorModel) -> N
         assert_replays(real, model)
 
 
+@pytest.mark.slow
 def test_in_wall_time_so_are_cases_that_say_what_happens() -> None:
     cases = [*written()[:1], *written()[3:], read_case(HELD, AFTER)]
     for case, real in zip(cases, over_loopback(AFTER, cases), strict=True):
@@ -174,6 +176,7 @@ def test_in_wall_time_so_are_cases_that_say_what_happens() -> None:
         assert_replays(real, AFTER)
 
 
+@pytest.mark.dds
 def test_over_dds_runs_are_the_same_but_for_times(domain: int) -> None:
     cases = [*drawn(AFTER, PERFECT, 2, seed=1), *written()[-2:], read_case(HELD, AFTER)]
     for case, real in zip(cases, over_dds(AFTER, cases, domain), strict=True):

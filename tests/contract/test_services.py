@@ -13,6 +13,8 @@ from support.peers import LEASE_1S, peer
 from support.peers import scanner_program as scanner_program  # noqa: PLC0414 - a fixture, for pytest to find here
 from support.telling import Told, over_bus
 
+pytestmark = pytest.mark.peer
+
 SCAN = Service("/scanner/scan_item_a", TRIGGER)
 REQUESTS = Topic("/scanner/request")
 REPLIES = Topic("/scanner/reply")

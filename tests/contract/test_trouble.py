@@ -29,6 +29,8 @@ from support.domains import LOOPBACK
 from support.node_processes import MODEL, ProcessCell, process_cell, process_of, verdicts, wait_for_end
 from support.overhearing import Overheard, overhearing
 
+pytestmark = pytest.mark.dds
+
 SLOW = "outcomes: {arm: [{outcome: succeed, after: 9 s}]}"
 """The first time the arm answers a second before its deadline: at the usual scale, 20, after 450 ms. Then at once."""
 

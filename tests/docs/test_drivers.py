@@ -8,6 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "how-to" / "bind-drivers.md"
 MODEL = ROOT / "examples" / "robot_in_the_air" / "after.yaml"
@@ -23,6 +25,7 @@ def written(name: str, directory: Path) -> Path:
     return path
 
 
+@pytest.mark.dds
 def test_a_cell_works_with_a_driver_of_nothing_but_cyclonedds(domain: int, tmp_path: Path) -> None:
     program, bindings = written("scanner_driver.py", tmp_path), written("scanner_driver.yaml", tmp_path)
     environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}

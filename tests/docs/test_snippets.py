@@ -8,21 +8,26 @@
   with `# file: PATH` under that path; of blocks of one name the last one above the command counts.
 
 Commands run in a directory of their own, in which everything of the repository's root is linked but its configuration.
-So what they write is gone afterwards, and pytest runs as it does for users.
+So what they write is gone afterwards, and pytest runs as it does for users. `scbm` runs in the process of the tests,
+but for commands of README.md and those that start nodes: starting Python takes longer than most commands.
 """
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import shlex
 import subprocess
 import sys
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from _pytest.mark import ParameterSet
 
+from scbm.cli import main
 from scbm.files import read_model
 
 ROOT = Path(__file__).parents[2]
@@ -35,6 +40,7 @@ PROGRAMS = {
     "diff": ["diff"],
 }
 MAX_SECONDS = 600
+ENVIRONMENT = {"COLUMNS": "80", "LC_ALL": "C", "NO_COLOR": "1", "PYTHONUTF8": "1", "TERM": "dumb"}
 CHANGE_OUTPUT = ("FORCE_COLOR", "PY_COLORS", "CI", "BUILD_NUMBER", "PYTEST_ADDOPTS")
 
 FENCE = re.compile(r"```(\S*)")
@@ -60,6 +66,16 @@ class Block:
     @property
     def text(self) -> str:
         return "".join(f"{line}\n" for line in self.lines)
+
+    @property
+    def has_nodes(self) -> bool:
+        """Whether commands start nodes as processes."""
+        return any("--transport dds" in line or line.startswith("$ scbm node") for line in self.lines)
+
+    @property
+    def is_process(self) -> bool:
+        """Whether commands run as processes."""
+        return self.page.name == "README.md" or self.has_nodes
 
     def __str__(self) -> str:
         return f"{self.page.relative_to(ROOT)}:{self.number}"
@@ -140,15 +156,22 @@ def file_name(block: Block) -> str | None:
     return None if file is None else file[1]
 
 
-def run(words: tuple[str, ...], directory: Path) -> tuple[list[str], int]:
-    """What a command prints to both streams, without blanks at the end of lines, and its exit code."""
-    environment = {key: value for key, value in os.environ.items() if key not in CHANGE_OUTPUT}
-    environment |= {"COLUMNS": "80", "LC_ALL": "C", "NO_COLOR": "1", "PYTHONUTF8": "1", "TERM": "dumb"}
+def run(words: tuple[str, ...], directory: Path, *, is_process: bool) -> tuple[list[str], int]:
+    """Return what a command prints to both streams, without blanks at the end of lines, and its exit code."""
     assert words[0] in PROGRAMS, f"`{words[0]}` is none of {', '.join(PROGRAMS)}"
+    run_it = run_here if words[0] == "scbm" and not is_process else run_process
+    text, code = run_it(words, directory)
+    lines = [line.rstrip() for line in text.splitlines()]
+    return [DURATION.sub("0.12s", line) for line in lines] if words[0] == "pytest" else lines, code
+
+
+def run_process(words: tuple[str, ...], directory: Path) -> tuple[str, int]:
+    """Run a command as a process."""
+    environment = {key: value for key, value in os.environ.items() if key not in CHANGE_OUTPUT}
     done = subprocess.run(
         [*PROGRAMS[words[0]], *words[1:]],
         cwd=directory,
-        env=environment,
+        env=environment | ENVIRONMENT,
         stdin=subprocess.DEVNULL,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
@@ -156,8 +179,24 @@ def run(words: tuple[str, ...], directory: Path) -> tuple[list[str], int]:
         timeout=MAX_SECONDS,
         check=False,
     )
-    lines = [line.rstrip() for line in done.stdout.splitlines()]
-    return [DURATION.sub("0.12s", line) for line in lines] if words[0] == "pytest" else lines, done.returncode
+    return done.stdout, done.returncode
+
+
+def run_here(words: tuple[str, ...], directory: Path) -> tuple[str, int]:
+    """Run a command line of scbm in this process."""
+    printed = io.BytesIO()
+    stream = io.TextIOWrapper(printed, encoding="utf-8", write_through=True)
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(stream), redirect_stderr(stream):
+        for name in CHANGE_OUTPUT:
+            patch.delenv(name, raising=False)
+        for name, value in ENVIRONMENT.items():
+            patch.setenv(name, value)
+        patch.chdir(directory)
+        patch.setattr("sys.argv", list(words))
+        with pytest.raises(SystemExit) as exited:
+            main()
+    code = exited.value.code
+    return printed.getvalue().decode(), code if isinstance(code, int) else 0
 
 
 def matches(expected: tuple[str, ...], printed: list[str]) -> bool:
@@ -181,7 +220,7 @@ def write_anew(block: Block, commands: list[Command], directory: Path) -> None:
     """Puts what the commands print today into the page, but where `...` leaves something out."""
     lines: list[str] = []
     for command in commands:
-        printed, exit_code = run(command.words, directory)
+        printed, exit_code = run(command.words, directory, is_process=block.is_process)
         lines += [command.line, *(command.expected if "..." in command.expected else printed)]
         lines += [f"# exit code {exit_code}"] * bool(exit_code)
     page = block.page.read_text(encoding="utf-8").splitlines()
@@ -189,7 +228,14 @@ def write_anew(block: Block, commands: list[Command], directory: Path) -> None:
     block.page.write_text("".join(f"{line}\n" for line in page), encoding="utf-8")
 
 
-@pytest.mark.parametrize("block", CONSOLE, ids=str)
+def marked(block: Block) -> ParameterSet:
+    """Return a block as a parameter, with the mark of its tier."""
+    has_pytest = any(line.startswith("$ pytest") for line in block.lines)
+    marks = [pytest.mark.dds] * block.has_nodes + [pytest.mark.slow] * has_pytest
+    return pytest.param(block, marks=marks, id=str(block))
+
+
+@pytest.mark.parametrize("block", [marked(block) for block in CONSOLE])
 def test_commands_print_what_the_page_says(block: Block, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     update = request.config.getoption("--update-golden")
     if update:
@@ -200,7 +246,7 @@ def test_commands_print_what_the_page_says(block: Block, tmp_path: Path, request
         write_anew(block, commands, tmp_path)
         return
     for command in commands:
-        printed, exit_code = run(command.words, tmp_path)
+        printed, exit_code = run(command.words, tmp_path, is_process=block.is_process)
         if "..." in command.expected:
             assert matches(command.expected, printed), "\n".join(printed)
         else:

@@ -57,6 +57,7 @@ def test_what_the_page_quotes_of_a_run_is_what_a_command_of_it_prints() -> None:
     assert any(quoted in block for block in blocks("console"))
 
 
+@pytest.mark.slow
 def test_figures_over_many_seeds_are_as_the_page_says() -> None:
     """The page tells of a thousand seeds; a hundred of them show the same."""
     before = model("before")

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.files import read_case, read_network, write_case, write_network
 from support.case_strategies import cases, networks
+from support.profiles import examples
 from support.strategies import running_models
 
 
 @given(st.data())
-@settings(deadline=None, max_examples=150)
+@examples(150)
 def test_cases(data: st.DataObject) -> None:
     model = data.draw(running_models())
     case = data.draw(cases(model))
@@ -22,7 +23,7 @@ def test_cases(data: st.DataObject) -> None:
 
 
 @given(st.data())
-@settings(deadline=None, max_examples=60)
+@examples(60)
 def test_networks(data: st.DataObject) -> None:
     model = data.draw(running_models())
     network = data.draw(networks(model, drawn=True))

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from hypothesis import assume, given, reject, settings
+from hypothesis import assume, given, reject
 from hypothesis import strategies as st
 
 from scbm.cases.coverage import Obligations, visited_by
@@ -50,6 +50,7 @@ from scbm.running import (
 )
 from scbm.running import Event as RunnerEvent
 from support.mutations import CHARACTERS, MUTATIONS, check_diagnostics, malformed
+from support.profiles import examples
 from support.strategies import running_models
 
 CELL = """
@@ -278,7 +279,7 @@ def drive(model: BehaviorModel, data: st.DataObject, state: dict[str, Value], va
 
 
 @given(cells(), st.data(), st.booleans())
-@settings(deadline=None, max_examples=300)
+@examples(300)
 def test_the_interpreter_does_what_the_runner_does(
     model: BehaviorModel,
     data: st.DataObject,
@@ -289,7 +290,7 @@ def test_the_interpreter_does_what_the_runner_does(
 
 
 @given(running_models(), st.data(), st.booleans())
-@settings(deadline=None, max_examples=150)
+@examples(150)
 def test_the_interpreter_does_what_the_runner_does_whatever_the_model_is(
     model: BehaviorModel,
     data: st.DataObject,
@@ -345,7 +346,7 @@ def certificate(model: BehaviorModel, argument: Argument, *names: str) -> Certif
 
 
 @given(cells(), st.data(), st.booleans())
-@settings(deadline=None, max_examples=60)
+@examples(60)
 def test_all_situations_prove_what_they_do_not_visit_and_nothing_else(
     model: BehaviorModel,
     data: st.DataObject,
@@ -363,7 +364,7 @@ def test_all_situations_prove_what_they_do_not_visit_and_nothing_else(
 
 
 @given(cells(), st.data())
-@settings(deadline=None, max_examples=60)
+@examples(60)
 def test_without_one_of_its_situations_an_argument_is_refused(model: BehaviorModel, data: st.DataObject) -> None:
     explored = explore(model, variables_that_matter(model))
     assume(explored.others)
@@ -396,7 +397,7 @@ def changed(draw: st.DrawFn, model: BehaviorModel, situation: Situation) -> tupl
 
 
 @given(cells(), st.data())
-@settings(deadline=None, max_examples=60)
+@examples(60)
 def test_no_run_visits_what_is_proved_never_to_be_visited(model: BehaviorModel, data: st.DataObject) -> None:
     explored = explore(model, variables_that_matter(model))
     state = {v.name: data.draw(st.sampled_from(v.random)) for v in model.space}
@@ -429,7 +430,7 @@ def least_values(model: BehaviorModel) -> ValuesArgument:
 
 
 @given(cells())
-@settings(deadline=None, max_examples=60)
+@examples(60)
 def test_values_prove_nothing_that_a_run_visits(model: BehaviorModel) -> None:
     explored = explore(model, variables_that_matter(model))
     argument = least_values(model)
@@ -442,7 +443,7 @@ def test_values_prove_nothing_that_a_run_visits(model: BehaviorModel) -> None:
 
 
 @given(cells(), st.data())
-@settings(deadline=None, max_examples=60)
+@examples(60)
 def test_sets_of_values_without_one_of_them_are_refused(model: BehaviorModel, data: st.DataObject) -> None:
     values = list(least_values(model).values)
     index = data.draw(st.integers(0, len(values) - 1))
@@ -453,7 +454,7 @@ def test_sets_of_values_without_one_of_them_are_refused(model: BehaviorModel, da
 
 
 @given(cells())
-@settings(deadline=None, max_examples=60)
+@examples(60)
 def test_facts_prove_nothing_that_a_run_visits(model: BehaviorModel) -> None:
     explored = explore(model, variables_that_matter(model))
     for operation in model.operations:
@@ -506,13 +507,13 @@ def check_text(text: str) -> None:
 
 
 @given(malformed(TEXTS, MUTATIONS, 3))
-@settings(deadline=None, max_examples=300)
+@examples(300)
 def test_a_text_that_is_broken_on_its_way_is_read_or_told_where_it_is_broken(text: str) -> None:
     check_text(text)
 
 
 @given(st.text(CHARACTERS, max_size=40), st.sampled_from(TEXTS))
-@settings(deadline=None, max_examples=100)
+@examples(100)
 def test_any_text_is_no_certificate(text: str, whole: str) -> None:
     check_text(text)
     check_text(whole + text)
@@ -527,7 +528,7 @@ JSON = st.recursive(
 
 
 @given(st.data(), st.sampled_from(TEXTS))
-@settings(deadline=None, max_examples=300)
+@examples(300)
 def test_a_certificate_with_other_values_in_it_is_read_or_told_what_is_wrong(data: st.DataObject, text: str) -> None:
     document = json.loads(text)
     for _ in range(data.draw(st.integers(1, 3))):

@@ -18,6 +18,7 @@ from scbm.model import BehaviorModel
 from scbm.proofcheck import certificate_text, check_certificate
 from scbm.testing import Campaign, RandomCases, Tester
 from support.enumeration import Enumeration, enumerate_runs
+from support.profiles import share
 from support.random_models import random_model
 
 # fmt: off
@@ -127,7 +128,7 @@ def texts_of(closing: Closing) -> str:
     return "\n".join((*cases, *(certificate_text(certificate) for _, certificate in closing.certificates)))
 
 
-@pytest.mark.parametrize("number", SMALL)
+@pytest.mark.parametrize("number", SMALL[: share(len(SMALL))])
 def test_no_proof_is_wrong_and_what_runs_visit_is_covered(number: int) -> None:
     closing, enumeration = closing_of(number), enumerate_runs(model_of(number))
     assert enumeration.complete
@@ -136,7 +137,7 @@ def test_no_proof_is_wrong_and_what_runs_visit_is_covered(number: int) -> None:
     assert overlooked(closing) == []
 
 
-@pytest.mark.parametrize("number", SMALL)
+@pytest.mark.parametrize("number", SMALL[: share(len(SMALL))])
 def test_every_decision_has_a_case_that_passes_or_a_certificate_that_holds(number: int) -> None:
     closing = closing_of(number)
     assert list(incomplete(closing)) == []
@@ -144,7 +145,7 @@ def test_every_decision_has_a_case_that_passes_or_a_certificate_that_holds(numbe
     assert flaws(closing) == []
 
 
-@pytest.mark.parametrize("number", SMALL[:5])
+@pytest.mark.parametrize("number", SMALL[: share(5, least=2)])
 def test_what_a_suite_visits_is_left_to_it(number: int) -> None:
     model = model_of(number)
     suite = Campaign.of(model, Tester(model).results(RandomCases(model).first(5, seed=1)))
@@ -156,7 +157,7 @@ def test_what_a_suite_visits_is_left_to_it(number: int) -> None:
     assert not visited & suite.coverage.visited
 
 
-@pytest.mark.parametrize("number", SMALL[:5])
+@pytest.mark.parametrize("number", SMALL[: share(5, least=2)])
 def test_closing_twice_decides_alike(number: int) -> None:
     again, first = Closer(model_of(number)).close(), closing_of(number)
     assert again.decided == first.decided
@@ -171,6 +172,7 @@ for number in SMALL[:5]:
 """
 
 
+@pytest.mark.slow
 def test_the_hash_seed_changes_nothing() -> None:
     environments = [{**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": str(TESTS)} for seed in ("0", "1")]
     outputs = [

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from scbm.cases.coverage import smallest_cover
+from support.profiles import examples
 
 SMALL = st.integers(1, 9).flatmap(lambda width: st.lists(st.integers(0, (1 << width) - 1), max_size=10))
 SPARSE = st.lists(
@@ -32,7 +33,7 @@ def fewest(sets: list[int]) -> int:
 
 
 @given(SMALL | SPARSE)
-@settings(max_examples=400)
+@examples(400)
 def test_no_selection_is_smaller(sets: list[int]) -> None:
     cover = smallest_cover(sets)
     assert cover.is_smallest
@@ -41,7 +42,7 @@ def test_no_selection_is_smaller(sets: list[int]) -> None:
 
 
 @given(LARGE, st.integers(0, 3_000))
-@settings(max_examples=200)
+@examples(200)
 def test_with_any_limit_the_answer_covers_all_and_says_what_is_proved(sets: list[int], limit: int) -> None:
     cover = smallest_cover(sets, limit)
     assert list(cover.chosen) == sorted(dict.fromkeys(cover.chosen))
@@ -62,7 +63,7 @@ EDGES = st.lists(
     [9, 48, 130, 20, 258, 516, 72, 66, 264, 384, 544, 65], 400
 )  # two parts; an element of one has no set in the other
 @example([9, 264, 384, 264, 6, 5, 513, 640, 130, 640, 192, 320], 200)  # stopped with a needless set
-@settings(max_examples=400)
+@examples(400)
 def test_with_any_limit_the_bound_is_no_more_than_are_needed(sets: list[int], limit: int) -> None:
     cover = smallest_cover(sets, limit)
     assert cover.at_least <= fewest(sets) <= len(cover.chosen)

@@ -7,13 +7,14 @@ from collections.abc import Mapping
 from itertools import product
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.model import Predicate, State, StateSpace, Truth, Value
 from scbm.model.operations import apply
 from scbm.planning.engines import Exceeded, ExplorationLimits, Move, MovePart, Region, TransitionSystem
 from scbm.planning.engines.exploration import ENGINES, Distances, Exploration, Found, Reached, Unreachable
+from support.profiles import examples
 from support.strategies import actions, predicates, variables
 
 EACH_ENGINE = pytest.mark.parametrize("engine", list(ENGINES))
@@ -100,7 +101,7 @@ def _explored(system: TransitionSystem, starts: list[Region], engine: str) -> Ex
 
 @EACH_ENGINE
 @given(problem=problems())
-@settings(deadline=None, max_examples=80)
+@examples(80)
 def test_what_is_reached_is_what_the_reference_reaches(
     problem: tuple[TransitionSystem, list[Region], Predicate], engine: str
 ) -> None:
@@ -120,7 +121,7 @@ def test_what_is_reached_is_what_the_reference_reaches(
 
 @EACH_ENGINE
 @given(problem=problems())
-@settings(deadline=None, max_examples=80)
+@examples(80)
 def test_distances_and_first_moves_are_those_of_the_reference(
     problem: tuple[TransitionSystem, list[Region], Predicate], engine: str
 ) -> None:
@@ -145,7 +146,7 @@ def test_distances_and_first_moves_are_those_of_the_reference(
 
 
 @given(problems())
-@settings(deadline=None, max_examples=80)
+@examples(80)
 def test_variables_that_do_not_matter_change_no_answer(
     problem: tuple[TransitionSystem, list[Region], Predicate],
 ) -> None:
@@ -166,7 +167,7 @@ def test_variables_that_do_not_matter_change_no_answer(
 
 
 @given(problems())
-@settings(deadline=None, max_examples=80)
+@examples(80)
 def test_the_values_ever_are_a_superset_of_those_reached(
     problem: tuple[TransitionSystem, list[Region], Predicate],
 ) -> None:
@@ -177,7 +178,7 @@ def test_the_values_ever_are_a_superset_of_those_reached(
 
 
 @given(problems(), st.integers(0, 12))
-@settings(deadline=None, max_examples=80)
+@examples(80)
 def test_a_limit_of_states_is_the_same_in_every_engine_and_never_a_guess(
     problem: tuple[TransitionSystem, list[Region], Predicate], most: int
 ) -> None:

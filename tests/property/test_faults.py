@@ -11,7 +11,7 @@ from fractions import Fraction
 from pathlib import Path
 from random import Random
 
-from hypothesis import given, settings
+from hypothesis import given
 
 from scbm.cases import Case, Condition, ConditionKind, Injection
 from scbm.cases.trace import End, ReplyDropped, ReplyReceived, RequestCancelled, RequestSent, RunEnded
@@ -20,6 +20,7 @@ from scbm.model import BehaviorModel, Outcome
 from scbm.planning import PlanLimits
 from scbm.running import RunnerOptions
 from scbm.testing import Execution, RandomCases, Tester
+from support.profiles import examples, share
 from support.strategies import SECOND_NS, running_models
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "robot_in_the_air" / "after.yaml"
@@ -95,14 +96,15 @@ def _run_all(model: BehaviorModel, count: int, seed: int) -> dict[End, int]:
 
 
 def test_seven_thousand_cases_of_the_example() -> None:
-    ends = _run_all(load_model(EXAMPLE), OF_THE_EXAMPLE, seed=11)
-    assert ends[End.REACHED] > OF_THE_EXAMPLE / 2
+    count = share(OF_THE_EXAMPLE)
+    ends = _run_all(load_model(EXAMPLE), count, seed=11)
+    assert ends[End.REACHED] > count / 2
     assert ends[End.TIME_LIMIT]
     assert ends[End.ABORTED]
 
 
 @given(running_models())
-@settings(deadline=None, max_examples=MODELS)
+@examples(MODELS)
 def test_fifty_cases_of_each_of_eighty_models(model: BehaviorModel) -> None:
     _run_all(model, OF_EACH_MODEL, seed=12)
 

@@ -6,12 +6,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from scbm.files import read_model
 from scbm.model import InputError
 from support.mutations import CHARACTERS, MUTATIONS, check_diagnostics, malformed
+from support.profiles import examples
 
 if TYPE_CHECKING:
     from scbm.model import Diagnostic
@@ -34,7 +35,7 @@ def check_answer(text: str) -> tuple[Diagnostic, ...]:
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda mutation: mutation.__name__)
 def test_one_mutation_ends_in_a_model_or_in_located_errors(mutation: Mutation) -> None:
     @given(malformed(TEXTS, [mutation], 1))
-    @settings(deadline=None, max_examples=25)
+    @examples(25)
     def check(text: str) -> None:
         check_answer(text)
 
@@ -42,7 +43,7 @@ def test_one_mutation_ends_in_a_model_or_in_located_errors(mutation: Mutation) -
 
 
 @given(malformed(TEXTS, MUTATIONS, 6))
-@settings(deadline=None, max_examples=150)
+@examples(150)
 def test_many_mutations_end_in_a_model_or_in_located_errors(text: str) -> None:
     check_answer(text)
 
@@ -51,7 +52,7 @@ FRAGMENTS = [*CHARACTERS, "  ", ": ", "- ", "\n  ", "a: ", "b: ", "&a ", "*a", "
 
 
 @given(st.lists(st.sampled_from(FRAGMENTS), max_size=40).map("".join))
-@settings(deadline=None, max_examples=300)
+@examples(300)
 @example("a: &a\n- *a\n? *a\n: !x &b *b")
 @example("&a &b c")
 @example("!x !y c")
@@ -86,7 +87,7 @@ OTHER_WORDS = ["true", "2", "-9", "home", "scan", "failed", "none", "always", "l
 @pytest.mark.parametrize("place", PLACES)
 def test_any_words_where_an_expression_belongs_are_resolved_or_complained_of(place: str) -> None:
     @given(st.lists(st.sampled_from([*OPERATORS, *NAMES_OF_THE_CELL, *OTHER_WORDS]), min_size=1, max_size=7))
-    @settings(deadline=None, max_examples=60)
+    @examples(60)
     @example(["n", "in", "{", "n", "}"])
     @example(["current.name", "==", "arm_req_state"])
     @example(["arm_req_state", "<-", "at"])
@@ -97,7 +98,7 @@ def test_any_words_where_an_expression_belongs_are_resolved_or_complained_of(pla
 
 
 @given(st.binary(max_size=80))
-@settings(deadline=None, max_examples=150)
+@examples(150)
 def test_any_text_in_a_guard_ends_in_a_model_or_in_located_errors(data: bytes) -> None:
     guard = "".join(character if character.isprintable() else " " for character in data.decode("latin-1"))
     head = "behavior_model: cell\nvariables: {a: {domain: bool, initial: false}}\noperations: {}\n"

@@ -7,12 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.files import load_model, read_case, read_network, write_case
 from scbm.model import InputError
 from support.mutations import MUTATIONS, VALUES, check_diagnostics, malformed
+from support.profiles import examples
 
 if TYPE_CHECKING:
     from support.mutations import Mutation
@@ -41,7 +42,7 @@ def test_a_character_that_is_missing_ends_in_a_case_or_in_located_errors() -> No
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda mutation: mutation.__name__)
 def test_one_mutation_ends_in_a_case_or_in_located_errors(mutation: Mutation) -> None:
     @given(malformed([TEXT], [mutation], 1))
-    @settings(deadline=None, max_examples=20)
+    @examples(20)
     def check(text: str) -> None:
         check_answer(text)
 
@@ -49,7 +50,7 @@ def test_one_mutation_ends_in_a_case_or_in_located_errors(mutation: Mutation) ->
 
 
 @given(malformed([TEXT], MUTATIONS, 6))
-@settings(deadline=None, max_examples=80)
+@examples(80)
 def test_many_mutations_end_in_a_case_or_in_located_errors(text: str) -> None:
     check_answer(text)
 
@@ -58,14 +59,14 @@ KEYS = ["goal", "initial", "outcomes", "injections", "network", "limits", "requi
 
 
 @given(st.sampled_from(KEYS), st.sampled_from(VALUES), st.sampled_from(["", "- ", "scanner: ", "set: ", "final: "]))
-@settings(deadline=None, max_examples=120)
+@examples(120)
 def test_anything_under_a_key_ends_in_a_case_or_in_located_errors(key: str, value: str, before: str) -> None:
     goal = "" if key == "goal" else "goal: scanned\n"
     check_answer(f"case: wrong\n{goal}{key}:\n  {before}{value}\n")
 
 
 @given(st.lists(st.sampled_from([*VALUES, "loss", "jitter: 1 ms", "partitions", ": ", ", ", "{", "}"]), max_size=6))
-@settings(deadline=None, max_examples=120)
+@examples(120)
 def test_any_text_of_an_option_ends_in_a_network_or_in_errors_on_its_line(words: list[str]) -> None:
     text = "".join(words)
     line = re.sub(r"[\r\n]", " ", text)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.files import (
@@ -16,11 +16,12 @@ from scbm.files import (
     write_operation,
 )
 from scbm.model import BehaviorModel, State, StateSpace
+from support.profiles import examples
 from support.strategies import actions, planning_models, predicates, running_models, sentences, variables
 
 
 @given(st.data())
-@settings(deadline=None, max_examples=300)
+@examples(300)
 def test_predicates(data: st.DataObject) -> None:
     space = data.draw(variables())
     predicate = data.draw(predicates(space, 4))
@@ -30,7 +31,7 @@ def test_predicates(data: st.DataObject) -> None:
 
 
 @given(st.data())
-@settings(deadline=None, max_examples=200)
+@examples(200)
 def test_actions_and_requirements(data: st.DataObject) -> None:
     space = data.draw(variables())
     scope = Scope.over(space)
@@ -41,7 +42,7 @@ def test_actions_and_requirements(data: st.DataObject) -> None:
 
 
 @given(st.data())
-@settings(deadline=None, max_examples=200)
+@examples(200)
 def test_states(data: st.DataObject) -> None:
     space = StateSpace(data.draw(variables()))
     state = State(space, {v.name: data.draw(st.sampled_from(v.domain.values)) for v in space})
@@ -51,7 +52,7 @@ def test_states(data: st.DataObject) -> None:
 
 
 @given(st.one_of(planning_models(), running_models()))
-@settings(deadline=None, max_examples=150)
+@examples(150)
 def test_models(model: BehaviorModel) -> None:
     again = read_model(write_model(model))
     assert again == model

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from itertools import product
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.closing.advice import is_satisfiable
 from scbm.model import Packing, State, StateSpace
 from scbm.model.operations import apply
+from support.profiles import examples
 from support.strategies import actions, predicates, variables
 
 
@@ -20,7 +21,7 @@ def _states(space: StateSpace) -> list[State]:
 
 
 @given(st.data())
-@settings(deadline=None, max_examples=150)
+@examples(150)
 def test_packing_and_unpacking_are_inverse(data: st.DataObject) -> None:
     space = StateSpace(data.draw(variables()))
     packing = Packing(space)
@@ -31,7 +32,7 @@ def test_packing_and_unpacking_are_inverse(data: st.DataObject) -> None:
 
 
 @given(st.data())
-@settings(deadline=None, max_examples=300)
+@examples(300)
 def test_a_packed_test_is_the_predicate(data: st.DataObject) -> None:
     space = StateSpace(data.draw(variables()))
     predicate = data.draw(predicates(space.variables, 4))
@@ -45,7 +46,7 @@ def test_a_packed_test_is_the_predicate(data: st.DataObject) -> None:
 
 
 @given(st.data())
-@settings(deadline=None, max_examples=200)
+@examples(200)
 def test_a_packed_update_takes_all_actions_at_once(data: st.DataObject) -> None:
     space = StateSpace(data.draw(variables()))
     chosen = data.draw(actions(space.variables))
@@ -61,7 +62,7 @@ def test_a_packed_update_takes_all_actions_at_once(data: st.DataObject) -> None:
 
 
 @given(st.data())
-@settings(deadline=None, max_examples=300)
+@examples(300)
 def test_a_predicate_is_satisfiable_if_some_state_satisfies_it(data: st.DataObject) -> None:
     space = StateSpace(data.draw(variables()))
     predicate = data.draw(predicates(space.variables, 4))

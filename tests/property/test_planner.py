@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import product
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.model import BehaviorModel, State
@@ -26,12 +26,13 @@ from scbm.planning import (
 from scbm.planning.engines import Region
 from scbm.planning.engines.exploration import Distances, Exploration
 from scbm.planning.policy import plans_everywhere
+from support.profiles import examples
 from support.reference import canonical_plan, reachable
 from support.strategies import planning_models
 
 
 @given(planning_models())
-@settings(deadline=None, max_examples=300)
+@examples(300)
 def test_the_plan_is_the_canonical_one_of_the_reference(model: BehaviorModel) -> None:
     planner = Planner(model)
     for _, goal in model.goals:
@@ -46,7 +47,7 @@ def test_the_plan_is_the_canonical_one_of_the_reference(model: BehaviorModel) ->
 
 
 @given(planning_models(), st.integers(0, 4))
-@settings(deadline=None, max_examples=200)
+@examples(200)
 def test_a_limit_on_the_length_is_exact(model: BehaviorModel, most: int) -> None:
     _, goal = model.goals[0]
     unlimited = Planner(model).plan(model.nominal_state, goal)
@@ -61,7 +62,7 @@ def test_a_limit_on_the_length_is_exact(model: BehaviorModel, most: int) -> None
 
 
 @given(planning_models(), st.integers(0, 6))
-@settings(deadline=None, max_examples=200)
+@examples(200)
 def test_a_limit_on_expansions_never_changes_an_answer_that_is_given(model: BehaviorModel, most: int) -> None:
     _, goal = model.goals[0]
     unlimited = Planner(model).plan(model.nominal_state, goal)
@@ -71,7 +72,7 @@ def test_a_limit_on_expansions_never_changes_an_answer_that_is_given(model: Beha
 
 
 @given(planning_models())
-@settings(deadline=None, max_examples=100)
+@examples(100)
 def test_answers_do_not_depend_on_what_was_asked_before(model: BehaviorModel) -> None:
     asked_often = Planner(model)
     for _, goal in [*model.goals, *reversed(model.goals)]:
@@ -79,7 +80,7 @@ def test_answers_do_not_depend_on_what_was_asked_before(model: BehaviorModel) ->
 
 
 @given(planning_models())
-@settings(deadline=None, max_examples=100)
+@examples(100)
 def test_exploration_finds_what_the_reference_reaches(model: BehaviorModel) -> None:
     task = Task(model, model.space.names)
     found = explore(task, [task.pack(model.nominal_state)], limit=1_000_000)
@@ -102,7 +103,7 @@ def _any_states(model: BehaviorModel) -> st.SearchStrategy[list[State]]:
 
 
 @given(planning_models())
-@settings(deadline=None, max_examples=150)
+@examples(150)
 def test_an_exploration_of_all_states_plans_as_the_search_does(model: BehaviorModel) -> None:
     everywhere = Region({v.name: (v.initial,) if v.role.is_runner else v.domain.values for v in model.running_space})
     planner = Planner(model)
@@ -120,7 +121,7 @@ def test_an_exploration_of_all_states_plans_as_the_search_does(model: BehaviorMo
 
 
 @given(planning_models(), st.data(), st.sampled_from([PlanLimits(), PlanLimits(2, 1_000), PlanLimits(1_000, 3)]))
-@settings(deadline=None, max_examples=300)
+@examples(300)
 def test_remembered_plans_are_those_of_the_search_however_often_they_are_asked_for(
     model: BehaviorModel, data: st.DataObject, limits: PlanLimits
 ) -> None:
@@ -133,7 +134,7 @@ def test_remembered_plans_are_those_of_the_search_however_often_they_are_asked_f
 
 
 @given(planning_models(), st.data(), st.sampled_from([PlanLimits(), PlanLimits(2, 1_000), PlanLimits(1_000, 3)]))
-@settings(deadline=None, max_examples=300)
+@examples(300)
 def test_a_policy_answers_as_the_search_does_from_any_state(
     model: BehaviorModel, data: st.DataObject, limits: PlanLimits
 ) -> None:
@@ -146,7 +147,7 @@ def test_a_policy_answers_as_the_search_does_from_any_state(
 
 
 @given(planning_models(), st.data())
-@settings(deadline=None, max_examples=200)
+@examples(200)
 def test_plans_from_everywhere_are_those_of_the_search(model: BehaviorModel, data: st.DataObject) -> None:
     planner = Planner(model)
     for _, goal in model.goals:

@@ -7,7 +7,7 @@ from fractions import Fraction
 from itertools import pairwise
 from random import Random
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.cases import Case, Condition, ConditionKind, Injection, Network, Origin
@@ -30,6 +30,7 @@ from scbm.planning import PlanLimits
 from scbm.running import RunnerOptions
 from scbm.running.simulation import Choices, DrawnReactions, PlainReactions, Simulated, Simulator, leave_nothing_open
 from scbm.testing import draw_network, find_violations
+from support.profiles import examples
 from support.strategies import SECOND_NS, running_models, sentences
 
 OPTIONS = RunnerOptions(time_limit_ns=100 * SECOND_NS, plan_limit=12, livelock_bound=60)
@@ -93,7 +94,7 @@ def _states(run: Simulated) -> list[tuple[int, dict[str, Value]]]:
 
 
 @given(running_models(), st.data())
-@settings(deadline=None, max_examples=250)
+@examples(250)
 def test_a_run_ends_and_its_trace_is_whole(model: BehaviorModel, data: st.DataObject) -> None:
     run = _run(data, model)
     ended = run.records[-1] if isinstance(run.records[-1], RunEnded) else None
@@ -113,7 +114,7 @@ def test_a_run_ends_and_its_trace_is_whole(model: BehaviorModel, data: st.DataOb
 
 
 @given(running_models(), st.data())
-@settings(deadline=None, max_examples=150)
+@examples(150)
 def test_no_request_is_answered_twice_and_no_reply_goes_to_another_request(
     model: BehaviorModel, data: st.DataObject
 ) -> None:
@@ -125,7 +126,7 @@ def test_no_request_is_answered_twice_and_no_reply_goes_to_another_request(
 
 
 @given(running_models(), st.data())
-@settings(deadline=None, max_examples=150)
+@examples(150)
 def test_a_replay_of_the_recorded_choices_gives_the_same_bytes(model: BehaviorModel, data: st.DataObject) -> None:
     case, seed = _case(data, model)
     choices = _choices(case, seed)
@@ -140,7 +141,7 @@ def test_a_replay_of_the_recorded_choices_gives_the_same_bytes(model: BehaviorMo
 
 
 @given(running_models(), st.data())
-@settings(deadline=None, max_examples=100)
+@examples(100)
 def test_what_a_run_visits_is_what_its_states_show(model: BehaviorModel, data: st.DataObject) -> None:
     run = _run(data, model)
     obligations = Obligations.of(model)
@@ -157,7 +158,7 @@ def test_what_a_run_visits_is_what_its_states_show(model: BehaviorModel, data: s
 
 
 @given(running_models(), st.data())
-@settings(deadline=None, max_examples=250)
+@examples(250)
 def test_violations_are_those_of_a_slow_monitor(model: BehaviorModel, data: st.DataObject) -> None:
     run = _run(data, model)
     sentence = data.draw(sentences(model.running_space.variables))

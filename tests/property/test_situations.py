@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.cases.coverage import Obligations, visited_by
@@ -32,6 +32,7 @@ from scbm.running import (
     SendRequest,
     TimePassed,
 )
+from support.profiles import examples
 from support.random_models import random_model
 from support.strategies import running_models
 
@@ -113,7 +114,7 @@ class Led:
 _NO_RECORDS = (SendRequest, CancelRequest, AskPlan, RunFinished)
 
 
-@settings(max_examples=200)
+@examples(200)
 @given(st.one_of(running_models(), st.integers(0, 199).map(random_model)), st.data())
 def test_the_graph_of_runs_goes_where_the_runner_goes(model: BehaviorModel, data: st.DataObject) -> None:
     goal = data.draw(st.sampled_from(model.goals))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from hypothesis import given, settings
+from hypothesis import given
 
 from scbm.files import read_case, write_case
 from scbm.model import BehaviorModel
 from scbm.planning import PlanLimits
 from scbm.running import RunnerOptions
 from scbm.testing import RandomCases, Shrinker, Tester
+from support.profiles import examples
 from support.strategies import SECOND_NS, running_models
 
 OPTIONS = RunnerOptions(time_limit_ns=200 * SECOND_NS, plan_limit=30, livelock_bound=60)
@@ -16,7 +17,7 @@ LIMITS = PlanLimits(length=60, expansions=2_000)
 
 
 @given(running_models())
-@settings(deadline=None, max_examples=80)
+@examples(80)
 def test_failing_cases_of_any_model_become_small_cases_that_fail_again(model: BehaviorModel) -> None:
     tester = Tester(model, OPTIONS, LIMITS)
     shrinker = Shrinker(tester, most_runs=150)

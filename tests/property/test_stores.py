@@ -7,7 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
@@ -15,6 +15,7 @@ from scbm.cases.coverage import Coverage, Obligations
 from scbm.cases.trace import End
 from scbm.store import History, Recipe, combine_stores, read_history
 from scbm.testing import CaseResult, Verdict
+from support.profiles import examples
 from support.stores import cell, results, store
 
 Pairs = Sequence[tuple[Recipe, CaseResult]]
@@ -43,7 +44,7 @@ def _seen(path: Path) -> History:
     return read_history(path)
 
 
-@settings(max_examples=20)
+@examples(20)
 @given(st.tuples(pairs(), pairs(), pairs()))
 def test_stores_are_united_in_any_order_and_any_groups(drawn: tuple[Pairs, Pairs, Pairs]) -> None:
     with TemporaryDirectory() as name:
@@ -56,7 +57,7 @@ def test_stores_are_united_in_any_order_and_any_groups(drawn: tuple[Pairs, Pairs
         assert _seen(_combined(directory, a, a)) == _seen(a)
 
 
-@settings(max_examples=20)
+@examples(20)
 @given(st.lists(pairs(), min_size=1, max_size=3))
 def test_the_union_visits_what_one_run_of_all_the_cases_visits(runs: list[Pairs]) -> None:
     with TemporaryDirectory() as name:

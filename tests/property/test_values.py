@@ -19,6 +19,7 @@ from scbm.proofcheck.structure_check import check_structure
 from scbm.proofcheck.values_check import check_values
 from scbm.running import RunnerOptions
 from scbm.testing import RandomCases, Tester
+from support.profiles import examples
 from support.strategies import SECOND_NS, running_models
 
 OPTIONS = RunnerOptions(time_limit_ns=100 * SECOND_NS, plan_limit=12, livelock_bound=60)
@@ -36,7 +37,7 @@ def _seen(records: tuple[Record, ...]) -> list[tuple[str, Value]]:
 
 
 @given(running_models(), st.integers(0, 2**32))
-@settings(deadline=None, max_examples=300, suppress_health_check=[HealthCheck.too_slow])
+@settings(examples(300), suppress_health_check=[HealthCheck.too_slow])
 def test_runs_stay_within_the_values_and_visit_nothing_that_is_ruled_out(model: BehaviorModel, seed: int) -> None:
     values = possible_values(model)
     refused = [obligation for obligation, _ in ruled_out(model, values)]
@@ -56,7 +57,7 @@ def test_runs_stay_within_the_values_and_visit_nothing_that_is_ruled_out(model: 
 
 
 @given(running_models())
-@settings(deadline=None, max_examples=60)
+@examples(60)
 def test_the_values_do_not_depend_on_the_order_of_the_file(model: BehaviorModel) -> None:
     turned = BehaviorModel(
         model.name,
@@ -69,7 +70,7 @@ def test_the_values_do_not_depend_on_the_order_of_the_file(model: BehaviorModel)
 
 
 @given(running_models())
-@settings(deadline=None, max_examples=200, suppress_health_check=[HealthCheck.too_slow])
+@settings(examples(200), suppress_health_check=[HealthCheck.too_slow])
 def test_the_check_finds_no_flaw_in_what_is_ruled_out(model: BehaviorModel) -> None:
     values = possible_values(model)
     claimed = [obligation for obligation, _ in ruled_out(model, values)]

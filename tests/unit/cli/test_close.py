@@ -408,6 +408,7 @@ def test_the_limit_is_the_one_of_the_engine(scbm: Scbm) -> None:
 # determinism
 
 
+@pytest.mark.slow
 def test_closing_writes_the_same_bytes_under_every_hash_seed(tmp_path: Path) -> None:
     written = []
     for seed in (0, 1):

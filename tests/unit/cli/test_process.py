@@ -26,11 +26,13 @@ def test_a_campaign_is_the_same_bytes_under_every_hash_seed() -> None:
     assert len(reports) == 1
 
 
+@pytest.mark.slow
 def test_a_trace_is_the_same_bytes_under_every_hash_seed() -> None:
     runs = {_scbm("run", BEFORE, "--case", "3", "--seed", "1", "--json", hash_seed=seed) for seed in (0, 1, 2)}
     assert len(runs) == 1
 
 
+@pytest.mark.slow
 def test_saved_and_small_cases_are_the_same_bytes_under_every_hash_seed(tmp_path: Path) -> None:
     home = "always gantry_req_state == executing -> robot_at == home"
     written = []

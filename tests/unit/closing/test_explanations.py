@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import pytest
+
 from scbm.cases.coverage import Obligations
 from scbm.closing import Closing
 from scbm.closing.explanations import SearchedRuns, explain, first_visit
@@ -68,6 +70,7 @@ def test_a_proof_about_all_runs_says_what_it_looked_at() -> None:
     assert explanation.looked_at is None, "its certificate looked at no runs"
 
 
+@pytest.mark.slow
 def test_initial_states_are_counted_up_to_a_limit() -> None:
     many = scan_cell(
         ("0..9, initial: 5}", "0..60000, initial: 5, random: any}"),

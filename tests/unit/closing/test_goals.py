@@ -6,13 +6,14 @@ from itertools import islice
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 
 from scbm.closing.advice.goal_search import GoalSearch, goal_name
 from scbm.files import load_model, read_model
 from scbm.model import BehaviorModel, InitialStates
 from scbm.planning import Planner, Solved
 from support.models import scan_cell
+from support.profiles import examples
 from support.strategies import planning_models
 
 ROOT = Path(__file__).parents[3]
@@ -114,7 +115,7 @@ def test_the_name_of_a_goal_is_new() -> None:
 
 
 @given(planning_models())
-@settings(deadline=None, max_examples=150)
+@examples(150)
 def test_the_plan_to_every_goal_that_is_found_has_the_operation(model: BehaviorModel) -> None:
     search = _search(model)
     for operation in model.operations:

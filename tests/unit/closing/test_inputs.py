@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.closing.scripts.inputs import inputs, residual
 from scbm.files import Scope, parse_predicate, read_model
 from scbm.model import BehaviorModel, Value
+from support.profiles import examples
 from support.strategies import predicates, running_models
 
 TEXT = """
@@ -58,7 +59,7 @@ def test_what_is_left_of_a_predicate(predicate: str, left: str) -> None:
     assert str(residual(parse_predicate(predicate, Scope.of(model)), known, model.running_space)) == left
 
 
-@settings(max_examples=200)
+@examples(200)
 @given(running_models(), st.data())
 def test_what_is_left_says_the_same_where_the_known_values_are(model: BehaviorModel, data: st.DataObject) -> None:
     predicate = data.draw(predicates(list(model.space)))

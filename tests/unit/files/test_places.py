@@ -6,12 +6,13 @@ import re
 from typing import TYPE_CHECKING
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.files import load_located, read_model
 from scbm.files.yaml.source_text import SourceText
 from scbm.model import InputError, Place, Slug
+from support.profiles import examples
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -106,7 +107,7 @@ def test_the_caret_stands_under_the_wrong_word(style: str, line_end: str) -> Non
         return f"{HEAD}  other: true\n  done: {written}\n  more: a == true\n".replace("\n", line_end)
 
     @given(texts())
-    @settings(deadline=None, max_examples=40)
+    @examples(40)
     def check(text: str) -> None:
         with pytest.raises(InputError) as raised:
             read_model(text, "model.yaml")

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.cases import Case, Condition, ConditionKind, Forced, Injection
@@ -35,6 +35,7 @@ from scbm.testing import RandomCases
 from support.capturing import DIGEST, captured
 from support.case_strategies import cases
 from support.models import scan_cell
+from support.profiles import examples
 from support.random_models import random_model
 from support.runs import AFTER
 from support.strategies import SECOND_NS, running_models
@@ -57,7 +58,7 @@ def _check_whole(log: EventLog, records: tuple[Record, ...], model: BehaviorMode
 
 
 @given(st.data())
-@settings(deadline=None, max_examples=120)
+@examples(120)
 def test_a_log_of_whatever_a_case_says_is_its_run(data: st.DataObject) -> None:
     model = data.draw(running_models())
     case = data.draw(cases(model).filter(lambda case: case.origin is not None or not case.network.draws))
@@ -168,7 +169,7 @@ def test_an_event_is_read_as_it_was_written(event: Event | Note) -> None:
 
 
 @given(st.data())
-@settings(deadline=None, max_examples=100)
+@examples(100)
 def test_no_field_can_be_missing_or_of_another_sort(data: st.DataObject) -> None:
     """Unless that says another event: whatever is read is written again as what was read."""
     written = event_json(data.draw(st.sampled_from(EVENTS)))

@@ -69,6 +69,7 @@ def test_a_reader_that_is_not_ours_finds_the_lines_and_their_file(example: Histo
     assert [line.source.rstrip("\n") for line in read.file_source(name)] == example.source.text.splitlines()
 
 
+@pytest.mark.peer
 def test_it_is_what_the_dtd_of_cobertura_says(example: History) -> None:
     path = os.environ.get("SCBM_COBERTURA_DTD")
     if path is None:
@@ -134,6 +135,7 @@ def test_the_moment_is_that_of_the_last_run(example: History) -> None:
     assert written(replace(example, runs=(RUN, *example.runs))).get("timestamp") == "1795262400000"
 
 
+@pytest.mark.slow
 def test_a_rate_is_never_all_before_all_is_visited() -> None:
     operations = "".join(f"  o{n}: {{pre: {{g: true}}, post: {{g: true}}}}\n" for n in range(5000))
     history = stored(f"behavior_model: m\nvariables: {{}}\noperations:\n{operations}")

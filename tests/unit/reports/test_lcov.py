@@ -81,6 +81,7 @@ def relative(history: History) -> History:
     return replace(history, runs=(replace(last, source=source),))
 
 
+@pytest.mark.peer
 def test_lcov_counts_the_figure_as_branches(tmp_path: Path) -> None:
     lcov = tool("lcov")
     directory = beside_the_model(history_of(EXAMPLE / "before.yaml", 20), tmp_path)
@@ -93,6 +94,7 @@ def test_lcov_counts_the_figure_as_branches(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", [name for name in HISTORIES if name != "no operations"])
+@pytest.mark.peer
 def test_genhtml_shows_the_model(name: str, tmp_path: Path) -> None:
     genhtml = tool("genhtml")
     history = HISTORIES[name]()

@@ -6,7 +6,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.cases.coverage import Aspect, Coverage, Obligation, Obligations
@@ -14,6 +14,7 @@ from scbm.files import load_model, read_model
 from scbm.reports.ci.marked_lines import MarkedFile, MarkedLine, as_code, mark_file, mark_lines
 from scbm.store import ModelSource
 from support.histories import EXAMPLE, history_of
+from support.profiles import examples
 
 MODELS = (*sorted((Path(__file__).parents[2] / "models/valid").glob("*.yaml")), *sorted(EXAMPLE.glob("*.yaml")))
 CELL = """\
@@ -68,7 +69,7 @@ def told(line: MarkedLine) -> tuple[str, list[str], int | None, str]:
 
 @pytest.mark.parametrize("path", MODELS, ids=lambda path: path.stem)
 @given(data=st.data())
-@settings(max_examples=10)
+@examples(10)
 def test_each_counted_obligation_is_a_branch_of_one_line(path: Path, data: st.DataObject) -> None:
     model = load_model(path)
     obligations = Obligations.of(model)

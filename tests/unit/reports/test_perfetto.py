@@ -329,6 +329,7 @@ def perfetto() -> Iterator[str]:
     thread.join()
 
 
+@pytest.mark.peer
 @pytest.mark.parametrize("name", ["odds", "faults-6", "injected", "livelock"])
 def test_perfetto_reads_every_slice_arrow_and_number(name: str, perfetto: str, browser: Browser) -> None:
     with closing(browser.new_page()) as page:

@@ -85,6 +85,7 @@ def test_a_truncated_store_at_every_length(path: Path) -> None:
         assert (slug is Slug.NOT_A_STORE) == (length < 16), (length, message)
 
 
+@pytest.mark.slow
 def test_bytes_that_were_changed_are_complained_of_or_read(path: Path) -> None:
     """SQLite has no checksums, so damage can go unnoticed; what it may not do is to end in a fault of scbm."""
     whole = path.read_bytes()

@@ -198,6 +198,7 @@ def test_an_error_in_between_loses_no_case_that_was_added(path: Path) -> None:
     assert len(read_history(path).cases) == 3
 
 
+@pytest.mark.slow
 def test_several_processes_add_to_one_store_at_the_same_time(path: Path) -> None:
     command = [sys.executable, str(ROOT / "tests/support/adding.py"), str(path)]
     seeds = [1, 2, 3, 3]
@@ -211,6 +212,7 @@ def test_several_processes_add_to_one_store_at_the_same_time(path: Path) -> None
     assert {case.key: case.visited for case in history.cases} == expected
 
 
+@pytest.mark.slow
 def test_a_hundred_writers_that_are_killed_leave_whole_stores(tmp_path: Path) -> None:
     """By SIGKILL, at moments that are drawn; what they said was added is there once, and nothing by halves."""
     done = subprocess.run(

@@ -10,6 +10,7 @@ from scbm.running import GoalGiven, PlanAnswered, PlanStatus, Program, ReplyArri
 from scbm.testing import RandomCases, Tester
 from support.enumeration import Enumeration, enumerate_runs, fork, matters
 from support.models import scan_cell
+from support.profiles import share
 from support.random_models import random_model
 
 CUTTING_ENDS = (End.TIME_LIMIT, End.REPLAN_LIMIT, End.PLANNER_LIMIT, End.LIVELOCK)
@@ -159,7 +160,7 @@ def test_a_fork_goes_on_by_itself() -> None:
     assert not runner.state["box_is_scanned"]
 
 
-@pytest.mark.parametrize("number", range(1, 201, 8))
+@pytest.mark.parametrize("number", range(1, 201, 200 // share(25)))
 def test_random_runs_visit_nothing_else(number: int) -> None:
     assert strangers(random_model(number), cases=40) == []
 

@@ -159,6 +159,7 @@ def test_a_variable_that_nothing_reads_is_told() -> None:
     ]
 
 
+@pytest.mark.slow
 def test_what_is_too_large_is_said_to_be_incomplete() -> None:
     many = "".join(f"  n{index}: {{domain: 0..9, initial: 0}}\n" for index in range(6))
     steps = "".join(

@@ -113,6 +113,7 @@ def child(domain: int, *prefix: str) -> subprocess.Popen[str]:
     )
 
 
+@pytest.mark.slow
 def test_more_processes_than_there_are_indices_are_refused(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
     # Versions of Cyclone DDS differ in whether there are one or two indices then.
     monkeypatch.setenv(URI, LOOPBACK.replace(">60<", ">1<"))

@@ -20,6 +20,7 @@ from scbm.plugins.hypothesis import cases, goals, initial_states, injections, ne
 from scbm.running import RunnerOptions
 from scbm.testing import Tester
 from support.models import scan_cell
+from support.profiles import examples
 from support.strategies import SECOND_NS, running_models
 
 BEFORE = load_model(Path(__file__).parents[4] / "examples" / "robot_in_the_air" / "before.yaml")
@@ -27,7 +28,7 @@ HOME = {"robot_is_home": "always gantry_req_state == executing -> robot_at == ho
 
 OPTIONS = RunnerOptions(time_limit_ns=100 * SECOND_NS, plan_limit=12, livelock_bound=60)
 LIMITS = PlanLimits(length=50, expansions=5_000)
-MANY = settings(deadline=None, max_examples=150, suppress_health_check=list(HealthCheck))
+MANY = settings(examples(150), suppress_health_check=list(HealthCheck))
 FEW = settings(deadline=None, max_examples=500, derandomize=True, database=None)
 
 
@@ -61,6 +62,7 @@ def test_the_plainest_case_says_nothing(*, network: bool) -> None:
     assert plainest == Case("found", name, predicate, BEFORE.nominal_state)
 
 
+@pytest.mark.slow
 def test_parts_shrink_towards_what_is_plain() -> None:
     assert find(goals(BEFORE), lambda _: True, settings=FEW) == BEFORE.goals[0]
     assert find(initial_states(BEFORE), lambda _: True, settings=FEW) == BEFORE.nominal_state
@@ -127,6 +129,7 @@ def test_own_strategies_take_the_places_of_drawn_ones() -> None:
     assert find(strategy, lambda _: True, settings=FEW) == expected
 
 
+@pytest.mark.slow
 def test_the_violation_of_the_example_is_found_and_made_small() -> None:
     tester = Tester(BEFORE)
     case = find(

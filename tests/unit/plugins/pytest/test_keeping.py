@@ -35,6 +35,7 @@ def test_the_cases_of_a_session_are_added_in_order(cell: pytest.Pytester) -> Non
         assert (again.visited, again.verdict) == (case.visited, case.verdict)
 
 
+@pytest.mark.slow
 def test_workers_fill_one_store(cell: pytest.Pytester) -> None:
     write(cell.path, one=PASSES, two=FAILS)
     cell.makepyfile(TESTS)

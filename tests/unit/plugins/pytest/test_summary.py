@@ -121,6 +121,7 @@ def _furnish(cell: pytest.Pytester) -> None:
     """)
 
 
+@pytest.mark.slow
 def test_workers_report_together_what_one_process_reports(cell: pytest.Pytester) -> None:
     pytest.importorskip("xdist", reason="pytest-xdist is not installed")
     _furnish(cell)
@@ -132,6 +133,7 @@ def test_workers_report_together_what_one_process_reports(cell: pytest.Pytester)
     assert len(re.findall("Coverability report", together.stdout.str())) == 2
 
 
+@pytest.mark.slow
 def test_workers_that_run_no_case_report_nothing(cell: pytest.Pytester) -> None:
     pytest.importorskip("xdist", reason="pytest-xdist is not installed")
     cell.makepyfile("def test_it(): pass")

@@ -103,6 +103,7 @@ def page(before: History) -> Page:
     return report(before)
 
 
+@pytest.mark.slow
 def test_it_is_the_same_file_each_time_and_in_each_process(before: History) -> None:
     script = (
         "import sys; from support.histories import EXAMPLE, history_of; from scbm.store import Replays\n"

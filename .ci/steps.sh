@@ -1,0 +1,96 @@
+# Steps that `.ci/run` and `.ci/full` share; they are sourced by both.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+export PIP_DISABLE_PIP_VERSION_CHECK=1 COLUMNS=120
+unset SCBM_EXPLORE || true
+
+step() { printf '\n== %s\n' "$*"; }
+
+readme_command() { # the README's only line that creates the environment and matches a pattern
+  local command
+  command=$(sed -n "s/^\(python3 -m venv .*$1.*\)\$/\1/p" README.md)
+  [ -n "$command" ] || { echo "the README lacks its command for $1" >&2; exit 1; }
+  printf '%s\n' "$command"
+}
+
+install_tools() { # programs that some tests use, where apt may install them
+  step "programs of others that tests use"
+  local wanted=()
+  command -v chromium > /dev/null || wanted+=(chromium fonts-dejavu-core)
+  command -v genhtml > /dev/null || wanted+=(lcov)
+  command -v idlc > /dev/null || wanted+=(cyclonedds-dev)
+  if [ ${#wanted[@]} -gt 0 ] && command -v apt-get > /dev/null && [ "$(id -u)" = 0 ]; then
+    apt-get update -qq && apt-get install -y -qq --no-install-recommends "${wanted[@]}" > /dev/null || true
+  fi
+}
+
+require_tools() { # where all programs are installed, a test that cannot use one fails instead of being skipped
+  if command -v chromium && command -v genhtml && command -v idlc && command -v cc; then
+    export SCBM_ALL_TOOLS=1
+  fi
+}
+
+readme_tests() {
+  step "a fresh environment, and the README's command for the tests in it"
+  rm -rf .venv
+  local command
+  command=$(readme_command pytest)
+  echo "$command"
+  time eval "$command"
+}
+
+install_developer_tools() {
+  step "the tools for developers"
+  .venv/bin/pip install --quiet -e '.[dev]'
+}
+
+static_checks() {
+  step "lint and format"
+  .venv/bin/ruff check .
+  .venv/bin/ruff format --check .
+  step "types"
+  .venv/bin/mypy
+  step "layers"
+  .venv/bin/lint-imports
+  step "documentation site"
+  local site
+  site=$(mktemp -d)
+  .venv/bin/sphinx-build -q -W -b html docs "$site"
+  rm -rf "$site"
+}
+
+examples() {
+  step "examples"
+  for model in examples/*/*.yaml; do .venv/bin/scbm check --strict "$model"; done
+  .venv/bin/scbm test examples/robot_in_the_air/after.yaml examples/robot_in_the_air/cases --fail-under 100
+
+  step "the README's command for the campaign, from a clean copy"
+  local copy
+  copy=$(mktemp -d)
+  git archive HEAD | tar -x -C "$copy"
+  (cd "$copy" && eval "$(cd "$OLDPWD" && readme_command 'scbm test')")
+  rm -rf "$copy"
+
+  step "every obligation of the examples decided, and the proofs checked"
+  local closed
+  closed=$(mktemp -d)
+  .venv/bin/scbm close examples/robot_in_the_air/before.yaml --out "$closed/before"
+  .venv/bin/scbm close --check "$closed"/before/certificates/*
+  .venv/bin/scbm close examples/robot_in_the_air/after.yaml --out "$closed/after"
+  .venv/bin/scbm test examples/robot_in_the_air/after.yaml "$closed/after" --fail-under 100
+  rm -rf "$closed"
+
+  step "reports of the example, from two stores"
+  local reports
+  reports=$(mktemp -d)
+  .venv/bin/scbm test examples/robot_in_the_air/before.yaml --cases 20 --seed 1 --store "$reports/cov.db"
+  .venv/bin/scbm test examples/robot_in_the_air/before.yaml --cases 20 --seed 2 --store "$reports/cov2.db"
+  .venv/bin/scbm combine "$reports/cov.db" "$reports/cov2.db" -o "$reports/all.db"
+  .venv/bin/scbm report "$reports/all.db" --html "$reports/report.html" --junit "$reports/j.xml" \
+    --cobertura "$reports/c.xml" --lcov "$reports/l.info" --sarif "$reports/s.json" --markdown "$reports/m.md"
+  ls -l "$reports"
+  rm -rf "$reports"
+
+  step "the example over nodes, as processes"
+  .venv/bin/scbm test examples/robot_in_the_air/after.yaml --cases 5 --seed 1 --transport dds --time-scale 20 --wait '2 min'
+}

@@ -1,0 +1,34 @@
+"""How many examples tests draw: few by default, all with `pytest --full`, and always the same ones."""
+
+from __future__ import annotations
+
+import os
+
+from hypothesis import settings
+
+_ALL = 100
+"""`max_examples` of the full profiles; that of the small one is the share, in per cent, that a usual run draws."""
+
+# Examples are the same in every run: a test that fails only sometimes proves nothing. SCBM_EXPLORE=1 draws new ones.
+# No deadlines: how fast a machine is says nothing about what is right.
+settings.register_profile("small", derandomize=True, deadline=None, max_examples=10)
+settings.register_profile("full", derandomize=True, deadline=None, max_examples=_ALL)
+settings.register_profile("explore", derandomize=False, deadline=None, max_examples=_ALL)
+
+
+def load_profile(*, is_full: bool) -> None:
+    """Choose the profile of this process; test modules that are imported afterwards use it."""
+    full = "explore" if os.environ.get("SCBM_EXPLORE") else "full"
+    settings.load_profile(full if is_full or full == "explore" else "small")
+
+
+def share(count: int, least: int = 5) -> int:
+    """Return how many of `count` examples the profile draws: all, or a share of at least `least`."""
+    profile = settings.default
+    assert profile is not None
+    return min(count, max(least, count * profile.max_examples // _ALL))
+
+
+def examples(count: int) -> settings:
+    """Return settings for a property that draws `count` examples in the full profile."""
+    return settings(max_examples=share(count))
