@@ -139,10 +139,10 @@ def test_covered_rows_are_hidden(visit: Visit, after: Path, before: Path) -> Non
 
 def test_rows_are_filtered(visit: Visit, before: Path) -> None:
     page = visit.open(before)
-    page.get_by_label("Filter what is missing").fill("robot timedout")
+    page.get_by_label("Filter missing obligations").fill("robot timedout")
     rows = shown(page).locator("tbody tr:visible")
     expect(rows).to_have_count(9)
-    page.get_by_label("Filter what is missing").fill("")
+    page.get_by_label("Filter missing obligations").fill("")
     expect(rows).to_have_count(48)
 
 
@@ -242,7 +242,7 @@ def test_filters_of_an_address_can_be_let_go(visit: Visit, before: Path) -> None
     assert few <= 2
     page = visit.open(before, "#/cases?visits=no/such")
     expect(shown(page)).to_contain_text("which is no obligation")
-    expect(shown(page)).to_contain_text("No case is like that")
+    expect(shown(page)).to_contain_text("No case matches")
 
 
 def test_a_case_says_what_only_it_visits_and_how_to_run_it_again(visit: Visit, before: Path) -> None:
@@ -482,7 +482,7 @@ def test_ten_thousand_cases_are_listed_page_by_page(visit: Visit, many: Path) ->
 def test_an_earlier_version_of_the_model_leaves_no_timeline(visit: Visit, earlier: Path) -> None:
     page = visit.open(earlier, "#/case/seed-1-case-2")
     expect(shown(page)).to_contain_text("earlier version of the model")
-    expect(shown(page).locator(".of-timeline")).to_contain_text("There is none")
+    expect(shown(page).locator(".of-timeline")).to_contain_text("There is no timeline")
     expect(shown(page).locator(".again")).to_have_count(0)
 
 
@@ -496,7 +496,7 @@ def test_cases_over_nodes_are_told_from_simulated_ones_and_found(visit: Visit, o
     expect(shown(page).locator(".found")).to_have_text("2 of 5 cases")
     page.get_by_label("failed only").check()
     expect(page).to_have_url(re.compile("#/cases[?]nodes&failed$"))
-    expect(shown(page)).to_contain_text("No case is like that")
+    expect(shown(page)).to_contain_text("No case matches")
     page.get_by_label("failed only").uncheck()
     page.get_by_label("over nodes only").uncheck()
     expect(shown(page).locator(".found")).to_have_text("5 cases")
@@ -516,7 +516,7 @@ def test_a_case_over_nodes_says_where_it_ran_and_shows_what_happened(visit: Visi
     page = visit.open(over_nodes, "#/cases?nodes")
     shown(page).locator("tbody a").first.click()
     place = "over DDS domain 7; real: scanner"
-    expect(shown(page).locator(".ran")).to_contain_text(f"It ran {place}. That run cannot be had again")
+    expect(shown(page).locator(".ran")).to_contain_text(f"It ran {place}. That run cannot be repeated")
     expect(shown(page).get_by_role("heading", name=f"Timeline {place}")).to_be_visible()
     expect(shown(page).locator(".again")).to_contain_text("Again, with all of its run: scbm test cell.yaml")
     expect(shown(page).locator(".facts")).not_to_contain_text("Simulated")
@@ -526,7 +526,9 @@ def test_a_case_over_nodes_says_where_it_ran_and_shows_what_happened(visit: Visi
 def test_a_log_that_does_not_give_its_run_again_leaves_no_timeline(visit: Visit, over_nodes: Path) -> None:
     page = visit.open(over_nodes, "#/cases?nodes")
     shown(page).locator("tbody a").last.click()
-    expect(shown(page).locator(".of-timeline")).to_contain_text("There is none: its log does not give its run again")
+    expect(shown(page).locator(".of-timeline")).to_contain_text(
+        "There is no timeline: another version of scbm wrote the log"
+    )
 
 
 def test_the_pictures_of_the_documentation_are_of_this_size(

@@ -162,6 +162,6 @@ def test_the_page_has_where_cases_ran() -> None:
     assert '"place":[0,0,0,1,1]' in text
     assert f"visited by 5 cases, {durations(history)}</p>" in text
     alone = html_report(failed(only_nodes()), lambda _: None)
-    assert f"The first one ran {PLACE}." in alone
-    assert "All of its run again:" in alone
-    assert "The first one again:" not in alone
+    assert f"The first case ran {PLACE}." in alone
+    assert "Reproduce its whole run:" in alone
+    assert "Reproduce the first case:" not in alone

@@ -1,6 +1,6 @@
-"""The HTML report: one file that shows a whole coverage store and needs nothing else.
+"""The HTML report: one self-contained file that shows a whole coverage store.
 
-`page` puts it together from what `views` and `data` take out of a history; `page.js` makes it move.
+`page` combines what `views`, `case_data` and `timelines` derive from a history; `page.js` makes it interactive.
 """
 
 from scbm.reports.html.page import html_report

@@ -1,7 +1,4 @@
-"""What the script of the HTML report is given about cases: columns for the list, and what one case's page adds.
-
-Which cases visit each obligation, and which alone: counted once, as several pages ask.
-"""
+"""The data about cases for the script of the HTML page: columns of the list, details, and visitors of obligations."""
 
 from __future__ import annotations
 
@@ -21,15 +18,15 @@ if TYPE_CHECKING:
 
 
 def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
-    """All cases column by column, and what their numbers stand for.
+    """Return all cases, column by column, with the lists that the columns refer to by index.
 
     - `obligations`: `[subject, aspect]` for each, in the order of their bits;
     - `goal`, `end`, `set`, `place`: indices into `goals`, `ends`, `sets` and `places`;
-    - `places`: in few words and in all of them where cases ran; the latter are empty for simulation;
-    - `sets`: what is visited, as hexadecimal digits, the lowest first; digit i says it of obligations 4 i to 4 i + 3;
-    - `visits`, `only`: how many obligations of the figure a case visits, and how many of these no other case visits;
-    - `visitors`: how many cases visit each obligation;
-    - `failures`: `[kind, subject, message, number of its cause]` of each failure, by the index of the case as text.
+    - `places`: where cases ran, in short and in full; the full text is empty for simulation;
+    - `sets`: the visited obligations as hexadecimal digits, lowest first; digit i is for obligations 4 i to 4 i + 3;
+    - `visits`, `only`: number of obligations in the figure that a case visits, and of those that no other case visits;
+    - `visitors`: number of cases that visit each obligation;
+    - `failures`: `[kind, subject, message, number of the cause]` for each failure, by the index of the case as text.
     """
     cases = history.cases
     counted = history.obligations.counted
@@ -72,7 +69,7 @@ def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
 
 
 def case_details(history: History) -> dict[str, Any]:
-    """What only the page of a case shows: `commands` for all, and `texts` and `paths` of written ones by index."""
+    """Return the details of cases: `commands` of all cases, and `texts` and `paths` of written cases by index."""
     file = history.source.path
     texts = {str(i): c.recipe.text for i, c in enumerate(history.cases) if isinstance(c.recipe, Written)}
     paths = {str(i): c.recipe.path for i, c in enumerate(history.cases) if isinstance(c.recipe, Written)}
@@ -80,7 +77,7 @@ def case_details(history: History) -> dict[str, Any]:
 
 
 def _numbered(values: Iterable[Hashable]) -> tuple[list[Hashable], list[int]]:
-    """The values without repetition, in the order of their first use, and for each value its number."""
+    """Return the distinct values in order of first use, and for each value its index among them."""
     numbers: dict[Hashable, int] = {}
     column = [numbers.setdefault(value, len(numbers)) for value in values]
     return list(numbers), column
@@ -88,16 +85,16 @@ def _numbered(values: Iterable[Hashable]) -> tuple[list[Hashable], list[int]]:
 
 @dataclass(frozen=True, slots=True)
 class Visitors:
-    """The cases that visit each obligation, as indices into `History.cases`, in their order."""
+    """The cases that visit each obligation, as ascending indices into `History.cases`."""
 
     obligations: Obligations
     by_bit: tuple[tuple[int, ...], ...]
 
     @staticmethod
     def of(history: History) -> Visitors:
-        """One pass over all cases."""
+        """Return the visitors of all obligations, from one pass over the cases."""
         return Visitors(history.obligations, visitors_of_each(history.coverage))
 
     def visiting(self, obligation: Obligation) -> tuple[int, ...]:
-        """The cases that visit an obligation of the model."""
+        """Return the indices of the cases that visit `obligation`."""
         return self.by_bit[self.obligations.bit(obligation).bit_length() - 1]

@@ -1,7 +1,7 @@
-"""The lifecycle of an operation as a picture: its states, the arrows between them, and how many cases came where.
+"""The lifecycle of an operation as a diagram: its states, its transitions, and the number of cases in each state.
 
-The states and the arrows are those of the table in `running/lifecycle.py` (semantics 5.5). Coverage tells states, not
-arrows: so only states are marked as visited or missed.
+States and transitions are those of the table in `running/lifecycle.py` (semantics 5.5). Coverage counts the visits of
+states and not of transitions, so only states are marked as visited or missed.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ _PLACES = {
     "timedout": (_RIGHT, 250),
     "disabled": (_LEFT, 202),
 }
-"""The upper left corner of each state."""
+"""The coordinates of the upper left corner of each state."""
 
 
 def lifecycle_svg(history: History, operation_name: str) -> str:
-    """The lifecycle of an operation, as `<svg>`. Each state leads to the cases that visit it.
+    """Return the lifecycle of an operation as `<svg>`. Each state links to the cases that visit it.
 
     Raises `KeyError` if the model has no operation of that name.
     """
@@ -62,7 +62,7 @@ def lifecycle_svg(history: History, operation_name: str) -> str:
 
 
 def _counts(history: History, operation: str) -> dict[Aspect, int]:
-    """How many cases visited each state."""
+    """Return the number of cases that visited each state."""
     return {aspect: history.visits[Obligation(operation, aspect)] for aspect in STATE_ASPECTS}
 
 
@@ -71,7 +71,7 @@ def _cases(count: int) -> str:
 
 
 def _ways_to_fail(model: BehaviorModel, operation: Operation) -> tuple[str, ...]:
-    """The transitions that can fail an operation: its own, and automatic ones that assign its state."""
+    """Return the names of transitions that can fail an operation: its own, and automatic ones that assign its state."""
     states = (CURRENT_STATE, operation_state_name(operation.name))
     own = () if operation.failed is None else (operation.failed.name,)
     automatic = (t.name for t in model.automatic_transitions if any(a.target in states for a in t.running_actions))
@@ -79,7 +79,7 @@ def _ways_to_fail(model: BehaviorModel, operation: Operation) -> tuple[str, ...]
 
 
 def _box(parent: Element, state: str, count: int | None) -> None:
-    """A state: green and solid with a tick, or red and dashed with a cross; neither if it is not counted."""
+    """Add a state: green and solid if visited, red and dashed if missed, and grey if coverage does not count it."""
     x, y = _PLACES[state]
     paint = "muted" if count is None else "visited" if count else "missed"
     mark = "" if count is None else "✓ " if count else "✗ "
@@ -107,7 +107,7 @@ def _arrow_head(root: Element, operation: str) -> None:
 
 
 def _arrows(root: Element, operation: Operation, failing: tuple[str, ...]) -> None:
-    """The arrows, each with what takes it. Those that can never be taken are dotted, or left out on the way back."""
+    """Add the transitions as arrows with labels; dotted if the model can never take them."""
     arrow = _Arrows(root, f"url(#arrow-{operation.name})")
     arrow.draw("M142 71 H184", (163, 64), "pre", told=str(operation.pre))
     arrow.draw("M298 71 H364", (331, 64), "post", told=str(operation.post))
@@ -115,7 +115,7 @@ def _arrows(root: Element, operation: Operation, failing: tuple[str, ...]) -> No
     arrow.draw("M142 227 H194 Q202 227 202 219 V98", (172, 220), "pre", told=str(operation.pre))
     if operation.disabled_deadline_ns is not None:
         after = format_duration(operation.disabled_deadline_ns)
-        told = "the disabled deadline has passed: a new plan is asked for"
+        told = "the disabled deadline has passed: the runner asks for a new plan"
         arrow.draw("M126 202 V98", (131, 168), "after", after, anchor="start", told=told)
     way = "M262 96 V165 Q262 173 270 173 H364"
     if failing:
@@ -148,7 +148,7 @@ class _Arrows:
         told: str = "",
         dotted: bool = False,
     ) -> None:
-        """An arrow along a path, with words: the first line at a place, the second one below it."""
+        """Add an arrow along a path, with lines of text below each other from `place` on."""
         group = add(self.root, "g", class_="arrow")
         if told:
             add(group, "title", told)

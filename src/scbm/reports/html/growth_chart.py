@@ -1,4 +1,4 @@
-"""How the figure grew with the cases, as a picture."""
+"""A chart of the coverage figure over the cases of a store."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ if TYPE_CHECKING:
 _HEIGHT = 300
 _TOP, _PLOT_HEIGHT = 24, 230
 _LEFT, _RIGHT = 12.0, 97.0
-"""Where the plot begins and ends, in percent of the width: texts keep their size whatever that is."""
+"""Left and right edge of the plot, in percent of the width, so that the size of texts does not depend on the width."""
 
 _MAX_NAMES = 12
-"""So many obligations are named beside a step; the page of the case has all."""
+"""Maximum number of obligations in the tooltip of a step; the page of the case lists all."""
 
 _MAX_RUNS = 12
-"""With more runs than this, their marks have no names."""
+"""Maximum number of runs whose marks have names."""
 
 
 def growth_svg(history: History) -> str:
-    """The figure after each case, as `<svg>`: only cases that changed it are points.
+    """Return a chart of the figure after each case as `<svg>`, with a point for each case that changed it.
 
-    It is as wide as there is room, and its texts have one size: widths are percentages, and only the curve, which has
-    no text, is stretched.
+    The chart takes the width of its container. Widths are percentages, and only the curve is stretched, so that texts
+    keep their size.
     """
     total = len(history.cases)
     figure = history.coverage.figure
@@ -54,7 +54,7 @@ def growth_svg(history: History) -> str:
 
 
 def _x(position: float, total: int) -> str:
-    """Where a case stands; 0 is before the first one."""
+    """Return the horizontal position after `position` cases."""
     return f"{_LEFT + (_RIGHT - _LEFT) * position / total:.3f}%"
 
 
@@ -70,7 +70,7 @@ def _percents(root: Element) -> None:
 
 
 def _numbers(root: Element, total: int) -> None:
-    """Numbers of cases below, some four of them, round ones but for the last."""
+    """Add about four numbers of cases below the chart; all but the last are round."""
     y = _TOP + _PLOT_HEIGHT + 18
     width = 10 ** (len(str(total)) - 1)
     width = next(size for size in (width // 2, width, 2 * width) if size and total / size <= 5)  # noqa: PLR2004
@@ -81,7 +81,7 @@ def _numbers(root: Element, total: int) -> None:
 
 
 def _runs(root: Element, history: History) -> None:
-    """A dashed line where the cases of a run begin; the first run begins with the axis."""
+    """Add a dashed line where the cases of each run but the first begin."""
     runs = [case.run for case in history.cases]
     begins = [(i, run) for i, run in enumerate(runs) if i and runs[i - 1] != run]
     for index, run in begins:
@@ -97,7 +97,7 @@ def _runs(root: Element, history: History) -> None:
 
 
 def _curve(root: Element, steps: tuple[GrowthStep, ...], total: int) -> None:
-    """The steps as a line, in a picture of its own that is stretched to the width of the plot."""
+    """Add the figure as a step curve, in a nested picture that is stretched to the width of the plot."""
     box = {"viewBox": f"0 0 {total} 1", "preserveAspectRatio": "none", "overflow": "visible"}
     plot = add(root, "svg", x=f"{_LEFT}%", y=_TOP, width=f"{_RIGHT - _LEFT}%", height=_PLOT_HEIGHT, **box)
     parts = ["M0 1"]
@@ -110,7 +110,7 @@ def _curve(root: Element, steps: tuple[GrowthStep, ...], total: int) -> None:
 
 def _points(root: Element, steps: tuple[GrowthStep, ...], total: int) -> None:
     for step in steps:
-        # the list of cases leads to them too, and can be reached by keyboard
+        # not focusable: the list of cases has the same links for keyboard users
         link = add(root, "a", href=f"#/case/{quote(step.case, safe='')}", tabindex="-1")
         point = add(link, "circle", cx=_x(step.number, total), cy=_y(step.figure), r="3.5", fill=colour("visited"))
         add(point, "title", _told(step))
@@ -124,7 +124,7 @@ def _told(step: GrowthStep) -> str:
 
 
 def _final(root: Element, figure: Figure) -> None:
-    """The figure that was reached, at the end of the curve: below it where there is no room above."""
+    """Add the final figure at the end of the curve; below the curve if there is no space above it."""
     y = _y(figure)
     y += 20 if y < _TOP + 20 else -8
     text = add(root, "text", str(figure), x=f"{_RIGHT}%", y=y, text_anchor="end", fill=colour("fg"))

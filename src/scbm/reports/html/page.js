@@ -1,15 +1,15 @@
-// What moves on the pages of the report. The first page needs none of the data: they are parsed when first asked for.
+// The script of the report. The first page needs no data, so each block of data is parsed when it is first used.
 "use strict";
 (() => {
   const PER_PAGE = 200;
-  const FEW_LINES = 3; // that say nothing measurable are not worth folding
+  const FEW_LINES = 3; // fewer lines without obligations are not folded
   const MOST_FOUND = 8; // of each kind, in the search of the header
   const root = document.documentElement;
   const byId = (id) => document.getElementById(id);
 
   // ---- elements
 
-  /** An element with attributes (`onclick` and its like as functions) and children; what is null is left out. */
+  /** Returns an element with attributes (event handlers as functions) and children; null is left out. */
   function h(tag, attributes, ...children) {
     const element = document.createElement(tag);
     for (const [name, value] of Object.entries(attributes ?? {})) {
@@ -40,7 +40,7 @@
 
   // ---- data
 
-  /** What a function returns, made when it is first asked for. */
+  /** Returns a function that calls `make` once and then returns the cached result. */
   function once(make) {
     let made;
     return () => (made ??= { value: make() }).value;
@@ -61,7 +61,7 @@
   )));
 
   const visits = (set, bit) => (parseInt(set[bit >> 2] ?? "0", 16) >> (bit & 3)) & 1;
-  const placeOf = (index) => columns().places[columns().place[index]][1]; // over which nodes it ran; empty in simulation
+  const placeOf = (index) => columns().places[columns().place[index]][1]; // the nodes that it ran over; empty in simulation
   const isOverNodes = once(() => columns().places.some(([, place]) => place)); // whether any case was
   const failuresOf = (index) => columns().failures[index] ?? [];
 
@@ -77,7 +77,7 @@
     try {
       return decodeURIComponent(text);
     } catch {
-      return text; // a lone % that someone typed
+      return text; // a % that is no escape
     }
   }
 
@@ -89,9 +89,9 @@
   }
 
   let shown = null; // the route
-  let leave = null; // what to do when its page is left
-  let isFollowed = false; // whether a link led here, not the history of the browser
-  const positions = new Map(); // how far down each address was left, for the way back
+  let leave = null; // the callback for leaving the page
+  let isFollowed = false; // whether a link led here, rather than the history of the browser
+  const positions = new Map(); // the scroll position of each address, for the way back
 
   function show() {
     const route = parse(location.hash);
@@ -113,7 +113,7 @@
     isFollowed = false;
   }
 
-  /** To the head of a page, for readers of screens too; on the way back to where it was left. */
+  /** Scrolls to the top of a page and focuses its heading; on the way back, to where the page was left. */
   function begin(section) {
     if (!section.contains(document.activeElement)) section.querySelector("h1")?.focus({ preventScroll: true });
     scrollTo(0, isFollowed ? 0 : (positions.get(location.hash) ?? 0));
@@ -146,14 +146,14 @@
     location.hash = address;
   }
 
-  /** Remembers how far down the page was left, as an event of scrolling may come too late. */
+  /** Stores the scroll position of the page, as a scroll event may come too late. */
   function follow(address) {
     if (address === location.hash) return;
     positions.set(shown.address, scrollY);
     isFollowed = true;
   }
 
-  /** Another address for what is shown, without a step in the history of the browser. */
+  /** Replaces the address of the page without a new entry in the history of the browser. */
   const rename = (address) => { history.replaceState(null, "", address); shown = parse(address); };
 
   // ---- the list of cases
@@ -180,9 +180,9 @@
   ];
   const collator = new Intl.Collator("en", { numeric: true });
   let lastList = "#/cases";
-  let order = null; // the cases that were listed last, by index, for the next and the previous one
+  let order = null; // the indices of the cases listed last, for the buttons to the previous and the next case
 
-  /** The cases that a query asks for, in its order. */
+  /** Returns the cases that match a query, in its order. */
   function chosen(query) {
     const c = columns();
     const words = (query.get("q") ?? "").toLowerCase().split(/\s+/).filter(Boolean);
@@ -201,7 +201,7 @@
     return sorted(found, query.get("sort") ?? "number");
   }
 
-  /** The subject of a cause, by its number as the address has it. */
+  /** Returns the subject of a cause by the number in the address. */
   function causeOf(number) {
     const failures = Object.values(columns().failures).flat();
     const found = failures.find(([, , , cause]) => number === String(cause));
@@ -263,7 +263,7 @@
     ];
   }
 
-  /** What the list is confined to, each with a button that lets it go. */
+  /** Returns the active filters of the list, each with a button that removes it. */
   function chips(query) {
     const chip = (words, without) => h("span", { class: "chip" }, words,
       h("button", { type: "button", "aria-label": `Without: ${words}`, onclick: () => go(without()) }, "×"));
@@ -289,7 +289,7 @@
     content.querySelector(".pager").replaceChildren(...pager(query, page, pages, first, rows.length));
     content.querySelector(".scroll").replaceChildren(rows.length
       ? h("table", { class: "cases" }, headOfCases(query), h("tbody", null, rows.map(rowOfCase)))
-      : h("p", null, columns().label.length ? "No case is like that." : "No case has been run yet."));
+      : h("p", null, columns().label.length ? "No case matches." : "No case has been run yet."));
   }
 
   function pager(query, page, pages, first, count) {
@@ -312,7 +312,7 @@
   }
 
   function turnOrder(query, sort, isCurrent, sign, kind) {
-    const isFirst = sort === "number" || kind !== "number"; // of other numbers the largest is of interest
+    const isFirst = sort === "number" || kind !== "number"; // other numbers are sorted from the largest
     const next = isCurrent ? (sign ? sort : `-${sort}`) : (isFirst ? sort : `-${sort}`);
     rename(addressOf(query, { sort: next === "number" ? null : next, page: null }));
     const content = document.querySelector(".page.shown .content");
@@ -330,7 +330,7 @@
 
   // ---- one case
 
-  /** Shows a case; returns what to do when it is left. */
+  /** Shows a case; returns the callback for leaving it. */
   function showCase(content, index) {
     const c = columns();
     const failures = failuresOf(index);
@@ -342,12 +342,12 @@
       neighbours(index),
       h("h1", { tabindex: "-1" }, c.label[index]),
       h("p", null, verdict(failures.length), ` ${c.ends[c.end[index]]} after ${seconds(c.ended_ns[index])}`),
-      ran ? h("p", { class: "ran" }, `It ran ${ran}.${again ? " That run cannot be had again: the timeline is that of its log, which is what happened." : ""}`) : "",
+      ran ? h("p", { class: "ran" }, `It ran ${ran}.${again ? " That run cannot be repeated: the timeline is that of its log." : ""}`) : "",
       failures.length ? h("ul", { class: "failures" }, failures.map(([, , message]) => h("li", null, message))) : "",
       facts(index),
       again ? h("p", { class: "again" }, ran ? "Again, with all of its run: " : "Again: ", command(again))
-        : h("p", { class: "notice" }, c.ends[c.end[index]] === "lost" ? "Its run was not finished, as a node was lost."
-          : "It was run on an earlier version of the model, so it cannot be run again."),
+        : h("p", { class: "notice" }, c.ends[c.end[index]] === "lost" ? "Its run did not finish, because a node was lost."
+          : "It ran on an earlier version of the model, so it cannot be run again."),
       ...visitsOf(index),
       h("h2", null, ran ? `Timeline ${ran}` : "Timeline"), place,
       ...(text === undefined ? [] : [h("h2", null, "The case"), h("p", { class: "about" }, h("code", null, details().paths[index])), h("pre", { tabindex: "0", class: "text" }, text)]),
@@ -364,15 +364,15 @@
       if (isLeft) return;
       place.replaceChildren();
       if (data === null) put(placeOf(index) && details().commands[index]
-        ? "There is none: its log does not give its run again, as another version of scbm made it."
-        : "There is none: the case was not run again for this report.");
+        ? "There is no timeline: another version of scbm wrote the log, and it cannot be replayed."
+        : "There is no timeline: the case was not run again for this report.");
       else timeline = showTimeline(place, data, { label: columns().label[index] });
     };
-    open().catch((error) => { if (!isLeft) put(`It cannot be shown by this browser: ${error.message}`); });
+    open().catch((error) => { if (!isLeft) put(`This browser cannot show the timeline: ${error.message}`); });
     return () => { isLeft = true; timeline?.destroy(); };
   }
 
-  /** The case before and the case after, of those that were listed last, or of all. */
+  /** Returns the previous and the next case of those listed last, or of all. */
   function beside(index, step) {
     const listed = order?.includes(index) ? order : columns().label.map((_, i) => i);
     return listed[listed.indexOf(index) + step];
@@ -396,7 +396,7 @@
       fact("Visited only by it", String(c.only[index])));
   }
 
-  /** What only this case visits, and behind it all that it visits, subject by subject. */
+  /** Returns the obligations that only this case visits, and all that it visits, by subject. */
   function visitsOf(index) {
     const c = columns();
     const set = c.sets[c.set[index]];
@@ -411,7 +411,7 @@
     ];
   }
 
-  /** Subject by subject the aspects that are visited, each a link to the cases that do. */
+  /** Returns the visited aspects by subject, each a link to the cases that visit it. */
   function listOfVisits(some, name) {
     const link = ({ obligation, bit }) => h("a", {
       href: casesThatVisit(nameOf(obligation)), title: `visited by ${counted(columns().visitors[bit], "case")}`,
@@ -471,7 +471,7 @@
 
   // ---- the source
 
-  /** Hides runs of lines that miss nothing, each behind a button with its numbers; or shows all again. */
+  /** Hides blocks of lines without missing obligations behind buttons with their numbers; or shows all again. */
   function fold(source, isWanted) {
     for (const button of source.querySelectorAll(".folded")) button.remove();
     const lines = [...source.querySelectorAll(".line")];
@@ -488,7 +488,7 @@
     }
   }
 
-  /** The lines that miss something, and the head of the operation that each belongs to. */
+  /** Returns the lines with missing obligations, and the first line of the operation that each belongs to. */
   function keptLines(lines) {
     const kept = new Set();
     let head = null;
@@ -536,7 +536,7 @@
     ];
   }
 
-  /** An obligation and where to go for it: to its cases, or to what says why it has none. */
+  /** Returns an obligation with a link to its cases, or to the reason why it has none. */
   function foundObligation(obligation, bit) {
     const name = nameOf(obligation);
     if (columns().visitors[bit]) return [`● ${name}`, casesThatVisit(name)];
@@ -604,7 +604,7 @@
     try {
       localStorage.setItem("scbm-theme", theme);
     } catch {
-      // it lasts as long as the page is open
+      // the choice lasts as long as the page is open
     }
   }
 
@@ -674,7 +674,7 @@
     if (!event.target.closest(".search")) closeResults();
     const link = event.target.closest('a[href^="#"]');
     if (link?.matches(".skip")) {
-      event.preventDefault(); // it names no page
+      event.preventDefault(); // the fragment is not a page
       document.querySelector(".page.shown h1").focus();
     } else if (link) {
       follow(link.hash);

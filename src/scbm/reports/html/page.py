@@ -1,4 +1,4 @@
-"""The HTML report, put together: templates filled, styles, scripts and data of the browser written into one file."""
+"""The HTML report as one file: filled templates, styles, scripts, and the data for the scripts."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ def html_report(
     replay: Callable[[StoredCase], Execution | None],
     progress: Callable[[int, int], None] | None = None,
 ) -> str:
-    """The complete file, as text; the same for the same history.
+    """Return the complete HTML file as text; equal histories give equal files.
 
     Args:
-        history: what is shown; it has at least one run.
-        replay: runs a case again, for its timeline; `None` for one that cannot be run again.
-        progress: is told after each such run how many are done, and of how many.
+        history: the history to show, with at least one run.
+        replay: runs a case again for its timeline; returns `None` for a case that cannot be run again.
+        progress: callback after each of these runs, with the number of finished runs and of all runs.
     """
     environment = _environment()
     visitors = Visitors.of(history)
     executions = _executions(history, replay, progress)
     return environment.get_template("page.html.j2").render(
         report=ReportView(history, visitors),
-        growth=Markup(growth_svg(history)),  # noqa: S704 - made by us, names escaped there
+        growth=Markup(growth_svg(history)),  # noqa: S704 - our own SVG, in which names are escaped
         styles=[_verbatim(environment, name) for name in _STYLES],
         scripts=[_verbatim(environment, name) for name in _SCRIPTS],
         columns=as_json(case_columns(history, visitors)),
@@ -50,12 +50,12 @@ def html_report(
     )
 
 
-def as_json(value: Any) -> Markup:  # noqa: ANN401 - whatever JSON can say
-    """A value as JSON that can stand in a `<script>`: nothing in it ends the element, or begins a comment."""
+def as_json(value: Any) -> Markup:  # noqa: ANN401 - any value that JSON can represent
+    """Return `value` as JSON that is safe inside `<script>`: no text in it ends the element or begins a comment."""
     text = dumps(value, separators=(",", ":"))
     for character in "<>&":
         text = text.replace(character, f"\\u{ord(character):04x}")
-    return Markup(text)  # noqa: S704 - nothing is left in it that HTML could take for its own
+    return Markup(text)  # noqa: S704 - all characters with a meaning in HTML are escaped
 
 
 def _environment() -> Environment:
@@ -74,7 +74,7 @@ def _environment() -> Environment:
 
 
 def _verbatim(environment: Environment, name: str) -> Markup:
-    """A style or a script of this package, as it is."""
+    """Return the text of a style sheet or a script of this package, unchanged."""
     assert environment.loader is not None  # noqa: S101 - given above
     text, _, _ = environment.loader.get_source(environment, name)
     return Markup(text)  # noqa: S704 - our own file

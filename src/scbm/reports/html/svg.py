@@ -1,4 +1,4 @@
-"""Pictures as SVG that stands in a page: elements with attributes, names escaped, colours of the page."""
+"""Helpers for SVG inside the HTML page: elements with escaped attributes, and colours of the page."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ _COLOURS = {
 
 
 def colour(name: str) -> str:
-    """A colour of the page by the name of its CSS property; one for white paper where the page has none."""
+    """Return a colour of the page by the name of its CSS property, with a fallback for a white background."""
     return f"var(--{name}, {_COLOURS[name]})"
 
 
 def picture(title: str, description: str, identifier: str, **attributes: str | float) -> Element:
-    """A picture with a title and a description for those who cannot see it.
+    """Return an `<svg>` element with a title and a description for screen readers.
 
     Args:
-        title: what it shows.
-        description: what there is to be seen.
-        identifier: what no other picture of the page is called.
-        attributes: those of the `svg` element; `role` is `img` only if nothing in it can be reached.
+        title: the title of the picture.
+        description: its content in words.
+        identifier: an identifier that is unique in the page.
+        attributes: attributes of the `svg` element; `role` is `img` only if the picture has no links.
     """
     names = f"{identifier}-title {identifier}-text"
     root = Element("svg", {"xmlns": "http://www.w3.org/2000/svg", "aria-labelledby": names})
@@ -42,7 +42,7 @@ def picture(title: str, description: str, identifier: str, **attributes: str | f
 
 
 def add(parent: Element, tag: str, text: str = "", **attributes: str | float) -> Element:
-    """A new last child; `stroke_width=2` becomes `stroke-width="2"`, `class_` becomes `class`."""
+    """Append a child and return it; `stroke_width=2` becomes `stroke-width="2"`, `class_` becomes `class`."""
     child = SubElement(parent, tag)
     child.text = text or None
     _set(child, attributes)
@@ -56,5 +56,5 @@ def _set(element: Element, attributes: Mapping[str, str | float]) -> None:
 
 
 def written(root: Element) -> str:
-    """The picture as text."""
+    """Return the picture as text."""
     return tostring(root, encoding="unicode")

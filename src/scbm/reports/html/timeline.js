@@ -1,19 +1,19 @@
-// The timeline of one case: a chart over simulated time, its records one by one, and the state behind each.
+// The timeline of one case: a chart over simulated time, a table of its records, and the state after each record.
 //
-//   const timelines = new Timelines(packed)        what scbm.reports.html.timelines packed
+//   const timelines = new Timelines(packed)        the packed runs of scbm.reports.html.timelines
 //   const run = await timelines.load(index)        the run of a case, null if it cannot be run again
 //   const shown = showTimeline(element, run, {record, label, onSelect})
 //   shown.destroy()
 //
-// `record` is the record that is selected first, `label` the name of the case, `onSelect(index)` is told of every other
-// record that is selected.
+// `record` is the index of the record that is selected first, `label` the name of the case, and `onSelect(index)` the
+// callback for each other record that is selected.
 
 const { Timelines, showTimeline } = (() => {
   "use strict";
 
   const KEPT_BLOCKS = 4;
 
-  /** Opens blocks of packed runs as they are needed. */
+  /** Unpacks blocks of runs on demand; a few of them are cached. */
   class Timelines {
     #packed;
     #shared = null;
@@ -23,7 +23,7 @@ const { Timelines, showTimeline } = (() => {
       this.#packed = packed;
     }
 
-    /** The run of a case; null if it cannot be run again, or if there is no such case. */
+    /** Returns the run of a case; null if it cannot be run again, or if there is no such case. */
     async load(index) {
       if (!(index >= 0 && index < this.#packed.cases)) return null;
       this.#shared ??= inflate(this.#packed.shared);
@@ -86,7 +86,7 @@ const { Timelines, showTimeline } = (() => {
     };
   }
 
-  /** The value of every variable behind a record, in the order of the variables; null as long as no run has begun. */
+  /** Returns the value of every variable after a record, in the order of the variables; null before a run begins. */
   function stateAfter(run, index) {
     let state = null;
     for (const record of run.records.slice(0, index + 1)) {
@@ -96,11 +96,11 @@ const { Timelines, showTimeline } = (() => {
     return state;
   }
 
-  // Lanes: what the chart shows, by record and moment.
+  // Lanes: the rows of the chart.
   //
-  // A span is {from, to, fromAt, toAt, look, label, glyph, title}: two records and their moments, and what is written on
-  // it, `[label, short]` if there is something shorter for where that has no room, with an empty `short` nothing. A mark
-  // is {record, at, look, glyph, label, title}. Both may be drawn by moment or by record.
+  // A span is {from, to, fromAt, toAt, look, label, glyph, title}: two records with their times, and the text on it:
+  // `[label, short]` if there is a shorter form for narrow spans; an empty `short` shows no text. A mark is
+  // {record, at, look, glyph, label, title}. Both are drawn by time or by record.
 
   const ENDS = { completed: "✓", failed: "✗", timedout: "!" };
 
@@ -132,7 +132,7 @@ const { Timelines, showTimeline } = (() => {
     }
   }
 
-  /** All lanes of a run, and for each record the lane that it is seen on. */
+  /** All lanes of a run, and for each record the lane that shows it. */
   class Lanes {
     #lanes = new Map();
     #resources = new Map(); // by the number of a request
@@ -307,7 +307,7 @@ const { Timelines, showTimeline } = (() => {
     }
   }
 
-  /** A lane with the values that one variable had. */
+  /** Returns a lane with the values of one variable. */
   function valuesLane(run, variable) {
     const lane = new Lane("values", run.variables[variable].name);
     let began = false;
@@ -326,7 +326,7 @@ const { Timelines, showTimeline } = (() => {
     return lane;
   }
 
-  // Time in words.
+  // Formats of time.
 
   const SECOND = 1e9;
   const MINUTE = 60 * SECOND;
@@ -337,7 +337,7 @@ const { Timelines, showTimeline } = (() => {
   TICKS.push(...[1, 2, 5, 10, 15, 30].map((n) => n * SECOND), ...[1, 2, 5, 10, 15, 30].map((n) => n * MINUTE));
   for (let size = 1; size < 1e5; size *= 10) TICKS.push(size * HOUR, 2 * size * HOUR, 5 * size * HOUR);
 
-  /** A moment, as precise as ticks that far apart need it. */
+  /** Returns a time with the precision that ticks `step` apart need. */
   function formatTick(at, step) {
     if (at === 0) return "0 s";
     if (at >= MINUTE) return formatClock(at, step);
@@ -367,14 +367,14 @@ const { Timelines, showTimeline } = (() => {
 
   const inSeconds = (at) => `${(at / SECOND).toFixed(3)} s`;
 
-  /** In seconds with all digits, as nothing else says when exactly something happened. */
+  /** Returns a time in seconds with all digits: the exact time of a record. */
   function exactly(at) {
     const digits = String(at).padStart(10, "0");
     const seconds = `${digits.slice(0, -9)}.${digits.slice(-9).replace(/0{1,6}$/, "")} s`;
     return at >= MINUTE ? `${seconds} (${formatClock(at, SECOND)})` : seconds;
   }
 
-  // The page's elements.
+  // Elements of the page.
 
   function html(tag, properties = {}, ...children) {
     const element = document.createElement(tag);
@@ -400,7 +400,7 @@ const { Timelines, showTimeline } = (() => {
     return measuring.measureText(text).width;
   }
 
-  /** The text, cut so that it is not wider than that. */
+  /** Returns the text, cut at its end to a width. */
   function fitted(text, width, font) {
     if (textWidth(text, font) <= width) return text;
     let [short, long] = [0, text.length];
@@ -414,7 +414,7 @@ const { Timelines, showTimeline } = (() => {
 
   const TAIL = 9;
 
-  /** A name that is cut in its middle: those that begin alike are told apart by their ends. */
+  /** Returns a name, cut in its middle to a width: names often differ at their ends only. */
   function fittedName(name, width, font) {
     if (textWidth(name, font) <= width) return name;
     const tail = name.slice(-TAIL);
@@ -537,7 +537,7 @@ const { Timelines, showTimeline } = (() => {
       }
     }
 
-    // what is in view
+    // the visible range
 
     #whole() {
       if (!this.#byTime) return [-0.7, Math.max(this.#run.records.length - 0.3, 0.7)];
@@ -560,7 +560,7 @@ const { Timelines, showTimeline } = (() => {
       this.show(...this.#whole());
     }
 
-    /** Makes what is in view so many times smaller; what is at `at` stays there. */
+    /** Zooms in by a factor; the point `at` keeps its position. */
     zoom(factor, at = this.#middle()) {
       const [from, to] = this.#view;
       this.show(at - (at - from) / factor, at + (to - at) / factor);
@@ -591,7 +591,7 @@ const { Timelines, showTimeline } = (() => {
       else if (this.#width && !this.#frame) this.#point();
     }
 
-    /** Shows or hides the values of a variable as a lane; whether it is shown now. */
+    /** Shows or hides the lane of a variable; returns whether it is shown now. */
     toggle(variable) {
       const shown = !this.#values.delete(variable);
       if (shown) this.#values.set(variable, valuesLane(this.#run, variable));
@@ -703,7 +703,7 @@ const { Timelines, showTimeline } = (() => {
       this.#point();
     }
 
-    // Stepping moves only what tells the selected record.
+    // Selecting a record redraws only the marks of the selection.
 
     #cursor = svg("g", {});
     #flag = svg("path", {});
@@ -774,7 +774,7 @@ const { Timelines, showTimeline } = (() => {
       return ticks;
     }
 
-    /** By record a tick stands where time passes, and says how late it is. */
+    /** Drawn by record, a tick stands where time passes, and has the time. */
     #recordTicks() {
       const [from, to] = this.#view;
       const ticks = [];
@@ -790,7 +790,7 @@ const { Timelines, showTimeline } = (() => {
       return ticks.length > 1 ? ticks : this.#numberTicks();
     }
 
-    /** Where no time passes, numbers of records tell where one is. */
+    /** Where no time passes, ticks have the numbers of records. */
     #numberTicks() {
       const [from, to] = this.#view;
       const least = Math.max(((to - from) / this.#plot) * 90, 1);
@@ -888,7 +888,7 @@ const { Timelines, showTimeline } = (() => {
       if (words) part.append(svg("text", { class: "tl-words", x: x + 5, y: middle + 4 }, words));
     }
 
-    /** What there is room for: the label, its beginning if that still tells something, what is said shorter, or nothing. */
+    /** Returns the text that fits: the label, its beginning if enough is left, the short form, or nothing. */
     #readable(label, room) {
       if (!label) return "";
       const [long, short] = Array.isArray(label) ? label.map(String) : [label, null];
@@ -898,7 +898,7 @@ const { Timelines, showTimeline } = (() => {
       return short && fitted(short, room, this.#font) === short ? short : "";
     }
 
-    /** A part of the picture stands for these records: a click selects one after the other. */
+    /** Makes a part of the chart select its records: each click selects the next one. */
     #bind(part, records) {
       this.#hits.set(part, records);
       for (const record of records) {
@@ -990,7 +990,7 @@ const { Timelines, showTimeline } = (() => {
 
     #shownRecord = -1;
 
-    /** Scrolls to the lane of a record that was just selected, where there are many lanes. */
+    /** Scrolls to the lane of the selected record. */
     #keepInSight() {
       if (this.#shownRecord === this.#selected || this.box.scrollHeight <= this.box.clientHeight + 1) return;
       this.#shownRecord = this.#selected;
@@ -1003,7 +1003,7 @@ const { Timelines, showTimeline } = (() => {
     }
   }
 
-  // The records as a table. Only as many rows as one may look at are made at once.
+  // The records as a table. Rows are created in chunks, when they come into view.
 
   const CHUNK = 250;
 
@@ -1092,7 +1092,7 @@ const { Timelines, showTimeline } = (() => {
     }
   }
 
-  /** The changes of a record, one element each; those that the runner keeps for itself stand back. */
+  /** Returns an element for each change of a record; variables of the runner are less prominent. */
   function changesOf(run, record, before = null) {
     return record.changes.map(({ variable, value }) => {
       const { name, group } = run.variables[variable];
@@ -1101,7 +1101,7 @@ const { Timelines, showTimeline } = (() => {
     });
   }
 
-  /** The class of a record that is to be seen among others. */
+  /** Returns the CSS class that highlights a record. */
   function lookOf({ kind, detail, other }) {
     if (kind === "operation" && detail in ENDS) return detail;
     if (kind === "operation" && detail === "disabled") return "disabled";
@@ -1111,7 +1111,7 @@ const { Timelines, showTimeline } = (() => {
     return ["injection", "put_back", "resource"].includes(kind) ? "injected" : "";
   }
 
-  // The state behind the selected record.
+  // The state after the selected record.
 
   const GROUPS = ["variables", "resources", "operations", "runner"];
   const GROUP_NAMES = { variables: "Variables", resources: "Requests", operations: "Operations", runner: "Runner" };
@@ -1181,9 +1181,9 @@ const { Timelines, showTimeline } = (() => {
     }
   }
 
-  // All of it.
+  // The whole timeline.
 
-  const MOST_CHANGES = 12; // said aloud with the record; the table and the state have all
+  const MOST_CHANGES = 12; // announced with the record; the table and the state have all
 
   const KEYS = [
     ["←  →", "or k  j", "one record back or on"],
@@ -1198,7 +1198,7 @@ const { Timelines, showTimeline } = (() => {
     return html("details", { className: "tl-keys" }, html("summary", {}, "Keys"), html("ul", {}, ...items));
   }
 
-  /** Shows a run in an element that is empty. */
+  /** Shows a run in an empty element. */
   function showTimeline(element, run, { record = 0, label = "", onSelect = () => {} } = {}) {
     let selected = -1;
     const last = run.records.length - 1;
@@ -1269,7 +1269,7 @@ const { Timelines, showTimeline } = (() => {
       state.select(selected);
     }
 
-    /** The first record of the moment before or behind that of the selected one. */
+    /** Selects the first record of the previous or the next moment. */
     function moveMoment(direction) {
       const { at } = run.records[selected];
       const others = direction > 0 ? run.records.slice(selected + 1) : run.records.slice(0, selected).reverse();

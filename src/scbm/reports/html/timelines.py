@@ -1,21 +1,22 @@
-"""The runs of all cases, packed for the browser: it opens only the block with the case that is looked at.
+"""The runs of all cases, packed for the script of the page, which unpacks only the block of the case that is shown.
 
-What is packed is a dict that `json` can write:
+The packed runs are a dict that `json` can write:
 
-- `per_block`: how many cases a block has.
-- `cases`: how many there are.
-- `shared`: compressed, `{texts, kinds, variables}`. `texts` are all names, values and sentences; wherever a number
-  stands for a text below, it is an index into them. `kinds` are the kinds of records; `variables` has for each variable
-  its name, its nominal value, both texts, and the group that it is shown in.
-- `blocks`: compressed, each `{steps, cases}`. A step is what a record says but for its time and the number of its
-  request, as `[kind, subject, detail, other, sentence, variable, value, variable, value, …]`; kind and variable are
-  indexes into `kinds` and `variables`. Most steps happen in many cases.
+- `per_block`: the number of cases in a block.
+- `cases`: the number of all cases.
+- `shared`: compressed, `{texts, kinds, variables}`. `texts` has all names, values and sentences; the texts below are
+  indices into it. `kinds` has the kinds of records. `variables` has for each variable its name and its nominal value,
+  both as texts, and its group on the page.
+- `blocks`: compressed, each `{steps, cases}`. A step is a record without its time and the number of its request:
+  `[kind, subject, detail, other, sentence, variable, value, variable, value, …]`; kind and variable are indices into
+  `kinds` and `variables`. Most steps occur in many cases.
 
-A case is `null`, or has for each record its step (`steps`), the nanoseconds since the record before it (`after_ns`),
-and how much the number of its request is larger than that of the last record that had one (`numbers`). `ended_ns` is
-the end of its run, `violations` are `[requirement, begins, record, at_ns, reason]`, `unused` sentences.
+A case is `null` if it cannot be run again. Otherwise it has for each record its step (`steps`), the nanoseconds since
+the record before it (`after_ns`), and the difference between the number of its request and that of the last record that
+had one (`numbers`). `ended_ns` is the end of the run, `violations` are `[requirement, begins, record, at_ns, reason]`,
+and `unused` are sentences.
 
-*Compressed* is JSON, deflated with the header of zlib, in base64.
+*Compressed* means JSON, deflated with a zlib header, in base64.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ if TYPE_CHECKING:
 _PER_BLOCK = 64
 
 _LEVEL = 9
-"""Of compression. Reports are written once and sent around often."""
+"""The level of compression: the highest, as a report is written once and sent around often."""
 
 _KINDS = tuple(record.kind for record in get_args(Record))
 
@@ -76,9 +77,9 @@ _Thing = TypeVar("_Thing")
 
 
 def pack_timelines(model: BehaviorModel, executions: Iterable[Execution | None]) -> dict[str, Any]:
-    """Packs the runs of cases, in order; `None` for a case that cannot be run again.
+    """Return the packed runs of cases, in order; `None` stands for a case that cannot be run again.
 
-    The executions are taken one by one, and none is kept.
+    The executions are consumed one by one, and none is kept in memory.
     """
     packer = _Packer(model)
     packed = list(packer.blocks(executions))
@@ -91,7 +92,7 @@ def pack_timelines(model: BehaviorModel, executions: Iterable[Execution | None])
 
 
 class _Packer:
-    """Gives the parts of runs their numbers."""
+    """Assigns indices to the texts, steps and variables of runs."""
 
     def __init__(self, model: BehaviorModel) -> None:
         self._model = model
@@ -104,15 +105,15 @@ class _Packer:
         ]
 
     def shared(self) -> str:
-        """What all blocks share, compressed. Complete when all blocks are packed."""
+        """Return the data that all blocks share, compressed; it is complete once all blocks are packed."""
         return _compressed({"texts": list(self._texts), "kinds": list(_KINDS), "variables": self._variables})
 
     def blocks(self, executions: Iterable[Execution | None]) -> Iterator[tuple[int, str]]:
-        """The blocks: how many cases each has, and the cases, compressed."""
+        """Yield for each block the number of its cases, and the compressed block."""
         rest = iter(executions)
         while True:
             steps: dict[_Step, int] = {}
-            # case by case: the executions of a whole block may be large
+            # one execution at a time: those of a whole block may be large
             cases = [self._case(execution, steps) for execution in islice(rest, _PER_BLOCK)]
             if not cases:
                 return
@@ -144,7 +145,7 @@ class _Packer:
         return (_KINDS.index(record.kind), *map(self._text, told), *changes)
 
     def _changes(self, record: Record) -> dict[int, int]:
-        """What a record changes; of the state with which a run starts, what is not nominal."""
+        """Return the changes of a record by index; for the start of a run also the values that are not nominal."""
         changes = dict(record.changes)
         if isinstance(record, RunStarted):
             changes = {**dict(differing(record, self._nominal)), **changes}
@@ -155,7 +156,7 @@ class _Packer:
 
 
 def _lane(record: Record) -> tuple[str, str, str]:  # noqa: C901, PLR0911, PLR0912 - one case for each record
-    """Where on the chart a record belongs: what it is about, what became of that, and what else took part."""
+    """Return the subject of a record, its outcome, and a second subject: they decide its place on the chart."""
     match record:
         case RunStarted():
             return record.goal, "", ""
@@ -202,12 +203,12 @@ def _numbers(sentences: Iterable[Sentence]) -> Iterator[int]:
 
 
 def _number(table: dict[_Thing, int], thing: _Thing) -> int:
-    """The place of a thing in a table, where it is put if it is new."""
+    """Return the index of `thing` in `table`; add it if it is new."""
     return table.setdefault(thing, len(table))
 
 
 def _differences(numbers: Sequence[int]) -> list[int]:
-    """How much each is larger than the one before it: small, and often 0."""
+    """Return the difference of each number to the one before it; differences compress well."""
     return [number - before for before, number in pairwise((0, *numbers))]
 
 

@@ -1,4 +1,4 @@
-"""What the templates of the HTML report show: a history, cut into what stands on its pages."""
+"""The values that the templates of the HTML report show, derived from a history."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ if TYPE_CHECKING:
     from scbm.store import History, StoredRun
 
 _FIRST = 5
-"""So many cases are named beside an aspect or a finding; the list of cases has them all."""
+"""Maximum number of cases listed beside an aspect or a finding; the list of cases has all."""
 
 _BREAKS = re.compile(r"(?<=[_/.])(?=.)", re.DOTALL)
 _COLUMNS = (Aspect.QUEUED, *STATE_ASPECTS)
 
 
 def fragment(name: str) -> str:
-    """A name as part of an address behind its `#`."""
+    """Return `name` escaped for the fragment of an address."""
     return quote(name, safe="")
 
 
 def breakable(name: str) -> Markup:
-    """A name as HTML that may go on in the next line behind each `_`, `/` and `.` in it."""
+    """Return `name` as HTML with a possible line break behind each `_`, `/` and `.`."""
     pieces = _BREAKS.split(name)
     return Markup("<wbr>").join(pieces)
 
 
 def prose(words: str) -> Markup:
-    """A sentence as HTML, with what stands between backticks as code."""
+    """Return a sentence as HTML, with the text between backticks as code."""
     plain, *rest = words.split("`")
     if len(rest) % 2:
         return escape(words)
@@ -56,7 +56,7 @@ def prose(words: str) -> Markup:
 
 @dataclass(frozen=True, slots=True)
 class MatrixCell:
-    """How often an obligation was visited: in how many cases, and in which first, by their labels."""
+    """The visits of one obligation: the number of cases, and the labels of the first ones."""
 
     obligation: Obligation
     count: int
@@ -66,7 +66,7 @@ class MatrixCell:
 
 @dataclass(frozen=True, slots=True)
 class OperationView:
-    """An operation: a cell for each of its obligations, its lifecycle, and the lines that say it."""
+    """An operation: a cell for each of its obligations, its lifecycle, and its lines of the model file."""
 
     operation: Operation
     cells: tuple[MatrixCell, ...]
@@ -75,13 +75,13 @@ class OperationView:
 
     @property
     def is_covered(self) -> bool:
-        """Whether all of it that counts was visited."""
+        """Whether each of its obligations was visited."""
         return all(cell.count for cell in self.cells)
 
 
 @dataclass(frozen=True, slots=True)
 class TransitionView:
-    """An automatic transition: its cell, and the line that says it, if there is one."""
+    """An automatic transition: its cell, and its line of the model file, if it is known."""
 
     transition: Transition
     cell: MatrixCell
@@ -90,7 +90,7 @@ class TransitionView:
 
 @dataclass(frozen=True, slots=True)
 class StepView:
-    """A case that added to the figure: its number, its label, what it added in words, and the figure after it."""
+    """A case that increased the figure: its number and label, the obligations it added, and the figure after it."""
 
     number: int
     label: str
@@ -100,7 +100,7 @@ class StepView:
 
     @staticmethod
     def of(step: GrowthStep) -> StepView:
-        """A step with what it added, subject by subject."""
+        """Return the view of a step, with the added obligations grouped by subject."""
         aspects: dict[str, list[str]] = {}
         for obligation in step.added:
             if obligation.aspect is Aspect.TAKEN:
@@ -113,16 +113,16 @@ class StepView:
 
 @dataclass(frozen=True, slots=True)
 class FindingView:
-    """What fails for one cause.
+    """The cases that fail for one cause.
 
     Attributes:
-        number: that of the cause, from 0.
-        kind: the sort of reason.
-        subject: what of that sort.
-        count: how many cases fail so.
-        first: the first of them, each with what it says.
-        again: the command that shows the first one again.
-        place: where the first one ran, if that was over nodes.
+        number: the number of the cause, from 0.
+        kind: the kind of failure.
+        subject: the requirement, expectation or end that the failure is about.
+        count: the number of cases that fail for this cause.
+        first: the first of these cases, each with its message.
+        again: the command that reproduces the first case.
+        place: where the first case ran, if it ran over nodes.
     """
 
     number: int
@@ -135,7 +135,7 @@ class FindingView:
 
 
 class ReportView:
-    """A history as the pages show it."""
+    """The parts of a history that the pages show."""
 
     def __init__(self, history: History, visitors: Visitors) -> None:
         self.history = history
@@ -150,40 +150,40 @@ class ReportView:
 
     @cached_property
     def aspects(self) -> tuple[tuple[Aspect, Figure], ...]:
-        """Each aspect that the model has, with its figure; *queued*, which is beside the figure, last."""
+        """Each aspect that the model has, with its figure; *queued*, which the figure does not count, is last."""
         coverage = self.history.coverage
         figures = ((aspect, coverage.figure_of(aspect)) for aspect in (*STATE_ASPECTS, Aspect.TAKEN, Aspect.QUEUED))
         return tuple((aspect, figure) for aspect, figure in figures if figure.of)
 
     @property
     def durations(self) -> str:
-        """How long the cases ran, in words."""
+        """The duration of the cases in words."""
         return durations(self.history)
 
     @property
     def last_run(self) -> StoredRun:
-        """The run that began last."""
+        """The last run of the history."""
         return self.history.runs[-1]
 
     @cached_property
     def missed(self) -> tuple[Missed, ...]:
-        """All that is missing and why, what is beside the figure last."""
+        """The missing obligations with reasons; those that the figure does not count are last."""
         history = self.history
         return tuple(missed_reasons(history.model, history.coverage, history.source.path))
 
     @property
     def missed_count(self) -> int:
-        """How many obligations of the figure are missing."""
+        """The number of missing obligations in the figure."""
         return self.figure.of - self.figure.visited
 
     @property
     def close_command(self) -> str:
-        """The command that decides all that is missing."""
+        """The command that decides all missing obligations."""
         return close_command(self.history.source.path)
 
     @cached_property
     def lines(self) -> tuple[MarkedLine, ...]:
-        """The model file."""
+        """The lines of the model file with their coverage."""
         return mark_lines(self.model, self.history.source, self.history.coverage)
 
     @cached_property
@@ -193,7 +193,7 @@ class ReportView:
             OperationView(
                 operation,
                 tuple(self._cell(Obligation(operation.name, aspect)) for aspect in _COLUMNS),
-                Markup(lifecycle_svg(self.history, operation.name)),  # noqa: S704 - made by us, names escaped there
+                Markup(lifecycle_svg(self.history, operation.name)),  # noqa: S704 - our own SVG, in which names are escaped
                 self._lines_of(operation.name),
             )
             for operation in self.model.operations
@@ -210,12 +210,12 @@ class ReportView:
 
     @cached_property
     def steps(self) -> tuple[StepView, ...]:
-        """The cases that added to the figure, in their order."""
+        """The cases that increased the figure, in order."""
         return tuple(StepView.of(step) for step in growth(self.history.coverage))
 
     @cached_property
     def findings(self) -> tuple[FindingView, ...]:
-        """What failed, and why; the numbers are those that the script knows causes by."""
+        """The causes of failures, with the numbers that the script uses."""
         return tuple(
             FindingView(
                 number,
@@ -230,7 +230,7 @@ class ReportView:
         )
 
     def line_of(self, obligation: Obligation) -> int | None:
-        """The number of the line that an obligation is a branch of."""
+        """Return the number of the line that has an obligation; `None` if it is unknown."""
         return self._line_numbers.get(obligation)
 
     @cached_property
@@ -247,7 +247,7 @@ class ReportView:
         return MatrixCell(obligation, len(cases), first, self._reasons.get(obligation))
 
     def _lines_of(self, operation: str) -> tuple[MarkedLine, ...]:
-        """The lines that say an operation: from its own line up to the next that is not further in."""
+        """Return the lines of an operation: its own line and all lines below it with a larger indentation."""
         numbers = [self._line_numbers.get(Obligation(operation, aspect)) for aspect in STATE_ASPECTS]
         known = [number for number in numbers if number is not None]
         if not known:
@@ -257,7 +257,7 @@ class ReportView:
 
 
 def _end_of_block(lines: Sequence[MarkedLine], first: int, last: int) -> int:
-    """Where the block ends that begins with line `first` and has at least the lines before `last`; blank ones apart."""
+    """Return the end of the block that begins with line `first` and has at least the lines before `last`."""
     own = _indentation(lines[first].text)
     end = last
     for index in range(last, len(lines)):

@@ -1,10 +1,10 @@
-"""A run as MCAP, for Foxglove and what else reads recordings of robots.
+"""A run as MCAP, for Foxglove and other viewers of robot recordings.
 
-Messages are JSON, each channel with the JSON Schema of its messages. Channels of states have a message where the state
-changes, beginning with the first one; the rest have a message where something happens. The `sequence` of a message is
-the number of its record in the trace, from 0. `docs/how-to/view-traces.md` lists the topics.
+Messages are JSON, and each channel has the JSON Schema of its messages. A channel of a state has a message for the
+first state and for each change; other channels have a message for each event. The `sequence` of a message is the index
+of its record in the trace. `docs/how-to/view-traces.md` lists the topics.
 
-The file is neither compressed nor dated: the same run is the same bytes.
+The file is neither compressed nor dated: equal runs give equal bytes.
 """
 
 from __future__ import annotations
@@ -63,10 +63,10 @@ class McapMessage:
     """One message.
 
     Attributes:
-        topic: its channel.
-        at_ns: when.
-        record: the number of the record that it comes of.
-        content: what it says.
+        topic: the topic of its channel.
+        at_ns: its time.
+        record: the index of its record in the trace.
+        content: its content, as JSON.
     """
 
     topic: str
@@ -76,7 +76,7 @@ class McapMessage:
 
 
 def write_mcap(model: BehaviorModel, execution: Execution, stream: BinaryIO) -> int:
-    """Writes the run to a stream, and says how many messages it has."""
+    """Write the run to `stream` and return the number of its messages."""
     writer = Writer(stream, compression=CompressionType.NONE)
     writer.start(profile="", library=f"scbm {scbm.__version__}")
     channels = {topic: _registered(writer, topic, schema) for topic, schema in _schemas(model, execution).items()}
@@ -146,7 +146,7 @@ _LOG = _object(
 
 
 def _schemas(model: BehaviorModel, execution: Execution) -> dict[str, Json]:
-    """The schema of each topic, in order."""
+    """Return the schema of each topic, in order."""
     operation = _object("scbm.Operation", state=_one_of(OperationState))
     requirement = _object("scbm.Requirement", state=_one_of(("kept", "violated")), reason=_TEXT, values=_VALUES)
     requirements = (*model.requirements, *execution.case.requirements)
@@ -199,7 +199,7 @@ def _messages(model: BehaviorModel, execution: Execution) -> Iterator[McapMessag
 
 
 def _states(model: BehaviorModel, execution: Execution) -> Iterator[McapMessage]:
-    """The states of plan, operations, resources and variables, wherever they change."""
+    """Yield the states of plan, operations, resources and variables at the start and after each change."""
     following = _FollowedRun(model)
     said: dict[str, Json] = {}
     for number, record in enumerate(execution.trace.records):
@@ -211,7 +211,7 @@ def _states(model: BehaviorModel, execution: Execution) -> Iterator[McapMessage]
 
 
 class _FollowedRun:
-    """The state behind record after record, topic by topic."""
+    """The content of each topic of a state, record after record."""
 
     def __init__(self, model: BehaviorModel) -> None:
         self._model = model
@@ -222,7 +222,7 @@ class _FollowedRun:
         self._topics = _topics(model)
 
     def contents(self, record: Record) -> Iterator[dict[str, Json]]:
-        """What each touched topic has to say: at the start of a run all of them, before anything changes."""
+        """Yield the contents of the topics that a record changes; all topics at the start of a run."""
         if isinstance(record, RunStarted):
             self._state.update(record.state)
             yield self._contents(dict.fromkeys(self._topics.values()))
@@ -236,7 +236,7 @@ class _FollowedRun:
         elif isinstance(record, ResourceChanged):
             self._conditions[record.resource] = record.condition
             touched[f"/resources/{record.resource}"] = None
-        if self._state:  # what changed before is in the state with which the run starts
+        if self._state:  # the state at the start of a run has all earlier changes
             self._state.update(record.changes)
             yield self._contents(touched)
 
@@ -259,7 +259,7 @@ class _FollowedRun:
 
 
 def _topics(model: BehaviorModel) -> dict[str, str]:
-    """The topic of each variable."""
+    """Return the topic of each variable."""
     return {
         **dict.fromkeys((PLAN_STATE, CURRENT_NAME, CURRENT_STATE), "/plan"),
         **{operation_state_name(operation.name): f"/operations/{operation.name}" for operation in model.operations},
@@ -269,7 +269,7 @@ def _topics(model: BehaviorModel) -> dict[str, str]:
 
 
 def _happened(execution: Execution) -> Iterator[McapMessage]:
-    """What has no state: automatic transitions, injections, faults of the network."""
+    """Yield the events without a state: automatic transitions, injections, faults of the network."""
     for number, record in enumerate(execution.trace.records):
         event = _event(record)
         if event is not None:
@@ -308,7 +308,7 @@ def _event(record: Record) -> tuple[str, Json] | None:  # noqa: PLR0911 - one fo
 
 
 def _judged(model: BehaviorModel, execution: Execution) -> Iterator[McapMessage]:
-    """Each requirement: kept at first, and violated when it is; of a run that was lost nobody knows."""
+    """Yield for each requirement that it is kept at first, and its violation; nothing for a run that was lost."""
     for requirement in (*model.requirements, *execution.case.requirements) if execution.trace.records else ():
         kept: Json = {"state": "kept", "reason": "", "values": {}}
         yield McapMessage(f"/requirements/{requirement.name}", 0, 0, kept)

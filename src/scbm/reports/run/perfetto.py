@@ -1,7 +1,8 @@
-"""A run for ui.perfetto.dev and chrome://tracing, in the Trace Event Format that both read.
+"""A run in the Trace Event Format, for ui.perfetto.dev and chrome://tracing.
 
-https://docs.google.com/document/d/1CvAClvFfyA5R-PhYUmn5OOQtYMH4h6I0nSsKchNAySU describes it. A process is a group of
-tracks here, a thread a track of slices, and a counter a track of numbers. `docs/how-to/view-traces.md` lists them.
+https://docs.google.com/document/d/1CvAClvFfyA5R-PhYUmn5OOQtYMH4h6I0nSsKchNAySU describes the format. Here
+a process is a group of tracks, a thread is a track of slices, and a counter is a track of numbers.
+`docs/how-to/view-traces.md` lists them.
 """
 
 from __future__ import annotations
@@ -49,18 +50,18 @@ if TYPE_CHECKING:
     Arguments = dict[str, Any]
 
 _GROUPS = ("run", "operations", "resources", "injections", "requirements", "variables")
-"""The processes, from top to bottom; the first has pid 1."""
+"""The groups of tracks from top to bottom; the first has pid 1."""
 
 _FIRST_TRACK = 101
-"""The first tid: a thread whose tid is its process's pid would be taken for its main thread."""
+"""The first tid; viewers take a thread whose tid equals its pid for the main thread."""
 
 _COLOURS = {"failed": "terrible", "timedout": "bad", "cancelled": "bad", "disabled": "yellow", "no reply": "bad"}
-"""The colours that chrome://tracing knows, for what is not as it should be; Perfetto colours by name."""
+"""Colours of chrome://tracing for deviations from the nominal course; Perfetto derives colours from names."""
 
 
 @dataclass(frozen=True, slots=True)
 class Slice:
-    """Something that lasts, on a track of a group."""
+    """An event with a duration, on a track of a group."""
 
     group: str
     track: str
@@ -73,7 +74,7 @@ class Slice:
 
 @dataclass(frozen=True, slots=True)
 class Instant:
-    """Something that happens, on a track of a group."""
+    """An event without duration, on a track of a group."""
 
     group: str
     track: str
@@ -84,7 +85,7 @@ class Instant:
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """What a variable is from now on, as a number."""
+    """The value of a variable from `at_ns` on, as a number."""
 
     group: str
     track: str
@@ -94,7 +95,7 @@ class Sample:
 
 @dataclass(frozen=True, slots=True)
 class Arrow:
-    """From the operation that executes to its request."""
+    """An arrow from the current operation to its request."""
 
     operation: str
     resource: str
@@ -106,15 +107,15 @@ Item: TypeAlias = Slice | Instant | Sample | Arrow
 
 
 def write_perfetto(model: BehaviorModel, execution: Execution, stream: BinaryIO) -> int:
-    """Writes the run to a stream, and says how many events it has.
+    """Write the run to `stream` and return the number of its events.
 
-    Times are in microseconds, with nanoseconds behind the point.
+    Times are in microseconds, with nanoseconds as decimals.
     """
     items = list(_items(model, execution))
     tracks = _tracks(model, items)
     events = [*_metadata(tracks), *(event for item in items for event in _events(item, tracks))]
     written = {"displayTimeUnit": "ns", "otherData": _about(execution), "traceEvents": events}
-    # Perfetto shows `\\u2192` as it stands there, so no character is escaped that need not be
+    # Perfetto shows the escape `\\u2192` literally, so characters are escaped only where JSON requires it
     stream.write(f"{json.dumps(written, ensure_ascii=False, separators=(',', ':'))}\n".encode())
     return len(events)
 
@@ -127,7 +128,7 @@ def _about(execution: Execution) -> dict[str, str]:
 
 
 def _items(model: BehaviorModel, execution: Execution) -> Iterator[Item]:
-    """All that is drawn; of each track in the order of time."""
+    """Yield all items; those of each track in the order of time."""
     records, end_ns = execution.trace.records, execution.ended_ns
     spans = execution.spans
     yield from _plans(spans, records)
@@ -236,7 +237,7 @@ def _fault(span: FaultSpan) -> Item:
 
 
 def _violated(violation: Violation, execution: Execution) -> Item:
-    """A violation; a slice if something was owed for a while."""
+    """Return a violation: a slice from the record that begins it, if time has passed since."""
     begin_ns = execution.trace.records[violation.begins].at_ns
     arguments = {"reason": violation.reason, "operation": violation.operation, **_values(violation.values)}
     if begin_ns == violation.at_ns:
@@ -245,7 +246,7 @@ def _violated(violation: Violation, execution: Execution) -> Item:
 
 
 def _variables(model: BehaviorModel, records: Iterable[Record], end_ns: int) -> Iterator[Item]:
-    """Every variable but the states of operations: numbers as samples, symbols as slices named by their value."""
+    """Yield the values of variables, numbers as samples and symbols as slices; operations have tracks of their own."""
     shown = [variable for variable in model.running_space if variable.role is not Role.OPERATION_STATE]
     past = _histories(records)
     for variable in shown:
@@ -259,7 +260,7 @@ def _variables(model: BehaviorModel, records: Iterable[Record], end_ns: int) -> 
 
 
 def _histories(records: Iterable[Record]) -> dict[str, list[tuple[int, Value]]]:
-    """For each variable its values, each with the moment from which on it has it; of one moment the last."""
+    """Return for each variable its values, each with the time of the change; of one moment the last value."""
     past: dict[str, list[tuple[int, Value]]] = {}
     for record in records:
         if isinstance(record, RunStarted):
@@ -275,7 +276,7 @@ def _histories(records: Iterable[Record]) -> dict[str, list[tuple[int, Value]]]:
 
 
 def _without_repetitions(moments: list[tuple[int, Value]]) -> list[tuple[int, Value]]:
-    """Only where the value changes: within a moment it may have come back."""
+    """Return the moments at which the value differs from the one before: within a moment it may have been restored."""
     return [moment for index, moment in enumerate(moments) if not index or moments[index - 1][1] != moment[1]]
 
 
@@ -287,7 +288,7 @@ def _values(changes: Changes) -> Arguments:
 
 
 def _tracks(model: BehaviorModel, items: Iterable[Item]) -> dict[tuple[str, str], int]:
-    """The tid of each track with slices or instants: group by group, there in the order of the model."""
+    """Return the tid of each track with slices or instants; tracks are ordered by group and by the model."""
     used = dict.fromkeys((item.group, item.track) for item in items if isinstance(item, (Slice, Instant)))
     operations = (("operations", operation.name) for operation in model.operations)
     resources = (("resources", resource.name) for resource in model.resources)
@@ -307,7 +308,7 @@ def _metadata(tracks: dict[tuple[str, str], int]) -> Iterator[Event]:
 
 
 def _events(item: Item, tracks: dict[tuple[str, str], int]) -> Iterator[Event]:
-    """What the format says of an item."""
+    """Yield the trace events of an item."""
     if isinstance(item, Arrow):
         source, target = tracks.get(("operations", item.operation)), tracks[("resources", item.resource)]
         if source is not None:
@@ -323,7 +324,7 @@ def _events(item: Item, tracks: dict[tuple[str, str], int]) -> Iterator[Event]:
     if isinstance(item, Instant):
         yield _moment(about, item.at_ns, item.arguments)
         return
-    if item.begin_ns == item.end_ns:  # as a slice it would be put inside the one that begins now
+    if item.begin_ns == item.end_ns:  # viewers would nest it into the slice that begins now
         yield _moment(about, item.begin_ns, item.arguments)
         return
     colour = {} if item.colour is None else {"cname": item.colour}
@@ -340,5 +341,5 @@ def _pid(group: str) -> int:
 
 
 def _us(time_ns: int) -> float:
-    """Microseconds; exact in runs of up to 100 days."""
+    """Return a time in microseconds; exact in runs of up to 100 days."""
     return time_ns // 1000 if time_ns % 1000 == 0 else time_ns / 1000

@@ -244,8 +244,8 @@ def test_failures_of_one_kind_are_one_finding() -> None:
     page = report(history)
     assert page.text.count("open_while_pumping is violated") == 5
     assert "7 of 7 cases failed." in page.text
-    assert "All 7 cases that fail so" in page.text
-    assert "The first one again:" in page.text
+    assert "All 7 cases with this cause" in page.text
+    assert "Reproduce the first case:" in page.text
 
 
 def test_code_in_a_reason_is_set_as_code() -> None:
