@@ -20,13 +20,13 @@ def test_where_there_are_no_cases_the_plugin_does_nothing(cell: pytest.Pytester)
     result.stdout.no_fnmatch_line("*yaml*")
 
 
-def test_the_plugin_itself_imports_no_other_room() -> None:
+def test_the_plugin_itself_imports_no_other_package() -> None:
     code = (
         "import sys, pytest; before = frozenset(sys.modules); import scbm.plugins.pytest\n"
         "print(*sorted(frozenset(sys.modules) - before))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["scbm", "scbm.plugins.pytest"]
+    assert done.stdout.split() == ["scbm", "scbm.plugins", "scbm.plugins.pytest"]
 
 
 def test_a_session_without_cases_loads_nothing_more(pytester: pytest.Pytester) -> None:
@@ -179,14 +179,14 @@ def test_the_command_names_a_model_that_the_case_does_not(cell: pytest.Pytester)
 def test_a_model_is_loaded_once(cell: pytest.Pytester) -> None:
     cell.makeconftest("""
         from pathlib import Path
-        from scbm.plugins.pytest import bench
+        from scbm.plugins.pytest import session_models
 
-        def load(path, real=bench.load_model):
+        def load(path, real=session_models.load_model):
             with Path("loaded.txt").open("a") as stream:
                 stream.write(f"{path.name}\\n")
             return real(path)
 
-        bench.load_model = load
+        session_models.load_model = load
     """)
     write(cell.path, one=PASSES, two=PASSES.replace("scans", "second"))
     (cell.path / "link.yaml").symlink_to(cell.path / "cell.yaml")
