@@ -3,9 +3,9 @@
 Sees a model as the planner does: `g` and `a` of pre- and postconditions, and nothing that is only for running.
 """
 
-from scbm.planning.breadth_first import Reach, explore
 from scbm.planning.plan_answers import Answer, Limit, LimitReached, PlanLimits, SearchCancelledError, Solved, Unsolvable
 from scbm.planning.plan_cache import PlanCache
+from scbm.planning.plan_search import Reach, explore
 from scbm.planning.plan_validation import PlanFlaw, find_flaw
 from scbm.planning.planner import Planner
 from scbm.planning.planners import DEFAULT_PLANNER, PLANNERS, PlanFunction, PlanProblem

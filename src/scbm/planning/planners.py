@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-from scbm.planning.breadth_first import breadth_first
 from scbm.planning.plan_answers import always
+from scbm.planning.plan_search import search_plan
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -45,7 +45,7 @@ class PlanFunction(Protocol):
 
 def canonical(problem: PlanProblem, limits: PlanLimits) -> Answer:
     """Return the canonical plan: the shortest, and of the shortest the first in the order of the model."""
-    return breadth_first(problem.task, problem.start, problem.is_goal, limits, problem.is_wanted)
+    return search_plan(problem.task, problem.start, problem.is_goal, limits, problem.is_wanted)
 
 
 PLANNERS: dict[str, PlanFunction] = {"canonical": canonical}

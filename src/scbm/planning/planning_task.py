@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from scbm.model import Action, BehaviorModel, Operation, Predicate, Value
 
     Step: TypeAlias = Callable[[int], int | None]
+    Steps: TypeAlias = tuple[tuple[int, int], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,11 +58,13 @@ _MAX_REMEMBERED = 200_000
 
 
 class Task:
-    """The packed transition system of a model. Remembers the successors of states it has seen.
+    """The packed transition system of a model. The successors of states are cached.
 
     Attributes:
         packing: the fields of the variables that matter, in the order of the model.
         operations: the names of the operations, in the order of the model.
+        successors: maps a packed state to the operations that are enabled in it, by index and in order, each with the
+            state that it leads to.
     """
 
     def __init__(self, model: BehaviorModel, also: Iterable[str] = ()) -> None:
@@ -69,8 +72,8 @@ class Task:
         system = system_of(model)
         self.packing = Packing(relevant(system, also))
         self.operations = tuple(move.name for move in system.moves)
-        self._steps = tuple(_step(move, self.packing) for move in narrowed(system, self.packing.space).moves)
-        self._seen: dict[int, tuple[tuple[int, int], ...]] = {}
+        steps = tuple(_step(move, self.packing) for move in narrowed(system, self.packing.space).moves)
+        self.successors: Callable[[int], Steps] = _SuccessorCache(steps).__getitem__
 
     def pack(self, state: Mapping[str, Value]) -> int:
         """The state of the world as this task packs it; the runner's variables are at rest, whatever `state` says."""
@@ -81,15 +84,20 @@ class Task:
         """Actions as a function of packed states; `None` where they would leave a domain."""
         return self.packing.update(action for action in actions if action.target in self.packing.space)
 
-    def successors(self, state: int) -> tuple[tuple[int, int], ...]:
-        """Each operation that is enabled, by its index and in order, with the state that it leads to."""
-        known = self._seen.get(state)
-        if known is None:
-            results = ((index, step(state)) for index, step in enumerate(self._steps))
-            known = tuple((index, result) for index, result in results if result is not None)
-            if len(self._seen) < _MAX_REMEMBERED:
-                self._seen[state] = known
-        return known
+
+class _SuccessorCache(dict[int, "Steps"]):
+    """The successors of packed states, computed at the first look-up."""
+
+    def __init__(self, steps: tuple[Step, ...]) -> None:
+        super().__init__()
+        self._steps = steps
+
+    def __missing__(self, state: int) -> Steps:
+        results = ((index, step(state)) for index, step in enumerate(self._steps))
+        found = tuple((index, result) for index, result in results if result is not None)
+        if len(self) < _MAX_REMEMBERED:
+            self[state] = found
+        return found
 
 
 def _step(move: Move, packing: Packing) -> Step:

@@ -15,7 +15,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scbm.model import Role
-from scbm.planning.breadth_first import LOOK
 from scbm.planning.engines import DistancesOnDemand, Exceeded, ExplorationLimits, Region
 from scbm.planning.engines.exploration import Distances, Exploration
 from scbm.planning.plan_answers import (
@@ -28,6 +27,7 @@ from scbm.planning.plan_answers import (
     always,
     raise_if_cancelled,
 )
+from scbm.planning.plan_search import POLL_INTERVAL
 from scbm.planning.planners import PlanProblem, canonical
 from scbm.planning.planning_task import system_of
 
@@ -138,7 +138,7 @@ class Policy:
     def _successors(self, state: int) -> tuple[tuple[int, int], ...]:
         """Those of the task, as long as anybody wants to know: what distances know is whole, whenever this raises."""
         self._looks += 1
-        if not self._looks % LOOK:
+        if not self._looks % POLL_INTERVAL:
             raise_if_cancelled(self._is_wanted)
         return self.task.successors(state)
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from scbm.model import Constant, Equal, Reference, Role, State, conjunction
 from scbm.planning import PlanLimits, Solved, Task
+from scbm.planning.engines.breadth_first import BreadthFirst
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Hashable, Iterable, Iterator, Mapping, Sequence
@@ -182,9 +183,17 @@ class _Paths:
     def __init__(self, task: Task, start: int, most: int) -> None:
         """Goes on until every state is found, or the successors of `most` were looked at."""
         self._operations = {name: number for number, name in enumerate(task.operations)}
+        search = BreadthFirst((start,), task.successors)
+        search.expand(most)
+        states = search.states
         self._lengths, self._uses, self._last = [0], [0], [-1]
-        states = [start]
-        self._find(task, states, most)
+        numbers = {state: number for number, state in enumerate(states)}
+        for parent in islice(search.parents.values(), 1, None):
+            assert parent is not None  # noqa: S101 - the start alone has none
+            number = numbers[parent[0]]
+            self._lengths.append(self._lengths[number] + 1)
+            self._uses.append(self._uses[number] | 1 << parent[1])
+            self._last.append(parent[1])
         self.holds: dict[Conjunct, int] = {}
         for variable in task.packing.space:
             if variable.role is Role.DECLARED:
@@ -193,20 +202,6 @@ class _Paths:
         self._variables = [name for name, _ in self.holds]
         self._endings = _bitsets(self._last)
         self._using: dict[int, int] = {}
-
-    def _find(self, task: Task, states: list[int], most: int) -> None:
-        """Fills the states, and what is known of the path to each."""
-        found = dict.fromkeys(states)
-        for number, state in enumerate(states):  # which grow on the way
-            if number == most:
-                return
-            for operation, successor in task.successors(state):
-                if successor not in found:
-                    found[successor] = None
-                    states.append(successor)
-                    self._lengths.append(self._lengths[number] + 1)
-                    self._uses.append(self._uses[number] | 1 << operation)
-                    self._last.append(operation)
 
     def changes(self, variable: str) -> bool:
         """Whether a variable has several values."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.closing.runs.situations import ANSWER, PlanningTooLargeError
+from scbm.planning.engines.breadth_first import BreadthFirst
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -61,6 +62,7 @@ class RunGraph:
     _targets: array[int]
     _visits: list[int]
     _labels: list[Happening | Start]
+    _parents: Mapping[int, tuple[int, int] | None]
 
     @property
     def visits(self) -> int:
@@ -82,6 +84,15 @@ class RunGraph:
         is_asking = node > 0 and self.positions[node - 1].is_asking
         return (edge for edge in self.edges(node) if not is_asking or self._labels[edge.number] is ANSWER)
 
+    def path_to(self, node: int) -> list[Edge]:
+        """Return the edges of a shortest path from node 0: the one that the exploration found the node by."""
+        edges = []
+        while (parent := self._parents[node]) is not None:
+            source, number = parent
+            edges.append(Edge(number, node, self._visits[number]))
+            node = source
+        return edges[::-1]
+
     def label(self, edge: int) -> Happening | Start:
         """What happens on an edge; the initial state for the first one of a walk."""
         return self._labels[edge]
@@ -102,6 +113,7 @@ def explore_runs(goal: tuple[str, Predicate], steps: RunSteps, starts: Sequence[
 class _RunExploration:
     def __init__(self, steps: RunSteps, most: int) -> None:
         self._steps = steps
+        self._starts: Sequence[Start] = ()
         self._most = most
         self._nodes: dict[Position, int] = {}
         self._positions: list[Position] = []
@@ -116,40 +128,48 @@ class _RunExploration:
         self._planning_too_large = False
 
     def explore(self, goal: tuple[str, Predicate], starts: Sequence[Start]) -> RunGraph:
+        self._starts = starts
+        exploration = BreadthFirst((0,), self._successors)
         try:
-            self._explore(starts)
+            exploration.expand_all()
         except PlanningTooLargeError:
             self._complete, self._planning_too_large = False, True
-            self._first.append(len(self._targets))
-        graph = RunGraph(
+            self._first.extend([len(self._targets)] * (len(self._positions) + 2 - len(self._first)))
+        return RunGraph(
             goal,
             starts,
             self._positions,
             self._complete,
             self._planning_too_large,
-            [],
+            _reach(self._first, self._targets, self._visits),
             self._cut_offs,
             self._first,
             self._targets,
             self._visits,
             self._labels,
+            exploration.parents,
         )
-        graph.reach = _reach(self._first, self._targets, self._visits)
-        return graph
 
-    def _explore(self, starts: Sequence[Start]) -> None:
-        for start in starts:
-            self._add(0, start, self._steps.begin(start.packed))
+    def _successors(self, node: int) -> Iterator[tuple[int, int]]:
+        """Record the edges of a node, and yield their numbers and targets; nodes are numbered as they are found."""
+        for label, step in self._steps_from(node):
+            number = len(self._targets)
+            target = self._add(node, label, step)
+            if target >= 0:
+                yield number, target
         self._first.append(len(self._targets))
-        node = 0
-        while node < len(self._positions):
-            position = self._positions[node]
-            for happening in self._steps.happenings(position):
-                self._add(node + 1, happening, self._steps.after(position, happening))
-            self._first.append(len(self._targets))
-            node += 1
 
-    def _add(self, node: int, label: Happening | Start, step: RunStep) -> None:
+    def _steps_from(self, node: int) -> Iterator[tuple[Happening | Start, RunStep]]:
+        if not node:
+            for start in self._starts:
+                yield start, self._steps.begin(start.packed)
+            return
+        position = self._positions[node - 1]
+        for happening in self._steps.happenings(position):
+            yield happening, self._steps.after(position, happening)
+
+    def _add(self, node: int, label: Happening | Start, step: RunStep) -> int:
+        """Record an edge, and return its target; -1 if the run ends, or there are too many positions."""
         target = -1
         if step.target is not None:
             target = self._nodes.get(step.target, 0)
@@ -166,6 +186,7 @@ class _RunExploration:
         if step.cut_off & ~self._cut_off:  # the first of its kind is enough
             self._cut_off |= step.cut_off
             self._cut_offs.append((node, Edge(len(self._targets) - 1, target, step.visits), step.cut_off))
+        return target
 
 
 def _reach(first: array[int], targets: array[int], visits: list[int]) -> list[int]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scbm.closing.runs.run_graph import Edge, RunGraph, Start
+from scbm.planning.engines.breadth_first import BreadthFirst
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -73,33 +74,32 @@ def direct_walks(graphs: Sequence[RunGraph], wanted: int) -> Iterator[Walk]:
         yield from sorted(filter(None, walks), key=lambda walk: len(walk.way.happenings))
 
 
+_FOUND = -1
+"""A node behind each edge that visits what is wanted; no position has this number."""
+
+
 def _shortest(graph: RunGraph, wanted: int, *, is_calm: bool) -> Walk | None:
     """The shortest walk from any start; of equally short ones that from the start nearest to the nominal state."""
     next_edges = graph.calm_edges if is_calm else graph.edges
-    came: dict[int, tuple[int, Edge] | None] = {0: None}
-    frontier = [0]
-    for here in frontier:  # it grows while it is gone through
-        for edge in next_edges(here):
+
+    def successors(node: int) -> Iterator[tuple[Edge, int]]:
+        for edge in next_edges(node):
             if edge.visits & wanted:
-                return _walk(graph, _edges_to(came, here, edge))
-            if edge.target >= 0 and edge.target not in came and _promise(graph, edge, wanted):
-                came[edge.target] = (here, edge)
-                frontier.append(edge.target)
-    return None
+                yield edge, _FOUND
+            elif edge.target >= 0 and graph.reach[edge.target] & wanted:
+                yield edge, edge.target
+
+    search = BreadthFirst((0,), successors)
+    return None if search.expand_all(_is_found) is None else _walk(graph, search.actions_to(_FOUND))
+
+
+def _is_found(node: int) -> bool:
+    return node == _FOUND
 
 
 def walk_over(graph: RunGraph, node: int, last: Edge) -> Walk:
     """The shortest walk that ends with an edge, which begins in a node."""
-    came: dict[int, tuple[int, Edge] | None] = {0: None}
-    frontier = [0]
-    for here in frontier:
-        if node in came:
-            break
-        for edge in graph.edges(here):
-            if edge.target >= 0 and edge.target not in came:
-                came[edge.target] = (here, edge)
-                frontier.append(edge.target)
-    return _walk(graph, _edges_to(came, node, last))
+    return _walk(graph, [*graph.path_to(node), last])
 
 
 def _promise(graph: RunGraph, edge: Edge, missing: int) -> int:
@@ -142,37 +142,28 @@ def _next_leg(graph: RunGraph, node: int, missing: int) -> _Leg | None:
 def _leg_along(
     graph: RunGraph, next_edges: Callable[[int], Iterable[Edge]], node: int, missing: int, most: int
 ) -> _Leg | None:
-    came: dict[int, tuple[int, Edge] | None] = {node: None}
-    frontier = [node]
-    best: _Leg | None = None
-    for looked_at, here in enumerate(frontier):  # it grows while it is gone through
-        if best is not None and looked_at > _MAX_COMPARED:
-            break
+    legs: list[_Leg] = []  # each better than the one before it
+
+    def successors(here: int) -> Iterator[tuple[Edge, int]]:
         for edge in next_edges(here):
             if edge.visits & missing:
-                leg = _leg(graph, came, here, edge, missing)
-                if best is None or leg.kept.bit_count() > best.kept.bit_count():
-                    best = leg
-                if best.kept == most:
-                    return best
-            if edge.target >= 0 and edge.target not in came:
-                came[edge.target] = (here, edge)
-                frontier.append(edge.target)
-    return best
+                leg = _leg(graph, [*search.actions_to(here), edge], missing)
+                if not legs or leg.kept.bit_count() > legs[-1].kept.bit_count():
+                    legs.append(leg)
+                if legs[-1].kept == most:
+                    yield edge, _FOUND
+            if edge.target >= 0:
+                yield edge, edge.target
+
+    search = BreadthFirst((node,), successors)
+    while search.frontier and (not legs or search.expanded <= _MAX_COMPARED):
+        if search.expand(max(_MAX_COMPARED, search.expanded) + 1, _is_found) is not None:
+            break
+    return legs[-1] if legs else None
 
 
-def _leg(graph: RunGraph, came: dict[int, tuple[int, Edge] | None], node: int, last: Edge, missing: int) -> _Leg:
-    edges = _edges_to(came, node, last)
-    return _Leg(edges, _visits(edges) & missing | _promise(graph, last, missing))
-
-
-def _edges_to(came: dict[int, tuple[int, Edge] | None], node: int, last: Edge) -> list[Edge]:
-    """The edges of the way to a node, as a search has found it, and a last one behind it."""
-    edges = [last]
-    while (step := came[node]) is not None:
-        node, edge = step
-        edges.append(edge)
-    return edges[::-1]
+def _leg(graph: RunGraph, edges: list[Edge], missing: int) -> _Leg:
+    return _Leg(edges, _visits(edges) & missing | _promise(graph, edges[-1], missing))
 
 
 def _visits(edges: Sequence[Edge]) -> int:

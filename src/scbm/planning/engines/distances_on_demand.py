@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, TypeAlias
 
+from scbm.planning.engines.breadth_first import BreadthFirst
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
@@ -37,12 +39,13 @@ class DistancesOnDemand:
         self._distances: dict[int, int | None] = {}
 
     def know(self, state: int) -> bool:
-        """Whether the state is known now."""
+        """Return whether the distance of the state is known now; explore from it if there is room."""
         if state not in self._distances and not self._is_full:
-            found = self._explore(state)
-            self._is_full = len(self._distances) + len(found) > self._most
-            if not self._is_full:
-                self._measure(found)
+            is_goal = self._explore(state)
+            if is_goal is None:
+                self._is_full = True
+            else:
+                self._measure(is_goal)
         return state in self._distances
 
     def distance(self, state: int) -> int | None:
@@ -56,16 +59,20 @@ class DistancesOnDemand:
             return None
         return next(step for step in self._successors(state) if self._distances[step[1]] == distance - 1)
 
-    def _explore(self, start: int) -> dict[int, bool]:
-        """The unknown states on the way from `start`, and whether each is a goal; about as many as are allowed."""
-        found = {start: self._is_goal(start)}
-        frontier = [start]
-        while frontier and len(self._distances) + len(found) <= self._most:
-            leading_on = (state for state in frontier if not found[state])
-            reached = dict.fromkeys(after for state in leading_on for _, after in self._successors(state))
-            frontier = [state for state in reached if state not in found and state not in self._distances]
-            found.update((state, self._is_goal(state)) for state in frontier)
-        return found
+    def _explore(self, start: int) -> dict[int, bool] | None:
+        """Return the unknown states that `start` leads to, and whether each is a goal; `None` if they are too many."""
+        is_goal: dict[int, bool] = {}
+
+        def unknown_successors(state: int) -> Iterable[tuple[int, int]]:
+            is_goal[state] = self._is_goal(state)
+            if is_goal[state]:
+                return ()
+            return [step for step in self._successors(state) if step[1] not in self._distances]
+
+        exploration = BreadthFirst((start,), unknown_successors)
+        while exploration.frontier and len(self._distances) + len(exploration.states) <= self._most:
+            exploration.expand_level()
+        return None if exploration.frontier else is_goal
 
     def _measure(self, found: dict[int, bool]) -> None:
         """The distances of new states: backwards from goals among them, and from what was known before."""

@@ -5,13 +5,14 @@ from __future__ import annotations
 from itertools import product
 from typing import TYPE_CHECKING
 
+from scbm.planning.engines.breadth_first import BreadthFirst
 from scbm.planning.engines.code_functions import Functions
 from scbm.planning.engines.distances_on_demand import DistancesOnDemand
 from scbm.planning.engines.engine import check_bytes, check_states
 from scbm.planning.engines.reduced_system import StateCodes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from scbm.planning.engines.conditions import Condition
     from scbm.planning.engines.engine import ExplorationLimits
@@ -39,14 +40,11 @@ class HashedEngine:
 
     def reach(self) -> HashedStates:
         """Level by level."""
-        found = dict.fromkeys(code for region in self._box.starts for code in self._start(region))
-        frontier = list(found)
-        while frontier:
-            self._check(len(found))
-            reached = dict.fromkeys(after for code in frontier for _, after in self.successors(code))
-            frontier = [code for code in reached if code not in found]
-            found.update(dict.fromkeys(frontier))
-        return HashedStates(self, found)
+        exploration = BreadthFirst((code for region in self._box.starts for code in self._start(region)), self.successors)
+        while exploration.frontier:
+            self._check(len(exploration.states))
+            exploration.expand_level()
+        return HashedStates(self, exploration.parents)
 
     def _start(self, region: ReducedRegion) -> Iterator[int]:
         is_start = self.functions.test(region.where)
@@ -60,7 +58,7 @@ class HashedEngine:
 class HashedStates:
     """A set of states, closed under the moves."""
 
-    def __init__(self, engine: HashedEngine, found: dict[int, None]) -> None:
+    def __init__(self, engine: HashedEngine, found: Mapping[int, object]) -> None:
         self._engine = engine
         self._found = found
 
