@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import combinations, product
 
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scbm.closing.advice import is_satisfiable
-from scbm.model import Packing, State, StateSpace
+from scbm.model import And, Domain, NotEqual, Packing, Reference, State, StateSpace, Variable
+from scbm.model.normal_form import bits_of, normal_form
 from scbm.model.operations import apply
+from scbm.model.satisfiability import is_satisfiable, satisfiable
 from support.profiles import examples
 from support.strategies import actions, predicates, variables
 
@@ -67,3 +68,23 @@ def test_a_predicate_is_satisfiable_if_some_state_satisfies_it(data: st.DataObje
     space = StateSpace(data.draw(variables()))
     predicate = data.draw(predicates(space.variables, 4))
     assert is_satisfiable(predicate, space) is any(predicate.holds(state) for state in _states(space))
+
+
+@given(st.data())
+@examples(300)
+def test_satisfiability_within_sets_of_values_is_that_of_the_states_made_of_them(data: st.DataObject) -> None:
+    space = StateSpace(data.draw(variables()))
+    predicate = data.draw(predicates(space.variables, 4))
+    kept = [data.draw(st.lists(st.sampled_from(variable.domain.values), max_size=3)) for variable in space]
+    bits = [bits_of(map(variable.domain.index, values)) for variable, values in zip(space, kept, strict=True)]
+    states = (dict(zip(space.names, values, strict=True)) for values in product(*kept))
+    expected = any(predicate.holds(state) for state in states)
+    if all(bits):
+        assert satisfiable(normal_form(predicate, space), bits) is expected
+
+
+def test_a_search_with_too_many_branches_has_no_answer() -> None:
+    pigeons = [Variable(f"p{number}", Domain.integers(0, 8), 0, (0,)) for number in range(10)]
+    apart = [NotEqual(Reference(one.name), Reference(other.name)) for one, other in combinations(pigeons, 2)]
+    assert is_satisfiable(And(tuple(apart)), StateSpace(pigeons)) is None
+    assert is_satisfiable(And(tuple(apart[:9])), StateSpace(pigeons)) is True

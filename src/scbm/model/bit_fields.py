@@ -11,36 +11,50 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Field:
-    """Where a variable lies in a packed state.
+class BitRange:
+    """A range of bits of an integer.
 
     Attributes:
-        variable: what is packed there.
         shift: the lowest bit.
-        width: how many bits; 0 for a domain of one value.
         mask: all its bits, in place.
     """
 
-    variable: Variable
     shift: int
-    width: int
     mask: int
 
-    def bits(self, value: Value) -> int:
-        """The value, in place. Raises `KeyError` if it is outside the domain."""
-        return self.variable.domain.index(value) << self.shift
-
     def index(self, packed: int) -> int:
-        """Which value of the domain the packed state has here."""
+        """Return the number that an integer has here."""
         return (packed & self.mask) >> self.shift
 
 
+@dataclass(frozen=True, slots=True)
+class Field(BitRange):
+    """The range of bits that has the index of a variable's value in its domain.
+
+    Attributes:
+        variable: the variable.
+        width: how many bits; 0 for a domain of one value.
+    """
+
+    variable: Variable
+    width: int
+
+    def bits(self, value: Value) -> int:
+        """Return a value, in place. Raises `KeyError` if it is outside the domain."""
+        return self.variable.domain.index(value) << self.shift
+
+
+def bit_width(count: int) -> int:
+    """Return how many bits tell `count` numbers apart."""
+    return max(count - 1, 0).bit_length()
+
+
 def lay_out(space: StateSpace) -> tuple[Field, ...]:
-    """A field for each variable, one after the other."""
+    """Return a field for each variable of the space, one after the other."""
     fields = []
     shift = 0
     for variable in space:
-        width = (len(variable.domain) - 1).bit_length()
-        fields.append(Field(variable, shift, width, ((1 << width) - 1) << shift))
+        width = bit_width(len(variable.domain))
+        fields.append(Field(shift, ((1 << width) - 1) << shift, variable, width))
         shift += width
     return tuple(fields)

@@ -1,163 +1,183 @@
-"""Predicates in a normal form over the fields of packed states.
+"""The normal form of predicates: conjunctions and disjunctions of literals over the variables of a space.
 
-Negations are pushed down to the leaves, and every leaf over one variable becomes the set of values that satisfy it.
-Sets of one variable meet in conjunctions and join in disjunctions. `true` and `false` are Python's.
+A variable is its position in the space, a value its index in the domain of the variable. Negations are pushed down to
+the literals. A literal restricts one variable to a set of values (`OneOf`) or compares two variables (`Pair`); each
+conjunction and each disjunction has at most one `OneOf` per variable. `true` and `false` are Python's.
+
+This is the only normal form: tests of packed states, guards of joint moves, satisfiability and the delete relaxation
+are all made from it.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from scbm.model.predicates import And, Equal, Implies, Member, Not, NotEqual, Or, Order, Predicate, Truth
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Callable, Iterable
 
-    from scbm.model.bit_fields import Field
     from scbm.model.values import Value
-
-
-class BitFields(Protocol):
-    """Where each variable lies."""
-
-    def __getitem__(self, name: str) -> Field: ...
+    from scbm.model.variables import StateSpace
 
 
 @dataclass(frozen=True, slots=True)
 class OneOf:
-    """One field has one of some values; bit i of `allowed` stands for value i of its domain."""
+    """The literal that one variable has one of some values.
 
-    field: Field
+    Attributes:
+        variable: the position of the variable.
+        allowed: the values as a set of bits; bit i stands for value i.
+        count: how many values the variable has.
+    """
+
+    variable: int
     allowed: int
+    count: int
 
     @property
     def all_values(self) -> int:
-        """The bits of the whole domain."""
-        return (1 << len(self.field.variable.domain)) - 1
+        """The bits of all values of the variable."""
+        return (1 << self.count) - 1
 
 
 @dataclass(frozen=True, slots=True)
-class FieldPair:
-    """Two fields have values for which a comparison is as wanted. No table: the domains may be large."""
+class Pair:
+    """The literal that compares two different variables. It holds no table of pairs: the domains may be large.
 
-    left: Field
-    right: Field
-    comparison: Equal | NotEqual | Order
+    Attributes:
+        left: the position of the variable on the left.
+        left_values: what is compared for each value of that variable; `None` where the comparison never holds.
+        right: the position of the variable on the right.
+        right_values: the same for the variable on the right.
+        compare: the comparison of two values.
+        wanted: the result of the comparison for which the literal holds.
+        is_order: whether integers are compared by their order; otherwise the comparison is `==` or `!=`.
+    """
+
+    left: int
+    left_values: tuple[Value | None, ...]
+    right: int
+    right_values: tuple[Value | None, ...]
+    compare: Callable[[Value, Value], bool]
     wanted: bool
+    is_order: bool
 
-    def holds(self, left: Value, right: Value) -> bool:
-        """Whether these two values go together."""
-        values = {self.left.variable.name: left, self.right.variable.name: right}
-        return self.comparison.holds(values) is self.wanted
+    def holds(self, left: Value | None, right: Value | None) -> bool:
+        """Return whether the literal holds for these two values."""
+        return left is not None and right is not None and self.compare(left, right) is self.wanted
 
-    def row(self, left: Value) -> int:
-        """The right values that go with a left one, as bits."""
-        known = {self.left.variable.name: left}
-        return _satisfying(self.comparison, known, self.right, wanted=self.wanted)
+    def row(self, left: int) -> int:
+        """Return the indices of the right values that go with the left value of index `left`, as bits."""
+        value = self.left_values[left]
+        return bits_of(index for index, right in enumerate(self.right_values) if self.holds(value, right))
 
 
 @dataclass(frozen=True, slots=True)
 class AllOf:
-    """All parts hold."""
+    """A conjunction."""
 
-    parts: tuple[Node, ...]
+    parts: tuple[NormalForm, ...]
 
 
 @dataclass(frozen=True, slots=True)
 class AnyOf:
-    """One part holds."""
+    """A disjunction."""
 
-    parts: tuple[Node, ...]
-
-
-Node: TypeAlias = bool | OneOf | FieldPair | AllOf | AnyOf
+    parts: tuple[NormalForm, ...]
 
 
-def normal_form(predicate: Predicate, wanted: bool, fields: BitFields) -> Node:  # noqa: FBT001 - polarity
-    """The normal form of a predicate, or of its negation if it is not `wanted`."""
+NormalForm: TypeAlias = bool | OneOf | Pair | AllOf | AnyOf
+
+
+def normal_form(predicate: Predicate, space: StateSpace, *, wanted: bool = True) -> NormalForm:
+    """Return the normal form of a predicate, or of its negation if it is not `wanted`.
+
+    Raises `KeyError` if the predicate reads a variable that the space does not have.
+    """
     match predicate:
         case Truth(truth):
             return truth is wanted
         case Not(operand):
-            return normal_form(operand, not wanted, fields)
+            return normal_form(operand, space, wanted=not wanted)
         case And(operands):
-            parts = [normal_form(operand, wanted, fields) for operand in operands]
-            return _meet(parts) if wanted else _join(parts)
+            parts = [normal_form(operand, space, wanted=wanted) for operand in operands]
+            return all_of(parts) if wanted else any_of(parts)
         case Or(operands):
-            parts = [normal_form(operand, wanted, fields) for operand in operands]
-            return _join(parts) if wanted else _meet(parts)
+            parts = [normal_form(operand, space, wanted=wanted) for operand in operands]
+            return any_of(parts) if wanted else all_of(parts)
         case Implies(condition, consequence):
-            parts = [normal_form(condition, not wanted, fields), normal_form(consequence, wanted, fields)]
-            return _join(parts) if wanted else _meet(parts)
+            parts = [
+                normal_form(condition, space, wanted=not wanted),
+                normal_form(consequence, space, wanted=wanted),
+            ]
+            return any_of(parts) if wanted else all_of(parts)
         case Equal() | NotEqual() | Order() | Member():
-            return _leaf(predicate, wanted, fields)
+            return _literal(predicate, space, wanted=wanted)
 
 
-def _leaf(leaf: Equal | NotEqual | Order | Member, wanted: bool, fields: BitFields) -> Node:  # noqa: FBT001
-    """A leaf reads at most two variables, so its truth is a table over their values."""
-    read = [fields[name] for name in leaf.reads()]
-    if not read:
+def _literal(leaf: Equal | NotEqual | Order | Member, space: StateSpace, *, wanted: bool) -> NormalForm:
+    names = leaf.reads()
+    if not names:
         return leaf.holds({}) is wanted
-    left = read[0]
-    if len(read) == 1:
-        return _one_of(left, _satisfying(leaf, {}, left, wanted=wanted))
+    left = space.position(names[0])
+    values = space.variables[left].domain.values
+    if len(names) == 1:
+        name = names[0]
+        allowed = bits_of(index for index, value in enumerate(values) if leaf.holds({name: value}) is wanted)
+        return one_of(left, allowed, len(values))
     assert not isinstance(leaf, Member)  # noqa: S101 - that reads one variable
-    return FieldPair(left, read[1], leaf, wanted)
+    right = space.position(names[1])
+    right_values = space.variables[right].domain.values
+    return Pair(left, values, right, right_values, leaf.compare, wanted, isinstance(leaf, Order))
 
 
-def _satisfying(leaf: Equal | NotEqual | Order | Member, known: dict[str, Value], field: Field, *, wanted: bool) -> int:
-    """The values of the field, as bits, for which the leaf is as wanted."""
-    allowed = 0
-    for index, value in enumerate(field.variable.domain.values):
-        if leaf.holds({**known, field.variable.name: value}) is wanted:
-            allowed |= 1 << index
-    return allowed
+# constructors that simplify
 
 
-def _one_of(field: Field, allowed: int) -> Node:
-    node = OneOf(field, allowed)
-    if allowed in (0, node.all_values):
+def one_of(variable: int, allowed: int, count: int) -> NormalForm:
+    """Return the literal that a variable has one of some values; plain `True` or `False` where that is known."""
+    if allowed in (0, (1 << count) - 1):
         return bool(allowed)
-    return node
+    return OneOf(variable, allowed, count)
 
 
-def _meet(parts: Iterable[Node]) -> Node:
-    """The conjunction, with one set of values for each variable."""
-    sets: dict[str, OneOf] = {}
-    others: list[Node] = []
+def all_of(parts: Iterable[NormalForm]) -> NormalForm:
+    """Return the conjunction, with one set of values per variable."""
+    sets: dict[int, OneOf] = {}
+    others: list[NormalForm] = []
     for part in _flattened(parts, AllOf):
         if part is False:
             return False
         if isinstance(part, OneOf):
-            known = sets.get(part.field.variable.name, OneOf(part.field, part.all_values))
-            merged = _one_of(part.field, known.allowed & part.allowed)
-            if isinstance(merged, bool):
-                return False  # two different sets of one variable meet in nothing
-            sets[part.field.variable.name] = OneOf(part.field, known.allowed & part.allowed)
+            known = sets.get(part.variable, part)
+            if not known.allowed & part.allowed:
+                return False
+            sets[part.variable] = OneOf(part.variable, known.allowed & part.allowed, part.count)
         elif part is not True:
             others.append(part)
-    return _grouped(AllOf, [*sets.values(), *others], empty=True)
+    return _grouped(AllOf, (*sets.values(), *others), empty=True)
 
 
-def _join(parts: Iterable[Node]) -> Node:
-    """The disjunction, with one set of values for each variable."""
-    sets: dict[str, OneOf] = {}
-    others: list[Node] = []
+def any_of(parts: Iterable[NormalForm]) -> NormalForm:
+    """Return the disjunction, with one set of values per variable."""
+    sets: dict[int, OneOf] = {}
+    others: list[NormalForm] = []
     for part in _flattened(parts, AnyOf):
         if part is True:
             return True
         if isinstance(part, OneOf):
-            known = sets.get(part.field.variable.name, OneOf(part.field, 0))
+            known = sets.get(part.variable, part)
             if known.allowed | part.allowed == part.all_values:
                 return True
-            sets[part.field.variable.name] = OneOf(part.field, known.allowed | part.allowed)
+            sets[part.variable] = OneOf(part.variable, known.allowed | part.allowed, part.count)
         elif part is not False:
             others.append(part)
-    return _grouped(AnyOf, [*sets.values(), *others], empty=False)
+    return _grouped(AnyOf, (*sets.values(), *others), empty=False)
 
 
-def _flattened(parts: Iterable[Node], group: type[AllOf | AnyOf]) -> Iterable[Node]:
+def _flattened(parts: Iterable[NormalForm], group: type[AllOf | AnyOf]) -> Iterable[NormalForm]:
     for part in parts:
         if isinstance(part, group):
             yield from part.parts
@@ -165,7 +185,34 @@ def _flattened(parts: Iterable[Node], group: type[AllOf | AnyOf]) -> Iterable[No
             yield part
 
 
-def _grouped(group: type[AllOf | AnyOf], parts: list[Node], *, empty: bool) -> Node:
+def _grouped(group: type[AllOf | AnyOf], parts: tuple[NormalForm, ...], *, empty: bool) -> NormalForm:
     if not parts:
         return empty
-    return parts[0] if len(parts) == 1 else group(tuple(parts))
+    return parts[0] if len(parts) == 1 else group(parts)
+
+
+# sets of values as bits
+
+
+def allowed_values(form: NormalForm, variable: int) -> int:
+    """Return a superset of the values (bits) that the variable has where the form holds; -1 for all values."""
+    parts = form.parts if isinstance(form, AllOf) else (form,)
+    return next((part.allowed for part in parts if isinstance(part, OneOf) and part.variable == variable), -1)
+
+
+def bits_of(indices: Iterable[int]) -> int:
+    """Return a set of small numbers as bits."""
+    bits = 0
+    for index in indices:
+        bits |= 1 << index
+    return bits
+
+
+def indices_of(bits: int) -> tuple[int, ...]:
+    """Return the numbers in a set of bits, in ascending order."""
+    found = []
+    while bits:
+        lowest = bits & -bits
+        found.append(lowest.bit_length() - 1)
+        bits ^= lowest
+    return tuple(found)

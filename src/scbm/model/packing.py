@@ -7,19 +7,21 @@ a packed function gives what the predicate or the actions give on the named stat
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import reduce
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, cast
 
-from scbm.model.bit_fields import Field, lay_out
-from scbm.model.normal_form import AllOf, AnyOf, FieldPair, Node, OneOf, normal_form
+from scbm.model.bit_fields import BitRange, Field, lay_out
+from scbm.model.normal_form import AllOf, AnyOf, OneOf, Pair, normal_form
 from scbm.model.operations import Action, Add, Assign
 from scbm.model.predicates import Constant, Predicate
 from scbm.model.state import State
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from scbm.model.values import Value
+    from scbm.model.normal_form import NormalForm
+    from scbm.model.values import Domain, Value
     from scbm.model.variables import StateSpace
 
     Test: TypeAlias = Callable[[int], bool]
@@ -79,46 +81,86 @@ class Packing:
             bits |= self[name].bits(value)
         return ~mask, bits
 
-    def normal_form(self, predicate: Predicate) -> Node:
-        """The predicate as sets of values of fields."""
-        return normal_form(predicate, True, self)
-
     def test(self, predicate: Predicate) -> Test:
         """The predicate as a function of packed states."""
-        return _emit(self.normal_form(predicate))
+        return compile_test(normal_form(predicate, self.space), self.fields)
 
     def cube(self, predicate: Predicate) -> tuple[int, int]:
         """`(mask, bits)`, so that `packed & mask == bits` wherever the predicate holds: a first look without a call."""
-        node = self.normal_form(predicate)
-        return _cube(node.parts if isinstance(node, AllOf) else (node,))
+        form = normal_form(predicate, self.space)
+        return _cube(form.parts if isinstance(form, AllOf) else (form,), self.fields)
 
     def update(self, actions: Iterable[Action]) -> Update:
         """The actions, at once, as a function of packed states; it gives `None` if a domain would be left."""
         fixed: dict[str, Value] = {}
-        moves: list[Update] = []
-        mask = 0
+        moves: list[ValueTable] = []
         for action in actions:
             if isinstance(action, Assign) and isinstance(action.source, Constant):
                 fixed[action.target] = action.source.constant
             else:
-                mask |= self[action.target].mask
-                moves.append(self._move(action))
-        keep, bits = self.assignment(fixed)
-        if not moves:
-            return lambda packed: packed & keep | bits
-        return _combined(keep & ~mask, bits, tuple(moves))
+                moves.append(value_table(action, self.space))
+        return compile_update(moves, self.fields, self.assignment(fixed))
 
-    def _move(self, action: Action) -> Update:
-        """The new bits of the target, from a table over the source's values; `None` outside the domain."""
-        target = self[action.target]
-        source = self[action.reads()[0]]
-        domain = target.variable.domain
-        table: list[int | None] = []
-        for value in source.variable.domain.values:
-            moved = int(value) + action.amount if isinstance(action, Add) else value
-            table.append(target.bits(moved) if moved in domain else None)
-        shift, mask = source.shift, source.mask
-        return lambda packed: table[(packed & mask) >> shift]
+
+@dataclass(frozen=True, slots=True)
+class ValueTable:
+    """A variable that is set, as a function of one variable before that.
+
+    Attributes:
+        target: the position of the variable that is set.
+        source: the position of the variable that is read.
+        indices: for each value of the source the index of the new value; `None` where that is outside the domain.
+    """
+
+    target: int
+    source: int
+    indices: tuple[int | None, ...]
+
+    @property
+    def is_identity(self) -> bool:
+        """Whether the variable stays as it is, wherever the new value is inside the domain."""
+        return self.target == self.source and all(new in (None, old) for old, new in enumerate(self.indices))
+
+
+def value_table(action: Action, space: StateSpace) -> ValueTable:
+    """Return what an action does as a table; for a constant, the source is the target itself."""
+    target, domain = space.position(action.target), space[action.target].domain
+    if isinstance(action, Add):
+        moved = (int(value) + action.amount for value in domain.values)
+        return ValueTable(target, target, _located(moved, domain))
+    if isinstance(action.source, Constant):
+        return ValueTable(target, target, (domain.index(action.source.constant),) * len(domain))
+    source = space.position(action.source.name)
+    return ValueTable(target, source, _located(space.variables[source].domain.values, domain))
+
+
+def _located(values: Iterable[Value], domain: Domain) -> tuple[int | None, ...]:
+    """The index of each value, where it is inside the domain."""
+    return tuple(domain.index(value) if value in domain else None for value in values)
+
+
+def compile_update(moves: Sequence[ValueTable], fields: Sequence[BitRange], fixed: tuple[int, int] = (-1, 0)) -> Update:
+    """Return a function of packed states that sets variables at once; it gives `None` where a table does.
+
+    Args:
+        moves: what is set as a function of another variable.
+        fields: where each variable lies.
+        fixed: `(keep, bits)` of what is set to constants.
+    """
+    keep, bits = fixed
+    if not moves:
+        return lambda packed: packed & keep | bits
+    for move in moves:
+        keep &= ~fields[move.target].mask
+    return _combined(keep, bits, tuple(_compile_move(move, fields) for move in moves))
+
+
+def _compile_move(move: ValueTable, fields: Sequence[BitRange]) -> Update:
+    """The new bits of the target."""
+    place = fields[move.target].shift
+    table = [None if index is None else index << place for index in move.indices]
+    shift, mask = fields[move.source].shift, fields[move.source].mask
+    return lambda packed: table[(packed & mask) >> shift]
 
 
 def _combined(keep: int, bits: int, moves: tuple[Update, ...]) -> Update:
@@ -134,46 +176,52 @@ def _combined(keep: int, bits: int, moves: tuple[Update, ...]) -> Update:
     return update
 
 
-def _emit(node: Node) -> Test:
-    match node:
+def compile_test(form: NormalForm, fields: Sequence[BitRange]) -> Test:
+    """Return a normal form as a function of packed states, in which `fields` has the place of each variable."""
+    match form:
         case bool():
-            return lambda _: node
+            return lambda _: form
         case OneOf():
-            return _emit_one_of(node)
-        case FieldPair():
-            return _emit_pair(node)
+            return _compile_one_of(form, fields[form.variable])
+        case Pair():
+            return _compile_pair(form, fields[form.left], fields[form.right])
         case AnyOf(parts):
-            return _any_of([_emit(part) for part in parts])
+            return _any_of([compile_test(part, fields) for part in parts])
         case AllOf(parts):
-            return _emit_all(parts)
+            return _compile_all(parts, fields)
 
 
-def _emit_one_of(node: OneOf) -> Test:
-    mask, shift, allowed = node.field.mask, node.field.shift, node.allowed
+def _compile_one_of(literal: OneOf, field: BitRange) -> Test:
+    mask, shift, allowed = field.mask, field.shift, literal.allowed
     if allowed.bit_count() == 1:
         bits = (allowed.bit_length() - 1) << shift
         return lambda packed: packed & mask == bits
-    refused = node.all_values & ~allowed
+    refused = literal.all_values & ~allowed
     if refused.bit_count() == 1:
         bits = (refused.bit_length() - 1) << shift
         return lambda packed: packed & mask != bits
     return lambda packed: bool(allowed >> ((packed & mask) >> shift) & 1)
 
 
-def _emit_pair(pair: FieldPair) -> Test:
-    left_mask, left_shift, left_values = pair.left.mask, pair.left.shift, pair.left.variable.domain.values
-    right_mask, right_shift, right_values = pair.right.mask, pair.right.shift, pair.right.variable.domain.values
-    compare, wanted = pair.comparison.compare, pair.wanted
+def _compile_pair(pair: Pair, left: BitRange, right: BitRange) -> Test:
+    left_mask, left_shift, left_values = left.mask, left.shift, pair.left_values
+    right_mask, right_shift, right_values = right.mask, right.shift, pair.right_values
+    holds, compare, wanted = pair.holds, pair.compare, pair.wanted
+    if None in left_values or None in right_values:
+        return lambda packed: holds(
+            left_values[(packed & left_mask) >> left_shift], right_values[(packed & right_mask) >> right_shift]
+        )
+    lefts = cast("tuple[Value, ...]", left_values)
+    rights = cast("tuple[Value, ...]", right_values)
     return lambda packed: (
-        compare(left_values[(packed & left_mask) >> left_shift], right_values[(packed & right_mask) >> right_shift])
-        is wanted
+        compare(lefts[(packed & left_mask) >> left_shift], rights[(packed & right_mask) >> right_shift]) is wanted
     )
 
 
-def _emit_all(parts: tuple[Node, ...]) -> Test:
+def _compile_all(parts: tuple[NormalForm, ...], fields: Sequence[BitRange]) -> Test:
     """All single values as one cube (mask and bits), the rest one after the other behind it."""
-    mask, bits = _cube(parts)
-    rest = [_emit(part) for part in parts if not _is_single(part)]
+    mask, bits = _cube(parts, fields)
+    rest = [compile_test(part, fields) for part in parts if not _is_single(part)]
     if not mask:
         return _all_of(rest)
     if not rest:
@@ -182,31 +230,31 @@ def _emit_all(parts: tuple[Node, ...]) -> Test:
     return lambda packed: packed & mask == bits and others(packed)
 
 
-def _cube(parts: tuple[Node, ...]) -> tuple[int, int]:
+def _cube(parts: tuple[NormalForm, ...], fields: Sequence[BitRange]) -> tuple[int, int]:
     """The mask and bits of those parts that allow a field only one value."""
     mask = bits = 0
     for part in parts:
         if isinstance(part, OneOf) and _is_single(part):
-            mask |= part.field.mask
-            bits |= (part.allowed.bit_length() - 1) << part.field.shift
+            mask |= fields[part.variable].mask
+            bits |= (part.allowed.bit_length() - 1) << fields[part.variable].shift
     return mask, bits
 
 
-def _is_single(part: Node) -> bool:
+def _is_single(part: NormalForm) -> bool:
     return isinstance(part, OneOf) and part.allowed.bit_count() == 1
 
 
-_MAX_NESTED = 4
+_MOST_NESTED = 4
 """Up to so many tests are called one inside the other, which is fastest; more of them in a loop."""
 
 
 def _all_of(tests: list[Test]) -> Test:
-    if len(tests) > _MAX_NESTED:
+    if len(tests) > _MOST_NESTED:
         return lambda packed: all(test(packed) for test in tests)
     return reduce(lambda first, second: lambda packed: first(packed) and second(packed), tests)
 
 
 def _any_of(tests: list[Test]) -> Test:
-    if len(tests) > _MAX_NESTED:
+    if len(tests) > _MOST_NESTED:
         return lambda packed: any(test(packed) for test in tests)
     return reduce(lambda first, second: lambda packed: first(packed) or second(packed), tests)

@@ -5,6 +5,6 @@ Looks at a model as planner and runner do, without running cases. What it cannot
 
 from scbm.closing.advice.doubts import Doubt
 from scbm.closing.advice.model_check import Checked, check_model
-from scbm.closing.advice.satisfiability import is_satisfiable
+from scbm.model.satisfiability import is_satisfiable
 
 __all__ = ["Checked", "Doubt", "check_model", "is_satisfiable"]

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.closing.advice.satisfiability import is_satisfiable
 from scbm.model import And, OperationState, Predicate, Role, conjunction
+from scbm.model.satisfiability import is_satisfiable
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence

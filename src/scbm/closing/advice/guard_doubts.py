@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scbm.closing.advice.doubts import Doubt
-from scbm.closing.advice.satisfiability import is_satisfiable
 from scbm.model import Slug
+from scbm.model.satisfiability import is_satisfiable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

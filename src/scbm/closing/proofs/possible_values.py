@@ -24,7 +24,6 @@ from scbm.model import (
     NotEqual,
     OperationState,
     Or,
-    Packing,
     Predicate,
     Reference,
     RequestState,
@@ -33,17 +32,16 @@ from scbm.model import (
     conjunction,
     format_value,
 )
-from scbm.model.normal_form import AllOf, AnyOf, FieldPair, OneOf
+from scbm.model.normal_form import bits_of, indices_of, normal_form
+from scbm.model.packing import value_table
+from scbm.model.satisfiability import satisfiable
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, operation_state_name
+from scbm.planning.engines.delete_relaxation import Effect, RelaxedRule, relaxed_values
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from scbm.model import BehaviorModel, Operation, Resource, StateSpace, Transition, Value, Variable
-    from scbm.model.normal_form import Node
-
-_MAX_LOOKS = 100_000
-"""So many values and branches are looked at for one guard; beyond that it counts as one that can hold."""
 
 _MAX_LISTED = 5
 """So many values of a variable are told to people."""
@@ -54,18 +52,10 @@ def possible_values(model: BehaviorModel) -> dict[str, tuple[Value, ...]]:
 
     In the order of the space and of the domains.
     """
-    sets = ValueSets(model.running_space, {v.name: _at_first(v) for v in model.running_space})
-    waiting = [(sets.normal_form(rule.guard), rule) for rule in _rules(model)]
-    firing: list[_ValueRule] = []
-    grown = True
-    while grown:
-        able = [sets.can_satisfy(node) for node, _ in waiting]
-        firing += [rule for (_, rule), can_hold in zip(waiting, able, strict=True) if can_hold]
-        waiting = [entry for entry, can_hold in zip(waiting, able, strict=True) if not can_hold]
-        grown = False
-        for rule in firing:
-            grown = sets.take(rule) or grown
-    return sets.values
+    space = model.running_space
+    starts = [bits_of(map(v.domain.index, _at_first(v))) for v in space]
+    found = relaxed_values((_relaxed(rule, space) for rule in _rules(model)), starts)
+    return {v.name: tuple(v.domain.values[i] for i in indices_of(bits)) for v, bits in zip(space, found, strict=True)}
 
 
 def ruled_out(model: BehaviorModel, values: Mapping[str, tuple[Value, ...]]) -> tuple[tuple[Obligation, str], ...]:
@@ -205,62 +195,47 @@ def _assign(name: str, value: Value) -> Action:
 # sets of values
 
 
+def _relaxed(rule: _ValueRule, space: StateSpace) -> RelaxedRule:
+    effects = [_effect(action, space) for action in rule.actions]
+    effects += [_any_value(name, space) for name in rule.measured]
+    return RelaxedRule(normal_form(rule.guard, space), tuple(effects))
+
+
+def _effect(action: Action, space: StateSpace) -> Effect:
+    """What an action gives its variable, if it is taken as often as one likes."""
+    if isinstance(action, Add):
+        target, size, amount = space.position(action.target), len(space[action.target].domain), action.amount
+        return Effect(target, target, lambda bits: _shifted(bits, amount, size))
+    table = value_table(action, space)
+    indices = table.indices
+    return Effect(
+        table.target,
+        table.source,
+        lambda bits: bits_of(index for i in indices_of(bits) if (index := indices[i]) is not None),
+    )
+
+
+def _any_value(name: str, space: StateSpace) -> Effect:
+    position, everything = space.position(name), (1 << len(space[name].domain)) - 1
+    return Effect(position, position, lambda bits: everything if bits else 0)
+
+
 class ValueSets:
-    """For each variable a set of values, which can grow; bit i of a set stands for value i of the domain."""
+    """For each variable the set of values that it can have."""
 
     def __init__(self, space: StateSpace, values: Mapping[str, Sequence[Value]]) -> None:
         """Raises `KeyError` for a variable of the space without values, and for a value outside its domain."""
-        self._packing = Packing(space)
-        self._bits = {v.name: sum(1 << v.domain.index(value) for value in values[v.name]) for v in space}
-
-    @property
-    def values(self) -> dict[str, tuple[Value, ...]]:
-        """The values of each variable, in the order of the space and of the domains."""
-        return {
-            v.name: tuple(value for index, value in enumerate(v.domain.values) if self._bits[v.name] >> index & 1)
-            for v in self._packing.space
-        }
+        self._space = space
+        self._bits = tuple(bits_of(map(v.domain.index, values[v.name])) for v in space)
 
     def can_hold(self, predicate: Predicate) -> bool:
-        """Whether some choice of values satisfies the predicate, or that was not found out within the limit."""
-        return self.can_satisfy(self.normal_form(predicate))
-
-    def normal_form(self, predicate: Predicate) -> Node:
-        """The predicate, to be asked for often."""
-        return self._packing.normal_form(predicate)
-
-    def can_satisfy(self, node: Node) -> bool:
-        """`can_hold` of a predicate in normal form."""
-        try:
-            return _ValueSearch().satisfy([node], self._bits)
-        except (_TooManyChecksError, RecursionError):
-            return True
+        """Return whether some choice of values satisfies the predicate, or the search for one met its limit."""
+        return satisfiable(normal_form(predicate, self._space), self._bits) is not False
 
     def can_do(self, actions: Sequence[Action]) -> bool:
-        """Whether each of the actions can give its variable a value of the domain."""
-        return all(self._results(action) for action in actions)
-
-    def take(self, rule: _ValueRule) -> bool:
-        """Adds what a rule assigns, if its actions fit; whether there was something to add."""
-        if not self.can_do(rule.actions):
-            return False
-        results = [(action.target, self._results(action)) for action in rule.actions]
-        results += [(name, (1 << len(self._packing.space[name].domain)) - 1) for name in rule.measured]
-        grown = any(bits & ~self._bits[name] for name, bits in results)
-        for name, bits in results:
-            self._bits[name] |= bits
-        return grown
-
-    def _results(self, action: Action) -> int:
-        """The values of the domain that the action can give its variable, taken as often as one likes."""
-        domain = self._packing.space[action.target].domain
-        if isinstance(action, Add):
-            return _shifted(self._bits[action.target], action.amount, len(domain))
-        if isinstance(action.source, Constant):
-            return 1 << domain.index(action.source.constant)
-        source, known = self._packing.space[action.source.name].domain, self._bits[action.source.name]
-        fitting = (value for index, value in enumerate(source.values) if known >> index & 1 and value in domain)
-        return sum(1 << domain.index(value) for value in fitting)
+        """Return whether each of the actions can give its variable a value of the domain."""
+        effects = tuple(_effect(action, self._space) for action in actions)
+        return RelaxedRule(True, effects).has_images(self._bits)
 
 
 def _shifted(bits: int, amount: int, size: int) -> int:
@@ -275,58 +250,6 @@ def _shifted(bits: int, amount: int, size: int) -> int:
         reached |= moved(reached, by)
         by *= 2
     return reached
-
-
-class _TooManyChecksError(Exception):
-    pass
-
-
-class _ValueSearch:
-    """Backtracking over a normal form, within sets of values. Narrows all it can before it chooses."""
-
-    def __init__(self) -> None:
-        self._looks = 0
-
-    def satisfy(self, nodes: Sequence[Node], sets: Mapping[str, int]) -> bool:
-        """Whether all nodes can hold at once. Raises `_TooManyChecksError`."""
-        left = dict(sets)
-        pending, choices = list(nodes), []
-        while pending:
-            node = pending.pop()
-            match node:
-                case bool():
-                    if not node:
-                        return False
-                case OneOf(field, allowed):
-                    name = field.variable.name
-                    left[name] &= allowed
-                    if not left[name]:
-                        return False
-                case AllOf(parts):
-                    pending += parts
-                case AnyOf() | FieldPair():
-                    choices.append(node)
-        if not choices:
-            return True
-        return any(self.satisfy([option, *choices[1:]], left) for option in self._options(choices[0], left))
-
-    def _options(self, choice: AnyOf | FieldPair, sets: Mapping[str, int]) -> Iterator[Node]:
-        """What a choice can be made of."""
-        if isinstance(choice, AnyOf):
-            for part in choice.parts:
-                self._look(1)
-                yield part
-            return
-        known = sets[choice.left.variable.name]
-        for index, value in enumerate(choice.left.variable.domain.values):
-            if known >> index & 1:
-                self._look(len(choice.right.variable.domain))
-                yield AllOf((OneOf(choice.left, 1 << index), OneOf(choice.right, choice.row(value))))
-
-    def _look(self, count: int) -> None:
-        self._looks += count
-        if self._looks > _MAX_LOOKS:
-            raise _TooManyChecksError
 
 
 # what the sets rule out

@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Aspect, Obligation
-from scbm.closing.advice.satisfiability import is_satisfiable
 from scbm.model import Not, StateSpace
+from scbm.model.satisfiability import is_satisfiable
 from scbm.model.variables import CURRENT_STATE, operation_state_name
 from scbm.planning.engines import may_leave
 from scbm.proofcheck import Fact

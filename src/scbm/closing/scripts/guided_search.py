@@ -15,7 +15,8 @@ from scbm.cases.coverage import Aspect
 from scbm.closing.runs.run_graph import Start
 from scbm.closing.runs.situations import PlanningTooLargeError
 from scbm.closing.runs.walks import RunPath
-from scbm.model.normal_form import AllOf, AnyOf, FieldPair, Node, OneOf
+from scbm.model.normal_form import AllOf, AnyOf, NormalForm, OneOf, Pair, normal_form
+from scbm.model.packing import compile_test
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import Obligation
     from scbm.closing.runs.situations import Happening, Position, RunStep, RunSteps
     from scbm.model import BehaviorModel, Packing, Predicate
+    from scbm.model.bit_fields import Field
 
 
 @dataclass(slots=True)
@@ -113,23 +115,24 @@ def guard_of(model: BehaviorModel, obligation: Obligation) -> Predicate:
 
 def distance_to(predicate: Predicate, packing: Packing) -> Callable[[int], int]:
     """How many conjuncts of a predicate a packed state misses, the fewest of its alternatives."""
-    return _distance(packing.normal_form(predicate))
+    return _distance(normal_form(predicate, packing.space), packing.fields)
 
 
-def _distance(node: Node) -> Callable[[int], int]:
-    match node:
+def _distance(form: NormalForm, fields: Sequence[Field]) -> Callable[[int], int]:
+    match form:
         case bool():
-            return lambda _: 0 if node else 1
-        case OneOf(field, allowed):
-            return lambda state: 0 if allowed >> field.index(state) & 1 else _steps_away(allowed, field.index(state))
-        case FieldPair(left, right):
-            values = (left.variable.domain.values, right.variable.domain.values)
-            return lambda state: 0 if node.holds(values[0][left.index(state)], values[1][right.index(state)]) else 1
+            return lambda _: 0 if form else 1
+        case OneOf(variable, allowed):
+            index = fields[variable].index
+            return lambda state: 0 if allowed >> index(state) & 1 else _steps_away(allowed, index(state))
+        case Pair():
+            test = compile_test(form, fields)
+            return lambda state: 0 if test(state) else 1
         case AllOf(parts):
-            distances = [_distance(part) for part in parts]
+            distances = [_distance(part, fields) for part in parts]
             return lambda state: sum(distance(state) for distance in distances)
         case AnyOf(parts):
-            distances = [_distance(part) for part in parts]
+            distances = [_distance(part, fields) for part in parts]
             return lambda state: min(distance(state) for distance in distances)
 
 

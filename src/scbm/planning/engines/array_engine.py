@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from scbm.model.normal_form import NormalForm
     from scbm.planning.engines.array_functions import Codes, Flags, Indices, VectorStep
-    from scbm.planning.engines.conditions import Condition
     from scbm.planning.engines.engine import ExplorationLimits
     from scbm.planning.engines.reduced_system import ReducedRegion, ReducedSystem
 
@@ -188,7 +188,7 @@ class ArrayStates:
         for chunk in chunks(self._codes):
             yield from chunk.tolist()
 
-    def first(self, condition: Condition) -> int | None:
+    def first(self, condition: NormalForm) -> int | None:
         """The least code in which the condition holds."""
         holds = self._engine.vectors.test(condition)
         for chunk in chunks(self._codes):
@@ -196,7 +196,7 @@ class ArrayStates:
                 return int(holding[0])
         return None
 
-    def distances(self, goal: Condition) -> ArrayDistances:
+    def distances(self, goal: NormalForm) -> ArrayDistances:
         """Backwards along all edges between these states."""
         is_goal = self._engine.vectors.test(goal)
         goals = np.concatenate([np.empty(0, np.bool_), *map(is_goal, chunks(self._codes))])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
 
 import numpy as np
 
-from scbm.planning.engines.conditions import Among, Condition, Conjunction, Disjunction, Related, indices_of
+from scbm.model.normal_form import AllOf, AnyOf, NormalForm, OneOf, Pair, indices_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from scbm.model import Value
-    from scbm.planning.engines.joint_moves import JointMove, Write
+    from scbm.model.packing import ValueTable
+    from scbm.planning.engines.joint_moves import JointMove
     from scbm.planning.engines.reduced_system import StateCodes
 
     Codes: TypeAlias = NDArray[np.uint64]
@@ -106,55 +107,55 @@ class Vectors:
         self._shifts = tuple(stride.bit_length() - 1 for stride in layout.strides)
         self._masks = tuple((1 << max(count - 1, 0).bit_length()) - 1 for count in layout.counts)
 
-    def test(self, condition: Condition) -> Test:
+    def test(self, condition: NormalForm) -> Test:
         """In which of the states the condition holds."""
         match condition:
             case bool():
                 return lambda codes: np.full(len(codes), condition)
-            case Among():
-                return self._among(condition)
-            case Related():
-                return self._related(condition)
-            case Conjunction(parts):
+            case OneOf():
+                return self._one_of(condition)
+            case Pair():
+                return self._pair(condition)
+            case AllOf(parts):
                 return self._all_of(parts)
-            case Disjunction(parts):
+            case AnyOf(parts):
                 tests = [self.test(part) for part in parts]
                 return lambda codes: np.logical_or.reduce([test(codes) for test in tests])
 
-    def _among(self, among: Among) -> Test:
-        if among.allowed.bit_count() == 1:
-            return self._cube((among,))
-        read = self._reader(among.variable)
-        table = np.zeros(self._masks[among.variable] + 1, np.bool_)
-        table[list(indices_of(among.allowed))] = True
+    def _one_of(self, literal: OneOf) -> Test:
+        if literal.allowed.bit_count() == 1:
+            return self._cube((literal,))
+        read = self._reader(literal.variable)
+        table = np.zeros(self._masks[literal.variable] + 1, np.bool_)
+        table[list(indices_of(literal.allowed))] = True
         return lambda codes: table[read(codes)]
 
-    def _all_of(self, parts: tuple[Condition, ...]) -> Test:
+    def _all_of(self, parts: tuple[NormalForm, ...]) -> Test:
         """Single values as one comparison, then the rest."""
-        single = tuple(part for part in parts if isinstance(part, Among) and part.allowed.bit_count() == 1)
+        single = tuple(part for part in parts if isinstance(part, OneOf) and part.allowed.bit_count() == 1)
         tests = [self.test(part) for part in parts if part not in single]
         if single:
             tests.insert(0, self._cube(single))
         return lambda codes: np.logical_and.reduce([test(codes) for test in tests])
 
-    def _cube(self, parts: tuple[Among, ...]) -> Test:
+    def _cube(self, parts: tuple[OneOf, ...]) -> Test:
         mask = sum(self._masks[part.variable] << self._shifts[part.variable] for part in parts)
         bits = sum(part.allowed.bit_length() - 1 << self._shifts[part.variable] for part in parts)
         masked, wanted = np.uint64(mask), np.uint64(bits)
         return lambda codes: codes & masked == wanted
 
-    def _related(self, related: Related) -> Test:
-        numbers = _numbers(related)
-        read_left, read_right = self._reader(related.left), self._reader(related.right)
-        left, left_fits = _column(related.left_values, numbers)
-        right, right_fits = _column(related.right_values, numbers)
+    def _pair(self, pair: Pair) -> Test:
+        numbers = _numbers(pair)
+        read_left, read_right = self._reader(pair.left), self._reader(pair.right)
+        left, left_fits = _column(pair.left_values, numbers)
+        right, right_fits = _column(pair.right_values, numbers)
         # The operators of numbers are those of arrays.
-        compare = cast("Callable[[Indices, Indices], Flags]", related.compare)
+        compare = cast("Callable[[Indices, Indices], Flags]", pair.compare)
 
         def test(codes: Codes) -> Flags:
             one, other = read_left(codes), read_right(codes)
             compared = compare(left[one], right[other])
-            return (compared if related.wanted else ~compared) & left_fits[one] & right_fits[other]
+            return (compared if pair.wanted else ~compared) & left_fits[one] & right_fits[other]
 
         return test
 
@@ -163,7 +164,7 @@ class Vectors:
         return VectorStep(step.index, self.test(step.guard), self._transfer(step))
 
     def _transfer(self, step: JointMove) -> Transfer:
-        keep = ~np.uint64(sum(self._masks[write.variable] << self._shifts[write.variable] for write in step.writes))
+        keep = ~np.uint64(sum(self._masks[write.target] << self._shifts[write.target] for write in step.writes))
         tables = [self._table(write) for write in step.writes]
         bits = np.uint64(sum(table[0] for _, table in tables if len(frozenset(table)) == 1))
         moving = [(read, np.array(table, np.uint64)) for read, table in tables if len(frozenset(table)) > 1]
@@ -176,13 +177,13 @@ class Vectors:
 
         return transfer
 
-    def _table(self, write: Write) -> tuple[Callable[[Codes], Indices], list[int]]:
+    def _table(self, write: ValueTable) -> tuple[Callable[[Codes], Indices], list[int]]:
         """How the source is read, and the bits of the new value for each of its values.
 
         Where the step cannot be taken anything will do. The first new value does, so that constants are seen as such.
         """
-        known = [after for after in write.table if after is not None]
-        placed = [(known[0] if after is None else after) << self._shifts[write.variable] for after in write.table]
+        known = [after for after in write.indices if after is not None]
+        placed = [(known[0] if after is None else after) << self._shifts[write.target] for after in write.indices]
         return self._reader(write.source), placed
 
     def _reader(self, variable: int) -> Callable[[Codes], Indices]:
@@ -191,10 +192,10 @@ class Vectors:
         return lambda codes: (codes >> shift & mask).view(np.int64)
 
 
-def _numbers(related: Related) -> dict[Value, int]:
+def _numbers(pair: Pair) -> dict[Value, int]:
     """Numbers for all values that are compared, which compare as they do."""
-    values = (value for value in (*related.left_values, *related.right_values) if value is not None)
-    if related.ordered:
+    values = (value for value in (*pair.left_values, *pair.right_values) if value is not None)
+    if pair.is_order:
         return {value: int(value) for value in values}
     return {value: number for number, value in enumerate(dict.fromkeys(values))}
 

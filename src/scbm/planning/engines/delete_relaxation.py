@@ -1,53 +1,101 @@
-"""The delete relaxation: the values that each variable can ever have, as if no value were lost by taking another.
+"""The delete relaxation: the least fixed point of rules that only ever add values to variables (Hoffmann, FF, 2001).
 
-Whatever the moves reach is made of these values, and they lead out of them from no such state, reached or not. So a
-variable with one value needs no room, and a predicate that fails under these values holds in no state that is reached.
+Where the guard of a rule can hold under the values found so far, its effects add values, and no value is ever removed.
+So the values at the fixed point are a superset of those that any sequence of the rules can produce.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.planning.engines.conditions import allowed, bits_of, indices_of, satisfiable
+from scbm.model.satisfiability import satisfiable
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
-    from scbm.planning.engines.joint_moves import JointMove
+    from scbm.model.normal_form import NormalForm
 
 
-def values_ever(steps: Sequence[JointMove], starts: Sequence[int]) -> tuple[tuple[int, ...], ...]:
-    """For each variable the indices of the values that it can ever have, in order.
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """A variable that a rule sets as a function of one variable.
+
+    Attributes:
+        variable: the position of the variable that is set.
+        source: the position of the variable that is read.
+        image: maps values of the source to values of the variable, both as bits. The image of a union is the union of
+            the images; an empty image means that the effect leaves the domain.
+    """
+
+    variable: int
+    source: int
+    image: Callable[[int], int]
+
+
+@dataclass(frozen=True, slots=True)
+class RelaxedRule:
+    """A step without its deletions.
+
+    Attributes:
+        guard: where the step can be taken.
+        effects: what it sets; it can be taken only if each of them has an image.
+    """
+
+    guard: NormalForm
+    effects: tuple[Effect, ...]
+
+    def has_images(self, values: Sequence[int]) -> bool:
+        """Return whether each effect can give its variable a value, under these values of all variables."""
+        return all(effect.image(values[effect.source]) for effect in self.effects)
+
+
+def relaxed_values(rules: Iterable[RelaxedRule], starts: Sequence[int]) -> tuple[int, ...]:
+    """Return the values of each variable at the fixed point, as bits.
 
     Args:
-        steps: over whole domains.
-        starts: the values at the starts, as bits, for each variable.
+        rules: the steps.
+        starts: the values of each variable at the beginning, as bits.
     """
-    relaxed = _Relaxed(steps, starts)
-    while relaxed.grow():
-        pass
-    return tuple(map(indices_of, relaxed.values))
+    values = list(starts)
+    waiting = list(rules)
+    applied: list[_AppliedEffect] = []
+    grown = True
+    while grown:
+        ready = [satisfiable(rule.guard, values) is not False and rule.has_images(values) for rule in waiting]
+        applied += [
+            _AppliedEffect(effect)
+            for rule, is_ready in zip(waiting, ready, strict=True)
+            if is_ready
+            for effect in rule.effects
+        ]
+        waiting = [rule for rule, is_ready in zip(waiting, ready, strict=True) if not is_ready]
+        grown = _apply(applied, values)
+    return tuple(values)
 
 
-class _Relaxed:
-    """The values found so far. Of each table the entries already followed are kept, so that each is followed once."""
+class _AppliedEffect:
+    """An effect of a rule that can be taken, with the values of its source that were followed already."""
 
-    def __init__(self, steps: Sequence[JointMove], starts: Sequence[int]) -> None:
-        self.values = list(starts)
-        self._steps = steps
-        self._followed = [[0 for _ in step.writes] for step in steps]
+    __slots__ = ("effect", "followed")
 
-    def grow(self) -> bool:
-        """Takes each step that may be possible once; whether that gave a variable a new value."""
-        before = list(self.values)
-        for step, followed in zip(self._steps, self._followed, strict=True):
-            if satisfiable(step.guard, self.values):
-                self._take(step, followed)
-        return self.values != before
+    def __init__(self, effect: Effect) -> None:
+        self.effect = effect
+        self.followed = 0
 
-    def _take(self, step: JointMove, followed: list[int]) -> None:
-        for number, write in enumerate(step.writes):
-            sources = self.values[write.source] & allowed(step.guard, write.source)
-            found = (write.table[i] for i in indices_of(sources & ~followed[number]))
-            self.values[write.variable] |= bits_of(index for index in found if index is not None)
-            followed[number] |= sources
+
+def _apply(applied: Sequence[_AppliedEffect], values: list[int]) -> bool:
+    """Add the images of all new values, until there are none; return whether a variable got a new value."""
+    before = tuple(values)
+    changed = True
+    while changed:
+        changed = False
+        for each in applied:
+            effect = each.effect
+            while new := values[effect.source] & ~each.followed:
+                each.followed |= new
+                added = effect.image(new) & ~values[effect.variable]
+                if added:
+                    values[effect.variable] |= added
+                    changed = True
+    return tuple(values) != before

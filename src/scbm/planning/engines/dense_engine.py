@@ -16,7 +16,7 @@ from scbm.planning.engines.shifts import ShiftedStep, shifts_of, stages_of
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.planning.engines.conditions import Condition
+    from scbm.model.normal_form import NormalForm
     from scbm.planning.engines.engine import ExplorationLimits
     from scbm.planning.engines.reduced_system import ReducedSystem
     from scbm.planning.engines.shifts import Shifts
@@ -99,12 +99,12 @@ class DenseStates:
     def __iter__(self) -> Iterator[int]:
         return codes_of(self._bytes)
 
-    def first(self, condition: Condition) -> int | None:
+    def first(self, condition: NormalForm) -> int | None:
         """The lowest bit of those in which the condition holds."""
         holding = self._bits & self._engine.masks.of(condition)
         return (holding & -holding).bit_length() - 1 if holding else None
 
-    def distances(self, goal: Condition) -> DenseDistances:
+    def distances(self, goal: NormalForm) -> DenseDistances:
         """Backwards from the goal, level by level; of each level the moves claim states in their order."""
         found = DenseDistances(self._engine)
         level = self._bits & self._engine.masks.of(goal)

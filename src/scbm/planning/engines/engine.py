@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Protocol
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.planning.engines.conditions import Condition
+    from scbm.model.normal_form import NormalForm
     from scbm.planning.engines.reduced_system import ReducedSystem, StateCodes
 
 
@@ -39,11 +39,11 @@ class States(Protocol):
         """The codes, in order."""
         ...
 
-    def first(self, condition: Condition) -> int | None:
+    def first(self, condition: NormalForm) -> int | None:
         """The least code of a state of the set in which the condition holds."""
         ...
 
-    def distances(self, goal: Condition) -> CodeDistances:
+    def distances(self, goal: NormalForm) -> CodeDistances:
         """How far each state of the set is from the goal."""
         ...
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import product
 from typing import TYPE_CHECKING
 
+from scbm.model.packing import compile_test, compile_update
 from scbm.planning.engines.breadth_first import BreadthFirst
-from scbm.planning.engines.code_functions import Functions
 from scbm.planning.engines.distances_on_demand import DistancesOnDemand
 from scbm.planning.engines.engine import check_bytes, check_states
 from scbm.planning.engines.reduced_system import StateCodes
@@ -14,7 +14,8 @@ from scbm.planning.engines.reduced_system import StateCodes
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from scbm.planning.engines.conditions import Condition
+    from scbm.model.normal_form import NormalForm
+    from scbm.model.packing import Test
     from scbm.planning.engines.engine import ExplorationLimits
     from scbm.planning.engines.reduced_system import ReducedRegion, ReducedSystem
 
@@ -23,40 +24,45 @@ _BYTES_OF_STATE = 400
 
 
 class HashedEngine:
-    """Explores level by level."""
+    """Explores state by state, breadth-first."""
 
     def __init__(self, box: ReducedSystem, limits: ExplorationLimits) -> None:
         self.layout = StateCodes.fields(box.counts)
-        self.functions = Functions(self.layout)
+        self._fields = self.layout.bit_ranges()
         self._box = box
         self._limits = limits
-        self._steps = tuple(
-            (step.index, self.functions.test(step.guard), self.functions.transfer(step)) for step in box.steps
+        self._moves = tuple(
+            (move.index, self.test(move.guard), compile_update(move.writes, self._fields)) for move in box.steps
         )
 
+    def test(self, form: NormalForm) -> Test:
+        """Return a normal form as a function of codes."""
+        return compile_test(form, self._fields)
+
     def successors(self, code: int) -> list[tuple[int, int]]:
-        """The moves that can be taken, by index and in order, and where they lead."""
-        return [(index, transfer(code)) for index, is_enabled, transfer in self._steps if is_enabled(code)]
+        """Return the moves that are enabled in a state, by index and in order, and the states that they lead to."""
+        return [
+            (index, successor)
+            for index, is_enabled, update in self._moves
+            if is_enabled(code) and (successor := update(code)) is not None
+        ]
 
     def reach(self) -> HashedStates:
-        """Level by level."""
-        exploration = BreadthFirst((code for region in self._box.starts for code in self._start(region)), self.successors)
+        """Explore all states; the limits are checked before each level."""
+        starts = (code for region in self._box.starts for code in self._starts_in(region))
+        exploration = BreadthFirst(starts, self.successors)
         while exploration.frontier:
-            self._check(len(exploration.states))
+            check_states(len(exploration.states), self._limits)
+            check_bytes(len(exploration.states) * _BYTES_OF_STATE, self._limits)
             exploration.expand_level()
         return HashedStates(self, exploration.parents)
 
-    def _start(self, region: ReducedRegion) -> Iterator[int]:
-        is_start = self.functions.test(region.where)
-        return filter(is_start, map(self.layout.code, product(*region.values)))
-
-    def _check(self, states: int) -> None:
-        check_states(states, self._limits)
-        check_bytes(states * _BYTES_OF_STATE, self._limits)
+    def _starts_in(self, region: ReducedRegion) -> Iterator[int]:
+        return filter(self.test(region.where), map(self.layout.code, product(*region.values)))
 
 
 class HashedStates:
-    """A set of states, closed under the moves."""
+    """A set of states that is closed under the moves."""
 
     def __init__(self, engine: HashedEngine, found: Mapping[int, object]) -> None:
         self._engine = engine
@@ -71,13 +77,13 @@ class HashedStates:
     def __iter__(self) -> Iterator[int]:
         return iter(sorted(self._found))
 
-    def first(self, condition: Condition) -> int | None:
-        """The least code in which the condition holds."""
-        return min(filter(self._engine.functions.test(condition), self._found), default=None)
+    def first(self, form: NormalForm) -> int | None:
+        """Return the least code in which the form holds."""
+        return min(filter(self._engine.test(form), self._found), default=None)
 
-    def distances(self, goal: Condition) -> DistancesOnDemand:
-        """Of all of these states."""
-        known = DistancesOnDemand(self._engine.successors, self._engine.functions.test(goal), len(self._found))
+    def distances(self, goal: NormalForm) -> DistancesOnDemand:
+        """Return the distances of all of these states."""
+        known = DistancesOnDemand(self._engine.successors, self._engine.test(goal), len(self._found))
         for code in self._found:
             known.know(code)
         return known

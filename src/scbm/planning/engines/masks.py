@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.planning.engines.conditions import Among, Condition, Conjunction, Disjunction, Related
+from scbm.model.normal_form import AllOf, AnyOf, NormalForm, OneOf, Pair
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -60,18 +60,18 @@ class Masks:
         self._layout = layout
         self.everything = (1 << layout.size) - 1
 
-    def of(self, condition: Condition) -> int:
+    def of(self, condition: NormalForm) -> int:
         """The states in which the condition holds."""
         match condition:
             case bool():
                 return self.everything if condition else 0
-            case Among(variable, allowed, _):
+            case OneOf(variable, allowed, _):
                 return self.among(variable, allowed)
-            case Related():
-                return self._related(condition)
-            case Conjunction(parts):
+            case Pair():
+                return self._pair(condition)
+            case AllOf(parts):
                 return self._all_of(parts)
-            case Disjunction(parts):
+            case AnyOf(parts):
                 return self._any_of(parts)
 
     def among(self, variable: int, allowed: int) -> int:
@@ -84,20 +84,20 @@ class Masks:
                 pattern |= run << (value * stride)
         return _repeated(pattern, count * stride, self._layout.size // (count * stride))
 
-    def _related(self, related: Related) -> int:
+    def _pair(self, pair: Pair) -> int:
         mask = 0
-        for left in range(len(related.left_values)):
-            if row := related.row(left):
-                mask |= self.among(related.left, 1 << left) & self.among(related.right, row)
+        for left in range(len(pair.left_values)):
+            if row := pair.row(left):
+                mask |= self.among(pair.left, 1 << left) & self.among(pair.right, row)
         return mask
 
-    def _all_of(self, parts: tuple[Condition, ...]) -> int:
+    def _all_of(self, parts: tuple[NormalForm, ...]) -> int:
         mask = self.everything
         for part in parts:
             mask &= self.of(part)
         return mask
 
-    def _any_of(self, parts: tuple[Condition, ...]) -> int:
+    def _any_of(self, parts: tuple[NormalForm, ...]) -> int:
         mask = 0
         for part in parts:
             mask |= self.of(part)

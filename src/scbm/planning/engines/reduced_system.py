@@ -12,16 +12,18 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
-from scbm.model import Packing, Predicate, StateSpace
-from scbm.planning.engines.conditions import Condition, allowed, bits_of, restricted, through
-from scbm.planning.engines.delete_relaxation import values_ever
-from scbm.planning.engines.joint_moves import JointMove, identity, restricted_step, steps_of
+from scbm.model.bit_fields import BitRange, bit_width
+from scbm.model.normal_form import NormalForm, allowed_values, bits_of, indices_of, normal_form
+from scbm.planning.engines.delete_relaxation import Effect, RelaxedRule, relaxed_values
+from scbm.planning.engines.joint_moves import JointMove, joint_moves, restricted_move
 from scbm.planning.engines.relevance import narrowed, relevant
+from scbm.planning.engines.substitution import restricted
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from scbm.model import Value
+    from scbm.model import Predicate, StateSpace, Value
+    from scbm.model.packing import ValueTable
     from scbm.planning.engines.transition_system import Region, TransitionSystem
 
 Coordinates: TypeAlias = tuple[int, ...]
@@ -33,7 +35,7 @@ class ReducedRegion:
     """A region to start from, in the box: for each variable the numbers of its values, and a condition."""
 
     values: tuple[tuple[int, ...], ...]
-    where: Condition
+    where: NormalForm
 
 
 @dataclass(frozen=True)
@@ -59,14 +61,9 @@ class ReducedSystem:
         """How many values each variable can have."""
         return tuple(map(len, self.values))
 
-    @cached_property
-    def _packing(self) -> Packing:
-        return Packing(self.space)
-
-    def condition(self, predicate: Predicate) -> Condition:
+    def condition(self, predicate: Predicate) -> NormalForm:
         """What the predicate asks of the box. Raises `KeyError` if it reads a variable that is not observed."""
-        whole = through(self._packing.normal_form(predicate), identity(self.space))
-        return restricted(whole, self.values)
+        return restricted(normal_form(predicate, self.space), self.values)
 
     def coordinates(self, state: Mapping[str, Value]) -> Coordinates | None:
         """Where the state lies; `None` outside of the box. It may have more variables than the space."""
@@ -97,34 +94,47 @@ def reduce_system(system: TransitionSystem, starts: Sequence[Region], observed: 
         observed: variables that matter beside those that the moves and the regions read.
     """
     space = relevant(system, [*observed, *(name for region in starts for name in region.where.reads())])
-    steps = steps_of(narrowed(system, space))
+    moves = joint_moves(narrowed(system, space))
     regions = [_whole_region(region, space) for region in starts]
-    values = values_ever(steps, _values_at(regions, space))
-    possible = (restricted_step(step, values) for step in steps)
+    values = tuple(map(indices_of, relaxed_values(map(_relaxed, moves), _values_at(regions, space))))
+    possible = (restricted_move(move, values) for move in moves)
     return ReducedSystem(
         space,
         values,
         tuple(move.name for move in system.moves),
-        tuple(step for step in possible if step.guard is not False and step.writes),
+        tuple(move for move in possible if move.guard is not False and move.writes),
         tuple(_restricted_region(region, values) for region in regions),
     )
 
 
 def _whole_region(region: Region, space: StateSpace) -> ReducedRegion:
     """The region over whole domains."""
-    where = through(Packing(space).normal_form(region.where), identity(space))
     indices = (map(variable.domain.index, region.values[variable.name]) for variable in space)
-    return ReducedRegion(tuple(tuple(dict.fromkeys(found)) for found in indices), where)
+    return ReducedRegion(tuple(tuple(dict.fromkeys(found)) for found in indices), normal_form(region.where, space))
 
 
 def _values_at(regions: Sequence[ReducedRegion], space: StateSpace) -> list[int]:
     """The values of each variable in one of the regions, as bits. All have some, unless there is no state at all."""
     values = [0 for _ in space]
     for region in regions:
-        found = [bits_of(indices) & allowed(region.where, variable) for variable, indices in enumerate(region.values)]
+        found = [bits_of(indices) & allowed_values(region.where, v) for v, indices in enumerate(region.values)]
         if all(found) and region.where is not False:
             values = [known | more for known, more in zip(values, found, strict=True)]
     return values
+
+
+def _relaxed(move: JointMove) -> RelaxedRule:
+    """The move as a rule of the delete relaxation; its effects start from values that the guard allows."""
+    return RelaxedRule(move.guard, tuple(_effect(write, move.guard) for write in move.writes))
+
+
+def _effect(write: ValueTable, guard: NormalForm) -> Effect:
+    allowed, table = allowed_values(guard, write.source), write.indices
+
+    def image(sources: int) -> int:
+        return bits_of(index for i in indices_of(sources & allowed) if (index := table[i]) is not None)
+
+    return Effect(write.target, write.source, image)
 
 
 def _restricted_region(region: ReducedRegion, values: Sequence[tuple[int, ...]]) -> ReducedRegion:
@@ -162,8 +172,15 @@ class StateCodes:
         strides, bits = [], 0
         for count in counts:
             strides.append(1 << bits)
-            bits += max(count - 1, 0).bit_length()
+            bits += bit_width(count)
         return StateCodes(counts, tuple(strides), 1 << bits)
+
+    def bit_ranges(self) -> tuple[BitRange, ...]:
+        """Where the number of each variable lies, in a layout made by `fields`."""
+        pairs = zip(self.strides, self.counts, strict=True)
+        return tuple(
+            BitRange(stride.bit_length() - 1, ((1 << bit_width(count)) - 1) * stride) for stride, count in pairs
+        )
 
     def code(self, coordinates: Coordinates) -> int:
         """The code of a state."""

@@ -12,16 +12,17 @@ from itertools import product
 from math import prod
 from typing import TYPE_CHECKING, TypeAlias
 
-from scbm.planning.engines.conditions import Condition, all_of, allowed, among, any_of, indices_of
+from scbm.model.normal_form import NormalForm, all_of, allowed_values, any_of, indices_of, one_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from scbm.planning.engines.joint_moves import JointMove, Write
+    from scbm.model.packing import ValueTable
+    from scbm.planning.engines.joint_moves import JointMove
     from scbm.planning.engines.masks import Masks
     from scbm.planning.engines.reduced_system import StateCodes
 
-    Shifts: TypeAlias = tuple[dict[int, Condition], ...]
+    Shifts: TypeAlias = tuple[dict[int, NormalForm], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +34,7 @@ class ShiftStage:
         choices: for every variable that it sets or reads the values that the guard of the step lets it have.
     """
 
-    writes: tuple[Write, ...]
+    writes: tuple[ValueTable, ...]
     choices: Mapping[int, tuple[int, ...]]
 
     @property
@@ -45,12 +46,12 @@ class ShiftStage:
         """Both at once."""
         return ShiftStage((*self.writes, *other.writes), {**self.choices, **other.choices})
 
-    def shifts(self, layout: StateCodes) -> dict[int, Condition]:
+    def shifts(self, layout: StateCodes) -> dict[int, NormalForm]:
         """For each distance that codes are moved by, which of those that the guard lets in are moved so far."""
-        found: dict[int, list[Condition]] = {}
+        found: dict[int, list[NormalForm]] = {}
         for before in self._assignments():
             if (shift := self._shift(before, layout)) is not None:
-                chosen = (among(v, 1 << value, layout.counts[v]) for v, value in before.items() if self._is_open(v))
+                chosen = (one_of(v, 1 << value, layout.counts[v]) for v, value in before.items() if self._is_open(v))
                 found.setdefault(shift, []).append(all_of(chosen))
         return {shift: any_of(conditions) for shift, conditions in found.items()}
 
@@ -61,10 +62,10 @@ class ShiftStage:
     def _shift(self, before: Mapping[int, int], layout: StateCodes) -> int | None:
         shift = 0
         for write in self.writes:
-            after = write.table[before[write.source]]
+            after = write.indices[before[write.source]]
             if after is None:
                 return None
-            shift += (after - before[write.variable]) * layout.strides[write.variable]
+            shift += (after - before[write.target]) * layout.strides[write.target]
         return shift
 
     def _is_open(self, variable: int) -> bool:
@@ -102,9 +103,9 @@ class ShiftedStep:
         coordinates = self._layout.coordinates(code)
         moved = list(coordinates)
         for write in self._step.writes:
-            after = write.table[coordinates[write.source]]
+            after = write.indices[coordinates[write.source]]
             assert after is not None  # noqa: S101 - where a table has nothing the step cannot be taken
-            moved[write.variable] = after
+            moved[write.target] = after
         return self._layout.code(tuple(moved))
 
     def before(self, states: int) -> int:
@@ -140,15 +141,15 @@ def stages_of(step: JointMove, layout: StateCodes) -> tuple[ShiftStage, ...]:
     return (ready.joined(others[0]), *others[1:])
 
 
-def _choices(step: JointMove, writes: Sequence[Write], layout: StateCodes) -> dict[int, tuple[int, ...]]:
-    variables = dict.fromkeys(variable for write in writes for variable in (write.variable, write.source))
+def _choices(step: JointMove, writes: Sequence[ValueTable], layout: StateCodes) -> dict[int, tuple[int, ...]]:
+    variables = dict.fromkeys(variable for write in writes for variable in (write.target, write.source))
     everything = {variable: (1 << layout.counts[variable]) - 1 for variable in variables}
-    return {variable: indices_of(bits & allowed(step.guard, variable)) for variable, bits in everything.items()}
+    return {variable: indices_of(bits & allowed_values(step.guard, variable)) for variable, bits in everything.items()}
 
 
-def _connected(writes: Sequence[Write]) -> list[list[Write]]:
+def _connected(writes: Sequence[ValueTable]) -> list[list[ValueTable]]:
     """The writes in groups that name no variable in common."""
-    groups: list[list[Write]] = []
+    groups: list[list[ValueTable]] = []
     for write in writes:
         near = [group for group in groups if any(_share(write, other) for other in group)]
         groups = [group for group in groups if group not in near]
@@ -156,5 +157,5 @@ def _connected(writes: Sequence[Write]) -> list[list[Write]]:
     return groups
 
 
-def _share(one: Write, other: Write) -> bool:
-    return one.variable in (other.variable, other.source) or one.source in (other.variable, other.source)
+def _share(one: ValueTable, other: ValueTable) -> bool:
+    return one.target in (other.target, other.source) or one.source in (other.target, other.source)
