@@ -40,7 +40,7 @@ from scbm.model.predicates import (
     Truth,
     conjunction,
 )
-from scbm.model.requirements import AfterAlways, Always, Before, LeadsTo, Never, Requirement
+from scbm.model.requirements import FORMS, AfterAlways, Always, Before, LeadsTo, Never, Requirement, RequirementForm
 from scbm.model.resources import Latency, LatencyShape, Outcome, Resource, Simulation
 from scbm.model.slugs import Slug
 from scbm.model.state import State
@@ -48,6 +48,7 @@ from scbm.model.values import Domain, Value, ValueKind, format_value
 from scbm.model.variables import OperationState, PlanState, RequestState, Role, StateSpace, Variable
 
 __all__ = [
+    "FORMS",
     "SET_BOOL",
     "TRIGGER",
     "Action",
@@ -91,6 +92,7 @@ __all__ = [
     "Relation",
     "RequestState",
     "Requirement",
+    "RequirementForm",
     "Resource",
     "Role",
     "Scalar",

@@ -7,18 +7,28 @@ variable which it reads, and says what is wrong as soon as something is.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from functools import partial
+from typing import TYPE_CHECKING, Any, Protocol
 
 from scbm.cases.trace import Record, RunStarted, state_after
-from scbm.model import AfterAlways, Always, Before, LeadsTo, Never, format_duration, format_moment, format_value
+from scbm.model import (
+    FORMS,
+    AfterAlways,
+    Always,
+    Before,
+    LeadsTo,
+    Never,
+    format_duration,
+    format_moment,
+    format_value,
+)
 from scbm.model.variables import CURRENT_NAME
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from scbm.cases.trace import Changes
-    from scbm.model import Predicate, Requirement, Value
-    from scbm.model.requirements import Sentence
+    from scbm.model import Requirement, RequirementForm, Value
 
     Valuation = Mapping[str, Value]
     Finding = tuple[int, str]
@@ -53,7 +63,9 @@ class Violation:
         return f"{self.requirement} is violated at {seconds}, {self.operation} being current: {self.reason} ({values})"
 
 
-class _Monitor(Protocol):
+class RequirementMonitor(Protocol):
+    """Watches one sentence over one run."""
+
     @property
     def is_open(self) -> bool:
         """Whether something that was seen can still lead to a violation, which then begins there."""
@@ -69,25 +81,25 @@ class _Monitor(Protocol):
 
 
 class _InvariantMonitor:
-    """`always p`, and `never p` as its opposite."""
+    """Watches `always p` and `never p`."""
 
     is_open = False
 
-    def __init__(self, predicate: Predicate, *, wanted: bool) -> None:
-        self._predicate = predicate
-        self._wanted = wanted
+    def __init__(self, sentence: Always | Never, *, expected: bool) -> None:
+        self._predicate = sentence.predicate
+        self._expected = expected
 
     def see(self, state: Valuation, at_ns: int) -> Finding | None:
-        if self._predicate.holds(state) is self._wanted:
+        if self._predicate.holds(state) is self._expected:
             return None
-        return at_ns, f"{self._predicate} {'does not hold' if self._wanted else 'holds'}"
+        return at_ns, f"{self._predicate} {'does not hold' if self._expected else 'holds'}"
 
     def end(self, at_ns: int) -> Finding | None:  # noqa: ARG002 - monitors are alike
         return None
 
 
 class _LeadsToMonitor:
-    """`p leads to q [within d]`: remembers since when q is owed."""
+    """Watches `p leads to q [within d]`: keeps since when q is due."""
 
     def __init__(self, sentence: LeadsTo) -> None:
         self._sentence = sentence
@@ -124,7 +136,7 @@ class _LeadsToMonitor:
 
 
 class _BeforeMonitor:
-    """`p before q`."""
+    """Watches `p before q`."""
 
     is_open = False
 
@@ -143,7 +155,7 @@ class _BeforeMonitor:
 
 
 class _AfterAlwaysMonitor:
-    """`after p always q until r`."""
+    """Watches `after p always q until r`."""
 
     def __init__(self, sentence: AfterAlways) -> None:
         self._sentence = sentence
@@ -163,23 +175,30 @@ class _AfterAlwaysMonitor:
         return None
 
 
-def _monitor(sentence: Sentence) -> tuple[_Monitor, tuple[str, ...]]:
-    """What watches a sentence, and which variables it reads."""
-    match sentence:
-        case Always(predicate):
-            return _InvariantMonitor(predicate, wanted=True), predicate.reads()
-        case Never(predicate):
-            return _InvariantMonitor(predicate, wanted=False), predicate.reads()
-        case LeadsTo(cause, effect):
-            return _LeadsToMonitor(sentence), _both(cause, effect)
-        case Before(first, second):
-            return _BeforeMonitor(sentence), _both(first, second)
-        case AfterAlways(start, predicate, stop):
-            return _AfterAlwaysMonitor(sentence), _both(start, predicate, stop)
+MONITORS: dict[type[RequirementForm], Callable[[Any], RequirementMonitor]] = {
+    Always: partial(_InvariantMonitor, expected=True),
+    Never: partial(_InvariantMonitor, expected=False),
+    LeadsTo: _LeadsToMonitor,
+    Before: _BeforeMonitor,
+    AfterAlways: _AfterAlwaysMonitor,
+}
+"""The monitor of each form of requirements: it is called with the sentence that it watches."""
 
 
-def _both(*predicates: Predicate) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(name for predicate in predicates for name in predicate.reads()))
+def monitor_of(sentence: RequirementForm) -> RequirementMonitor:
+    """Return a monitor for a sentence. Raises `TypeError` for a form without one."""
+    _refuse_unwatched([type(sentence)])
+    return MONITORS[type(sentence)](sentence)
+
+
+def _refuse_unwatched(forms: Iterable[type[RequirementForm]]) -> None:
+    """Raise `TypeError` if a form has no monitor: its requirements would hold in every run."""
+    for form in forms:
+        if form not in MONITORS:
+            raise TypeError(f"the form `{form.pattern}` has no monitor: add one for {form.__name__} to MONITORS")
+
+
+_refuse_unwatched(FORMS.values())
 
 
 def find_violations(requirements: Sequence[Requirement], records: Sequence[Record]) -> tuple[Violation, ...]:
@@ -189,7 +208,7 @@ def find_violations(requirements: Sequence[Requirement], records: Sequence[Recor
 
 
 def _first_violation(requirement: Requirement, records: Sequence[Record]) -> Violation | None:
-    monitor, reads = _monitor(requirement.sentence)
+    monitor, reads = monitor_of(requirement.sentence), requirement.sentence.reads()
     state: dict[str, Value] = {}
     index, opened, found = 0, 0, None
     for index, record in enumerate(records):
@@ -210,7 +229,9 @@ def _first_violation(requirement: Requirement, records: Sequence[Record]) -> Vio
     return Violation(requirement.name, at_ns, index, min(opened, index), reason, str(state[CURRENT_NAME]), values)
 
 
-def _look(monitor: _Monitor, reads: tuple[str, ...], state: dict[str, Value], record: Record) -> Finding | None:
+def _look(
+    monitor: RequirementMonitor, reads: tuple[str, ...], state: dict[str, Value], record: Record
+) -> Finding | None:
     """Shows a monitor what a record does to the state, which is brought up to date; nothing before a run starts."""
     found = None
     if isinstance(record, RunStarted):

@@ -37,7 +37,7 @@ from scbm.model.variables import resource_variables, runner_variables
 
 if TYPE_CHECKING:
     from scbm.model import Action, Diagnostic, Predicate
-    from scbm.model.requirements import Sentence
+    from scbm.model.requirements import RequirementForm
 
 WORLD = (
     Variable("a", Domain.boolean(), False, (False,)),
@@ -64,7 +64,7 @@ def action(text: str, where: Where = Where.AUTOMATIC) -> Action:
     return parse_action(text, SCOPE, where)
 
 
-def requirement(text: str) -> Sentence:
+def requirement(text: str) -> RequirementForm:
     return parse_requirement(text, SCOPE)
 
 
@@ -386,7 +386,7 @@ def test_the_remedy_of_a_wrong_action_says_what_to_write(text: str, remedy: str)
         ("always !go.state == executing", Always(Not(Equal(Reference("go.state"), Constant("executing"))))),
     ],
 )
-def test_a_requirement_has_one_of_five_forms(text: str, meaning: Sentence) -> None:
+def test_a_requirement_has_one_of_five_forms(text: str, meaning: RequirementForm) -> None:
     assert requirement(text) == meaning
 
 

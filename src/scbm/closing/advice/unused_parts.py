@@ -8,13 +8,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scbm.closing.advice.doubts import Doubt
-from scbm.model import AfterAlways, Always, Assign, Before, Constant, LeadsTo, Never, Outcome, Slug, format_value
+from scbm.model import Assign, Constant, Outcome, Slug, format_value
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.model import BehaviorModel, Operation, Predicate, Resource
-    from scbm.model.requirements import Sentence
 
 
 def doubts_about_resources(model: BehaviorModel) -> Iterator[Doubt]:
@@ -74,14 +73,4 @@ def _predicates(model: BehaviorModel) -> Iterator[Predicate]:
     yield from (transition.running_guard for transition in model.transitions)
     yield from (model.initial_states, *(goal for _, goal in model.goals))
     for requirement in model.requirements:
-        yield from _parts(requirement.sentence)
-
-
-def _parts(sentence: Sentence) -> tuple[Predicate, ...]:
-    match sentence:
-        case Always(predicate) | Never(predicate):
-            return (predicate,)
-        case LeadsTo(first, second) | Before(first, second):
-            return (first, second)
-        case AfterAlways(start, predicate, stop):
-            return (start, predicate, stop)
+        yield from requirement.sentence.predicates

@@ -11,6 +11,7 @@ from scbm.files.language.quantities import DURATION_PATTERN
 from scbm.files.yaml.yaml_writer import FlowList, FlowMapping
 from scbm.model.durations import format_duration
 from scbm.model.predicates import Predicate, Truth
+from scbm.model.requirements import FORMS, RequirementForm
 from scbm.model.values import Value, format_value
 
 if TYPE_CHECKING:
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from scbm.files.language.scope import Where
     from scbm.files.yaml.document import YamlNode
     from scbm.model import Place
-    from scbm.model.requirements import Sentence
 
 T = TypeVar("T")
 K = TypeVar("K", bound=Keys)
@@ -352,12 +352,12 @@ CASE_NAME_TYPE = ScalarType("name", "a name", {"type": "string"}, ValueReader.ca
 NAME_NODE = ScalarType("name", "a name", {"type": "string"}, scalar_node)
 RESOURCE_NAME = ScalarType("resource", "a name", {"type": "string"}, ValueReader.resource)
 VALUE = ScalarType("value", "a value", SCALAR_SCHEMA, scalar_node)
-REQUIREMENT: ScalarType[Sentence] = ScalarType(
+REQUIREMENT: ScalarType[RequirementForm] = ScalarType(
     "requirement",
     "a requirement",
     {
         "type": "string",
-        "description": "`always p`, `never p`, `p leads to q [within d]`, `p before q`, or `after p always q until r`.",
+        "description": f"{', '.join(f'`{form.pattern}`' for form in FORMS.values())}.",
     },
     ValueReader.sentence,
     str,

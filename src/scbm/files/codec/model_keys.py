@@ -12,7 +12,8 @@ from scbm.files.codec.operation_keys import AutomaticKeys, OperationKeys, Transi
 from scbm.files.codec.resource_keys import ResourceKeys, SimulationKeys
 from scbm.files.codec.value_reader import NAME
 from scbm.files.codec.variable_keys import VariableKeys
-from scbm.files.language.scope import KEYWORDS, Scope, Where
+from scbm.files.language.grammar import keywords
+from scbm.files.language.scope import Scope, Where
 from scbm.model import Place, Slug
 from scbm.model.behavior import BehaviorModel
 from scbm.model.predicates import TRUE
@@ -115,7 +116,7 @@ class ModelKeys(Keys):
         for entry in entries:
             if not NAME.fullmatch(entry.name):
                 self.reader.refuse_name(entry.name, entry.place)
-            elif entry.name in KEYWORDS or entry.name in reserved:
+            elif entry.name in keywords() or entry.name in reserved:
                 message = f"`{entry.name}` has a meaning of its own"
                 self.reader.add(Slug.RESERVED_NAME, message, entry.place, "choose another name")
         return entries

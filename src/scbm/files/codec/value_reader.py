@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scbm.files.yaml.document import YamlNode
     from scbm.files.yaml.source_text import Scalar
     from scbm.files.yaml.text_files import ErrorCollector
-    from scbm.model.requirements import Sentence
+    from scbm.model.requirements import RequirementForm
     from scbm.model.resources import Resource
     from scbm.model.variables import Variable
 
@@ -233,7 +233,7 @@ class ValueReader:
         self.is_whole = self.is_whole and predicate is not None
         return predicate or TRUE
 
-    def sentence(self, node: YamlNode, text: str) -> Sentence | None:
+    def sentence(self, node: YamlNode, text: str) -> RequirementForm | None:
         """Return the sentence of a requirement."""
         if node.scalar is None:
             return None

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from scbm.files.codec.key_types import SCALAR_SCHEMA, VALUE, ScalarOrListType, node_of
 from scbm.files.codec.keys import Key, Keys
 from scbm.files.codec.value_reader import NAME
-from scbm.files.language.scope import KEYWORDS
+from scbm.files.language.grammar import keywords
 from scbm.files.language.spelling import nearest
 from scbm.model import Slug
 from scbm.model.values import Domain, Value, format_value
@@ -99,7 +99,7 @@ def _is_symbol(reader: ValueReader, element: YamlNode) -> bool:
     text = element.text
     if text is None or element.plain is None:
         return False
-    if text in KEYWORDS:
+    if text in keywords():
         reader.add(Slug.RESERVED_NAME, f"`{text}` has a meaning of its own", element.place, "choose another word")
     elif not isinstance(element.plain, str) or not NAME.fullmatch(text):
         remedy = "a symbol is a word of letters, digits and `_`, such as `box_a`"

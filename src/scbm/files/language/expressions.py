@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from scbm.model.operations import Action
     from scbm.model.predicates import Predicate
-    from scbm.model.requirements import Sentence
+    from scbm.model.requirements import RequirementForm
     from scbm.model.variables import StateSpace
 
 
@@ -58,8 +58,8 @@ def parse_action(text: str, scope: Scope, where: Where = Where.AUTOMATIC, file: 
     return action
 
 
-def parse_requirement(text: str, scope: Scope, file: str = "requirement") -> Sentence:
-    """Return the sentence of a text. Raises `InputError`."""
+def parse_requirement(text: str, scope: Scope, file: str = "requirement") -> RequirementForm:
+    """Return the requirement of a text. Raises `InputError`."""
     alone = _Text(text, scope, Where.REQUIREMENT, file)
     requirement = alone.resolver.read_requirement(alone.text)
     if requirement is None:

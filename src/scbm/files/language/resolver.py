@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from lark import Token
 
@@ -30,9 +30,12 @@ from scbm.model.predicates import (
     Term,
     Truth,
 )
-from scbm.model.requirements import AfterAlways, Always, Before, LeadsTo, Never, Sentence
+from scbm.model.requirements import FORMS, RequirementForm
 from scbm.model.values import Domain, Value, ValueKind, format_value, kind_of
 from scbm.model.variables import Role, Variable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 _MAX_DIGITS = 18
 """The maximum number of digits of an integer in a domain."""
@@ -75,8 +78,8 @@ class Resolver:
         tree = self._tree(text, "action")
         return None if tree is None else self.action(tree)
 
-    def read_requirement(self, text: str) -> Sentence | None:
-        """Return the sentence of a text."""
+    def read_requirement(self, text: str) -> RequirementForm | None:
+        """Return the requirement of a text."""
         tree = self._tree(text, "requirement")
         return None if tree is None else self.requirement(tree)
 
@@ -399,35 +402,19 @@ class Resolver:
 
     # requirements
 
-    def requirement(self, tree: SyntaxTree) -> Sentence | None:
-        """Return the sentence of a tree."""
+    def requirement(self, tree: SyntaxTree) -> RequirementForm | None:
+        """Return the requirement of a tree; `None` if a part of it is wrong."""
         form = _child(tree, 0) if tree.data == "requirement" else tree
-        parts = [self.predicate(child) for child in form.children if not isinstance(child, Token)]
-        whole = [part for part in parts if part is not None]
-        if len(whole) < len(parts):
-            return None
-        match form.data:
-            case "always":
-                return Always(*whole)
-            case "never":
-                return Never(*whole)
-            case "before":
-                return Before(*whole)
-            case "after_always":
-                return AfterAlways(*whole)
-            case _:
-                return self._leads_to(form, *whole)
+        parts = [self._duration(part) if isinstance(part, Token) else self.predicate(part) for part in form.children]
+        make: Callable[..., RequirementForm] = FORMS[form.data]
+        return None if any(part is None for part in parts) else make(*parts)
 
-    def _leads_to(self, form: SyntaxTree, cause: Predicate, effect: Predicate) -> Sentence | None:
-        limit = form.children[-1]
-        if not isinstance(limit, Token):
-            return LeadsTo(cause, effect)
-        within_ns = parse_duration(str(limit))
-        if within_ns is None:
-            message = f"`{limit}` is not a duration"
-            self.complain(Slug.BAD_DURATION, message, *extent(limit), "write for example `10 s` or `500 ms`")
-            return None
-        return LeadsTo(cause, effect, within_ns)
+    def _duration(self, written: Token) -> int | None:
+        duration_ns = parse_duration(str(written))
+        if duration_ns is None:
+            message = f"`{written}` is not a duration"
+            self.complain(Slug.BAD_DURATION, message, *extent(written), "write for example `10 s` or `500 ms`")
+        return duration_ns
 
 
 def _overlap(left: Domain, right: Domain) -> bool:

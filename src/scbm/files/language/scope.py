@@ -17,10 +17,6 @@ if TYPE_CHECKING:
     from scbm.model.variables import Variable
 
 
-KEYWORDS = ("true", "false", "in", "always", "never", "after", "before", "until", "leads", "within")
-"""The words of the language, which cannot be names."""
-
-
 class Where(Enum):
     """The sort of place of an expression; it decides which variables of the runner the expression may use."""
 

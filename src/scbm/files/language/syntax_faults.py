@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
-from scbm.files.language.scope import KEYWORDS
-from scbm.model import Slug
+from scbm.files.language.grammar import keywords, opening_words, requirement_phrases
+from scbm.model import FORMS, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Sequence
 
 Start: TypeAlias = Literal["predicate", "action", "requirement"]
 
@@ -22,12 +22,17 @@ SLUGS = {
     "requirement": Slug.REQUIREMENT_SYNTAX,
 }
 
-EXAMPLES = {
-    "predicate": "write for example `robot_at == home && box_is_scanned == false`, or `true`",
-    "action": "write for example `box_is_scanned <- true`, or `count += 1`",
-    "requirement": "write `always p`, `never p`, `p leads to q within 10 s`, `p before q` or "
-    "`after p always q until r`",
+_EXAMPLES = {
+    "predicate": "`robot_at == home && box_is_scanned == false`, or `true`",
+    "action": "`box_is_scanned <- true`, or `count += 1`",
 }
+
+
+def example(start: Start) -> str:
+    """Return the remedy for an empty text: what to write instead."""
+    if start == "requirement":
+        return f"write {_alternatives([f'`{form.pattern}`' for form in FORMS.values()])}"
+    return f"write for example {_EXAMPLES[start]}"
 
 
 @dataclass(slots=True)
@@ -87,14 +92,13 @@ _LAST_WORD = re.compile(r"(?<![\w.])([A-Za-z]+)\s*$")
 def _opening_remedy(word: str, start: Start) -> str | None:
     """Return the remedy for a word that does not begin a sentence of this language."""
     lower = word.lower()
-    if lower in KEYWORDS and start == "requirement" and lower != word:
+    if lower in keywords() and start == "requirement" and lower != word:
         return f"write `{lower}`"
-    if lower in _REQUIREMENT_WORDS and start != "requirement":
+    if lower in opening_words() and start != "requirement":
         return f"`{lower}` belongs into requirements"
     return _OPENING_WORDS.get(lower)
 
 
-_REQUIREMENT_WORDS = ("always", "never", "after")
 _OPENING_WORDS = {
     "not": "write `!`",
     "if": "write `p -> q` for `if p then q`",
@@ -185,14 +189,6 @@ _TERMINALS = {
     "COMMA": "`,`",
     "BANG": "`!`",
     "_IN": "`in`",
-    "_ALWAYS": "`always`",
-    "_NEVER": "`never`",
-    "_AFTER": "`after`",
-    "_UNTIL": "`until`",
-    "_BEFORE": "`before`",
-    "_LEADS": "`leads to`",
-    "_TO": "`to`",
-    "_WITHIN": "`within`",
     "_AND": "`&&`",
     "_OR": "`||`",
     "_IMPLIES": "`->`",
@@ -204,10 +200,13 @@ _TERMINALS = {
 
 
 def _expected(accepted: Collection[str]) -> str | None:
-    names = [name for terminal, name in _TERMINALS.items() if terminal in accepted]
-    if not names:
-        return None
-    return f"expected {names[0]}" if len(names) == 1 else f"expected {', '.join(names[:-1])} or {names[-1]}"
+    phrases = {terminal: f"`{phrase}`" for terminal, phrase in requirement_phrases().items()}
+    names = [name for terminal, name in (_TERMINALS | phrases).items() if terminal in accepted]
+    return f"expected {_alternatives(names)}" if names else None
+
+
+def _alternatives(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
 
 
 def _unclosed(text: str) -> int | None:
