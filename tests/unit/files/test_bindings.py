@@ -238,7 +238,7 @@ more: 1
         (RIGHT.replace("bindings_of: cell\n", ""), Slug.MISSING_KEY, "`bindings_of` is missing"),
         ("bindings_of: cell\n", Slug.MISSING_KEY, "`resources` is missing"),
         ("bindings_of: [cell]\nresources: {}\n", Slug.WRONG_SHAPE, "expected a name, found a list under `bindings_of`"),
-        ("bindings_of: cell\nresources: {arm: {}}\n", Slug.BAD_BINDING, "the binding of `arm` says nothing"),
+        ("bindings_of: cell\nresources: {arm: {}}\n", Slug.BAD_BINDING, "the binding of `arm` is empty"),
         ("behavior_model: cell\n", Slug.WRONG_SHAPE, "this is a model file, and a bindings file is needed here"),
         ("case: first\n", Slug.WRONG_SHAPE, "this is a case file, and a bindings file is needed here"),
         ("- a\n", Slug.WRONG_SHAPE, "a bindings file is a mapping of keys"),
@@ -263,7 +263,7 @@ more: 1
             RIGHT
             + "      shelf: {topic: /scanner/zone, type: std_msgs/msg/String, best_effort: true, values: {LOW: 0}}\n",
             Slug.BAD_BINDING,
-            "`/scanner/zone` is heard as best effort for one variable, and not for another",
+            "`/scanner/zone` is best effort for one variable, and not for another",
         ),
         (
             "bindings_of: cell\nresources: {arm: {measured: {lit: {topic: /x, type: std_msgs/msg/Bool}}}}\n",
@@ -306,7 +306,7 @@ def test_names_of_the_nodes_of_cells_are_no_drivers(right: str, wrong: str) -> N
     text, name = RIGHT.replace(right, wrong), wrong.partition(" ")[2]
     (told,) = diagnostics_of(text)
     assert (told.slug, told.remedy) == (Slug.BAD_BINDING, "write a name that does not begin with `/scbm`")
-    assert told.message == f"`{name}` is among the names of the nodes of cells, and no driver's"
+    assert told.message == f"names below `/scbm` are reserved for the nodes of scbm, and this is `{name}`"
     assert text.splitlines()[told.place.line - 1][told.place.column - 1 :].startswith(name)
 
 

@@ -158,7 +158,7 @@ class BindingReader:
         """
         ways = [key for key in _WAYS if keys.has(key)]
         for other in ways[1:]:
-            message = f"requests go one way, and here are `{ways[0]}` and `{other}`"
+            message = f"a binding has one of `service`, `services` and `topics`, and this has `{ways[0]}` and `{other}`"
             self._reader.add(Slug.BAD_BINDING, message, keys.place(other), "keep one of them")
         if not ways and keys.is_clear:
             self._refuse_no_way(resource, keys, place)
@@ -171,7 +171,7 @@ class BindingReader:
         """Note a binding that says nothing, or only what is measured although requests are sent."""
         if not keys.node.items:
             remedy = "write `service`, `services` or `topics`; or `measured`, for what gets no requests"
-            self._reader.add(Slug.BAD_BINDING, f"the binding of `{resource.name}` says nothing", place, remedy)
+            self._reader.add(Slug.BAD_BINDING, f"the binding of `{resource.name}` is empty", place, remedy)
             return
         for sender, actions in self._sending(resource):
             if any(action.target == resource.trigger for action in actions):
@@ -250,8 +250,8 @@ class BindingReader:
                 continue
             topic, is_best_effort = measured.topic, measured.is_best_effort
             if topic and reliability.setdefault(topic, is_best_effort) != is_best_effort:
-                message = f"`{topic}` is heard as best effort for one variable, and not for another"
-                remedy = "say the same of `best_effort` for all that one topic measures"
+                message = f"`{topic}` is best effort for one variable, and not for another"
+                remedy = "write the same `best_effort` for all variables of one topic"
                 self._reader.add(Slug.BAD_BINDING, message, entry.place, remedy)
             yield measured
 

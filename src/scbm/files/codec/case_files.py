@@ -82,8 +82,8 @@ class CaseDocument:
     def _wrong_model(self, path: Path | None) -> Diagnostic | None:
         """Return the error if the model file is missing."""
         if path is None:
-            message = "the case does not say which model it is for"
-            remedy = "add `model: <path>`, seen from the directory of this file"
+            message = "the case names no model"
+            remedy = "add `model: <path>`, relative to the directory of this file"
             return Diagnostic(Slug.MODEL_MISSING, message, Place(self._source.file), remedy)
         place = self._document.items["model"].place
         line = self._source.lines[place.line - 1]

@@ -59,7 +59,7 @@ _VERDICT_WORDS = tuple(end.value for end in End if end is not End.LOST)
 def _read_time_limit(reader: ValueReader, node: YamlNode, text: str) -> int | None:
     time_ns = TIME.read(node, reader)
     if time_ns == 0:
-        reader.add(Slug.BAD_NUMBER, f"`{text}` is no time to run for", node.place, "write for example `10 min`")
+        reader.add(Slug.BAD_NUMBER, f"`{text}` is too short for a time limit", node.place, "write for example `10 min`")
     return time_ns
 
 
@@ -175,7 +175,7 @@ class ExpectationsKeys(Keys):
                 message = f"the model has no obligation `{element.text}`"
                 self.reader.add(Slug.UNKNOWN_OBLIGATION, message, element.place, remedy)
             elif obligation in visits:
-                self.reader.add(Slug.DUPLICATE_VALUE, f"`{element.text}` stands here twice", element.place)
+                self.reader.add(Slug.DUPLICATE_VALUE, f"`{element.text}` is listed twice", element.place)
             else:
                 visits[obligation] = None
         return tuple(visits)
@@ -357,7 +357,7 @@ class CaseKeys(Keys):
         values = {}
         for variable, value, _, place in self.reader.assignments(node):
             if variable.role.is_runner:
-                message = f"`{variable.name}` belongs to the runner; initial states speak of the world"
+                message = f"`{variable.name}` is a variable of the runner; initial states have none"
                 self.reader.add(Slug.RUNNER_VARIABLE, message, place)
             else:
                 values[variable.name] = value
@@ -378,7 +378,7 @@ class CaseKeys(Keys):
         network = self.network.network()
         if nearest("drawn", self.node.items) is None:  # a misspelt one has an error of its own
             for key in random_keys(network):
-                message = f"`{key}` is a matter of chance, and the case does not say what it is drawn from"
+                message = f"`{key}` is random, and the case has no `drawn` to draw it from"
                 place = self.network.place(key)
                 self.reader.add(Slug.NOTHING_DRAWN, message, place, "add `drawn: {seed: 1}` to the case")
         return network

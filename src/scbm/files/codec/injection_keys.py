@@ -46,8 +46,8 @@ def _read_factor(reader: ValueReader, node: YamlNode, text: str) -> Fraction | N
     factor = Fraction(text) if _FACTOR.fullmatch(text) else None
     if factor is not None and factor >= 1:
         return factor
-    message = f"`{text}` is not a number of times that something can be slower"
-    reader.add(Slug.BAD_NUMBER, message, node.place, "write a number from 1 to 999999, such as `3` or `1.5`")
+    message = f"`{text}` is not a factor from 1 to 999999"
+    reader.add(Slug.BAD_NUMBER, message, node.place, "write for example `3` or `1.5`")
     return None
 
 
@@ -75,7 +75,7 @@ class ConditionKeys(Keys):
         if node.text is None or node.plain is None:
             return None
         if node.text == ConditionKind.SLOWER.value:
-            message = "`slower` needs to know how many times slower"
+            message = "`slower` needs a factor"
             self.reader.add(Slug.WRONG_SHAPE, message, node.place, "write for example `{slower: 3}`")
             return None
         words = (*_CONDITION_WORDS, ConditionKind.SLOWER.value)
@@ -270,7 +270,7 @@ class InjectionsReader:
         name = keys.name or f"injection_{number}"
         place = keys.node.place if written is None else written.place
         if name == "network":
-            self._reader.add(Slug.RESERVED_NAME, "`network` has a meaning of its own", place, "choose another name")
+            self._reader.add(Slug.RESERVED_NAME, "`network` is a reserved word", place, "choose another name")
         if name in self._places:
             message = f"two injections are called `{name}`, the other in line {self._places[name].line}"
             self._reader.add(Slug.DUPLICATE_NAME, message, place, "choose another name")

@@ -117,7 +117,7 @@ class ModelKeys(Keys):
             if not NAME.fullmatch(entry.name):
                 self.reader.refuse_name(entry.name, entry.place)
             elif entry.name in keywords() or entry.name in reserved:
-                message = f"`{entry.name}` has a meaning of its own"
+                message = f"`{entry.name}` is a reserved word"
                 self.reader.add(Slug.RESERVED_NAME, message, entry.place, "choose another name")
         return entries
 

@@ -234,7 +234,7 @@ class RuleReader:
         for element in keys.node.elements:
             rule = OutcomeKeys(element, self._reader)
             if first is None:
-                message = "this never comes: the element before speaks of all requests that follow"
+                message = "this element never applies: the one before applies to all later requests"
                 remedy = "put the element with `from` at the end"
                 self._reader.add(Slug.NEVER_COMES, message, element.place, remedy)
                 yield from self._rule(subject, rule, 1, 1)  # so that its own errors are noted, too
@@ -249,12 +249,14 @@ class RuleReader:
     def _begin(self, keys: OutcomeKeys, first: int) -> int:
         """Return the request that an element begins with, where the list covers all before `first`."""
         if keys.has("times"):
-            message = "`from` is for ever, so `times` has no meaning beside it"
+            message = "`from` applies to all later requests, so `times` has no effect"
             self._reader.add(Slug.CONTRADICTION, message, keys.place("times"), "leave out one of them")
         node = keys.node.items["from"]
         begin = COUNT.read(node, self._reader)
         if begin is not None and begin < first:
-            message = f"the list already tells of the first {first - 1} requests, and this begins with number {begin}"
+            message = (
+                f"the list already covers the first {first - 1} requests, and this element begins with request {begin}"
+            )
             self._reader.add(Slug.NEVER_COMES, message, node.place, f"write `from: {first}` or more")
         return max(begin or first, first)
 
@@ -280,7 +282,7 @@ class RuleReader:
         """Note keys without effect: a request that times out has no reply, and only a successful reply measures."""
         silent = ("after", "reply") if outcome is Outcome.TIMEOUT else ()
         for key in (key for key in silent if keys.has(key)):
-            message = f"a request that times out has no reply, and `{key}` speaks of one"
+            message = f"a request that times out has no reply, so `{key}` has no effect"
             self._reader.add(Slug.CONTRADICTION, message, keys.place(key), f"leave out `{key}`")
         if outcome in (Outcome.FAIL, Outcome.TIMEOUT) and keys.has("measured"):
             message = f"only a successful reply measures, and this is `outcome: {outcome}`"

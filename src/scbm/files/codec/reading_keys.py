@@ -109,7 +109,7 @@ class ReadingKeys(Keys):
         """Note data that is no value of the variable by itself."""
         if kind.kind is variable.domain.kind:
             return
-        message = f"`{variable.name}` has the domain {variable.domain}, and here comes {_words(kind)}"
+        message = f"`{variable.name}` has the domain {variable.domain}, and the data is {_words(kind)}"
         example = format_value(variable.domain.values[-1])
         if kind.is_number:
             remedy = f"say which numbers mean which value: `ranges: {{{example}: 5..}}`"
@@ -120,7 +120,7 @@ class ReadingKeys(Keys):
         self.reader.add(Slug.WRONG_TYPE, message, place, remedy)
 
     def _refuse_words(self, what: str, kind: FieldType, place: Place) -> None:
-        self.reader.add(Slug.WRONG_TYPE, f"{what}, and here comes {_words(kind)}", place)
+        self.reader.add(Slug.WRONG_TYPE, f"{what}, and the data is {_words(kind)}", place)
 
     # ranges
 
@@ -154,7 +154,7 @@ class ReadingKeys(Keys):
             return None
         odd = next((end for end in ends if whole and not _WHOLE.fullmatch(end)), None)
         if odd is not None:
-            message = f"`{odd}` is not a whole number, and those are measured here"
+            message = f"`{odd}` is not a whole number, and the data consists of whole numbers"
             self.reader.add(Slug.BAD_RANGE, message, node.place)
             return None
         low, high = (None if end is None else int(end) if whole else float(end) for end in match.groups())
@@ -178,7 +178,7 @@ class ReadingKeys(Keys):
     def _refuse_none(self, key: str) -> None:
         node = self.node.get(key)
         if node is not None and node.plain == {} and not node.incomplete:
-            self.reader.add(Slug.EMPTY_DOMAIN, f"`{key}` has no entries, so nothing would mean a value", node.place)
+            self.reader.add(Slug.EMPTY_DOMAIN, f"`{key}` has no entries, so no data has a value", node.place)
 
 
 def _words(kind: FieldType) -> str:

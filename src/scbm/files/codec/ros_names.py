@@ -41,7 +41,7 @@ def read_ros_name(reader: ValueReader, node: YamlNode, text: str) -> str | None:
         message = f"`{text}` is not a name in ROS 2" if text else "a name is missing"
         reader.add(Slug.BAD_ROS_NAME, message, node.place, _remedy(text))
     elif text.split("/")[1] == _RESERVED:
-        message = f"`{text}` is among the names of the nodes of cells, and no driver's"
+        message = f"names below `/{_RESERVED}` are reserved for the nodes of scbm, and this is `{text}`"
         reader.add(Slug.BAD_BINDING, message, node.place, f"write a name that does not begin with `/{_RESERVED}`")
     else:
         return text

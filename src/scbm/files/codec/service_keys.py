@@ -162,8 +162,8 @@ class ServiceKeys(Keys):
                 continue
             type_ = fields.types[entry.name]
             if type_.is_float:
-                message = f"`{entry.name}` is of type {type_}; such numbers are seldom equal to a given one"
-                self.reader.add(Slug.WRONG_TYPE, message, entry.place, "look at another field")
+                message = f"`{entry.name}` is of type {type_}; such numbers cannot be compared for equality"
+                self.reader.add(Slug.WRONG_TYPE, message, entry.place, "compare another field")
                 continue
             literal = self._literal(entry.node, type_)
             if literal is not None:

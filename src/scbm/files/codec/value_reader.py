@@ -93,10 +93,10 @@ class ValueReader:
             if element.text not in self.scope.variables:
                 self.refuse_unknown(element.text, element.place)
             elif variable is not None and variable.role.is_runner:
-                message = f"`{element.text}` belongs to the runner; resources speak of the world"
+                message = f"`{element.text}` is a variable of the runner; resources can use none"
                 self.add(Slug.RUNNER_VARIABLE, message, element.place)
             elif element.text in names:
-                self.add(Slug.DUPLICATE_VALUE, f"`{element.text}` stands here twice", element.place)
+                self.add(Slug.DUPLICATE_VALUE, f"`{element.text}` is listed twice", element.place)
             else:
                 names.append(element.text)
         return tuple(names)
@@ -186,7 +186,7 @@ class ValueReader:
         if not shown.startswith("-") or parse_duration(shown[1:]) is None:
             return self.duration(node, text)
         remedy = f"write `{shown[1:].strip()}`" if parse_duration(shown[1:]) else "write `0 s`"
-        self.add(Slug.NEGATIVE_TIME, f"`{shown}` is negative, and no time is", node.place, remedy)
+        self.add(Slug.NEGATIVE_TIME, f"`{shown}` is negative; a time is at least `0 s`", node.place, remedy)
         return None
 
     def whole_number(self, node: YamlNode, text: str, least: int | None = None, most: int | None = None) -> int | None:

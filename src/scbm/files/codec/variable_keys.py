@@ -74,7 +74,7 @@ def _symbols(reader: ValueReader, node: YamlNode) -> Domain | None:
         if not _is_symbol(reader, element):
             sound = False
         elif element.text in symbols:
-            reader.add(Slug.DUPLICATE_VALUE, f"`{element.text}` stands here twice", element.place)
+            reader.add(Slug.DUPLICATE_VALUE, f"`{element.text}` is listed twice", element.place)
         elif element.text is not None:
             symbols[element.text] = None
     return Domain(tuple(symbols)) if sound else None
@@ -100,7 +100,7 @@ def _is_symbol(reader: ValueReader, element: YamlNode) -> bool:
     if text is None or element.plain is None:
         return False
     if text in keywords():
-        reader.add(Slug.RESERVED_NAME, f"`{text}` has a meaning of its own", element.place, "choose another word")
+        reader.add(Slug.RESERVED_NAME, f"`{text}` is a reserved word", element.place, "choose another word")
     elif not isinstance(element.plain, str) or not NAME.fullmatch(text):
         remedy = "a symbol is a word of letters, digits and `_`, such as `box_a`"
         reader.add(Slug.BAD_DOMAIN, f"`{text}` is not a symbol", element.place, remedy)
@@ -135,7 +135,7 @@ def read_values(reader: ValueReader, node: YamlNode, domain: Domain, name: str) 
     for element in node.elements:
         value = reader.value(element, domain, name, all_values)
         if value is not None and value in values:
-            reader.add(Slug.DUPLICATE_VALUE, f"`{element.text}` stands here twice", element.place)
+            reader.add(Slug.DUPLICATE_VALUE, f"`{element.text}` is listed twice", element.place)
         elif value is not None:
             values[value] = None
     return tuple(values)

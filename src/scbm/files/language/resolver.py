@@ -184,7 +184,7 @@ class Resolver:
                 continue
             constant = self._constant(term, reference, child)
             if constant is not None and constant in members:
-                self.complain(Slug.DUPLICATE_VALUE, f"`{constant}` stands here twice", *extent(child))
+                self.complain(Slug.DUPLICATE_VALUE, f"`{constant}` is listed twice", *extent(child))
             elif constant is not None:
                 members[constant] = None
         if len(tree.children) == 1:
@@ -224,7 +224,7 @@ class Resolver:
         if variable is None:
             return None
         if self.where is Where.WORLD and variable.role.is_runner:
-            message = f"`{name}` belongs to the runner; goals and initial states speak of the world"
+            message = f"`{name}` is a variable of the runner; goals and initial states can read none"
             self.complain(Slug.RUNNER_VARIABLE, message, begin, end)
             return None
         return Reference(name)

@@ -234,7 +234,7 @@ class _Reader:
             node.value_ends[name] = self._end
             return
         if name in node.items:
-            message = f"`{name}` stands here twice, first in line {node.key_places[name].line}"
+            message = f"`{name}` occurs twice, first in line {node.key_places[name].line}"
             self._report.add(Slug.DUPLICATE_KEY, message, key.place)
             node.items[name].add_entries(value)
             return
@@ -254,7 +254,7 @@ class _Reader:
             return node
         place = self._source.stretch(begin, event.end_mark.index)
         if event.anchor in self._anchors:
-            self._report.add(Slug.YAML_SYNTAX, f"`*{event.anchor}` stands inside what it stands for", place)
+            self._report.add(Slug.YAML_SYNTAX, f"`*{event.anchor}` is inside its own anchor", place)
         else:
             near = nearest(event.anchor, self._anchors)
             remedy = f"did you mean `*{near}`?" if near else "a value that begins with `*` needs quotes"
@@ -291,7 +291,7 @@ class _Reader:
     def _add_to_count(self, size: int, index: int) -> None:
         self._count += size
         if self._count > MAX_NODES:
-            message = f"more than {MAX_NODES} YAML nodes, where an alias counts as all that it stands for"
+            message = f"more than {MAX_NODES} YAML nodes; an alias counts as often as it is used"
             raise self._too_large(message, index)
 
     def _too_large(self, message: str, index: int) -> InputError:

@@ -116,7 +116,7 @@ def _by_hand(text: str, goals: Sequence[_NewGoal], file: str) -> InputError:
     place = Place(file) if key is None else source.stretch(key.begin, key.end)
     line = source.lines[place.line - 1] if place.line else None
     entries = "; ".join(f"`{_entry(goal, in_flow=False)}`" for goal in goals)
-    message = f"`{_SECTION}` is written in a way in which nothing can be added to it safely; the file is as it was"
+    message = f"`{_SECTION}` has a layout that cannot be edited safely; the file is unchanged"
     return InputError([Diagnostic(Slug.WRONG_SHAPE, message, place, f"add it by hand: {entries}", line)])
 
 

@@ -126,7 +126,7 @@ def _colon(fault: _Fault) -> Diagnostic:
     if ":" in fault.before:
         return fault.diagnostic("`:` cannot stand inside a value", fault.index, "put the value into quotes")
     begin = fault.index - len(fault.before.lstrip())
-    remedy = "indent it like the keys beside it, and look whether the line before lacks its `:`"
+    remedy = "indent it like the keys beside it, and check the line before for a missing `:`"
     return fault.diagnostic("a key cannot stand here", begin, remedy)
 
 
@@ -143,7 +143,7 @@ def _misplaced_line(fault: _Fault) -> Diagnostic:
     what = "list" if "sequence" in fault.context or "collection" in fault.context else "mapping"
     line = fault.source.place(fault.begin).line
     message = f"this line is no part of the {what} that begins in line {line}"
-    remedy = _comment_remedy(fault, fault.index) or "look at the indentation of both, and of the lines between"
+    remedy = _comment_remedy(fault, fault.index) or "check the indentation of both, and of the lines between"
     return fault.diagnostic(message, fault.index, remedy)
 
 
@@ -162,7 +162,7 @@ def _second_root(fault: _Fault) -> Diagnostic:
     if fault.before.strip():
         return _misplaced_line(fault)
     remedy = "indent all keys of the file alike, from the first one on"
-    return fault.diagnostic("this line does not go on with what stands before", fault.index, remedy)
+    return fault.diagnostic("this line does not continue the text before", fault.index, remedy)
 
 
 def _unclosed_bracket(fault: _Fault) -> Diagnostic:
