@@ -76,7 +76,20 @@ const { Timelines, showTimeline } = (() => {
       at: atNs,
       reason: texts[reason],
     }));
+    const last = records.length - 1;
+    /** Returns the spans that are packed as a flat list, each with its first and its last record. */
+    const spansOf = (flat) => {
+      const spans = [];
+      for (let i = 0; i < flat.length; i += 3) {
+        const [begin, length, outcome] = flat.slice(i, i + 3);
+        spans.push({ begin: records[begin], end: records[Math.min(begin + length, last)], outcome: texts[outcome] });
+      }
+      return spans;
+    };
     return {
+      operations: spansOf(packed.operations),
+      requests: spansOf(packed.requests),
+      plans: spansOf(packed.plans),
       variables: variables.map(([name, , group]) => ({ name: texts[name], group })),
       nominal: variables.map(([, value]) => texts[value]),
       records,
@@ -127,6 +140,11 @@ const { Timelines, showTimeline } = (() => {
       this.#open = null;
     }
 
+    /** Adds a span of the run. */
+    add({ begin, end }, span) {
+      this.spans.push({ from: begin.index, fromAt: begin.at, to: end.index, toAt: end.at, ...span });
+    }
+
     mark(record, look, glyph, title, label = "") {
       this.marks.push({ record: record.index, at: record.at, look, glyph, title, label });
     }
@@ -137,15 +155,17 @@ const { Timelines, showTimeline } = (() => {
     #lanes = new Map();
     #resources = new Map(); // by the number of a request
     #ofRecords = [];
-    #plans = 0;
     #putBack;
 
     constructor(run) {
       this.run = run;
       this.#putBack = new Set(run.records.filter((r) => r.kind === "put_back").map((r) => r.subject));
       for (const record of run.records) this.#ofRecords.push(this.#place(record));
+      for (const span of run.operations) this.#operation(span);
+      for (const span of run.requests) this.#request(span);
+      this.#plans(run.plans);
       const last = run.records.at(-1);
-      if (last) this.#finish(last, "stopped");
+      if (last) this.#finish(last);
       for (const violation of run.violations) this.#violation(violation);
     }
 
@@ -170,7 +190,7 @@ const { Timelines, showTimeline } = (() => {
       if (kind === "run_started" || kind === "run_ended") return this.#ofRun(record);
       if (kind.startsWith("plan_")) return this.#ofPlan(record);
       if (kind === "became_current") return this.#lane("operations", subject);
-      if (kind === "operation") return this.#ofOperation(record);
+      if (kind === "operation") return this.#lane("operations", subject);
       if (kind === "automatic") return this.#ofAutomatic(record);
       if (kind.startsWith("request_") || kind.startsWith("reply_") || kind === "message") return this.#ofResource(record);
       if (kind.startsWith("measurement")) return this.#ofMeasurement(record);
@@ -185,67 +205,50 @@ const { Timelines, showTimeline } = (() => {
       }
       const end = record.detail.replace("_", " ");
       const good = record.detail === "reached";
-      this.#finish(record, "stopped", lane);
+      this.#finish(record, lane);
       lane.close(record, { label: `${record.subject}: ${end}`, look: good ? "reached" : "not-reached" });
       lane.mark(record, good ? "reached" : "not-reached", "■", record.sentence);
       return lane;
     }
 
-    /** Closes what is still open when nothing more happens. */
-    #finish(record, look, but) {
-      for (const lane of this.#lanes.values()) {
-        if (lane === but || !lane.isOpen) continue;
-        if (lane.group === "operations") this.#end(lane, record, look, "when the run ended");
-        else if (lane.group === "resources") lane.close(record, { look: "unanswered" });
-        else lane.close(record);
-      }
+    /** Closes the spans of injections, and that of the run, when the run ends. */
+    #finish(record, but) {
+      for (const lane of this.#lanes.values()) if (lane !== but) lane.close(record);
     }
 
     #ofPlan(record) {
       const lane = this.#lane("run", "plan");
-      if (record.kind === "plan_asked") {
-        lane.close(record);
-        lane.open(record, "planning", "planning", record.sentence);
-      } else if (record.kind === "plan_received") {
-        lane.close(record);
-        if (record.detail === "solved") {
-          this.#plans += 1;
-          const look = this.#plans % 2 ? "plan" : "plan other";
-          lane.open(record, look, [`${this.#plans}: ${counted(record.other, "operation")}`, this.#plans], record.sentence);
-        } else lane.mark(record, "not-reached", "✗", record.sentence);
-      } else lane.mark(record, "dropped", "◁", record.sentence);
+      if (record.kind === "plan_dropped") lane.mark(record, "dropped", "◁", record.sentence);
+      if (record.kind === "plan_received" && record.detail !== "solved") lane.mark(record, "not-reached", "✗", record.sentence);
       return lane;
     }
 
-    #ofOperation(record) {
-      const lane = this.#lane("operations", record.subject);
-      if (record.detail === "executing") {
-        this.#end(lane, record, "disabled", "");
-        lane.open(record, "executing", "", record.subject);
-      } else if (record.detail === "disabled") lane.open(record, "disabled", "disabled", `${record.subject} disabled`);
-      else if (record.detail === "initial") this.#end(lane, record, "disabled", "given up");
-      else this.#end(lane, record, record.detail, record.detail);
-      return lane;
+    #plans(spans) {
+      const asked = (span) => span.begin.kind === "plan_asked";
+      let number = 0;
+      for (const span of spans.filter((each) => asked(each) || each.outcome === "solved")) {
+        const { other, sentence } = span.begin;
+        if (!asked(span)) number += 1;
+        const look = asked(span) ? "planning" : number % 2 ? "plan" : "plan other";
+        const label = asked(span) ? "planning" : [`${number}: ${counted(other, "operation")}`, number];
+        this.#lane("run", "plan").add(span, { look, label, title: sentence });
+      }
     }
 
-    #end(lane, record, look, how) {
-      const words = how === "timedout" ? "timed out" : how;
-      lane.close(record, {
-        look,
-        glyph: ENDS[look],
-        label: { failed: ["failed", ""], timedout: ["timed out", ""], stopped: ["stopped", ""], disabled: ["disabled", ""] }[look],
-        title: `${lane.name}: ${words || look}`,
-      });
-    }
-
-    #fail(record) {
-      if (record.other) this.#end(this.#lane("operations", record.other), record, "failed", `failed by ${record.subject}`);
+    #operation(span) {
+      const { begin, end, outcome } = span;
+      const isDisabled = begin.detail === "disabled";
+      const look = outcome === "" ? "stopped" : isDisabled ? "disabled" : outcome;
+      const by = end.kind === "operation" ? look : `failed by ${end.subject}`;
+      const how = { stopped: "when the run ended", timedout: "timed out", disabled: outcome === "initial" ? "given up" : "disabled" }[look];
+      const label = { failed: ["failed", ""], timedout: ["timed out", ""], stopped: ["stopped", ""], disabled: ["disabled", ""] }[look];
+      const title = `${begin.subject}: ${how ?? by}`;
+      this.#lane("operations", begin.subject).add(span, { look, glyph: ENDS[look], label, title });
     }
 
     #ofAutomatic(record) {
       const lane = this.#lane("automatic", "automatic transitions");
       lane.mark(record, record.other ? "failed" : "automatic", "◆", record.sentence, record.subject);
-      this.#fail(record);
       return lane;
     }
 
@@ -253,17 +256,20 @@ const { Timelines, showTimeline } = (() => {
       const name = record.subject || this.#resources.get(record.number) || "unknown";
       const lane = this.#lane("resources", name);
       const { kind, number } = record;
-      if (kind === "request_sent") {
-        this.#resources.set(number, name);
-        lane.close(record, { look: "unanswered" });
-        lane.open(record, "waiting", [`${number} ${record.detail}`, number], `request ${number}: ${record.detail}`);
-      } else if (kind === "request_cancelled") lane.close(record, { look: "cancelled", glyph: "⊘" });
-      else if (kind === "reply_received") {
-        lane.close(record, { look: record.detail, glyph: record.detail === "failed" ? "✗" : "✓" });
-      } else if (kind === "reply_dropped") lane.mark(record, "dropped", "◁", record.sentence, `reply ${number} ${record.detail}`);
+      if (kind === "request_sent") this.#resources.set(number, name);
+      if (["request_sent", "request_cancelled", "reply_received"].includes(kind)) return lane;
+      if (kind === "reply_dropped") lane.mark(record, "dropped", "◁", record.sentence, `reply ${number} ${record.detail}`);
       else if (record.other === "0") lane.mark(record, "message", "∅", record.sentence, `${record.detail} ${number} lost`);
       else lane.mark(record, "message", `×${record.other}`, record.sentence, `${record.detail} ${number}`);
       return lane;
+    }
+
+    #request(span) {
+      const { subject, detail, number } = span.begin;
+      const look = span.outcome === "no reply" ? "unanswered" : span.outcome;
+      const glyph = { cancelled: "⊘", failed: "✗", succeeded: "✓" }[look];
+      const title = `request ${number}: ${detail}`;
+      this.#lane("resources", subject).add(span, { look, glyph, label: [`${number} ${detail}`, number], title });
     }
 
     #ofMeasurement(record) {
@@ -282,7 +288,6 @@ const { Timelines, showTimeline } = (() => {
       } else {
         if (this.#putBack.has(record.subject)) lane.open(record, "injected", ["⚡ held", "⚡"], record.sentence);
         else lane.mark(record, "injected", "⚡", record.sentence);
-        this.#fail(record);
       }
       return lane;
     }

@@ -11,10 +11,16 @@ The packed runs are a dict that `json` can write:
   `[kind, subject, detail, other, sentence, variable, value, variable, value, …]`; kind and variable are indices into
   `kinds` and `variables`. Most steps occur in many cases.
 
-A case is `null` if it cannot be run again. Otherwise it has for each record its step (`steps`), the nanoseconds since
-the record before it (`after_ns`), and the difference between the number of its request and that of the last record that
-had one (`numbers`). `ended_ns` is the end of the run, `violations` are `[requirement, begins, record, at_ns, reason]`,
-and `unused` are sentences.
+A case is `null` if it cannot be run again. Otherwise it has:
+
+- `steps`: the step of each record.
+- `after_ns`: for each record the nanoseconds since the record before it.
+- `numbers`: for each record the difference between the number of its request and the last such number before it.
+- `operations`, `requests`, `plans`: the spans of the run (`scbm.cases.trace.spans`), flat, three numbers for each span:
+  the index of its first record, the number of records up to its last one, and its outcome, which is a text.
+- `ended_ns`: the end of the run.
+- `violations`: each `[requirement, begins, record, at_ns, reason]`.
+- `unused`: the clauses of the case without effect, as sentences.
 
 *Compressed* means JSON, deflated with a zlib header, in base64.
 """
@@ -34,16 +40,20 @@ from scbm.cases.trace import (
     MeasurementReceived,
     MeasurementRefused,
     MessageDisturbed,
+    OperationSpan,
     OperationStepped,
     PlanAsked,
     PlanDropped,
+    PlanningSpan,
     PlanReceived,
+    PlanSpan,
     PutBack,
     Record,
     ReplyDropped,
     ReplyReceived,
     RequestCancelled,
     RequestSent,
+    RequestSpan,
     ResourceChanged,
     RunEnded,
     RunStarted,
@@ -122,7 +132,7 @@ class _Packer:
     def _case(self, execution: Execution | None, steps: dict[_Step, int]) -> dict[str, Any] | None:
         if execution is None:
             return None
-        records = execution.trace.records
+        records, spans = execution.trace.records, execution.spans
         times = [record.at_ns for record in records]
         sentences = [sentence_of(record, self._model.nominal_state) for record in records]
         packed = [self._step(record, sentence) for record, sentence in zip(records, sentences, strict=True)]
@@ -130,10 +140,21 @@ class _Packer:
             "steps": [_number(steps, step) for step in packed],
             "after_ns": _differences(times),
             "numbers": _differences(list(_numbers(sentences))),
+            "operations": self._spans(spans.operations),
+            "requests": self._spans(spans.requests),
+            "plans": self._spans(spans.plans),
             "ended_ns": execution.ended_ns,
             "violations": [self._violation(violation) for violation in execution.violations],
             "unused": [self._text(sentence) for sentence in execution.unused],
         }
+
+    def _spans(self, spans: Iterable[OperationSpan | RequestSpan | PlanningSpan | PlanSpan]) -> list[int]:
+        """Return for each span its first record, the number of records up to its last, and its outcome as a text."""
+        return [
+            part
+            for span in spans
+            for part in (span.begin_record, span.end_record - span.begin_record, self._text(_outcome(span)))
+        ]
 
     def _violation(self, violation: Violation) -> tuple[int, ...]:
         reason = self._text(violation.reason)
@@ -153,6 +174,17 @@ class _Packer:
 
     def _text(self, text: str) -> int:
         return _number(self._texts, text)
+
+
+def _outcome(span: OperationSpan | RequestSpan | PlanningSpan | PlanSpan) -> str:
+    """Return the outcome of a span as text; empty if the run ended first."""
+    match span:
+        case OperationSpan() | RequestSpan():
+            return "" if span.outcome is None else span.outcome.value
+        case PlanningSpan() | PlanSpan():
+            return span.status or ""
+        case _:
+            assert_never(span)
 
 
 def _lane(record: Record) -> tuple[str, str, str]:  # noqa: C901, PLR0911, PLR0912 - one case for each record

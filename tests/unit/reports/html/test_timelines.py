@@ -167,6 +167,31 @@ def test_lanes_tell_the_subject_what_became_of_it_and_who_else_took_part() -> No
     assert ("run_ended", "item_a_delivered", "reached", "") in lanes
 
 
+def _spans(case: dict[str, Any], key: str, texts: list[str]) -> list[tuple[int, int, str]]:
+    """First record, last record and outcome of each span, as the script of the page reads them."""
+    flat = case[key]
+    triples = zip(flat[::3], flat[1::3], flat[2::3], strict=True)
+    return [(begin, begin + length, texts[outcome]) for begin, length, outcome in triples]
+
+
+def test_the_spans_of_a_run_are_packed_with_their_outcomes() -> None:
+    executions = [Tester(BEFORE).execute(case) for case in RandomCases(BEFORE, network=None).first(10, 2)]
+    packed = pack_timelines(BEFORE, executions)
+    texts = _opened(packed["shared"])["texts"]
+    for execution, case in zip(executions, _cases(packed), strict=True):
+        spans = execution.spans
+        assert _spans(case, "operations", texts) == [
+            (span.begin_record, span.end_record, "" if span.outcome is None else span.outcome.value)
+            for span in spans.operations
+        ]
+        assert _spans(case, "requests", texts) == [
+            (span.begin_record, span.end_record, span.outcome.value) for span in spans.requests
+        ]
+        assert _spans(case, "plans", texts) == [
+            (span.begin_record, span.end_record, span.status or "") for span in spans.plans
+        ]
+
+
 def test_a_case_that_cannot_be_run_again_keeps_its_place() -> None:
     case = RandomCases(BEFORE).case(1, 1)
     run = Tester(BEFORE).execute(case)
