@@ -22,6 +22,7 @@ from scbm.running import Program
 from scbm.testing import Execution, RandomCases, Tester
 from support.loops import run
 from support.nodes import Stage, notes, run_cases, without_notes, without_times
+from support.profiles import share
 from support.runs import AFTER, BEFORE, ROOT
 from support.virtual_loop import VirtualLoop, run_virtually
 
@@ -117,7 +118,7 @@ PERFECT = "latency: 0 s"
 
 @pytest.mark.parametrize("model", [BEFORE, AFTER], ids=["before", "after"])
 def test_in_virtual_time_runs_over_nodes_are_those_of_simulations_byte_for_byte(model: BehaviorModel) -> None:
-    cases = drawn(model, PERFECT, 30, seed=1)
+    cases = drawn(model, PERFECT, share(30), seed=1)
     for case, real in zip(cases, in_virtual_time(model, cases), strict=True):
         simulated = Tester(model).execute(case)
         assert write_trace(real.trace) == write_trace(simulated.trace)
@@ -135,7 +136,7 @@ def test_in_virtual_time_runs_over_nodes_are_those_of_simulations_byte_for_byte(
 def test_so_they_are_with_faults_of_the_network_but_for_the_places_of_notes(
     model: BehaviorModel, network: str | None
 ) -> None:
-    cases = drawn(model, network, 30, seed=2)
+    cases = drawn(model, network, share(30), seed=2)
     for case, real in zip(cases, in_virtual_time(model, cases), strict=True):
         simulated = Tester(model).execute(case)
         assert without_notes(real.trace.records) == without_notes(simulated.trace.records)

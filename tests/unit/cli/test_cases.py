@@ -10,6 +10,8 @@ from typing import Protocol
 
 import pytest
 
+from support.profiles import share
+
 ROOT = Path(__file__).parents[3]
 BEFORE = "examples/robot_in_the_air/before.yaml"
 AFTER = "examples/robot_in_the_air/after.yaml"
@@ -45,9 +47,9 @@ def _write(directory: Path, name: str, text: str = CASE) -> Path:
 
 def test_every_saved_case_replays_to_the_same_trace(scbm: Scbm, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    assert scbm("test", BEFORE, "--cases", 20, "--seed", 1, "--save", out).code == 0
+    assert scbm("test", BEFORE, "--cases", share(20), "--seed", 1, "--save", out).code == 0
     saved = sorted(out.iterdir())
-    assert len(saved) == 20
+    assert len(saved) == share(20)
     for path in saved:
         number = path.stem.rpartition("-")[2]
         drawn = scbm("run", BEFORE, "--seed", 1, "--case", number, "--trace", tmp_path / "drawn")
@@ -58,7 +60,7 @@ def test_every_saved_case_replays_to_the_same_trace(scbm: Scbm, tmp_path: Path) 
 
 def test_cases_on_a_bad_network_replay_too(scbm: Scbm, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    options = ("--cases", 30, "--seed", 5, "--network", "drawn", "--time-limit", "5 min")
+    options = ("--cases", share(30), "--seed", 5, "--network", "drawn", "--time-limit", "5 min")
     assert scbm("test", AFTER, *options, "--save", out).code == 0
     for path in sorted(out.iterdir()):
         assert json.loads(scbm("replay", path, "--json").out)["is_recorded_run"] is True

@@ -204,6 +204,7 @@ def test_a_new_case_that_ends_in_a_livelock_is_told(scbm: Scbm, tmp_path: Path) 
 # goals that are written
 
 
+@pytest.mark.slow
 def test_suggested_goals_are_written_and_the_model_is_closed_again(scbm: Scbm, before: Path, tmp_path: Path) -> None:
     text = before.read_text(encoding="utf-8")
     first = _json(scbm("close", before, "--json"))["suggestions"][0]

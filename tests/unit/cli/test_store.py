@@ -32,9 +32,20 @@ def store(tmp_path: Path) -> Path:
     return tmp_path / "cov.db"
 
 
+@pytest.fixture(scope="module")
+def made() -> dict[str, bytes]:
+    """Stores that a test of this module has made, for others to copy."""
+    return {}
+
+
 @pytest.fixture
-def filled(scbm: Scbm, store: Path) -> Path:
-    assert scbm("test", BEFORE, "--cases", 20, "--seed", 1, "--store", store).code == 0
+def filled(scbm: Scbm, store: Path, made: dict[str, bytes]) -> Path:
+    """A store of 20 cases."""
+    if "filled" in made:
+        store.write_bytes(made["filled"])
+    else:
+        assert scbm("test", BEFORE, "--cases", 20, "--seed", 1, "--store", store).code == 0
+        made["filled"] = store.read_bytes()
     return store
 
 

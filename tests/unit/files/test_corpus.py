@@ -316,6 +316,7 @@ def test_a_scalar_or_a_list_is_no_model(text: str) -> None:
     assert (diagnostic.place.line, diagnostic.place.column) == (1, 1)
 
 
+@pytest.mark.slow
 def test_a_file_may_have_so_many_bytes_and_not_one_more(tmp_path: Path) -> None:
     path = tmp_path / "large.yaml"
     text = "behavior_model: large\nvariables: {}\noperations: {}\n#"

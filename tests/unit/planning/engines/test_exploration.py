@@ -235,6 +235,7 @@ def test_the_shape_decides_which_engine_searches() -> None:
     assert _explore(_counters(16, 9)).engine == "hashed"
 
 
+@pytest.mark.slow
 def test_the_engines_agree_on_many_states() -> None:
     system = _counters(6, 7)
     goal = And(tuple(Equal(Reference(name), Constant(7)) for name in system.space.names))

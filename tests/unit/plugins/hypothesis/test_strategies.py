@@ -55,6 +55,7 @@ def test_a_drawn_case_is_one_that_a_file_can_say(model: BehaviorModel, data: st.
     assert tester.execute(read).trace == tester.execute(case).trace
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("network", [True, False])
 def test_the_plainest_case_says_nothing(*, network: bool) -> None:
     plainest = find(cases(BEFORE, injections=True, network=network), lambda _: True, settings=FEW)
@@ -94,6 +95,7 @@ def test_initial_states_are_those_that_the_model_allows() -> None:
     assert len(drawn) == len(found) == 18
 
 
+@pytest.mark.slow
 def test_many_initial_states_are_not_listed() -> None:
     variables = "".join(f"  v{n}: {{domain: 0..9, initial: 0, random: any}}\n" for n in range(8))
     more = "initial_states: v0 != 0 && v7 != 0\n"

@@ -6,9 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 ROOT = Path(__file__).parents[4]
 
 
+@pytest.mark.slow
 def test_the_cases_of_the_example_are_tests() -> None:
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "examples/robot_in_the_air"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, encoding="utf-8", check=False)

@@ -238,6 +238,7 @@ def test_executions_are_not_kept() -> None:
     assert most <= 2
 
 
+@pytest.mark.slow
 def test_ten_thousand_cases_of_the_example_would_take_less_than_two_megabytes() -> None:
     tester = Tester(BEFORE)
     packed = pack_timelines(BEFORE, (tester.execute(case) for case in RandomCases(BEFORE).first(640, 1)))
@@ -258,6 +259,7 @@ print(sha256(repr(pack_timelines(model, runs)).encode()).hexdigest())
 """
 
 
+@pytest.mark.slow
 def test_the_same_runs_are_packed_into_the_same_bytes_under_every_hash_seed() -> None:
     printed = [
         subprocess.run(
