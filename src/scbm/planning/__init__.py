@@ -1,6 +1,6 @@
-"""Which operations lead from a state to a goal: the canonical plan, or why there is none (semantics 4).
+"""Planning: the canonical plan from a state to a goal, or why there is none (semantics 4).
 
-Sees a model as the planner does: `g` and `a` of pre- and postconditions, and nothing that is only for running.
+The planner sees `g` and `a` of pre- and postconditions, and nothing that is only for running.
 """
 
 from scbm.planning.plan_answers import Answer, Limit, LimitReached, PlanLimits, SearchCancelledError, Solved, Unsolvable

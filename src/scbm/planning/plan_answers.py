@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, ClassVar, TypeAlias
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    Wanted: TypeAlias = Callable[[], bool]
+    ShouldContinue: TypeAlias = Callable[[], bool]
 
 
 class Limit(StrEnum):
-    """What made a search give up."""
+    """The limit that ended a search."""
 
     LENGTH = "plan length"
     EXPANSIONS = "expanded states"
@@ -21,11 +21,11 @@ class Limit(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class PlanLimits:
-    """How far a search may go. Never a time: the same problem has the same answer on every machine.
+    """The limits of a search. None is a time: the same problem has the same answer on every machine.
 
     Attributes:
-        length: the paper's p_max, the most operations that a plan may have.
-        expansions: the most states whose successors may be looked at.
+        length: the maximum number of operations of a plan; p_max in the paper.
+        expansions: the maximum number of states that are expanded.
     """
 
     length: int = 1_000
@@ -37,8 +37,8 @@ class Solved:
     """A plan exists, and this is the canonical one.
 
     Attributes:
-        plan: the names of its operations, in order; empty if the goal holds already.
-        expanded: states whose successors were looked at.
+        plan: the names of its operations, in order; empty if the goal already holds.
+        expanded: the number of expanded states.
     """
 
     status: ClassVar[str] = "solved"
@@ -48,10 +48,10 @@ class Solved:
 
 @dataclass(frozen=True, slots=True)
 class Unsolvable:
-    """No plan exists: every state that can be reached was looked at.
+    """No plan exists: every reachable state was expanded.
 
     Attributes:
-        expanded: states whose successors were looked at; here all that can be reached.
+        expanded: the number of expanded states, which is the number of reachable states.
     """
 
     status: ClassVar[str] = "unsolvable"
@@ -60,11 +60,11 @@ class Unsolvable:
 
 @dataclass(frozen=True, slots=True)
 class LimitReached:
-    """Neither a plan nor a proof that there is none, within the limits.
+    """Neither a plan nor a proof that there is none was found within the limits.
 
     Attributes:
-        limit: which limit ended the search.
-        expanded: states whose successors were looked at.
+        limit: the limit that ended the search.
+        expanded: the number of expanded states.
     """
 
     status: ClassVar[str] = "limit_reached"
@@ -76,15 +76,15 @@ Answer: TypeAlias = Solved | Unsolvable | LimitReached
 
 
 class SearchCancelledError(Exception):
-    """A search was stopped, as nobody wants its answer any more. So there is none, and nothing is known by it."""
+    """The caller cancelled a search. There is no answer, and nothing is cached."""
 
 
 def always() -> bool:
-    """Every answer is wanted."""
+    """Return `True`: a search that is never cancelled."""
     return True
 
 
-def raise_if_cancelled(is_wanted: Wanted) -> None:
-    """Raises `SearchCancelledError` if nobody wants the answer any more."""
-    if not is_wanted():
+def raise_if_cancelled(should_continue: ShouldContinue) -> None:
+    """Raise `SearchCancelledError` if the caller has cancelled the search."""
+    if not should_continue():
         raise SearchCancelledError

@@ -21,7 +21,7 @@ from scbm.planning.plan_answers import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from scbm.planning.plan_answers import Wanted
+    from scbm.planning.plan_answers import ShouldContinue
     from scbm.planning.planning_task import Task
 
 POLL_INTERVAL = 1_000
@@ -50,16 +50,18 @@ def explore(task: Task, starts: Iterable[int], limit: int) -> Reach:
 
 
 def search_plan(
-    task: Task, start: int, is_goal: Callable[[int], bool], limits: PlanLimits, is_wanted: Wanted = always
+    task: Task, start: int, is_goal: Callable[[int], bool], limits: PlanLimits, should_continue: ShouldContinue = always
 ) -> Answer:
     """Return the canonical plan from a packed state to a state where `is_goal` holds, or why there is none.
 
-    Raises `SearchCancelledError` once `is_wanted` returns `False`.
+    Raises `SearchCancelledError` once `should_continue` returns `False`.
     """
-    return Solved((), 0) if is_goal(start) else _searched(task, start, is_goal, limits, is_wanted)
+    return Solved((), 0) if is_goal(start) else _searched(task, start, is_goal, limits, should_continue)
 
 
-def _searched(task: Task, start: int, is_goal: Callable[[int], bool], limits: PlanLimits, is_wanted: Wanted) -> Answer:
+def _searched(
+    task: Task, start: int, is_goal: Callable[[int], bool], limits: PlanLimits, should_continue: ShouldContinue
+) -> Answer:
     search = BreadthFirst((start,), task.successors)
     levels = _Levels(search)
     while search.frontier:
@@ -67,7 +69,7 @@ def _searched(task: Task, start: int, is_goal: Callable[[int], bool], limits: Pl
         if expanded == limits.expansions:
             return LimitReached(Limit.EXPANSIONS, expanded)
         if expanded and expanded % POLL_INTERVAL == 0:
-            raise_if_cancelled(is_wanted)
+            raise_if_cancelled(should_continue)
         until = min(limits.expansions, expanded + POLL_INTERVAL - expanded % POLL_INTERVAL)
         if expanded < limits.length:  # no path is longer than the number of states expanded before its end
             goal = search.expand(min(until, limits.length), is_goal)

@@ -1,4 +1,4 @@
-"""Whether a plan is one: replayed step by step on named states, without anything that made it."""
+"""Validation of plans: replay a plan step by step on named states, independent of the planner."""
 
 from __future__ import annotations
 
@@ -14,10 +14,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class PlanFlaw:
-    """Why a plan is none.
+    """Why a plan is invalid.
 
     Attributes:
-        step: the index of the operation that cannot be taken; the length of the plan if its end is no goal.
+        step: the index of the operation that is not enabled; the length of the plan if the goal does not hold at its
+            end.
         reason: one sentence.
     """
 
@@ -28,7 +29,7 @@ class PlanFlaw:
 def find_flaw(
     model: BehaviorModel, state: Mapping[str, Value], goal: Predicate, plan: Sequence[str]
 ) -> PlanFlaw | None:
-    """The first flaw of a plan from `state` to `goal`, or `None` if it is sound (semantics 3.3)."""
+    """Return the first flaw of a plan from `state` to `goal`; `None` if the plan is valid (semantics 3.3)."""
     known = {v.name: v.initial if v.role.is_runner else state[v.name] for v in model.running_space}
     now = State(model.running_space, known)
     for step, name in enumerate(plan):

@@ -1,4 +1,4 @@
-"""The planner: a model with its packed tasks, which later problems find ready."""
+"""The planner of a model, which keeps its packed tasks for later problems."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scbm.model import BehaviorModel, Predicate, Value
-    from scbm.planning.plan_answers import Wanted
+    from scbm.planning.plan_answers import ShouldContinue
 
 _DEFAULT_LIMITS = PlanLimits()
 
 
 class Planner:
-    """Finds plans for one model. Answers depend on the problem alone, never on what was asked before.
+    """Finds plans for one model. Answers depend on the problem alone, never on earlier calls.
 
     Every plan of a run, a test, `scbm plan` and a proof comes from here: the entry of `PLANNERS` finds it.
 
     Attributes:
         model: the model.
-        base_task: the packed task in which operations can be told apart, whatever the goal.
+        base_task: the packed task with the variables that decide which operations are enabled, whatever the goal.
     """
 
     def __init__(self, model: BehaviorModel, name: str = DEFAULT_PLANNER) -> None:
-        """Packs the model; `name` is an entry of `PLANNERS`."""
+        """Pack the model; `name` is an entry of `PLANNERS`."""
         self.model = model
         self._search = PLANNERS[name]
         self.base_task = Task(model)
@@ -41,45 +41,46 @@ class Planner:
         state: Mapping[str, Value],
         goal: Predicate,
         limits: PlanLimits = _DEFAULT_LIMITS,
-        is_wanted: Wanted = always,
+        should_continue: ShouldContinue = always,
     ) -> Answer:
-        """Answers the planning problem (state, goal, model, limits).
+        """Return the answer to the planning problem (state, goal, model, limits).
 
         Args:
-            state: a value for each variable of the world; the runner's own stand still, at rest (semantics 4.1).
+            state: a value for each variable of the world; the runner's own variables are taken as at rest (semantics
+                4.1).
             goal: a predicate over the variables of the model.
-            limits: when to give up.
-            is_wanted: asked now and then; once it says no, the search is stopped.
+            limits: the limits of the search.
+            should_continue: called at intervals; the search is cancelled once it returns `False`.
 
         Raises:
-            UnwantedError: it was stopped.
+            SearchCancelledError: the search was cancelled.
         """
         problem = self.problem(goal)
         start = problem.task.pack(state)
-        return self._search(PlanProblem(problem.task, start, problem.is_goal, is_wanted), limits)
+        return self._search(PlanProblem(problem.task, start, problem.is_goal, should_continue), limits)
 
     def policy(
         self, goal: Predicate, limits: PlanLimits = _DEFAULT_LIMITS, most: int | None = None, whole: int | None = None
     ) -> Policy:
-        """The answers to all planning problems (any state, goal, model, limits); for many states of one goal.
+        """Return the answers for one goal and any state; made for many states.
 
         For `most` and `whole` see `Policy`.
         """
         return Policy(self.problem(goal), limits, most, whole, self._search)
 
     def task(self, goal: Predicate) -> Task:
-        """The packed task in which a goal can be told apart."""
+        """Return the packed task with all variables that decide whether the goal holds."""
         return self.problem(goal).task
 
     def problem(self, goal: Predicate) -> Problem:
-        """The goal, with the packed task in which it can be told apart."""
+        """Return the goal with its packed task."""
         if goal not in self._problems:
             task = self._task_for(tuple(name for name in goal.reads() if name not in self.base_task.packing.space))
             self._problems[goal] = Problem(self.model, goal, task, task.packing.test(goal))
         return self._problems[goal]
 
     def _task_for(self, more: tuple[str, ...]) -> Task:
-        """The task that also tells the variables `more` apart."""
+        """Return the task that packs the variables `more` besides those of the base task."""
         if not more:
             return self.base_task
         key = tuple(sorted(more))

@@ -11,7 +11,7 @@ from scbm.planning.plan_search import search_plan
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from scbm.planning.plan_answers import Answer, PlanLimits, Wanted
+    from scbm.planning.plan_answers import Answer, PlanLimits, ShouldContinue
     from scbm.planning.planning_task import Task
 
 
@@ -26,13 +26,13 @@ class PlanProblem:
         task: the model as a packed transition system.
         start: the packed state to plan from.
         is_goal: whether the goal holds in a packed state.
-        is_wanted: called now and then by long searches, through `raise_if_cancelled`.
+        should_continue: called at intervals by long searches, through `raise_if_cancelled`.
     """
 
     task: Task
     start: int
     is_goal: Callable[[int], bool]
-    is_wanted: Wanted = always
+    should_continue: ShouldContinue = always
 
 
 class PlanFunction(Protocol):
@@ -45,7 +45,7 @@ class PlanFunction(Protocol):
 
 def canonical(problem: PlanProblem, limits: PlanLimits) -> Answer:
     """Return the canonical plan: the shortest, and of the shortest the first in the order of the model."""
-    return search_plan(problem.task, problem.start, problem.is_goal, limits, problem.is_wanted)
+    return search_plan(problem.task, problem.start, problem.is_goal, limits, problem.should_continue)
 
 
 PLANNERS: dict[str, PlanFunction] = {"canonical": canonical}

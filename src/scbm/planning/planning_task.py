@@ -1,15 +1,9 @@
-"""A model as the planner sees it, on packed integers.
+"""A model as the planner sees it: a transition system on packed integers (semantics 3.3).
 
-Only variables that planning can tell apart are packed: those that a guard, a goal or an action of another packed
-variable reads. The rest (commands that requests carry, counters of the runner) cannot change what is possible. The
-variables of the runner stand still while a plan is made.
-
-A goal, and the packed task in which it can be told apart.
-
-A model as a system of moves, as the planner sees it.
-
-An operation is one move of two parts (semantics 3.3): enabled in S when `pre.g` holds in S and `post.g` in
-S' = `pre.a`(S); it leads to `post.a`(S').
+Each operation is one move of two parts: it is enabled in S when `pre.g` holds in S and `post.g` holds in S' =
+`pre.a`(S), and it leads to `post.a`(S'). Only relevant variables are packed: those that a guard, a goal or an action of
+another packed variable reads. The others, such as the parameters of requests, cannot change which operations are
+enabled. The variables of the runner are constant during planning.
 """
 
 from __future__ import annotations
@@ -31,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """What is planned for; the state from which is still open.
+    """A goal with its packed task; the state to plan from is open.
 
     Attributes:
         is_goal: whether the goal holds in a packed state of the task.
@@ -44,7 +38,7 @@ class Problem:
 
 
 def system_of(model: BehaviorModel) -> TransitionSystem:
-    """The operations as moves, over all variables; those of the runner stand still, at rest, wherever one starts."""
+    """Return the operations of a model as moves over all variables; no move changes the runner's variables."""
     return TransitionSystem(model.running_space, tuple(map(_move, model.operations)))
 
 
@@ -53,22 +47,22 @@ def _move(operation: Operation) -> Move:
     return Move(operation.name, tuple(MovePart(half.g, half.a) for half in halves))
 
 
-_MAX_REMEMBERED = 200_000
-"""States whose successors are kept for the next search on the same task."""
+_MAX_CACHED = 200_000
+"""Maximum number of states whose successors are cached for later searches on the same task."""
 
 
 class Task:
     """The packed transition system of a model. The successors of states are cached.
 
     Attributes:
-        packing: the fields of the variables that matter, in the order of the model.
+        packing: the fields of the relevant variables, in the order of the model.
         operations: the names of the operations, in the order of the model.
         successors: maps a packed state to the operations that are enabled in it, by index and in order, each with the
             state that it leads to.
     """
 
     def __init__(self, model: BehaviorModel, also: Iterable[str] = ()) -> None:
-        """Packs a model; `also` names variables that matter for more than the operations, such as a goal's."""
+        """Pack a model; `also` names variables that are relevant besides those of the operations, such as a goal's."""
         system = system_of(model)
         self.packing = Packing(relevant(system, also))
         self.operations = tuple(move.name for move in system.moves)
@@ -76,12 +70,12 @@ class Task:
         self.successors: Callable[[int], Steps] = _SuccessorCache(steps).__getitem__
 
     def pack(self, state: Mapping[str, Value]) -> int:
-        """The state of the world as this task packs it; the runner's variables are at rest, whatever `state` says."""
+        """Return a state of the world, packed; the runner's variables are at rest, whatever `state` says."""
         space = self.packing.space
         return self.packing.pack({v.name: v.initial if v.role.is_runner else state[v.name] for v in space})
 
     def update(self, actions: Iterable[Action]) -> Step:
-        """Actions as a function of packed states; `None` where they would leave a domain."""
+        """Return actions as a function of packed states; `None` where they would leave a domain."""
         return self.packing.update(action for action in actions if action.target in self.packing.space)
 
 
@@ -95,13 +89,13 @@ class _SuccessorCache(dict[int, "Steps"]):
     def __missing__(self, state: int) -> Steps:
         results = ((index, step(state)) for index, step in enumerate(self._steps))
         found = tuple((index, result) for index, result in results if result is not None)
-        if len(self) < _MAX_REMEMBERED:
+        if len(self) < _MAX_CACHED:
             self[state] = found
         return found
 
 
 def _step(move: Move, packing: Packing) -> Step:
-    """The move as one step; `None` where it is not enabled or would leave a domain."""
+    """Return the move as a function of packed states; `None` where it is not enabled or would leave a domain."""
     pre, post = move.parts
     pre_holds, post_holds = packing.test(pre.guard), packing.test(post.guard)
     start, complete = packing.update(pre.actions), packing.update(post.actions)

@@ -1,12 +1,8 @@
-"""The canonical plans to one goal from any state: each state is explored once, however many are asked for.
+"""The canonical plans to one goal from any state. Each state is explored once, however many are asked for.
 
-First state by state, on demand; once there are many, all states of the world at once, if it is small enough.
-
-Plans to one goal from all states of the world at once, where the world is small enough for that.
-
-What `DistancesOnDemand` finds state by state, exploration finds for the whole world as one set, some hundred times
-faster per state. It pays as soon as more than some ten thousand states are in question. Requests are at rest in all of
-them, as they mostly are when a plan is asked for: that keeps the world small.
+At first distances are computed on demand, state by state (`DistancesOnDemand`). Beyond some ten thousand states the
+policy tries to plan for all states of the world at once, which is some hundred times faster per state where the world
+is small enough. Requests are at rest in all of these states, as they mostly are when a plan is needed.
 """
 
 from __future__ import annotations
@@ -32,7 +28,7 @@ from scbm.planning.planners import PlanProblem, canonical
 from scbm.planning.planning_task import system_of
 
 if TYPE_CHECKING:
-    from scbm.planning.plan_answers import Wanted
+    from scbm.planning.plan_answers import ShouldContinue
     from scbm.planning.planners import PlanFunction
     from scbm.planning.planning_task import Problem, Task
 
@@ -40,10 +36,10 @@ _LIMITS = ExplorationLimits(states=1 << 24, bytes=1 << 29)
 
 
 class Everywhere:
-    """The plans to a goal from every state of a task in which requests are at rest, and from where these lead.
+    """The plans to a goal from every state of a task with requests at rest, and from all states reachable from these.
 
     Attributes:
-        count: how many states there are.
+        count: the number of states.
     """
 
     def __init__(self, task: Task, distances: Distances, count: int) -> None:
@@ -52,12 +48,12 @@ class Everywhere:
         self._distances = distances
 
     def plan(self, state: int) -> tuple[str, ...] | None:
-        """The canonical plan from a packed state; `None` if there is none. Raises `LookupError` for any other state."""
+        """Return the canonical plan from a packed state; `None` if there is none. Raises `LookupError` for others."""
         return self._distances.plan(self._task.packing.values(state))
 
 
 def plans_everywhere(problem: Problem, most: int) -> Everywhere | None:
-    """The plans from all states of a task; `None` if there are more than `most`, or too many for the memory."""
+    """Return the plans from all states of a task; `None` if these are more than `most`, or need too much memory."""
     model, task, goal = problem.model, problem.task, problem.goal
     rest = {variable.name: (variable.initial,) for variable in model.running_space}
     free = {v.name: v.domain.values for v in task.packing.space if v.role is Role.DECLARED}
@@ -71,18 +67,18 @@ def plans_everywhere(problem: Problem, most: int) -> Everywhere | None:
     return Everywhere(task, distances, len(reached)) if isinstance(distances, Distances) else None
 
 
-_MAX_REMEMBERED = 1_000_000
+_MAX_CACHED = 1_000_000
 
 
 _MAX_ON_DEMAND = 20_000
-"""From so many states on it is tried to find the plans of the whole world at once."""
+"""Number of states with distances on demand beyond which the policy tries to plan for the whole world at once."""
 
 
 class Policy:
-    """What `Planner.plan` answers for one goal, from any packed state; `expanded` is 0 where nothing was searched.
+    """The answers of `Planner.plan` for one goal, from any packed state; `expanded` is 0 where nothing was searched.
 
     Attributes:
-        task: the packed task whose states are asked for (`task.pack`).
+        task: the packed task of the states (`task.pack`).
     """
 
     def __init__(
@@ -93,14 +89,17 @@ class Policy:
         whole: int | None = None,
         search: PlanFunction = canonical,
     ) -> None:
-        """Prepares the answers.
+        """Prepare the answers.
 
         Args:
-            problem: the goal, and the task in which it can be told apart.
-            limits: those of the answers.
-            most: for so many states distances are worked out at most, beyond them each answer is searched for; `None`
-                for as many as a search may expand.
-            whole: so many states the world may have to be taken at once; `None` for as many as a search may expand.
+            problem: the goal with its packed task.
+            limits: the limits of each answer.
+            most: the maximum number of states whose distances are computed; beyond it each answer is searched for.
+                `None`
+                for the number of states that a search may expand.
+            whole: the maximum number of states of the world for planning from all of them at once; `None` for the
+                number of
+                states that a search may expand.
             search: the planner. Distances give canonical plans, so they serve `canonical` alone; the answers of any
                 other planner are cached one by one.
         """
@@ -108,27 +107,27 @@ class Policy:
         self._problem = problem
         self._search = search
         self._limits = limits
-        # While no more states than a search may expand are known, no search can come to that limit.
+        # With no more states than a search may expand, no search can reach that limit.
         self._most = limits.expansions if most is None else min(most, limits.expansions)
         self._whole = limits.expansions if whole is None else whole
         self._distances = self._on_demand(min(self._most, _MAX_ON_DEMAND))
         self._everywhere: Everywhere | None = None
         self._has_tried_everywhere = self._most <= _MAX_ON_DEMAND
         self._answers: dict[int, Answer] = {}
-        self._is_wanted: Wanted = always
-        self._looks = 0
+        self._should_continue: ShouldContinue = always
+        self._polls = 0
 
-    def plan(self, state: int, is_wanted: Wanted = always) -> Answer:
-        """The canonical plan from a packed state, or why there is none.
+    def plan(self, state: int, should_continue: ShouldContinue = always) -> Answer:
+        """Return the canonical plan from a packed state, or why there is none.
 
-        Raises `UnwantedError` once `is_wanted` says no, which is asked now and then.
+        Raises `SearchCancelledError` once `should_continue` returns `False`.
         """
         known = self._answers.get(state)
         if known is not None:
             return known
-        self._is_wanted = is_wanted
+        self._should_continue = should_continue
         answer = self._answer(state)
-        if len(self._answers) < _MAX_REMEMBERED:
+        if len(self._answers) < _MAX_CACHED:
             self._answers[state] = replace(answer, expanded=0)
         return answer
 
@@ -136,10 +135,10 @@ class Policy:
         return DistancesOnDemand(self._successors, self._problem.is_goal, most)
 
     def _successors(self, state: int) -> tuple[tuple[int, int], ...]:
-        """Those of the task, as long as anybody wants to know: what distances know is whole, whenever this raises."""
-        self._looks += 1
-        if not self._looks % POLL_INTERVAL:
-            raise_if_cancelled(self._is_wanted)
+        """Return the successors of a state; raise `SearchCancelledError` once the caller has cancelled."""
+        self._polls += 1
+        if not self._polls % POLL_INTERVAL:
+            raise_if_cancelled(self._should_continue)
         return self.task.successors(state)
 
     def _answer(self, state: int) -> Answer:
@@ -149,7 +148,7 @@ class Policy:
             try:
                 return self._checked(state, self._everywhere.plan(state), self._everywhere.count)
             except LookupError:
-                pass  # a request is on its way
+                pass  # a request is in flight in this state
         if self._distances.know(state):
             plan = None if self._distances.distance(state) is None else self._path(state)
             return self._checked(state, plan, self._distances.lost)
@@ -161,14 +160,14 @@ class Policy:
         return self._answer(state)
 
     def _checked(self, state: int, plan: tuple[str, ...] | None, lost: int) -> Answer:
-        """The answer, where at most so many states lead to no goal."""
+        """Return the answer within the limit of length; at most `lost` states lead to no goal."""
         if plan is None:
-            # A search would see lost states only. If they may lie too deep for it, it has to say so itself.
+            # A search would expand lost states only. Where they may be deeper than the limit, the search has to decide.
             return Unsolvable(0) if lost <= self._limits.length else self._searched(state)
         return Solved(plan, 0) if len(plan) <= self._limits.length else LimitReached(Limit.LENGTH, 0)
 
     def _searched(self, state: int) -> Answer:
-        return self._search(PlanProblem(self.task, state, self._problem.is_goal, self._is_wanted), self._limits)
+        return self._search(PlanProblem(self.task, state, self._problem.is_goal, self._should_continue), self._limits)
 
     def _path(self, state: int) -> tuple[str, ...]:
         names = []

@@ -42,8 +42,8 @@ class Patience:
         return self.asked <= self.most
 
 
-def searched(is_wanted: Callable[[], bool]) -> Answer:
-    return Planner(MODEL).plan(START, GOALS["all"], LIMITS, is_wanted)
+def searched(should_continue: Callable[[], bool]) -> Answer:
+    return Planner(MODEL).plan(START, GOALS["all"], LIMITS, should_continue)
 
 
 def test_as_long_as_it_is_wanted_a_search_goes_on_and_what_is_soon_found_is_not_asked_about() -> None:

@@ -270,12 +270,12 @@ class ControllerNode:
     def plan(self, asked: AskPlan) -> None:
         """Plans in a thread, so that replies come in time meanwhile."""
         run = self._run
-        is_wanted = lambda: run is self._run  # noqa: E731 - asked in the thread: a run that is over wants nothing
-        self._planning = self._loop.run_in_executor(self._thread, self._answer, asked, is_wanted)
+        should_continue = lambda: run is self._run  # noqa: E731 - asked in the thread: a run that is over wants nothing
+        self._planning = self._loop.run_in_executor(self._thread, self._answer, asked, should_continue)
         self._planning.add_done_callback(lambda done: self._planned(run, done))
 
-    def _answer(self, asked: AskPlan, is_wanted: Callable[[], bool]) -> PlanAnswered:
-        answer = self._plans.plan(asked.state, asked.goal, self._plan_limits, is_wanted)
+    def _answer(self, asked: AskPlan, should_continue: Callable[[], bool]) -> PlanAnswered:
+        answer = self._plans.plan(asked.state, asked.goal, self._plan_limits, should_continue)
         plan = answer.plan if isinstance(answer, Solved) else ()
         return PlanAnswered(asked.ask, PlanStatus(answer.status), plan)
 

@@ -1,7 +1,7 @@
-"""Which states a system of moves can reach, and how far each is from a goal; exactly, and for all states at once.
+"""Exploration: the states that a transition system reaches, and the distance of each from a goal; exact.
 
 Imports `model` alone. The engines themselves are imported from `scbm.planning.engines.exploration`: every start of
-`scbm` imports this package, and only large models need them.
+`scbm` imports this package, and only large models need the engines.
 """
 
 from scbm.planning.engines.distances_on_demand import DistancesOnDemand

@@ -1,6 +1,6 @@
-"""Distances of the states of a sorted array, backwards along the edges between them.
+"""The engine for codes of up to 63 bits: states in sorted arrays, one level at a time, and their distances.
 
-The engine for codes of up to 63 bits: states in sorted arrays, all of one level at once.
+Distances are computed backwards along the edges between the states.
 """
 
 from __future__ import annotations
@@ -28,26 +28,27 @@ if TYPE_CHECKING:
 _DISTANCE_CHUNK = 1 << 16
 
 _BYTES_OF_EDGE = 32
-"""Both ends, where they are found and where they are joined; then the order of the edges, and their sources in it."""
+"""Memory of an edge: its ends where they are found and where they are joined, its place in the order, and its source.
+"""
 
 _BYTES_OF_DISTANCE = 24
-"""Its code, its distance, its first move, and where the edges to it begin."""
+"""Memory of a state: its code, its distance, its first move, and where the edges to it begin."""
 
 _NONE = -1
-"""Instead of a distance, where there is no way; instead of a move, where none leads closer."""
+"""Stands for a distance where no path exists, and for a move where none leads closer."""
 
 
 class ArrayDistances:
-    """Distances and first moves of all states of a set, at their places in its array."""
+    """Distances and first moves of all states of a set, by their places in its array."""
 
     def __init__(self, codes: Codes, goals: Flags, steps: Sequence[VectorStep], limits: ExplorationLimits) -> None:
-        """Makes all edges, unless there is no goal.
+        """Make all edges, unless there is no goal.
 
         Args:
             codes: the states, in order; closed under the steps.
             goals: which of them are goals.
             steps: the steps, in order.
-            limits: raises `LimitExceededError` if the edges take too much.
+            limits: raises `LimitExceededError` if the edges need too much memory.
         """
         self._codes = codes
         self._steps = steps
@@ -58,12 +59,12 @@ class ArrayDistances:
             self._choose()
 
     def distance(self, code: int) -> int | None:
-        """The fewest moves to the goal; `None` if there is no way."""
+        """Return the minimum number of moves to the goal; `None` if no path exists."""
         distance = int(self._distances[self._place(code)])
         return None if distance == _NONE else distance
 
     def first_move(self, code: int) -> tuple[int, int] | None:
-        """The first move on the way, and where it leads; `None` at the goal, and where there is no way."""
+        """Return the first move of the canonical path and its successor; `None` at the goal or without a path."""
         number = int(self._first[self._place(code)])
         if number == _NONE:
             return None
@@ -74,7 +75,7 @@ class ArrayDistances:
         return int(np.searchsorted(self._codes, np.uint64(code)))
 
     def _edges(self) -> Iterator[tuple[int, Places, Places]]:
-        """For each piece of the array and each step, in order: its number, and where it leads from and to."""
+        """Yield, for each piece of the array and each step, the number of the step, its sources and its targets."""
         for begin in range(0, len(self._codes), _DISTANCE_CHUNK):
             chunk = self._codes[begin : begin + _DISTANCE_CHUNK]
             for number, step in enumerate(self._steps):
@@ -83,7 +84,7 @@ class ArrayDistances:
                 yield number, (enabled + begin).astype(np.int32), targets.astype(np.int32)
 
     def _edges_by_target(self, limits: ExplorationLimits) -> tuple[Places, Indices]:
-        """The sources of all edges in the order of their targets, and where those of each target begin."""
+        """Return the sources of all edges in the order of their targets, and where the sources of each target begin."""
         found_sources: list[Places] = [np.empty(0, np.int32)]
         found_targets: list[Places] = [np.empty(0, np.int32)]
         count = 0
@@ -100,7 +101,7 @@ class ArrayDistances:
         return np.concatenate(found_sources)[order], begins
 
     def _measure(self, sources: Places, begins: Indices) -> None:
-        """Level by level, backwards."""
+        """Compute the distances level by level, backwards."""
         level = np.flatnonzero(self._distances == 0)
         distance = 0
         while len(level):
@@ -110,7 +111,7 @@ class ArrayDistances:
             self._distances[level] = distance
 
     def _choose(self) -> None:
-        """Each state takes the first step that leads closer."""
+        """Give each state the first step that leads closer."""
         for number, sources, targets in self._edges():
             distances = self._distances[sources]
             closer = (distances > 0) & (self._distances[targets] == distances - 1) & (self._first[sources] == _NONE)
@@ -118,7 +119,7 @@ class ArrayDistances:
 
 
 def _ranges(begins: Indices, ends: Indices) -> Indices:
-    """All numbers of some ranges, one range after the other."""
+    """Return all numbers of some ranges, one range after the other."""
     counts = ends - begins
     offsets = np.concatenate(([0], np.cumsum(counts)[:-1])) if len(counts) else counts
     ranges: Indices = np.repeat(begins - offsets, counts) + np.arange(counts.sum())
@@ -126,24 +127,24 @@ def _ranges(begins: Indices, ends: Indices) -> Indices:
 
 
 _CHUNK = 1 << 16
-"""So many states are looked at in one go: enough for an array, and few beside all that are found."""
+"""Number of states that are expanded together: enough for an array to pay, and few beside all states."""
 
 _BYTES_OF_STATE = 32
-"""A code where it is kept, and three times while runs are merged."""
+"""Memory of a state: its code once in its array, and three times while arrays are merged."""
 
 
 class ArrayEngine:
-    """Explores level by level."""
+    """Explores level by level, on arrays."""
 
-    def __init__(self, box: ReducedSystem, limits: ExplorationLimits) -> None:
-        self.layout = StateCodes.fields(box.counts)
+    def __init__(self, system: ReducedSystem, limits: ExplorationLimits) -> None:
+        self.layout = StateCodes.fields(system.counts)
         self.limits = limits
         self.vectors = Vectors(self.layout)
-        self.steps = tuple(map(self.vectors.step, box.steps))
-        self._box = box
+        self.steps = tuple(map(self.vectors.step, system.moves))
+        self._system = system
 
     def reach(self) -> ArrayStates:
-        """Level by level; of each level what was found before is left out."""
+        """Return all reachable states; each level contains only new states."""
         found = SortedRuns()
         frontier = self._starts()
         while len(frontier):
@@ -161,10 +162,10 @@ class ArrayEngine:
         return level.all()
 
     def _starts(self) -> Codes:
-        return distinct(np.concatenate([np.empty(0, np.uint64), *map(self._start, self._box.starts)]))
+        return distinct(np.concatenate([np.empty(0, np.uint64), *map(self._start, self._system.starts)]))
 
     def _start(self, region: ReducedRegion) -> Codes:
-        """All combinations, of which those are kept in which the condition holds."""
+        """Return all combinations of the values of a region for which its condition holds."""
         codes = np.zeros(1, np.uint64)
         for stride, values in zip(self.layout.strides, region.values, strict=True):
             codes = np.add.outer(codes, np.array(values, np.uint64) * np.uint64(stride)).ravel()
@@ -172,7 +173,7 @@ class ArrayEngine:
 
 
 class ArrayStates:
-    """A set of states, closed under the moves."""
+    """A set of states that is closed under the moves."""
 
     def __init__(self, engine: ArrayEngine, codes: Codes) -> None:
         self._engine = engine
@@ -189,7 +190,7 @@ class ArrayStates:
             yield from chunk.tolist()
 
     def first(self, condition: NormalForm) -> int | None:
-        """The least code in which the condition holds."""
+        """Return the least code in which the form holds."""
         holds = self._engine.vectors.test(condition)
         for chunk in chunks(self._codes):
             if len(holding := chunk[holds(chunk)]):
@@ -197,13 +198,13 @@ class ArrayStates:
         return None
 
     def distances(self, goal: NormalForm) -> ArrayDistances:
-        """Backwards along all edges between these states."""
+        """Return the distances, computed backwards along all edges between these states."""
         is_goal = self._engine.vectors.test(goal)
         goals = np.concatenate([np.empty(0, np.bool_), *map(is_goal, chunks(self._codes))])
         return ArrayDistances(self._codes, goals, self._engine.steps, self._engine.limits)
 
 
 def chunks(codes: Codes) -> Iterator[Codes]:
-    """An array in pieces that are small beside all that is found."""
+    """Yield an array in pieces."""
     for begin in range(0, len(codes), _CHUNK):
         yield codes[begin : begin + _CHUNK]

@@ -1,7 +1,4 @@
-"""Conditions and steps as functions of arrays of codes.
-
-A growing set of codes as sorted arrays. Each is much longer than the next, so there are few to look through.
-"""
+"""Normal forms and moves as functions of arrays of codes, and growing sets of codes as sorted arrays."""
 
 from __future__ import annotations
 
@@ -32,7 +29,7 @@ Number = TypeVar("Number", np.uint64, np.int32)
 
 
 class SortedRuns:
-    """Codes, each of them once. An array is merged with the next as soon as that is half as long."""
+    """A set of codes in sorted arrays. Each array is more than twice as long as the next, so that there are few."""
 
     def __init__(self) -> None:
         self._runs: list[Codes] = []
@@ -41,7 +38,7 @@ class SortedRuns:
         return sum(map(len, self._runs))
 
     def add(self, codes: Codes) -> None:
-        """Adds sorted codes that are all new."""
+        """Add sorted codes that are all new."""
         if not len(codes):
             return
         while self._runs and len(self._runs[-1]) <= 2 * len(codes):
@@ -49,20 +46,20 @@ class SortedRuns:
         self._runs.append(codes)
 
     def without(self, codes: Codes) -> Codes:
-        """Those of some sorted codes that are not in the set."""
+        """Return those of some sorted codes that are not in the set."""
         for run in self._runs:
             codes = codes[~contained(codes, run)]
         return codes
 
     def all(self) -> Codes:
-        """All codes, sorted; there is one run only afterwards."""
+        """Return all codes, sorted, as one array."""
         while len(self._runs) > 1:
             self._runs.append(_merged(self._runs.pop(), self._runs.pop()))
         return self._runs[0] if self._runs else np.empty(0, np.uint64)
 
 
 def distinct(numbers: NDArray[Number]) -> NDArray[Number]:
-    """Each of the numbers once, sorted. Sorting takes a tenth of the time that hashing takes (`numpy.unique`)."""
+    """Return each of the numbers once, sorted. Sorting takes a tenth of the time of hashing (`numpy.unique`)."""
     numbers = np.sort(numbers)
     is_first = np.ones(len(numbers), np.bool_)
     np.not_equal(numbers[1:], numbers[:-1], out=is_first[1:])
@@ -70,7 +67,7 @@ def distinct(numbers: NDArray[Number]) -> NDArray[Number]:
 
 
 def contained(codes: Codes, run: Codes) -> NDArray[np.bool_]:
-    """Which of the codes are in a sorted array."""
+    """Return which of the codes are in a sorted array."""
     if not len(run):
         return np.zeros(len(codes), np.bool_)
     places = np.searchsorted(run, codes)
@@ -79,7 +76,7 @@ def contained(codes: Codes, run: Codes) -> NDArray[np.bool_]:
 
 
 def _merged(one: Codes, other: Codes) -> Codes:
-    """Both, sorted; the stable sort finds the two runs and merges them."""
+    """Return both arrays merged; the stable sort finds the two sorted runs."""
     both = np.concatenate((one, other))
     both.sort(kind="stable")
     return both
@@ -87,12 +84,12 @@ def _merged(one: Codes, other: Codes) -> Codes:
 
 @dataclass(frozen=True, slots=True)
 class VectorStep:
-    """A step on arrays.
+    """A move as functions of arrays.
 
     Attributes:
-        index: which move of the system it is.
-        is_enabled: in which states it can be taken.
-        transfer: where it leads from states in which it can be taken.
+        index: the place of the move in its system.
+        is_enabled: in which states the move is enabled.
+        transfer: the successors of states in which the move is enabled.
     """
 
     index: int
@@ -101,14 +98,14 @@ class VectorStep:
 
 
 class Vectors:
-    """Makes the functions of a layout of fields. Values are looked up; what is fixed is one AND and one OR."""
+    """Compiles normal forms and moves for one layout of fields; constants are one AND and one OR."""
 
     def __init__(self, layout: StateCodes) -> None:
         self._shifts = tuple(stride.bit_length() - 1 for stride in layout.strides)
         self._masks = tuple((1 << max(count - 1, 0).bit_length()) - 1 for count in layout.counts)
 
     def test(self, condition: NormalForm) -> Test:
-        """In which of the states the condition holds."""
+        """Return the form as a function from codes to flags."""
         match condition:
             case bool():
                 return lambda codes: np.full(len(codes), condition)
@@ -131,7 +128,7 @@ class Vectors:
         return lambda codes: table[read(codes)]
 
     def _all_of(self, parts: tuple[NormalForm, ...]) -> Test:
-        """Single values as one comparison, then the rest."""
+        """Compile literals with one value as one comparison, then the rest."""
         single = tuple(part for part in parts if isinstance(part, OneOf) and part.allowed.bit_count() == 1)
         tests = [self.test(part) for part in parts if part not in single]
         if single:
@@ -160,7 +157,7 @@ class Vectors:
         return test
 
     def step(self, step: JointMove) -> VectorStep:
-        """A step on arrays."""
+        """Return a move as functions of arrays."""
         return VectorStep(step.index, self.test(step.guard), self._transfer(step))
 
     def _transfer(self, step: JointMove) -> Transfer:
@@ -178,22 +175,23 @@ class Vectors:
         return transfer
 
     def _table(self, write: ValueTable) -> tuple[Callable[[Codes], Indices], list[int]]:
-        """How the source is read, and the bits of the new value for each of its values.
+        """Return how the source is read, and the bits of the new value for each of its values.
 
-        Where the step cannot be taken anything will do. The first new value does, so that constants are seen as such.
+        Where the move is not enabled any value will do. The first new value is taken, so that constants are seen as
+        such.
         """
         known = [after for after in write.indices if after is not None]
         placed = [(known[0] if after is None else after) << self._shifts[write.target] for after in write.indices]
         return self._reader(write.source), placed
 
     def _reader(self, variable: int) -> Callable[[Codes], Indices]:
-        """The values of a variable; codes have 63 bits, so that they are the same with a sign, which indices have."""
+        """Return a function that reads a variable; codes have 63 bits, so that signed indices have the same value."""
         shift, mask = np.uint64(self._shifts[variable]), np.uint64(self._masks[variable])
         return lambda codes: (codes >> shift & mask).view(np.int64)
 
 
 def _numbers(pair: Pair) -> dict[Value, int]:
-    """Numbers for all values that are compared, which compare as they do."""
+    """Return a number for each value that is compared; the numbers compare like the values."""
     values = (value for value in (*pair.left_values, *pair.right_values) if value is not None)
     if pair.is_order:
         return {value: int(value) for value in values}
@@ -201,6 +199,6 @@ def _numbers(pair: Pair) -> dict[Value, int]:
 
 
 def _column(values: tuple[Value | None, ...], numbers: dict[Value, int]) -> tuple[Indices, Flags]:
-    """A column of numbers, and where there is none."""
+    """Return the numbers of a column of values, and where there is a value."""
     found = [0 if value is None else numbers[value] for value in values]
     return np.array(found, np.int64), np.array([value is not None for value in values], np.bool_)

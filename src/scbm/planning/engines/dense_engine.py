@@ -1,7 +1,7 @@
-"""The dense engine: a set of states is one integer, bit i for the state with code i, and a move an AND and a shift.
+"""The dense engine: a set of states is one integer, bit i for the state of code i, and a move is an AND and a shift.
 
-Every operation costs as much as the box is large, however few states of it are reached; but it handles 30 of them at
-once. So it is the fastest engine where the box is small.
+The cost of each operation depends on the size of the whole system, not on the number of reachable states; but one
+machine operation handles 30 states. So this is the fastest engine for small systems.
 """
 
 from __future__ import annotations
@@ -23,44 +23,44 @@ if TYPE_CHECKING:
 
 _MAX_STATES = 1 << 24
 _MAX_COMBINATIONS = 1 << 14
-"""Ways in which the variables of all stages can be; each may need a mask of its own on the way to those of shifts."""
+"""Maximum number of combinations of the variables of all stages; each may need a mask of its own."""
 
 _MAX_WORK = 1 << 36
-"""Bits to go through, for masks and for about as many levels as there may be."""
+"""Maximum number of bits to process, for all masks and an estimated number of levels."""
 
 _SETS_BESIDE_MASKS = 64
-"""So many sets are allowed for beside the masks: what is found, what is new, and the planes of distances."""
+"""Number of sets that are allowed for beside the masks: visited states, the frontier, and the planes of distances."""
 
 
 class DenseEngine:
-    """Explores the box as a whole. Its memory is estimated before anything is made."""
+    """Explores a system as a whole. Its memory is estimated before anything is allocated."""
 
-    def __init__(self, box: ReducedSystem, limits: ExplorationLimits) -> None:
-        self.layout = StateCodes.dense(box.counts)
+    def __init__(self, system: ReducedSystem, limits: ExplorationLimits) -> None:
+        self.layout = StateCodes.dense(system.counts)
         self.limits = limits
-        self._box = box
-        shifts = [shifts_of(step, self.layout) for step in box.steps]
+        self._system = system
+        shifts = [shifts_of(step, self.layout) for step in system.moves]
         check_bytes(_estimated_bytes(_count(shifts), self.layout), limits)
         self.masks = Masks(self.layout)
-        pairs = zip(box.steps, shifts, strict=True)
+        pairs = zip(system.moves, shifts, strict=True)
         self.steps = tuple(ShiftedStep(step, stages, self.layout, self.masks) for step, stages in pairs)
 
     @staticmethod
-    def suits(box: ReducedSystem, limits: ExplorationLimits) -> bool:
-        """Whether the box is small enough to be explored as a whole, and its moves are plain enough."""
-        layout = StateCodes.dense(box.counts)
-        combinations = sum(stage.combinations for step in box.steps for stage in stages_of(step, layout))
+    def suits(system: ReducedSystem, limits: ExplorationLimits) -> bool:
+        """Return whether the system is small enough to be explored as a whole, and its moves need few masks."""
+        layout = StateCodes.dense(system.counts)
+        combinations = sum(stage.combinations for step in system.moves for stage in stages_of(step, layout))
         if layout.size > _MAX_STATES or combinations > _MAX_COMBINATIONS:
             return False
-        masks = _count([shifts_of(step, layout) for step in box.steps])
-        levels = sum(box.counts)  # a guess: about the way through all values of all variables, one after the other
+        masks = _count([shifts_of(step, layout) for step in system.moves])
+        levels = sum(system.counts)  # an estimate: all values of all variables, one after the other
         work = (combinations + masks * levels) * layout.size
         return work <= _MAX_WORK and _estimated_bytes(masks, layout) <= limits.bytes
 
     def reach(self) -> DenseStates:
-        """Takes each move from everything found so far, one after the other, until nothing is new.
+        """Return all reachable states: apply each move to all states found so far until there are no new ones.
 
-        By which move a state is found makes no difference, so this needs fewer rounds than going level by level.
+        The order of discovery does not matter here, so this needs fewer rounds than going level by level.
         """
         found = self._starts()
         before = -1
@@ -73,7 +73,7 @@ class DenseEngine:
 
     def _starts(self) -> int:
         starts = 0
-        for region in self._box.starts:
+        for region in self._system.starts:
             states = self.masks.of(region.where)
             for variable, values in enumerate(region.values):
                 if states and len(values) < self.layout.counts[variable]:
@@ -83,7 +83,7 @@ class DenseEngine:
 
 
 class DenseStates:
-    """A set of states, closed under the moves."""
+    """A set of states that is closed under the moves."""
 
     def __init__(self, engine: DenseEngine, bits: int) -> None:
         self._engine = engine
@@ -100,12 +100,12 @@ class DenseStates:
         return codes_of(self._bytes)
 
     def first(self, condition: NormalForm) -> int | None:
-        """The lowest bit of those in which the condition holds."""
+        """Return the least code in which the form holds."""
         holding = self._bits & self._engine.masks.of(condition)
         return (holding & -holding).bit_length() - 1 if holding else None
 
     def distances(self, goal: NormalForm) -> DenseDistances:
-        """Backwards from the goal, level by level; of each level the moves claim states in their order."""
+        """Return the distances, computed backwards from the goal, level by level; earlier moves claim states first."""
         found = DenseDistances(self._engine)
         level = self._bits & self._engine.masks.of(goal)
         rest = self._bits ^ level
@@ -118,7 +118,7 @@ class DenseStates:
         return found
 
     def _level_before(self, level: int, rest: int, found: DenseDistances) -> tuple[int, int]:
-        """The states of `rest` that lead into the level, and those that do not."""
+        """Return the states of `rest` that lead into the level, and the remaining ones."""
         before = rest
         for number, step in enumerate(self._engine.steps):
             if claimed := step.before(level) & rest:
@@ -128,29 +128,29 @@ class DenseStates:
 
 
 class DenseDistances:
-    """Distances and first moves of all states, as planes: bit k of the numbers of all states is one set of states."""
+    """Distances and first moves of all states, as bit planes: one set of states for each bit of the numbers."""
 
     def __init__(self, engine: DenseEngine) -> None:
         self._steps = engine.steps
-        # Every state that is placed has a one in some plane, so numbers are kept with one added to them.
+        # Numbers are stored plus one, so that every state with a distance has a bit in some plane.
         self._distances = BitPlanes(engine.layout.size)
         self._moves = BitPlanes(engine.layout.size)
 
     def place(self, states: int, distance: int) -> None:
-        """These states are so far from the goal."""
+        """Give these states a distance."""
         self._distances.add(states, distance + 1)
 
     def claim(self, states: int, number: int) -> None:
-        """From these states the step of that number is the first one that leads closer."""
+        """Make the step of this number the first move of these states."""
         self._moves.add(states, number + 1)
 
     def distance(self, code: int) -> int | None:
-        """The fewest moves to the goal; `None` if there is no way."""
+        """Return the minimum number of moves to the goal; `None` if no path exists."""
         number = self._distances[code]
         return number - 1 if number else None
 
     def first_move(self, code: int) -> tuple[int, int] | None:
-        """The first move on the way, and where it leads; `None` at the goal, and where there is no way."""
+        """Return the first move of the canonical path and its successor; `None` at the goal or without a path."""
         number = self._moves[code]
         if not number:
             return None
@@ -159,10 +159,10 @@ class DenseDistances:
 
 
 def _count(shifts: list[Shifts]) -> int:
-    """How many masks there are: one for each shift of each stage of each step."""
+    """Return the number of masks: one for each shift of each stage of each move."""
     return sum(len(stage) for stages in shifts for stage in stages)
 
 
 def _estimated_bytes(masks: int, layout: StateCodes) -> int:
-    """What masks and sets take; Python's integers have 30 bits in each four bytes."""
+    """Return the memory of masks and sets; Python's integers have 30 bits in each four bytes."""
     return (masks + _SETS_BESIDE_MASKS) * (layout.size // 30 + 1) * 4

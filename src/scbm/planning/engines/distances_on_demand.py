@@ -1,7 +1,7 @@
 """Distances to a goal for states that are asked for one after the other, each explored once.
 
-What is known is closed: beside a known state that is no goal stand all states that it leads to. So a state that is
-asked for later can change no distance, and only what is unknown on the way from it is explored.
+The known states are closed: the successors of a known state are known, unless it is a goal. So a later request can
+change no distance, and it explores only states that are not known yet.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ if TYPE_CHECKING:
 
 
 class DistancesOnDemand:
-    """How far states are from a goal, and which moves lead closer.
+    """The distances of known states from a goal, and the moves that lead closer.
 
     Attributes:
-        lost: how many of the known states lead to no goal.
+        lost: the number of known states from which no goal is reachable.
     """
 
     def __init__(self, successors: Successors, is_goal: Callable[[int], bool], most: int) -> None:
-        """Explores `most` states in all.
+        """Explore nothing yet.
 
         Args:
             successors: the moves from a state, by index and in order, with the states that they lead to.
-            is_goal: whether a state is one.
-            most: once there are more states to explore than this, no more are.
+            is_goal: whether a state is a goal.
+            most: the maximum number of known states; what would exceed it is not explored.
         """
         self.lost = 0
         self._successors = successors
@@ -49,11 +49,11 @@ class DistancesOnDemand:
         return state in self._distances
 
     def distance(self, state: int) -> int | None:
-        """The fewest moves from a known state to a goal; `None` if there is no way."""
+        """Return the minimum number of moves from a known state to a goal; `None` if no path exists."""
         return self._distances[state]
 
     def first_move(self, state: int) -> tuple[int, int] | None:
-        """The first move, in order, that leads a known state closer to a goal, and where it leads."""
+        """Return the first move, in order, that leads a known state closer to a goal, and its successor."""
         distance = self._distances[state]
         if not distance:
             return None
@@ -75,7 +75,7 @@ class DistancesOnDemand:
         return None if exploration.frontier else is_goal
 
     def _measure(self, found: dict[int, bool]) -> None:
-        """The distances of new states: backwards from goals among them, and from what was known before."""
+        """Compute the distances of new states, backwards from the goals among them and from known successors."""
         before: dict[int, list[int]] = {state: [] for state in found}
         levels: dict[int, list[int]] = {0: [state for state, is_goal in found.items() if is_goal]}
         for state in (state for state, is_goal in found.items() if not is_goal):
@@ -90,7 +90,7 @@ class DistancesOnDemand:
 
 
 def _spread(levels: dict[int, list[int]], before: dict[int, list[int]]) -> dict[int, int]:
-    """The distance of each state that leads to one in `levels`, where states stand at a distance that they can have."""
+    """Return the distance of each state that reaches one in `levels`, which has upper bounds by distance."""
     measured: dict[int, int] = {}
     distance = 0
     while levels:

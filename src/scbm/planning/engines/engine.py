@@ -1,6 +1,7 @@
-"""What every engine does. Which one answers changes how long it takes and nothing else.
+"""The interface of engines, and the limits of an exploration.
 
-How far an exploration may go: in states and in bytes, never in time, so that an answer is the same everywhere.
+The choice of an engine changes the time of an answer and nothing else. Limits count states and bytes, never time, so
+that an answer is the same on every machine.
 """
 
 from __future__ import annotations
@@ -17,14 +18,14 @@ if TYPE_CHECKING:
 
 
 class Engine(Protocol):
-    """How a box is explored. Every method raises `LimitExceededError` where the limits are too narrow for it."""
+    """Explores a reduced system. Every method raises `LimitExceededError` where it would exceed the limits."""
 
     layout: StateCodes
 
-    def __init__(self, box: ReducedSystem, limits: ExplorationLimits) -> None: ...
+    def __init__(self, system: ReducedSystem, limits: ExplorationLimits) -> None: ...
 
     def reach(self) -> States:
-        """All states that the moves reach from the starts, the starts among them."""
+        """Return all states that are reachable from the initial states, these included."""
         ...
 
 
@@ -36,32 +37,32 @@ class States(Protocol):
     def __contains__(self, code: object) -> bool: ...
 
     def __iter__(self) -> Iterator[int]:
-        """The codes, in order."""
+        """Yield the codes in ascending order."""
         ...
 
     def first(self, condition: NormalForm) -> int | None:
-        """The least code of a state of the set in which the condition holds."""
+        """Return the least code of a state of the set in which the form holds."""
         ...
 
     def distances(self, goal: NormalForm) -> CodeDistances:
-        """How far each state of the set is from the goal."""
+        """Return the distance of each state of the set from the goal."""
         ...
 
 
 class CodeDistances(Protocol):
-    """How far states are from a goal, and what comes first on the way there."""
+    """The distances of states from a goal, and the first moves towards it."""
 
     def distance(self, code: int) -> int | None:
-        """The fewest moves to the goal from a state of the set; `None` if there is no way."""
+        """Return the minimum number of moves to the goal from a state of the set; `None` if no path exists."""
         ...
 
     def first_move(self, code: int) -> tuple[int, int] | None:
-        """The least index of a move that leads closer, and the state that it leads to; `None` at the goal, or lost."""
+        """Return the least index of a move that leads closer, and its successor; `None` if there is none."""
         ...
 
 
 class ExplorationBound(StrEnum):
-    """What an exploration had too little of."""
+    """The resource that an exploration had too little of."""
 
     STATES = "states"
     BYTES = "bytes"
@@ -69,11 +70,11 @@ class ExplorationBound(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class ExplorationLimits:
-    """How far an exploration may go.
+    """The limits of an exploration.
 
     Attributes:
-        states: the most states that may be found; of the regions to start from, the most combinations of values.
-        bytes: the most memory that sets of states, masks and edges may take, as estimated before they are made.
+        states: the maximum number of states; for initial regions, the maximum number of combinations of values.
+        bytes: the maximum memory of sets of states, masks and edges, as estimated before they are allocated.
     """
 
     states: int = 5_000_000
@@ -82,10 +83,10 @@ class ExplorationLimits:
 
 @dataclass(frozen=True, slots=True)
 class Exceeded:
-    """Neither an answer nor its contrary: a limit ended the exploration.
+    """Unknown: a limit ended the exploration.
 
     Attributes:
-        bound: what there would have to be more of.
+        bound: the resource that ran out.
         limit: how much of it was allowed.
     """
 
@@ -94,7 +95,7 @@ class Exceeded:
 
 
 class LimitExceededError(Exception):
-    """How an engine gives up. The door of the room catches it and answers `Exceeded`."""
+    """An engine met a limit. `Exploration` catches it and answers `Exceeded`."""
 
     def __init__(self, bound: ExplorationBound, limit: int) -> None:
         super().__init__(f"more than {limit} {bound} are needed")
@@ -102,12 +103,12 @@ class LimitExceededError(Exception):
 
 
 def check_states(states: int, limits: ExplorationLimits) -> None:
-    """Raises `LimitExceededError` if so many states are too many."""
+    """Raise `LimitExceededError` if this number of states exceeds the limit."""
     if states > limits.states:
         raise LimitExceededError(ExplorationBound.STATES, limits.states)
 
 
 def check_bytes(size: int, limits: ExplorationLimits) -> None:
-    """Raises `LimitExceededError` if so many bytes are too many."""
+    """Raise `LimitExceededError` if this number of bytes exceeds the limit."""
     if size > limits.bytes:
         raise LimitExceededError(ExplorationBound.BYTES, limits.bytes)

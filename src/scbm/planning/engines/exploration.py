@@ -1,10 +1,9 @@
-"""The door of the room: questions about all that is reached from some regions. Each has three answers.
+"""Questions about all states that are reachable from some regions; the answers are yes, no and unknown.
 
-First the values that variables can ever have are found (`box`), and what they rule out is answered without a search.
-Then the shape of what is left decides which engine searches.
-
-The shape of a system and the limits alone decide which engine explores it, so the choice is the same on every machine.
-To add an engine: a class with the methods of `Engine`, and an entry in `ENGINES`.
+The delete relaxation first gives the values that variables can ever have, and a predicate that fails under these values
+is answered without a search. The shape of the remaining system and the limits alone decide which engine explores it,
+so the choice is the same on every machine. To add an engine: a class with the methods of `Engine`, and an entry in
+`ENGINES`.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
     from scbm.planning.engines.transition_system import Region, TransitionSystem
 
 _MAX_BITS = 63
-"""Of a code in an array."""
+"""Maximum number of bits of a code in an array."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,15 +46,15 @@ class EngineEntry:
     explores_sets: bool = False
 
 
-def _fits_arrays(box: ReducedSystem, _: ExplorationLimits) -> bool:
-    return StateCodes.fields(box.counts).size <= 1 << _MAX_BITS
+def _fits_arrays(system: ReducedSystem, _: ExplorationLimits) -> bool:
+    return StateCodes.fields(system.counts).size <= 1 << _MAX_BITS
 
 
-def _array_engine(box: ReducedSystem, limits: ExplorationLimits) -> Engine:
+def _array_engine(system: ReducedSystem, limits: ExplorationLimits) -> Engine:
     # It loads numpy, which takes longer than all other packages together, and few systems need it.
     from scbm.planning.engines.array_engine import ArrayEngine  # noqa: PLC0415
 
-    return ArrayEngine(box, limits)
+    return ArrayEngine(system, limits)
 
 
 def _fits_always(_: ReducedSystem, __: ExplorationLimits) -> bool:
@@ -70,9 +69,9 @@ ENGINES: dict[str, EngineEntry] = {
 """The engines by name, the fastest first: the first one that suits a system explores it."""
 
 
-def suited(box: ReducedSystem, limits: ExplorationLimits) -> str:
+def suited(system: ReducedSystem, limits: ExplorationLimits) -> str:
     """Return the name of the engine for a system of this shape."""
-    return next(name for name, entry in ENGINES.items() if entry.suits(box, limits))
+    return next(name for name, entry in ENGINES.items() if entry.suits(system, limits))
 
 
 __all__ = ["ENGINES", "Distances", "EngineEntry", "Exploration", "Found", "Reached", "Unreachable"]
@@ -82,11 +81,12 @@ _DEFAULT_LIMITS = ExplorationLimits()
 
 @dataclass(frozen=True, slots=True)
 class Found:
-    """The predicate holds in a state that is reached.
+    """The predicate holds in a reachable state.
 
     Attributes:
-        state: the first such state, by the value of the last variable, then of the one before it, and so on; with the
-            variables that matter.
+        state: the first such state, ordered by the value of the last variable, then of the one before it, and so on;
+            with
+            the relevant variables.
     """
 
     state: Mapping[str, Value]
@@ -94,13 +94,13 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class Unreachable:
-    """The predicate holds in no state that is reached; this is proved."""
+    """The predicate holds in no reachable state; this is proved."""
 
 
 class Exploration:
-    """All that moves reach from some regions. Everything is found when it is first asked for, and kept.
+    """All states that are reachable from some regions. Every answer is computed at the first request and cached.
 
-    Predicates that are asked for may read variables that matter alone; others raise `KeyError`.
+    Predicates may read relevant variables only; others raise `KeyError`.
 
     Attributes:
         engine: the name of the engine that explores.
@@ -114,18 +114,18 @@ class Exploration:
         limits: ExplorationLimits = _DEFAULT_LIMITS,
         engine: str | None = None,
     ) -> None:
-        """Finds the values that variables can ever have, and searches nothing yet.
+        """Reduce the system, and explore nothing yet.
 
         Args:
-            system: what is explored.
-            starts: the regions to start from; `KeyError` for a value outside of its domain.
-            observed: variables that matter for what will be asked, whatever the moves make of them.
-            limits: how far to go.
+            system: the system to explore.
+            starts: the initial regions; `KeyError` for a value outside its domain.
+            observed: variables that later questions read; they are relevant, whatever the moves make of them.
+            limits: the limits of the exploration.
             engine: the name of an engine, to compare engines; by default the first one that suits.
         """
-        self._box = reduce_system(system, starts, observed)
+        self._reduced = reduce_system(system, starts, observed)
         self._limits = limits
-        self.engine = engine or suited(self._box, limits)
+        self.engine = engine or suited(self._reduced, limits)
 
     @property
     def explores_sets(self) -> bool:
@@ -134,28 +134,28 @@ class Exploration:
 
     @property
     def space(self) -> StateSpace:
-        """The variables that matter, in order; states are told apart by these alone."""
-        return self._box.space
+        """The relevant variables, in order; states differ by these alone."""
+        return self._reduced.space
 
     @cached_property
     def values(self) -> dict[str, tuple[Value, ...]]:
-        """The values that each variable that matters can ever have; a superset of those that it has."""
-        pairs = zip(self._box.space, self._box.values, strict=True)
+        """The values that each relevant variable can ever have; a superset of those in reachable states."""
+        pairs = zip(self._reduced.space, self._reduced.values, strict=True)
         return {variable.name: tuple(variable.domain.values[i] for i in indices) for variable, indices in pairs}
 
     @cached_property
     def reached(self) -> Reached | Exceeded:
-        """All states that are reached."""
+        """All reachable states."""
         try:
             check_states(self._combinations(), self._limits)
-            engine = ENGINES[self.engine].make(self._box, self._limits)
-            return Reached(self._box, engine.layout, engine.reach())
+            engine = ENGINES[self.engine].make(self._reduced, self._limits)
+            return Reached(self._reduced, engine.layout, engine.reach())
         except LimitExceededError as error:
             return error.exceeded
 
     def find(self, predicate: Predicate) -> Found | Unreachable | Exceeded:
-        """Whether the predicate holds in a state that is reached, and the first such state."""
-        if self._box.condition(predicate) is False:
+        """Return whether the predicate holds in a reachable state, with the first such state."""
+        if self._reduced.condition(predicate) is False:
             return Unreachable()
         if isinstance(self.reached, Exceeded):
             return self.reached
@@ -163,7 +163,7 @@ class Exploration:
         return Unreachable() if state is None else Found(state)
 
     def distances(self, goal: Predicate) -> Distances | Unreachable | Exceeded:
-        """How far each state that is reached is from the goal; `Unreachable` if the goal holds in none of them."""
+        """Return the distance of each reachable state from the goal; `Unreachable` if no state satisfies it."""
         found = self.find(goal)
         if not isinstance(found, Found):
             return found
@@ -171,5 +171,5 @@ class Exploration:
         return self.reached.distances(goal)
 
     def _combinations(self) -> int:
-        """So many combinations of values the regions have at most."""
-        return sum(prod(map(len, region.values)) for region in self._box.starts)
+        """Return the maximum number of combinations of values in the regions."""
+        return sum(prod(map(len, region.values)) for region in self._reduced.starts)

@@ -20,19 +20,19 @@ if TYPE_CHECKING:
     from scbm.planning.engines.reduced_system import ReducedRegion, ReducedSystem
 
 _BYTES_OF_STATE = 400
-"""About what a state, its distance and the edges from it take."""
+"""Approximate memory of a state, its distance and its edges."""
 
 
 class HashedEngine:
     """Explores state by state, breadth-first."""
 
-    def __init__(self, box: ReducedSystem, limits: ExplorationLimits) -> None:
-        self.layout = StateCodes.fields(box.counts)
+    def __init__(self, system: ReducedSystem, limits: ExplorationLimits) -> None:
+        self.layout = StateCodes.fields(system.counts)
         self._fields = self.layout.bit_ranges()
-        self._box = box
+        self._system = system
         self._limits = limits
         self._moves = tuple(
-            (move.index, self.test(move.guard), compile_update(move.writes, self._fields)) for move in box.steps
+            (move.index, self.test(move.guard), compile_update(move.writes, self._fields)) for move in system.moves
         )
 
     def test(self, form: NormalForm) -> Test:
@@ -49,7 +49,7 @@ class HashedEngine:
 
     def reach(self) -> HashedStates:
         """Explore all states; the limits are checked before each level."""
-        starts = (code for region in self._box.starts for code in self._starts_in(region))
+        starts = (code for region in self._system.starts for code in self._starts_in(region))
         exploration = BreadthFirst(starts, self.successors)
         while exploration.frontier:
             check_states(len(exploration.states), self._limits)

@@ -1,6 +1,6 @@
-"""Conditions as sets of states, of which each is one large integer: bit i stands for the state with code i.
+"""Masks: the states in which a normal form holds, as one large integer with bit i for the state of code i.
 
-Large integers as sets of numbers, and as numbers of many states at once.
+Also sets of numbers as large integers, and bit planes for one number per state.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ _BITS_OF_BYTE = tuple(tuple(bit for bit in range(8) if byte >> bit & 1) for byte
 
 
 def holds_bit(members: bytes, number: int) -> bool:
-    """Whether the number is in the set, given as bytes, the least first. An integer would be shifted as a whole."""
+    """Return whether the number is in the set of bytes, little-endian; a large integer would be shifted as a whole."""
     return bool(members[number >> 3] >> (number & 7) & 1)
 
 
 def codes_of(members: bytes) -> Iterator[int]:
-    """The numbers in the set, in order."""
+    """Yield the numbers in the set in ascending order."""
     for place, byte in enumerate(members):
         for bit in _BITS_OF_BYTE[byte]:
             yield 8 * place + bit
@@ -32,36 +32,36 @@ def codes_of(members: bytes) -> Iterator[int]:
 class BitPlanes:
     """A number for each of many states, 0 at first. Plane k is the set of states whose number has bit k.
 
-    Numbers are added to whole sets of states, to each state at most once. After the first look no more are added.
+    Numbers are added to whole sets of states, to each state at most once. No more are added after the first look-up.
     """
 
     def __init__(self, size: int) -> None:
         self._bytes_of_plane = size // 8 + 1
         self._planes: list[int] = []
-        self._looked_at: list[bytes] = []
+        self._frozen: list[bytes] = []
 
     def add(self, states: int, number: int) -> None:
-        """All these states have this number."""
+        """Give all these states a number."""
         self._planes.extend([0] * (number.bit_length() - len(self._planes)))
         for k in range(number.bit_length()):
             if number >> k & 1:
                 self._planes[k] |= states
 
     def __getitem__(self, code: int) -> int:
-        if len(self._looked_at) < len(self._planes):
-            self._looked_at = [plane.to_bytes(self._bytes_of_plane, "little") for plane in self._planes]
-        return sum(1 << k for k, plane in enumerate(self._looked_at) if holds_bit(plane, code))
+        if len(self._frozen) < len(self._planes):
+            self._frozen = [plane.to_bytes(self._bytes_of_plane, "little") for plane in self._planes]
+        return sum(1 << k for k, plane in enumerate(self._frozen) if holds_bit(plane, code))
 
 
 class Masks:
-    """Makes the masks of a dense layout; all share its width."""
+    """Makes the masks of one dense layout; all have its width."""
 
     def __init__(self, layout: StateCodes) -> None:
         self._layout = layout
         self.everything = (1 << layout.size) - 1
 
     def of(self, condition: NormalForm) -> int:
-        """The states in which the condition holds."""
+        """Return the states in which the form holds."""
         match condition:
             case bool():
                 return self.everything if condition else 0
@@ -75,7 +75,7 @@ class Masks:
                 return self._any_of(parts)
 
     def among(self, variable: int, allowed: int) -> int:
-        """The states in which a variable has one of some values: a pattern as long as its values, again and again."""
+        """Return the states in which a variable has one of some values: a periodic pattern of bits."""
         stride, count = self._layout.strides[variable], self._layout.counts[variable]
         run = (1 << stride) - 1
         pattern = 0
@@ -105,7 +105,7 @@ class Masks:
 
 
 def _repeated(pattern: int, width: int, times: int) -> int:
-    """The pattern so many times, side by side, by doubling."""
+    """Return a pattern repeated side by side, by doubling."""
     if times <= 1:
         return pattern * times
     half = _repeated(pattern, width, times // 2)

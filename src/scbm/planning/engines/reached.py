@@ -1,4 +1,4 @@
-"""What was reached, with names: states as mappings from variables to values, and plans."""
+"""Reachable states by name: states as mappings from variables to values, and plans."""
 
 from __future__ import annotations
 
@@ -15,56 +15,56 @@ if TYPE_CHECKING:
 
 
 class _Codes:
-    """States and their codes."""
+    """States with their codes."""
 
-    def __init__(self, box: ReducedSystem, layout: StateCodes, states: States) -> None:
-        self.box = box
+    def __init__(self, system: ReducedSystem, layout: StateCodes, states: States) -> None:
+        self.system = system
         self.layout = layout
         self.states = states
 
     def code(self, state: Mapping[str, Value]) -> int | None:
-        """The code of a state that is reached; `None` of any other."""
-        coordinates = self.box.coordinates(state)
+        """Return the code of a reachable state; `None` for any other."""
+        coordinates = self.system.coordinates(state)
         code = None if coordinates is None else self.layout.code(coordinates)
         return code if code in self.states else None
 
     def state(self, code: int) -> dict[str, Value]:
-        return self.box.state(self.layout.coordinates(code))
+        return self.system.state(self.layout.coordinates(code))
 
 
 class Reached:
-    """All states that are reached: those at the start, and all that moves lead to from there."""
+    """All reachable states, the initial ones included."""
 
-    def __init__(self, box: ReducedSystem, layout: StateCodes, states: States) -> None:
-        self._codes = _Codes(box, layout, states)
+    def __init__(self, system: ReducedSystem, layout: StateCodes, states: States) -> None:
+        self._codes = _Codes(system, layout, states)
 
     def __len__(self) -> int:
-        """How many states there are, told apart by the variables that matter."""
+        """Return the number of states, which differ in relevant variables."""
         return len(self._codes.states)
 
     def __contains__(self, state: Mapping[str, Value]) -> bool:
-        """Whether a state is reached; of its values only those of the variables that matter are looked at."""
+        """Return whether a state is reachable; only the values of relevant variables are read."""
         return self._codes.code(state) is not None
 
     def __iter__(self) -> Iterator[dict[str, Value]]:
-        """The states, by the value of the last variable, then of the one before it, and so on."""
+        """Yield the states, ordered by the value of the last variable, then of the one before it, and so on."""
         return map(self._codes.state, self._codes.states)
 
     def first(self, predicate: Predicate) -> dict[str, Value] | None:
-        """The first of the states in which the predicate holds."""
-        code = self._codes.states.first(self._codes.box.condition(predicate))
+        """Return the first state in which the predicate holds."""
+        code = self._codes.states.first(self._codes.system.condition(predicate))
         return None if code is None else self._codes.state(code)
 
     def distances(self, goal: Predicate) -> Distances | Exceeded:
-        """How far each state is from the goal."""
+        """Return the distance of each state from the goal."""
         try:
-            return Distances(self._codes, self._codes.states.distances(self._codes.box.condition(goal)))
+            return Distances(self._codes, self._codes.states.distances(self._codes.system.condition(goal)))
         except LimitExceededError as error:
             return error.exceeded
 
 
 class Distances:
-    """How far each state that is reached is from a goal. Others raise `LookupError`."""
+    """The distance of each reachable state from a goal. Other states raise `LookupError`."""
 
     def __init__(self, codes: _Codes, found: CodeDistances) -> None:
         self._codes = codes
@@ -72,27 +72,27 @@ class Distances:
         self._steps: dict[int, tuple[int, int] | None] = {}
 
     def distance(self, state: Mapping[str, Value]) -> int | None:
-        """The fewest moves that lead to the goal; `None` if there is no way."""
+        """Return the minimum number of moves to the goal; `None` if no path exists."""
         return self._found.distance(self._code(state))
 
     def first_move(self, state: Mapping[str, Value]) -> str | None:
-        """The first, in order, of the moves that lead closer; `None` at the goal, and where there is no way."""
+        """Return the first move, in order, that leads closer; `None` at the goal, and where no path exists."""
         step = self._found.first_move(self._code(state))
-        return None if step is None else self._codes.box.names[step[0]]
+        return None if step is None else self._codes.system.names[step[0]]
 
     def plan(self, state: Mapping[str, Value]) -> tuple[str, ...] | None:
-        """The canonical plan (semantics 4.2): of the shortest ones the first; `None` if there is none."""
+        """Return the canonical plan (semantics 4.2): the first of the shortest plans; `None` if there is none."""
         code = self._code(state)
         if self._found.distance(code) is None:
             return None
         names = []
         while (step := self._step(code)) is not None:
             move, code = step
-            names.append(self._codes.box.names[move])
+            names.append(self._codes.system.names[move])
         return tuple(names)
 
     def _step(self, code: int) -> tuple[int, int] | None:
-        """The first move and where it leads; kept, as plans from many states end alike."""
+        """Return the first move and its successor; cached, as plans from many states have the same end."""
         if code not in self._steps:
             self._steps[code] = self._found.first_move(code)
         return self._steps[code]

@@ -1,9 +1,8 @@
-"""The box: a system cut down to the variables that matter and the values that they can ever have.
+"""Reduced systems: only the relevant variables, and only the values that they can ever have.
 
-States as one integer, their code: a sum over the variables of number times stride.
-
-The first variable has the least stride, and no two states have one code. So all layouts of a box order its states
-alike: by the last variable, then by the one before it, and so on.
+A state of a reduced system is one integer, its code: the sum over the variables of number times stride. The first
+variable has the least stride, and no two states have the same code. So all layouts order the states alike: by the last
+variable, then by the one before it, and so on.
 """
 
 from __future__ import annotations
@@ -27,12 +26,12 @@ if TYPE_CHECKING:
     from scbm.planning.engines.transition_system import Region, TransitionSystem
 
 Coordinates: TypeAlias = tuple[int, ...]
-"""For each variable of a box the index of its value among those that it can ever have."""
+"""For each variable of a reduced system the index of its value among those that it can ever have."""
 
 
 @dataclass(frozen=True, slots=True)
 class ReducedRegion:
-    """A region to start from, in the box: for each variable the numbers of its values, and a condition."""
+    """An initial region of a reduced system: for each variable the numbers of its values, and a condition."""
 
     values: tuple[tuple[int, ...], ...]
     where: NormalForm
@@ -43,17 +42,17 @@ class ReducedSystem:
     """What an engine explores.
 
     Attributes:
-        space: the variables that matter, in order, with their whole domains.
-        values: for each of them the indices, in its domain, of the values that it can ever have; in order.
+        space: the relevant variables, in order, with their whole domains.
+        values: for each of them the indices, in its domain, of the values that it can ever have; ascending.
         names: the names of all moves.
-        steps: the moves that may be possible and change something, in order, over these values.
-        starts: the regions to start from.
+        moves: the moves that may be enabled and change something, in order, over these values.
+        starts: the initial regions.
     """
 
     space: StateSpace
     values: tuple[tuple[int, ...], ...]
     names: tuple[str, ...]
-    steps: tuple[JointMove, ...]
+    moves: tuple[JointMove, ...]
     starts: tuple[ReducedRegion, ...]
 
     @cached_property
@@ -62,11 +61,11 @@ class ReducedSystem:
         return tuple(map(len, self.values))
 
     def condition(self, predicate: Predicate) -> NormalForm:
-        """What the predicate asks of the box. Raises `KeyError` if it reads a variable that is not observed."""
+        """Return the predicate over the reduced values. Raises `KeyError` if it reads any other variable."""
         return restricted(normal_form(predicate, self.space), self.values)
 
     def coordinates(self, state: Mapping[str, Value]) -> Coordinates | None:
-        """Where the state lies; `None` outside of the box. It may have more variables than the space."""
+        """Return the coordinates of a state, which may have more variables; `None` if it is outside."""
         found = []
         for variable, numbers in zip(self.space, self._numbers, strict=True):
             number = numbers.get(variable.domain.index(state[variable.name]))
@@ -80,18 +79,18 @@ class ReducedSystem:
         return tuple({index: number for number, index in enumerate(indices)} for indices in self.values)
 
     def state(self, coordinates: Coordinates) -> dict[str, Value]:
-        """The values of the variables that matter."""
+        """Return the values of the relevant variables."""
         places = zip(self.space, self.values, coordinates, strict=True)
         return {variable.name: variable.domain.values[indices[number]] for variable, indices, number in places}
 
 
 def reduce_system(system: TransitionSystem, starts: Sequence[Region], observed: Iterable[str] = ()) -> ReducedSystem:
-    """The box of everything that the moves reach from some regions.
+    """Return the reduced system that has all states reachable from some regions.
 
     Args:
-        system: what is explored.
-        starts: where from. Raises `KeyError` for a value outside of its domain, or a variable without values.
-        observed: variables that matter beside those that the moves and the regions read.
+        system: the system to reduce.
+        starts: the initial regions. Raises `KeyError` for a value outside its domain, or a variable without values.
+        observed: variables that are relevant besides those that the moves and the regions read.
     """
     space = relevant(system, [*observed, *(name for region in starts for name in region.where.reads())])
     moves = joint_moves(narrowed(system, space))
@@ -108,13 +107,13 @@ def reduce_system(system: TransitionSystem, starts: Sequence[Region], observed: 
 
 
 def _whole_region(region: Region, space: StateSpace) -> ReducedRegion:
-    """The region over whole domains."""
+    """Return a region over whole domains."""
     indices = (map(variable.domain.index, region.values[variable.name]) for variable in space)
     return ReducedRegion(tuple(tuple(dict.fromkeys(found)) for found in indices), normal_form(region.where, space))
 
 
 def _values_at(regions: Sequence[ReducedRegion], space: StateSpace) -> list[int]:
-    """The values of each variable in one of the regions, as bits. All have some, unless there is no state at all."""
+    """Return the values of each variable in any of the regions, as bits; all 0 if no region has a state."""
     values = [0 for _ in space]
     for region in regions:
         found = [bits_of(indices) & allowed_values(region.where, v) for v, indices in enumerate(region.values)]
@@ -145,12 +144,12 @@ def _restricted_region(region: ReducedRegion, values: Sequence[tuple[int, ...]])
 
 @dataclass(frozen=True, slots=True)
 class StateCodes:
-    """Where each variable lies in a code.
+    """The layout of codes.
 
     Attributes:
         counts: how many values each variable has.
-        strides: what one more of each adds to the code.
-        size: all codes are less.
+        strides: what adding one to each variable adds to the code.
+        size: the upper bound of codes, exclusive.
     """
 
     counts: tuple[int, ...]
@@ -159,7 +158,7 @@ class StateCodes:
 
     @staticmethod
     def dense(counts: tuple[int, ...]) -> StateCodes:
-        """Without gaps (mixed radix): `size` is the number of states."""
+        """Return a layout without gaps (mixed radix): `size` is the number of states."""
         strides, size = [], 1
         for count in counts:
             strides.append(size)
@@ -168,7 +167,7 @@ class StateCodes:
 
     @staticmethod
     def fields(counts: tuple[int, ...]) -> StateCodes:
-        """A field of whole bits for each variable: `size` is a power of two."""
+        """Return a layout with a field of whole bits for each variable: `size` is a power of two."""
         strides, bits = [], 0
         for count in counts:
             strides.append(1 << bits)
@@ -176,17 +175,17 @@ class StateCodes:
         return StateCodes(counts, tuple(strides), 1 << bits)
 
     def bit_ranges(self) -> tuple[BitRange, ...]:
-        """Where the number of each variable lies, in a layout made by `fields`."""
+        """Return the field of each variable, in a layout made by `fields`."""
         pairs = zip(self.strides, self.counts, strict=True)
         return tuple(
             BitRange(stride.bit_length() - 1, ((1 << bit_width(count)) - 1) * stride) for stride, count in pairs
         )
 
     def code(self, coordinates: Coordinates) -> int:
-        """The code of a state."""
+        """Return the code of a state."""
         return sum(number * stride for number, stride in zip(coordinates, self.strides, strict=True))
 
     def coordinates(self, code: int) -> Coordinates:
-        """The state of a code."""
+        """Return the state of a code."""
         ends = (*self.strides[1:], self.size)
         return tuple(code % end // stride for stride, end in zip(self.strides, ends, strict=False))

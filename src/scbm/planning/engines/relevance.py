@@ -1,4 +1,4 @@
-"""Which variables can tell states apart. The others have no say in what is possible, however they change."""
+"""Relevance: which variables decide what is possible. States that differ only in other variables behave alike."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ if TYPE_CHECKING:
 
 
 def relevant(system: TransitionSystem, observed: Iterable[str] = ()) -> StateSpace:
-    """The variables that matter, in order.
+    """Return the relevant variables, in order: the least set that is closed under these rules.
 
-    These are the ones `observed`, those that a guard reads, those whose actions may leave a domain, and those that an
-    action of another variable that matters reads.
+    Relevant are the variables `observed`, those that a guard reads, those whose actions may leave a domain, and those
+    that
+    an action of another relevant variable reads.
     """
     parts = [part for move in system.moves for part in move.parts]
     actions = [action for part in parts for action in part.actions]
@@ -29,7 +30,7 @@ def relevant(system: TransitionSystem, observed: Iterable[str] = ()) -> StateSpa
 
 
 def narrowed(system: TransitionSystem, space: StateSpace) -> TransitionSystem:
-    """The same system with no other variables than these, all that matter being among them."""
+    """Return the same system over `space`, which has all relevant variables."""
     return TransitionSystem(space, tuple(_narrowed(move, space) for move in system.moves))
 
 
@@ -39,7 +40,7 @@ def _narrowed(move: Move, space: StateSpace) -> Move:
 
 
 def may_leave(action: Action, space: StateSpace) -> bool:
-    """Whether the action can leave its domain, so that it decides whether the move can be taken."""
+    """Return whether the action can leave its domain, so that it decides whether a move is enabled."""
     if isinstance(action, Add):
         return True
     assert isinstance(action, Assign)  # noqa: S101 - for the reader: there are two kinds of actions

@@ -1,8 +1,7 @@
-"""Steps as shifts: all states that agree in what a step sets and reads lead equally far away.
+"""Moves as shifts: all states that agree in the variables which a move sets and reads are shifted by the same distance.
 
-A step has stages, one after the other. Each sets variables that no other one sets or reads, so their order does not
-matter; and a stage needs as many shifts as there are ways to set its variables, where one stage for all would need the
-product.
+A move has stages. No stage sets or reads a variable that another stage sets, so their order does not matter. A stage
+needs one shift for each way to set its variables; one stage for all variables would need the product.
 """
 
 from __future__ import annotations
@@ -27,11 +26,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ShiftStage:
-    """Some variables that a step sets, all those among them that depend on each other.
+    """Variables that a move sets and that depend on each other.
 
     Attributes:
-        writes: what it sets.
-        choices: for every variable that it sets or reads the values that the guard of the step lets it have.
+        writes: what the stage sets.
+        choices: for every variable that it sets or reads the values that the guard of the move allows.
     """
 
     writes: tuple[ValueTable, ...]
@@ -39,15 +38,15 @@ class ShiftStage:
 
     @property
     def combinations(self) -> int:
-        """In how many ways the variables can be before the stage."""
+        """The number of combinations of the variables before the stage."""
         return prod(map(len, self.choices.values()))
 
     def joined(self, other: ShiftStage) -> ShiftStage:
-        """Both at once."""
+        """Return both stages as one."""
         return ShiftStage((*self.writes, *other.writes), {**self.choices, **other.choices})
 
     def shifts(self, layout: StateCodes) -> dict[int, NormalForm]:
-        """For each distance that codes are moved by, which of those that the guard lets in are moved so far."""
+        """Return, for each distance, the condition under which codes are shifted so far, where the guard holds."""
         found: dict[int, list[NormalForm]] = {}
         for before in self._assignments():
             if (shift := self._shift(before, layout)) is not None:
@@ -69,15 +68,15 @@ class ShiftStage:
         return shift
 
     def _is_open(self, variable: int) -> bool:
-        """Whether the guard leaves the variable a choice."""
+        """Return whether the guard allows more than one value of the variable."""
         return len(self.choices[variable]) > 1
 
 
 class ShiftedStep:
-    """A step on sets of states: for each stage masks, and how far the states under them are shifted.
+    """A move on sets of states: for each stage masks, and how far the states under each mask are shifted.
 
     Attributes:
-        index: which move of the system it is.
+        index: the place of the move in its system.
     """
 
     def __init__(self, step: JointMove, shifts: Shifts, layout: StateCodes, masks: Masks) -> None:
@@ -89,7 +88,7 @@ class ShiftedStep:
         )
 
     def after(self, states: int) -> int:
-        """Where the step leads from these states."""
+        """Return the successors of these states."""
         for shifts in self._stages:
             found = 0
             for mask, shift in shifts:
@@ -99,7 +98,7 @@ class ShiftedStep:
         return states
 
     def target(self, code: int) -> int:
-        """Where the step leads from one state in which it can be taken."""
+        """Return the successor of one state in which the move is enabled."""
         coordinates = self._layout.coordinates(code)
         moved = list(coordinates)
         for write in self._step.writes:
@@ -109,7 +108,7 @@ class ShiftedStep:
         return self._layout.code(tuple(moved))
 
     def before(self, states: int) -> int:
-        """Where the step leads into these states from."""
+        """Return the predecessors of these states."""
         for shifts in reversed(self._stages):
             found = 0
             for mask, shift in shifts:
@@ -123,13 +122,13 @@ def _shifted(states: int, shift: int) -> int:
 
 
 def shifts_of(step: JointMove, layout: StateCodes) -> Shifts:
-    """The shifts of each stage of a step; the first stage also asks for its guard."""
+    """Return the shifts of each stage of a move; the first stage includes its guard."""
     first, *others = (stage.shifts(layout) for stage in stages_of(step, layout))
     return ({shift: all_of((step.guard, condition)) for shift, condition in first.items()}, *others)
 
 
 def stages_of(step: JointMove, layout: StateCodes) -> tuple[ShiftStage, ...]:
-    """The stages of a step, at least one; the first has all that needs no shifts of its own."""
+    """Return the stages of a move, at least one; the first has all writes that need one shift only."""
     ready = ShiftStage((), {})
     stages = [ShiftStage(tuple(writes), _choices(step, writes, layout)) for writes in _connected(step.writes)]
     for stage in stages:
@@ -148,7 +147,7 @@ def _choices(step: JointMove, writes: Sequence[ValueTable], layout: StateCodes) 
 
 
 def _connected(writes: Sequence[ValueTable]) -> list[list[ValueTable]]:
-    """The writes in groups that name no variable in common."""
+    """Return the writes in groups that have no variable in common."""
     groups: list[list[ValueTable]] = []
     for write in writes:
         near = [group for group in groups if any(_share(write, other) for other in group)]

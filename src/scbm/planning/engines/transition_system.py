@@ -1,4 +1,4 @@
-"""What is explored: a space of variables, moves between its states, and regions of states to start from."""
+"""Transition systems: a space of variables, moves between its states, and regions of initial states."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class MovePart:
-    """One half of a move, or all of it: where the guard holds, the actions are taken at once.
+    """A guard with actions that happen at once where it holds. A move has one part or more.
 
-    A part whose actions would leave a domain cannot be taken (semantics 2.4).
+    A part whose actions would leave a domain is not enabled (semantics 2.4).
     """
 
     guard: Predicate
@@ -29,8 +29,8 @@ class Move:
     """One step of a system: all its parts, one after the other, or none of them.
 
     Attributes:
-        name: what plans call it.
-        parts: each looks at the state that the one before it has left.
+        name: the name of the move in plans.
+        parts: each part reads the state after the part before it.
     """
 
     name: str
@@ -39,11 +39,11 @@ class Move:
 
 @dataclass(frozen=True, slots=True)
 class TransitionSystem:
-    """A system of moves.
+    """A space of variables and the moves between its states.
 
     Attributes:
         space: every variable that a guard or an action names.
-        moves: their order decides between plans of one length, as the order of operations does (semantics 4.2).
+        moves: their order decides between plans of the same length, like the order of operations (semantics 4.2).
     """
 
     space: StateSpace
@@ -52,11 +52,11 @@ class TransitionSystem:
 
 @dataclass(frozen=True, slots=True)
 class Region:
-    """A set of states that needs no list: all combinations of some values that satisfy a predicate.
+    """A set of states given by values and a predicate, without a list of the states.
 
     Attributes:
         values: for every variable of the system the values that it may have.
-        where: what the states satisfy besides.
+        where: a predicate that the states satisfy.
     """
 
     values: Mapping[str, tuple[Value, ...]]
@@ -64,10 +64,10 @@ class Region:
 
     @staticmethod
     def of(state: Mapping[str, Value]) -> Region:
-        """The region of this one state."""
+        """Return the region of this one state."""
         return Region({name: (value,) for name, value in state.items()})
 
     @staticmethod
     def everywhere(space: StateSpace) -> Region:
-        """The region of all states."""
+        """Return the region of all states."""
         return Region({variable.name: variable.domain.values for variable in space})
