@@ -2,33 +2,54 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scbm.running.program import CompiledStep
+    from scbm.running.program import CompiledStep, Program, RunnableOperation
 
 
-def next_automatic(steps: Sequence[CompiledStep], state: int) -> tuple[CompiledStep, int] | None:
-    """The automatic transition that is taken in a state, with the state afterwards; `None` if none is."""
-    for step in steps:
-        after = step.take(state)
-        if after is not None and after != state:
-            return step, after
+class AutomaticMove(NamedTuple):
+    """The micro-step in which an automatic transition is taken.
+
+    Attributes:
+        transition: the transition.
+        failed: the current operation, if the transition fails it.
+        after: the packed state afterwards.
+    """
+
+    transition: CompiledStep
+    failed: RunnableOperation | None
+    after: int
+
+
+def next_automatic(program: Program, state: int) -> AutomaticMove | None:
+    """Return the first automatic transition in the file whose guard holds and that changes a packed state."""
+    for mask, bits, step in program.automatic_cubes:  # most are ruled out without a call
+        if state & mask != bits or not step.test(state):
+            continue
+        after = step.update(state)
+        if after is None or after == state:
+            continue
+        return (
+            AutomaticMove(step, *program.fail_current(after))
+            if step.fails_operation
+            else AutomaticMove(step, None, after)
+        )
     return None
 
 
-def find_cycle(steps: Sequence[CompiledStep], state: int, bound: int) -> tuple[str, ...]:
-    """What `name_cycle` says of the chain that begins in `state`; empty if it ends within `bound`."""
+def find_cycle(program: Program, state: int, bound: int) -> tuple[str, ...]:
+    """Return `name_cycle` of the chain of automatic transitions from `state`; empty if it ends within `bound`."""
     taken: list[tuple[str, int]] = []
     seen: dict[int, None] = {}
     while len(taken) <= bound:
-        following = next_automatic(steps, state)
+        following = next_automatic(program, state)
         if following is None:
             return ()
-        step, state = following
-        taken.append((step.name, state))
+        state = following.after
+        taken.append((following.transition.name, state))
         if state in seen:
             break
         seen[state] = None

@@ -1,135 +1,157 @@
-"""The life of the operation at the head of the queue, as a table (paper, Section IV and Figure 4; semantics 5.5).
+"""The life of the current operation, as a table (paper, Section IV and Figure 4; semantics 5.5).
 
 ```
                  pre                      post
-   initial ──────────────> executing ──────────────> completed ──> initial, and the queue advances
+   initial ──────────────> executing ──────────────> completed ──> initial, and the plan goes on
       │                     ^   │ │
       │ otherwise       pre │   │ └─ `failed`, or an automatic transition ──> failed ────> initial, and a
       v                     │   │                                                           new plan is
-   disabled ────────────────┘   └─── the deadline has passed ──────────────> timedout ──> asked for
-      └── the disabled deadline has passed ──> initial, and a new plan is asked for
+   disabled ────────────────┘   └─── the deadline has passed ──────────────> timedout ──> requested
+      └── the disabled deadline has passed ──> initial, and a new plan is requested
 ```
 
-At most one operation is anywhere but in `initial`: the current one. In each state its rules are tried in the order of
-the table, and the first that applies is one micro-step. Three things make the order of semantics 5 come out:
+At most one operation is in another state than `initial`: the current one. In each state its rules are tried in the
+order of the table, and the first that applies is one micro-step. Three things give the order of semantics 5:
 
-- Automatic transitions go before the lifecycle. So one that fails the operation comes before its completion, and
-  `completed`, `failed` and `timedout` are seen by one round of automatic transitions before they end.
-- Within `executing` the table says completed, failed, timedout.
-- An operation becomes current in a micro-step of its own, and only the next one looks at its precondition. So an
-  injection that waits for `current.name == X` can still disable X.
+- Automatic transitions precede the lifecycle (see `micro_steps`). So one that fails the operation precedes its
+  completion, and automatic transitions can react to `completed`, `failed` and `timedout` before these states end.
+- Within `executing` the order of the table is completed, failed, timedout.
+- An operation becomes current in a micro-step of its own; the next micro-step tries its precondition. So an injection
+  that waits for `current.name == X` can still disable X.
 
-A rule is a function of the operation, the packed state, and whether the timer of the operation's present state has
-passed. It gives the packed state after what it takes, without the operation's own state, which the runner sets; or
-`None` if it does not apply.
+A rule is data: two states, the part of the operation that it takes, its effect on the plan, and whether it needs the
+timer. Two readers walk the table. The runner walks it in time. The exploration of all runs (`closing.runs`) walks it
+without time: there a running timer may pass at any moment. The checker of certificates implements the same rules a
+second time on purpose, and imports nothing from here.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.model import OperationState
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from scbm.running.program import RunnableOperation
-
-    Condition: TypeAlias = Callable[[RunnableOperation, int, bool], int | None]
+    from scbm.running.program import CompiledStep, RunnableOperation
 
 
-class TimedoutLeavesDomainError(Exception):
-    """The actions of a timed-out operation cannot be taken, though the time has passed: a fault of the model."""
+class OperationPart(Enum):
+    """The part of an operation whose guard and actions a rule takes."""
+
+    PRE = "the precondition"
+    POST = "the postcondition"
+    FAILED = "the `failed` transition"
+    TIMEDOUT = "the `timedout` actions, without a guard"
+    NOTHING = "neither a guard nor actions"
 
 
-class Then(Enum):
-    """What becomes of the queue."""
+class PlanEffect(Enum):
+    """The effect of a rule on the plan."""
 
-    STAY = "the operation stays current"
-    ADVANCE = "the operation is done, and the next one comes"
-    REPLAN = "the plan is given up, and a new one is asked for"
+    KEEP = "the operation stays current"
+    ADVANCE = "the operation is done, and the next one of the plan follows"
+    REPLAN = "the rest of the plan is dropped, and a new plan is requested"
+    MODEL_ERROR = "the run ends with a model error (semantics 2.4)"
 
 
 @dataclass(frozen=True, slots=True)
 class LifecycleRule:
-    """A row of the table."""
+    """A row of the table: the current operation takes `part` and goes from `source` to `target`.
+
+    Attributes:
+        source: the state before.
+        part: the rule applies if this part exists, its guard holds, and its actions stay in their domains.
+        target: the state afterwards.
+        plan: the effect on the plan.
+        needs_timer: whether the rule applies only after the timer of `source` has passed.
+    """
 
     source: OperationState
-    condition: Condition
+    part: OperationPart
     target: OperationState
-    then: Then = Then.STAY
+    plan: PlanEffect = PlanEffect.KEEP
+    needs_timer: bool = False
 
 
-def pre_enabled(operation: RunnableOperation, state: int, _: bool) -> int | None:  # noqa: FBT001 - a column of the table
-    """The precondition can be taken."""
-    return operation.pre.take(state)
-
-
-def post_enabled(operation: RunnableOperation, state: int, _: bool) -> int | None:  # noqa: FBT001
-    """The postcondition can be taken."""
-    return operation.post.take(state)
-
-
-def failed_enabled(operation: RunnableOperation, state: int, _: bool) -> int | None:  # noqa: FBT001
-    """The operation has a `failed` transition, and it can be taken."""
-    return None if operation.failed is None else operation.failed.take(state)
-
-
-def deadline_passed(operation: RunnableOperation, state: int, due: bool) -> int | None:  # noqa: FBT001
-    """The deadline has passed. Raises `TimedoutLeavesDomainError` if the `timedout` actions cannot be taken."""
-    if not due:
-        return None
-    after = operation.timedout(state)
-    if after is None:
-        raise TimedoutLeavesDomainError
-    return after
-
-
-def disabled_deadline_passed(_: RunnableOperation, state: int, due: bool) -> int | None:  # noqa: FBT001
-    """The operation was disabled for too long."""
-    return state if due else None
-
-
-def otherwise(_: RunnableOperation, state: int, __: bool) -> int | None:  # noqa: FBT001
-    """Always, as the last rule of its state."""
-    return state
-
-
-_S = OperationState
+_S, _P = OperationState, OperationPart
 
 LIFECYCLE: tuple[LifecycleRule, ...] = (
-    LifecycleRule(_S.INITIAL, pre_enabled, _S.EXECUTING),
-    LifecycleRule(_S.INITIAL, otherwise, _S.DISABLED),
-    LifecycleRule(_S.DISABLED, pre_enabled, _S.EXECUTING),
-    LifecycleRule(_S.DISABLED, disabled_deadline_passed, _S.INITIAL, Then.REPLAN),
-    LifecycleRule(_S.EXECUTING, post_enabled, _S.COMPLETED),
-    LifecycleRule(_S.EXECUTING, failed_enabled, _S.FAILED),
-    LifecycleRule(_S.EXECUTING, deadline_passed, _S.TIMEDOUT),
-    LifecycleRule(_S.COMPLETED, otherwise, _S.INITIAL, Then.ADVANCE),
-    LifecycleRule(_S.FAILED, otherwise, _S.INITIAL, Then.REPLAN),
-    LifecycleRule(_S.TIMEDOUT, otherwise, _S.INITIAL, Then.REPLAN),
+    LifecycleRule(_S.INITIAL, _P.PRE, _S.EXECUTING),
+    LifecycleRule(_S.INITIAL, _P.NOTHING, _S.DISABLED),
+    LifecycleRule(_S.DISABLED, _P.PRE, _S.EXECUTING),
+    LifecycleRule(_S.DISABLED, _P.NOTHING, _S.INITIAL, PlanEffect.REPLAN, needs_timer=True),
+    LifecycleRule(_S.EXECUTING, _P.POST, _S.COMPLETED),
+    LifecycleRule(_S.EXECUTING, _P.FAILED, _S.FAILED),
+    LifecycleRule(_S.EXECUTING, _P.TIMEDOUT, _S.TIMEDOUT, needs_timer=True),
+    LifecycleRule(_S.EXECUTING, _P.NOTHING, _S.INITIAL, PlanEffect.MODEL_ERROR, needs_timer=True),
+    LifecycleRule(_S.COMPLETED, _P.NOTHING, _S.INITIAL, PlanEffect.ADVANCE),
+    LifecycleRule(_S.FAILED, _P.NOTHING, _S.INITIAL, PlanEffect.REPLAN),
+    LifecycleRule(_S.TIMEDOUT, _P.NOTHING, _S.INITIAL, PlanEffect.REPLAN),
 )
-
-RULES: dict[OperationState, tuple[LifecycleRule, ...]] = {
-    state: tuple(rule for rule in LIFECYCLE if rule.source is state) for state in OperationState
-}
-
-
-def transition_of(rule: LifecycleRule, operation: RunnableOperation) -> str | None:
-    """The name of the transition that a rule takes, if it takes one."""
-    if rule.condition is pre_enabled:
-        return operation.pre.name
-    if rule.condition is post_enabled:
-        return operation.post.name
-    if rule.condition is failed_enabled and operation.failed is not None:
-        return operation.failed.name
-    return None
 
 
 def timer_ns(operation: RunnableOperation, state: OperationState) -> int | None:
-    """How long the operation may be in a state; `None` for as long as it takes."""
+    """Return the maximum time that an operation may be in a state, in nanoseconds; `None` if there is none."""
     if state is OperationState.EXECUTING:
         return operation.deadline_ns
     return operation.disabled_deadline_ns if state is OperationState.DISABLED else None
+
+
+class OperationMove(NamedTuple):
+    """The micro-step in which the current operation follows a rule of the table.
+
+    Attributes:
+        operation: the current operation.
+        rule: the rule.
+        transition: what the rule takes; its name is empty unless it is a transition of the model file.
+        after: the packed state afterwards, with the operation in the target state.
+        timer_ns: the maximum time that the operation may be in the target state; `None` if there is none.
+    """
+
+    operation: RunnableOperation
+    rule: LifecycleRule
+    transition: CompiledStep
+    after: int
+    timer_ns: int | None
+
+
+class LifecycleState:
+    """The current operation in one of its states, with the rules of that state compiled for it.
+
+    Attributes:
+        operation: the operation.
+        is_initial: whether the state is `initial`.
+        has_timer: whether the operation may be in this state for a limited time only.
+    """
+
+    def __init__(self, operation: RunnableOperation, state: OperationState) -> None:
+        self.operation = operation
+        self.is_initial = state is OperationState.INITIAL
+        self.has_timer = timer_ns(operation, state) is not None
+        rules = [rule for rule in LIFECYCLE if rule.source is state and rule.part in operation.parts]
+        self._rows = tuple(
+            (
+                rule.needs_timer,
+                operation.parts[rule.part],
+                operation.become[rule.target],
+                timer_ns(operation, rule.target),
+                rule,
+            )
+            for rule in rules
+        )
+
+    def move(self, state: int, *, timer_passed: bool) -> OperationMove | None:
+        """Return the move in a packed state by the first rule that applies; `None` if none applies.
+
+        Args:
+            state: the packed state, in which this operation is current and in this state.
+            timer_passed: whether the timer of this state has passed.
+        """
+        for needs_timer, transition, (keep, bits), target_timer_ns, rule in self._rows:
+            if (timer_passed or not needs_timer) and transition.test(state):
+                after = transition.update(state)
+                if after is not None:
+                    return OperationMove(self.operation, rule, transition, after & keep | bits, target_timer_ns)
+        return None

@@ -1,6 +1,6 @@
-"""A model compiled for running: every guard a test, every transition an update, on packed integers.
+"""A model compiled for running: every guard is a test and every transition an update of packed integers.
 
-Made once for a model and shared by all its runners; what it says never changes.
+A program is made once for a model, never changes, and is shared by all runners of the model.
 """
 
 from __future__ import annotations
@@ -28,20 +28,24 @@ from scbm.model import (
     conjunction,
 )
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
+from scbm.running.lifecycle import LifecycleState, OperationPart
+from scbm.running.micro_steps import MicroSteps
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from scbm.cases import Injection
     from scbm.model.packing import Test, Update
 
 
 @dataclass(frozen=True, slots=True)
 class CompiledStep:
-    """A transition as the runner takes it: `g && gr`, and `a` and `ar` at once.
+    """A transition as the runner takes it: the guard `g && gr`, and the actions `a` and `ar` together.
 
     Attributes:
-        name: the transition's.
-        test: whether the guard holds.
-        update: the state after the actions; `None` if they would leave a domain.
+        name: the name of the transition; empty if the model file has none.
+        test: whether the guard holds in a packed state.
+        update: the packed state after the actions; `None` if one of them would leave its domain.
         cube: `(mask, bits)` with `state & mask == bits` wherever the guard holds.
         fails_operation: whether the actions fail the current operation.
     """
@@ -52,25 +56,22 @@ class CompiledStep:
     cube: tuple[int, int]
     fails_operation: bool = False
 
-    def take(self, state: int) -> int | None:
-        """The state afterwards, or `None` if the transition cannot be taken in `state`."""
-        return self.update(state) if self.test(state) else None
-
 
 @dataclass(frozen=True, slots=True)
 class RunnableOperation:
-    """An operation as the runner runs it.
+    """An operation compiled for running.
 
     Attributes:
-        become: for each state, `(keep, bits)` that put the operation into it (and out of the queue for `initial`).
+        name: its name.
+        parts: the parts that it has; `FAILED` is missing if the operation has no `failed` transition.
+        deadline_ns: maximum time in `executing`; `None` if there is none.
+        disabled_deadline_ns: maximum time in `disabled`; `None` if there is none.
+        become: for each state, `(keep, bits)` that set it; for `initial` no operation is current afterwards.
         take_current: `(keep, bits)` that make it the current operation.
     """
 
     name: str
-    pre: CompiledStep
-    post: CompiledStep
-    failed: CompiledStep | None
-    timedout: Update
+    parts: dict[OperationPart, CompiledStep]
     deadline_ns: int | None
     disabled_deadline_ns: int | None
     become: dict[OperationState, tuple[int, int]]
@@ -79,18 +80,21 @@ class RunnableOperation:
 
 @dataclass(frozen=True, slots=True)
 class RequestLine:
-    """What the runner watches to send requests to one resource, as masks and bits of packed states.
+    """The request variables of one resource, as masks and bits of packed states.
 
     Attributes:
-        watched: the bits of trigger and request state.
-        ready: those bits where the trigger is true and the state initial.
+        number: the position of the resource in the model.
+        resource: the resource.
+        watched: the bits of the trigger and of the request state.
+        ready: these bits where a request has to be sent: the trigger is true and the request state initial.
         trigger: the bit of the trigger.
-        executing, cleared, succeeded, failed: `(keep, bits)` of the state; `cleared` resets the trigger as well.
-        idle: `(keep, bits)` that make the state initial and leave the trigger.
-        occupied: the watched bits where the trigger is true and the state executing.
-        payload: the variables that a request carries.
+        executing, succeeded, failed: `(keep, bits)` that set the request state.
+        idle: `(keep, bits)` that set the request state to initial and leave the trigger.
+        cleared: the same, and the trigger becomes false.
+        occupied: the watched bits where the trigger is true and the request state executing.
     """
 
+    number: int
     resource: Resource
     watched: int
     ready: int
@@ -103,7 +107,10 @@ class RequestLine:
     occupied: int
 
     def given_up(self, state: int) -> int:
-        """The state without a request that was asked for or answered; what occupies the resource is left alone."""
+        """Return the state once the run has ended: a request that was triggered or answered is cleared.
+
+        Of a resource that something else occupies only the trigger becomes false (semantics 5, after the ends).
+        """
         if not state & self.trigger:
             return state
         if state & self.watched == self.occupied:
@@ -112,28 +119,84 @@ class RequestLine:
         return state & keep | bits
 
 
+def _always(_: int) -> bool:
+    return True
+
+
+def _unchanged(state: int) -> int:
+    return state
+
+
+_NOTHING = CompiledStep("", _always, _unchanged, (0, 0))
+
+
 class Program:
-    """The compiled model."""
+    """The compiled model.
+
+    Attributes:
+        model: the model.
+        packing: where each variable of the running space lies in a packed state.
+        operations: the compiled operations by name, in the order of the model.
+        automatic: the compiled automatic transitions, in the order of the model.
+        automatic_cubes: the same, each after its mask and its bits.
+        requests: the request variables of each resource, in the order of the model.
+        triggers: the bits of all triggers.
+        plan_states: for each value of `plan.state`, `(keep, bits)` that set it.
+        aborted: `(mask, bits)` with `state & mask == bits` where `plan.state` is `aborted`.
+        measured: the variables that resources measure.
+    """
 
     def __init__(self, model: BehaviorModel) -> None:
         self.model = model
         self.packing = Packing(model.running_space)
         self._tests: dict[Predicate, Test] = {}
+        self._micro_steps: dict[Predicate | None, MicroSteps] = {}
         self.operations = {operation.name: self._operation(operation) for operation in model.operations}
         self.automatic = tuple(self._automatic(transition) for transition in model.automatic_transitions)
         self.automatic_cubes = tuple((*step.cube, step) for step in self.automatic)
-        self.requests = tuple(self._request_line(resource) for resource in model.resources)
+        self.requests = tuple(self._request_line(*numbered) for numbered in enumerate(model.resources))
+        self.triggers = sum(line.trigger for line in self.requests)
         self.plan_states = {s: self.packing.assignment({PLAN_STATE: s.value}) for s in PlanState}
         self.aborted = self.packing.cube(Equal(Reference(PLAN_STATE), Constant(PlanState.ABORTED.value)))
         self.measured = tuple(dict.fromkeys(name for resource in model.resources for name in resource.measures))
+        self._current_mask = self.packing[CURRENT_NAME].mask | self.packing[CURRENT_STATE].mask
+        self._current = dict(self._lifecycle_states())
+
+    def current(self, state: int) -> LifecycleState | None:
+        """Return the current operation of a packed state with its state; `None` if no operation is current."""
+        return self._current.get(state & self._current_mask)
+
+    def fail_current(self, state: int) -> tuple[RunnableOperation, int]:
+        """Return the current operation, and the packed state with it failed. The caller knows that there is one."""
+        operation = self._current[state & self._current_mask].operation
+        keep, bits = operation.become[OperationState.FAILED]
+        return operation, state & keep | bits
+
+    def end(self, state: int, plan_state: PlanState) -> int:
+        """Return the packed state after the end of a run whose requests in flight are cancelled (semantics 5)."""
+        keep, bits = self.plan_states[plan_state]
+        state = state & keep | bits
+        for line in self.requests:
+            state = line.given_up(state)
+        current = self.current(state)
+        if current is not None:
+            keep, bits = current.operation.become[OperationState.INITIAL]
+            state = state & keep | bits
+        return state
+
+    def micro_steps(self, goal: Predicate | None) -> MicroSteps:
+        """Return the micro-steps of runs for a goal, or of a runner without one; memoized, as goals are repeated."""
+        if goal not in self._micro_steps:
+            self._micro_steps[goal] = MicroSteps(self, None if goal is None else self.test(goal))
+        return self._micro_steps[goal]
 
     def injection(self, injection: Injection) -> CompiledStep:
-        """An injection, which acts like an automatic transition."""
+        """Return an injection as a step: it acts like an automatic transition."""
         assign = tuple(Assign(name, Constant(value)) for name, value in injection.assign)
         return self._automatic(Transition(injection.name, injection.when or Truth(True), a=assign))
 
     def test(self, predicate: Predicate) -> Test:
-        """A predicate as a function of packed states; compiled once, as goals come back case after case."""
+        """Return a predicate as a function of packed states; memoized, as goals are repeated."""
         if predicate not in self._tests:
             self._tests[predicate] = self.packing.test(predicate)
         return self._tests[predicate]
@@ -147,15 +210,30 @@ class Program:
         become[initial] = self.packing.assignment({own: initial, CURRENT_STATE: initial, CURRENT_NAME: NO_OPERATION})
         return RunnableOperation(
             operation.name,
-            self._step(operation.pre),
-            self._step(operation.post),
-            None if operation.failed is None else self._step(operation.failed),
-            self.packing.update(operation.timedout),
+            self._parts(operation),
             operation.deadline_ns,
             operation.disabled_deadline_ns,
             become,
             self.packing.assignment({CURRENT_NAME: operation.name, CURRENT_STATE: initial}),
         )
+
+    def _parts(self, operation: Operation) -> dict[OperationPart, CompiledStep]:
+        parts = {
+            OperationPart.PRE: self._step(operation.pre),
+            OperationPart.POST: self._step(operation.post),
+            OperationPart.TIMEDOUT: CompiledStep("", _always, self.packing.update(operation.timedout), (0, 0)),
+            OperationPart.NOTHING: _NOTHING,
+        }
+        if operation.failed is not None:
+            parts[OperationPart.FAILED] = self._step(operation.failed)
+        return parts
+
+    def _lifecycle_states(self) -> Iterator[tuple[int, LifecycleState]]:
+        """Yield each operation in each of its states, after the bits of `current.name` and `current.state`."""
+        for operation in self.operations.values():
+            for state in OperationState:
+                _, bits = self.packing.assignment({CURRENT_NAME: operation.name, CURRENT_STATE: state.value})
+                yield bits, LifecycleState(operation, state)
 
     def _step(self, transition: Transition) -> CompiledStep:
         guard = transition.running_guard
@@ -163,14 +241,14 @@ class Program:
         return CompiledStep(transition.name, self.packing.test(guard), update, self.packing.cube(guard))
 
     def _automatic(self, transition: Transition) -> CompiledStep:
-        """An automatic transition; one that fails an operation can be taken only while that one executes."""
+        """Return an automatic transition; one that fails an operation needs that operation to be executing."""
         failing = [action for action in transition.running_actions if self._is_operation_state(action)]
         if not failing:
             return self._step(transition)
         executing = Constant(OperationState.EXECUTING.value)
         guards = [transition.running_guard, *(Equal(Reference(action.target), executing) for action in failing)]
-        # Whichever name of the operation's state the file assigns, `current.state` follows it here, and the rest
-        # of the runner's variables when the runner fails its current operation.
+        # The file may assign `current.state` or `<operation>.state`. Here `current.state` is assigned, and
+        # `fail_current` sets the other one.
         failed = Assign(CURRENT_STATE, Constant(OperationState.FAILED.value))
         others = tuple(action for action in transition.running_actions if action.target != CURRENT_STATE)
         guard = conjunction(guards)
@@ -183,11 +261,12 @@ class Program:
         role = self.packing.space[action.target].role
         return role in (Role.OPERATION_STATE, Role.CURRENT_STATE)
 
-    def _request_line(self, resource: Resource) -> RequestLine:
+    def _request_line(self, number: int, resource: Resource) -> RequestLine:
         packing = self.packing
         trigger, state = packing[resource.trigger], packing[resource.request_state]
         initial = RequestState.INITIAL.value
         return RequestLine(
+            number,
             resource,
             watched=trigger.mask | state.mask,
             ready=trigger.bits(True) | state.bits(initial),

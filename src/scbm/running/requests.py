@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Collection
 
     from scbm.running.program import RequestLine
 
@@ -23,7 +23,7 @@ class Requests:
         self.dropped = {"late": 0, "repeated": 0, "unknown": 0}
 
     @property
-    def in_flight(self) -> Iterable[RequestLine]:
+    def in_flight(self) -> Collection[RequestLine]:
         """The resources that a reply is awaited from, in the order of asking."""
         return self._lines.values()
 

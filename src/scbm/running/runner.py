@@ -1,7 +1,7 @@
 """The operation runner (paper, Sections II and IV; semantics 5 and 6).
 
-`handle` takes one event and then micro-steps until none applies. A micro-step is the first that applies of
-`_MICRO_STEPS`, which is the order of semantics 5; each of these methods says whether it did something.
+`Runner.handle` takes one event and then micro-steps until none applies. Injections come first; `micro_steps` has the
+order of all others. The runner keeps the requests, the plan and the timers, and turns micro-steps into effects.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ from scbm.cases.trace import (
     RunEnded,
     RunStarted,
 )
-from scbm.model import OperationState, PlanState
-from scbm.running.automatic import NO_TIME_PASSES, name_cycle
+from scbm.model import PlanState
+from scbm.running.automatic import NO_TIME_PASSES, AutomaticMove, name_cycle
 from scbm.running.events import (
     AskPlan,
     CancelRequest,
@@ -50,7 +50,15 @@ from scbm.running.events import (
     SendRequest,
     TimePassed,
 )
-from scbm.running.lifecycle import RULES, LifecycleRule, Then, TimedoutLeavesDomainError, timer_ns, transition_of
+from scbm.running.lifecycle import OperationMove, PlanEffect
+from scbm.running.micro_steps import (
+    MicroStep,
+    PlanStep,
+    RequestCancelling,
+    RequestSending,
+    RunTurn,
+    next_in_plan,
+)
 from scbm.running.requests import Requests
 
 if TYPE_CHECKING:
@@ -59,7 +67,6 @@ if TYPE_CHECKING:
     from scbm.cases import Injection
     from scbm.cases.trace import Changes
     from scbm.model import Predicate, Value
-    from scbm.model.packing import Test
     from scbm.running.program import CompiledStep, Program, RequestLine, RunnableOperation
 
 
@@ -70,7 +77,6 @@ _WELL = Condition()
 class _Goal:
     name: str
     predicate: Predicate
-    holds: Test
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,8 +135,7 @@ class Runner:
         """No goal is pursued."""
         self._goal: _Goal | None = None
         self._queue: deque[RunnableOperation] = deque()
-        self._current: RunnableOperation | None = None
-        self._current_state = OperationState.INITIAL
+        self._steps = self.program.micro_steps(None)
         self._timer_ns: int | None = None
         self._goal_deadline_ns = 0
         self._plans = 0
@@ -187,7 +192,7 @@ class Runner:
             case PlanAnswered():
                 self._receive_plan(event)
             case GoalGiven(name, predicate):
-                self._waiting.append(_Goal(name, predicate, self.program.test(predicate)))
+                self._waiting.append(_Goal(name, predicate))
                 if self._goal is None:  # at once, so that all that follows from the goal belongs to its run
                     self._start_next_goal()
             case Measured(values):
@@ -256,17 +261,36 @@ class Runner:
         return self._time_passes and self._now_ns >= deadline_ns
 
     def _micro_step(self) -> bool:
-        """Does the first thing that applies, in the order of semantics 5; `False` when settled."""
-        return (
-            (bool(self._held) and self._put_back())
-            or (bool(self._armed) and self._inject())
-            or self._take_automatic()
-            or self._abort()
-            or self._send_requests()
-            or self._cancel_requests()
-            or self._reach_goal()
-            or self._go_on()
-        )
+        """Take the first micro-step that applies; return `False` if none does, so that the runner is settled."""
+        if (self._held and self._put_back()) or (self._armed and self._inject()):
+            return True
+        timer_passed = self._timer_ns is not None and self._has_passed(self._timer_ns)
+        step = self._steps.first(self._state, self._requests.in_flight, timer_passed=timer_passed)
+        if isinstance(step, AutomaticMove) and len(self._taken) == self.options.livelock_bound:
+            if self._goal is not None:
+                self._end(End.LIVELOCK, name_cycle(self._taken))
+            step = self._steps.first_not_automatic(self._state, self._requests.in_flight, timer_passed=timer_passed)
+        return self._start_next_goal() if step is None and self._goal is None else self._follow(step)
+
+    def _follow(self, step: MicroStep | None) -> bool:
+        match step:
+            case None:
+                return False
+            case OperationMove():
+                self._move_operation(step)
+            case AutomaticMove():
+                self._take_automatic(step)
+            case RequestSending(line, after):
+                self._send(line, after)
+            case RequestCancelling(line, after):
+                self._cancel(line, after)
+            case RunTurn.FOLLOW_PLAN:
+                return self._follow_plan()
+            case RunTurn.REACH_GOAL:
+                self._end(End.REACHED)
+            case RunTurn.ABORT:
+                self._end(End.ABORTED)
+        return True
 
     # 0: injections
 
@@ -285,8 +309,11 @@ class Runner:
         before = self._state
         after = armed.step.update(before)
         assert after is not None  # noqa: S101 - constants never leave a domain
-        failed = self._current.name if armed.step.fails_operation and self._current is not None else None
-        changes = self._set(self._failed(after) if armed.step.fails_operation else after)
+        failed = None
+        if armed.step.fails_operation:
+            operation, after = self.program.fail_current(after)
+            failed, self._timer_ns = operation.name, None
+        changes = self._set(after)
         if injection.assign:
             self._effects.append(InjectionApplied(self._now_ns, injection.name, failed, changes))
         if injection.resource is not None:
@@ -330,77 +357,28 @@ class Runner:
             if decided:
                 self._change_resource(injection, injection.resource)
 
-    # 1: automatic transitions
+    # 5.1: automatic transitions
 
-    def _take_automatic(self) -> bool:
-        state = self._state
-        for mask, bits, step in self.program.automatic_cubes:  # most are ruled out without a call
-            if state & mask != bits or not step.test(state):
-                continue
-            after = step.update(state)
-            if after is None or after == state:
-                continue
-            if len(self._taken) == self.options.livelock_bound:
-                return self._livelock()
-            failed = self._current.name if step.fails_operation and self._current is not None else None
-            changes = self._set(self._failed(after) if step.fails_operation else after)
-            self._taken.append((step.name, self._state))
-            self._effects.append(AutomaticTaken(self._now_ns, step.name, failed, changes))
-            return True
-        return False
+    def _take_automatic(self, move: AutomaticMove) -> None:
+        transition, failed, after = move
+        if failed is not None:
+            self._timer_ns = None
+        changes = self._set(after)
+        self._taken.append((transition.name, after))
+        name = None if failed is None else failed.name
+        self._effects.append(AutomaticTaken(self._now_ns, transition.name, name, changes))
 
-    def _failed(self, state: int) -> int:
-        """The state with the current operation failed."""
-        assert self._current is not None  # noqa: S101 - such a step is guarded by an executing operation
-        self._current_state = OperationState.FAILED
-        self._timer_ns = None
-        keep, bits = self._current.become[OperationState.FAILED]
-        return state & keep | bits
+    # 5.3: requests
 
-    def _livelock(self) -> bool:
-        """Ends the run, if there is one; in any case nothing more happens until the next event."""
-        if self._goal is not None:
-            self._end(End.LIVELOCK, name_cycle(self._taken))
-        return False
-
-    # 2: abort
-
-    def _abort(self) -> bool:
-        mask, bits = self.program.aborted
-        if self._goal is None or self._state & mask != bits:
-            return False
-        self._end(End.ABORTED)
-        return True
-
-    # 3: requests
-
-    def _send_requests(self) -> bool:
-        state = self._state
-        for line in self.program.requests:
-            if state & line.watched == line.ready:
-                self._cancel(line, state)
-                self._send(line)
-                return True
-        return False
-
-    def _send(self, line: RequestLine) -> None:
+    def _send(self, line: RequestLine, after: int) -> None:
+        self._cancel(line, self._state)
         packing = self.program.packing
         payload = tuple((name, packing.value(self._state, name)) for name in line.resource.request)
         request = self._requests.send(line)
-        keep, bits = line.executing
-        changes = self._set(self._state & keep | bits)
+        changes = self._set(after)
         name = line.resource.name
         self._effects.append(RequestSent(self._now_ns, request, name, payload, changes))
         self._effects.append(SendRequest(request, name, payload))
-
-    def _cancel_requests(self) -> bool:
-        state = self._state
-        for line in self._requests.in_flight:
-            if not state & line.trigger:
-                keep, bits = line.idle
-                self._cancel(line, state & keep | bits)
-                return True
-        return False
 
     def _cancel(self, line: RequestLine, after: int) -> None:
         """Gives up the request in flight, if there is one, and goes to the state `after`."""
@@ -411,93 +389,64 @@ class Runner:
         self._effects.append(RequestCancelled(self._now_ns, request, name, self._set(after)))
         self._effects.append(CancelRequest(request, name))
 
-    # 4: the goal
-
-    def _reach_goal(self) -> bool:
-        goal = self._goal
-        if goal is None or self._current_state is not OperationState.INITIAL or not goal.holds(self._state):
-            return False
-        self._end(End.REACHED)
-        return True
-
-    # 5: what is next
-
-    def _go_on(self) -> bool:
-        if self._goal is None:
-            return self._start_next_goal()
-        if self._current is not None:
-            return self._step_operation(self._current)
-        if self._queue:
-            return self._make_current(self._queue.popleft())
-        return self._ask_plan(self._goal)
+    # 5.5: the goals, the plan, the operation
 
     def _start_next_goal(self) -> bool:
         if not self._waiting:
             return False
         self._goal = goal = self._waiting.popleft()
+        self._steps = self.program.micro_steps(goal.predicate)
         self._goal_deadline_ns = self._now_ns + self.options.time_limit_ns
         before = tuple(self.state.items())
         changes = self._set(self._in_plan_state(PlanState.PLANNING))
         self._effects.append(RunStarted(self._now_ns, goal.name, str(goal.predicate), before, changes))
         return True
 
-    def _ask_plan(self, goal: _Goal) -> bool:
-        if self._asked is not None:
-            return False
-        if self._unsolvable_in == self._state:
-            return self._give_up_waiting()
+    def _follow_plan(self) -> bool:
+        following = next_in_plan(
+            is_queued=bool(self._queue),
+            is_asking=self._asked is not None,
+            is_unsolvable=self._unsolvable_in == self._state,
+            may_change=self._unsolvable_in is not None and self._may_still_change(),
+        )
+        match following:
+            case PlanStep.TAKE_NEXT:
+                self._make_current(self._queue.popleft())
+            case PlanStep.REQUEST_PLAN:
+                self._ask_plan()
+            case PlanStep.END_UNSOLVABLE:
+                self._end(End.UNSOLVABLE)
+            case PlanStep.AWAIT_ANSWER | PlanStep.AWAIT_CHANGE:
+                return False
+        return True
+
+    def _ask_plan(self) -> None:
+        assert self._goal is not None  # noqa: S101 - plans are made for a goal
         if self._plans == self.options.plan_limit:
             self._end(End.REPLAN_LIMIT)
-            return True
+            return
         self._plans += 1
         self._asks += 1
         self._asked = self._asks
         changes = self._set(self._in_plan_state(PlanState.PLANNING))
         self._asked_in = self._state
         self._effects.append(PlanAsked(self._now_ns, self._asked, changes))
-        self._effects.append(AskPlan(self._asked, self.state, goal.predicate))
-        return True
+        self._effects.append(AskPlan(self._asked, self.state, self._goal.predicate))
 
-    def _give_up_waiting(self) -> bool:
-        """No plan from here: the end, unless something is on its way that could change the state."""
-        if self._may_still_change():
-            return False
-        self._end(End.UNSOLVABLE)
-        return True
-
-    def _make_current(self, operation: RunnableOperation) -> bool:
-        self._current = operation
-        self._current_state = OperationState.INITIAL
+    def _make_current(self, operation: RunnableOperation) -> None:
         keep, bits = operation.take_current
         self._effects.append(BecameCurrent(self._now_ns, operation.name, self._set(self._state & keep | bits)))
-        return True
 
-    def _step_operation(self, operation: RunnableOperation) -> bool:
-        due = self._timer_ns is not None and self._has_passed(self._timer_ns)
-        for rule in RULES[self._current_state]:
-            try:
-                after = rule.condition(operation, self._state, due)
-            except TimedoutLeavesDomainError:
-                self._end(End.MODEL_ERROR, (f"the `timedout` actions of {operation.name} would leave a domain",))
-                return True
-            if after is not None:
-                self._follow(rule, operation, after)
-                return True
-        return False
-
-    def _follow(self, rule: LifecycleRule, operation: RunnableOperation, after: int) -> None:
-        """Puts the current operation into the rule's target state."""
-        keep, bits = operation.become[rule.target]
-        changes = self._set(after & keep | bits)
-        self._current_state = rule.target
-        allowed_ns = timer_ns(operation, rule.target)
-        self._timer_ns = None if allowed_ns is None else self._now_ns + allowed_ns
-        transition = transition_of(rule, operation)
-        record = OperationStepped(self._now_ns, operation.name, rule.source, rule.target, transition, changes)
-        self._effects.append(record)
-        if rule.then is not Then.STAY:
-            self._current = None
-        if rule.then is Then.REPLAN:
+    def _move_operation(self, move: OperationMove) -> None:
+        operation, rule, transition, after, timer_ns = move
+        if rule.plan is PlanEffect.MODEL_ERROR:
+            self._end(End.MODEL_ERROR, (f"the `timedout` actions of {operation.name} would leave a domain",))
+            return
+        changes = self._set(after)
+        self._timer_ns = None if timer_ns is None else self._now_ns + timer_ns
+        name = transition.name or None
+        self._effects.append(OperationStepped(self._now_ns, operation.name, rule.source, rule.target, name, changes))
+        if rule.plan is PlanEffect.REPLAN:
             self._queue.clear()
 
     # the end
@@ -508,14 +457,9 @@ class Runner:
         for line in list(self._requests.in_flight):
             keep, bits = line.cleared
             self._cancel(line, self._state & keep | bits)
-        state = self._in_plan_state(end.plan_state)
-        for line in self.program.requests:
-            state = line.given_up(state)
-        if self._current is not None:
-            keep, bits = self._current.become[OperationState.INITIAL]
-            state = state & keep | bits
         goal = self._goal.name
-        self._effects.append(RunEnded(self._now_ns, goal, end.value, detail, self._set(state)))
+        changes = self._set(self.program.end(self._state, end.plan_state))
+        self._effects.append(RunEnded(self._now_ns, goal, end.value, detail, changes))
         self._effects.append(RunFinished(goal, end))
         self._rest()
 

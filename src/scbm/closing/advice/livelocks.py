@@ -13,6 +13,7 @@ from scbm.model import OperationState, PlanState, RequestState, Slug
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, PLAN_STATE, operation_state_name
 from scbm.running import Program
 from scbm.running.automatic import describe_cycle, find_cycle
+from scbm.running.lifecycle import OperationPart
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -33,7 +34,7 @@ def doubts_about_livelocks(model: BehaviorModel, exploration: PlanningExploratio
             message = f"automatic transitions were looked at in {_MAX_CHAINS} states only"
             yield Doubt(Slug.CHECK_INCOMPLETE, message, ("automatic_transitions",))
             return
-        cycle = find_cycle(program.automatic, state, _BOUND)
+        cycle = find_cycle(program, state, _BOUND)
         if cycle and frozenset(cycle) not in told:
             told[frozenset(cycle)] = None
             remedy = f"met where {_where(program, state, cycle)}"
@@ -55,7 +56,7 @@ def _running_states(program: Program, exploration: PlanningExploration) -> Itera
 
 def _executing(program: Program, state: int, name: str) -> Iterator[int]:
     operation = program.operations[name]
-    started = operation.pre.update(state)
+    started = operation.parts[OperationPart.PRE].update(state)
     if started is None:
         return
     executing = OperationState.EXECUTING.value

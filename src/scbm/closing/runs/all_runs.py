@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 from scbm.closing.runs.run_graph import RunGraph, explore_runs
 from scbm.closing.runs.run_relevance import Relevance, initial_states
-from scbm.closing.runs.situations import PlanningTooLargeError, Queues, RunSteps, TooManyRepliesError, Visits
+from scbm.closing.runs.run_steps import RunSteps
+from scbm.closing.runs.situations import PlanningTooLargeError, Queues, TooManyRepliesError, Visits
 from scbm.planning import LimitReached, PlanLimits, Planner, Solved
 from scbm.running import Program
 

@@ -12,7 +12,8 @@ from scbm.planning.engines.breadth_first import BreadthFirst
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from scbm.closing.runs.situations import Happening, Position, RunStep, RunSteps
+    from scbm.closing.runs.run_steps import RunSteps
+    from scbm.closing.runs.situations import Happening, Position, RunStep
     from scbm.model import Predicate, Value
 
 

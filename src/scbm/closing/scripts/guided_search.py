@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from scbm.cases.coverage import Obligation
-    from scbm.closing.runs.situations import Happening, Position, RunStep, RunSteps
+    from scbm.closing.runs.run_steps import RunSteps
+    from scbm.closing.runs.situations import Happening, Position, RunStep
     from scbm.model import BehaviorModel, Packing, Predicate
     from scbm.model.bit_fields import Field
 

@@ -1,0 +1,460 @@
+"""What follows from an event in a run: the runner's micro-steps without time and records.
+
+The order of micro-steps is that of `running.micro_steps`, the life of operations that of `running.lifecycle`. Here they
+are walked on packed states that keep only the variables that can influence a run. Time is left out: a deadline may pass
+whenever its timer runs, a reply may arrive whenever its request is in flight. A limit can end a run anywhere, and
+automatic transitions follow every end. Property tests compare these steps with those of the runner.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import product
+from math import prod
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+from scbm.cases.coverage import Aspect
+from scbm.closing.runs.situations import (
+    ANSWER,
+    DEADLINE,
+    TIME_LIMIT,
+    Happening,
+    HappeningKind,
+    PlanningTooLargeError,
+    Position,
+    RunStep,
+    TooManyRepliesError,
+)
+from scbm.model import OperationState, PlanState
+from scbm.planning import LimitReached, Solved
+from scbm.proofcheck import Awaits
+from scbm.running import RunnerOptions
+from scbm.running.automatic import AutomaticMove
+from scbm.running.lifecycle import OperationMove, PlanEffect
+from scbm.running.micro_steps import (
+    MicroSteps,
+    PlanStep,
+    RequestCancelling,
+    RequestSending,
+    RunTurn,
+    next_in_plan,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from scbm.closing.runs.run_relevance import Relevance
+    from scbm.closing.runs.situations import Queues, Visits
+    from scbm.model import Value
+    from scbm.model.packing import Test
+    from scbm.planning import Answer
+    from scbm.running import Program
+    from scbm.running.program import RequestLine
+
+    Plan: TypeAlias = Callable[[int], Answer]
+    """The planner's answer in a packed state."""
+
+_MOST_REPLIES = 4_096
+"""Maximum number of combinations of values that one reply can measure."""
+_MOST_ANSWERS = 10_000
+"""Maximum number of plans in one step, with no event between them."""
+_MOST_MEMOIZED = 2_000_000
+"""Maximum number of packed states whose micro-step is memoized: more than a graph of runs has."""
+_LONG = 16
+"""After so many automatic transitions in a row their states are compared, to find a cycle."""
+
+
+# Each access to a member of an enumeration takes as long as a call.
+_FOLLOW_PLAN = RunTurn.FOLLOW_PLAN
+_TAKE_NEXT, _AWAIT_ANSWER, _REQUEST_PLAN = PlanStep.TAKE_NEXT, PlanStep.AWAIT_ANSWER, PlanStep.REQUEST_PLAN
+
+
+class _PlanQuestion(NamedTuple):
+    """A question that the planner has not answered yet.
+
+    Attributes:
+        state: the packed state in which it was asked; `None` if the state has changed since.
+        queue: the number of the plan that will be the answer; `None` if no plan exists.
+        visits: what the answer visits.
+        gives_up: whether the planner reaches a limit, which ends the run.
+    """
+
+    state: int | None
+    queue: int | None
+    visits: int
+    gives_up: bool = False
+
+    def awaited(self, state: int) -> tuple[Awaits, int]:
+        """Return what a run in `state` awaits while the question is open, and the queue of its position.
+
+        A planner that will reach a limit counts as one that will find no plan: the run would end, and here it may go
+        on.
+        """
+        if self.queue is not None:
+            return Awaits.PLAN, self.queue
+        return Awaits.UNSOLVABLE if self.state == state else Awaits.STALE, 0
+
+
+@dataclass(slots=True)
+class _SettlingRun:
+    """A run between an event and the next position.
+
+    Attributes:
+        state: the packed state; variables that cannot influence a run are 0.
+        queue: the number of the queue.
+        in_flight: the resources that owe a reply, in the order of their requests.
+        asked: the question that the planner has not answered.
+        unsolvable_in: the state from which the planner has answered that no plan exists.
+        visits: what was visited so far.
+        cut_off: what the run would have visited if the limit of plans had ended it on the way.
+        automatic: how many automatic transitions were taken since the last answer of the planner.
+        answered: the positions in which the planner answered at once.
+    """
+
+    state: int
+    queue: int
+    in_flight: tuple[RequestLine, ...]
+    asked: _PlanQuestion | None = None
+    unsolvable_in: int | None = None
+    visits: int = 0
+    cut_off: int = 0
+    automatic: int = 0
+    answered: dict[Position, None] = field(default_factory=dict)
+
+    def position(self, awaits: Awaits, queue: int) -> Position:
+        """Return where the run is if it is settled."""
+        in_flight = tuple([line.number for line in self.in_flight]) if self.in_flight else ()
+        return Position(self.state, queue, in_flight, awaits)
+
+    def waiting(self, awaits: Awaits) -> RunStep:
+        """Return the step that is complete here, as the run waits for an event."""
+        return RunStep(self.position(awaits, self.queue), self.visits, self.cut_off)
+
+    def ended(self, visits_after: int = 0) -> RunStep:
+        """Return the step with which the run ends; `visits_after` is what follows the end."""
+        return RunStep(None, self.visits | visits_after, self.cut_off)
+
+
+class RunSteps:
+    """The steps of runs for one goal.
+
+    Attributes:
+        looked_at: every packed state in which guards were evaluated so far, those between micro-steps included.
+    """
+
+    def __init__(  # noqa: PLR0913, PLR0917 - what the runs of a model share, and what is the goal's
+        self,
+        program: Program,
+        relevance: Relevance,
+        visits: Visits,
+        goal: Test,
+        plan: Plan,
+        queues: Queues,
+        inputs: Sequence[tuple[str, Value]] = (),
+        bound: int = RunnerOptions().livelock_bound,
+    ) -> None:
+        """Prepare the steps. Raises `TooManyRepliesError`.
+
+        Args:
+            program: the compiled model.
+            relevance: the variables that can influence a run.
+            visits: the meaning of the bits of visits.
+            goal: whether the goal holds in a packed state.
+            plan: the planner's answers.
+            queues: numbers queues; goals may share it.
+            inputs: the changes of inputs that the environment can make; empty for runs without injections.
+            bound: maximum number of automatic transitions in one settling.
+        """
+        self.looked_at: dict[int, None] = {}
+        self._program = program
+        self._kept = relevance.mask
+        self._plan = plan
+        self._queues = queues
+        self._bound = bound
+        self._steps = MicroSteps(program, goal, _MOST_MEMOIZED)
+        self._idle_steps = MicroSteps(program, None, _MOST_MEMOIZED)
+        self._planning = program.plan_states[PlanState.PLANNING]
+        self._executing = program.plan_states[PlanState.EXECUTING]
+        self._operations = tuple(program.operations.values())
+        self._numbers = {name: number for number, name in enumerate(program.operations)}
+        replies = [_replies(line, relevance) for line in program.requests]
+        self._replies = tuple(map(tuple, replies))
+        self._changes = {reply: changes for each in replies for reply, changes in each.items()}
+        for change in inputs:
+            happening = Happening(HappeningKind.INPUT, measured=(change,))
+            self._changes[happening] = program.packing.assignment(dict([change]))
+        self._inputs = tuple(happening for happening in self._changes if happening.kind is HappeningKind.INPUT)
+        self._taken = {transition.name: visits.bit(transition.name, Aspect.TAKEN) for transition in program.automatic}
+        self._entered = {name: _entered(name, visits) for name in program.operations}
+        self._current = tuple(map(visits.current, program.operations))
+        self._queued = tuple(visits.bit(name, Aspect.QUEUED) for name in program.operations)
+        self._queued_in: dict[int, int] = {}
+        self._questions: dict[int, _PlanQuestion] = {}
+        self._after_ends: dict[int, int] = {}
+
+    def begin(self, state: int) -> RunStep:
+        """Return the step in which the goal is given to a runner at rest in a packed state."""
+        keep, bits = self._planning
+        return self._settle(_SettlingRun((state & keep | bits) & self._kept, 0, ()))
+
+    def happenings(self, position: Position) -> Iterable[Happening]:
+        """Yield everything that can happen next, failures first: so walks have obstacles behind them."""
+        if position.is_asking:
+            yield ANSWER
+        replies = [reply for number in position.in_flight for reply in self._replies[number]]
+        yield from (reply for reply in replies if not reply.succeeded)
+        current = self._program.current(position.state)
+        if current is not None and current.has_timer:
+            yield DEADLINE
+        yield from (reply for reply in replies if reply.succeeded)
+        for change in self._inputs:
+            keep, bits = self._changes[change]
+            if position.state & keep | bits != position.state:
+                yield change
+        if self._end(position.state, self._lines(position), PlanState.ABORTED):
+            yield TIME_LIMIT  # it ends the run; of interest only if something is visited after the end
+
+    def after(self, position: Position, happening: Happening) -> RunStep:
+        """Return the step that an event starts in a position."""
+        run = self._resumed(position)
+        match happening.kind:
+            case HappeningKind.TIME_LIMIT:
+                return run.ended(self._end(run.state, run.in_flight, PlanState.ABORTED))
+            case HappeningKind.ANSWER:
+                return self._answer(run) or self._settle(run)
+            case HappeningKind.DEADLINE:
+                return self._settle(run, timer_passed=True)
+            case HappeningKind.REPLY:
+                run.in_flight = tuple(line for line in run.in_flight if line.resource.name != happening.resource)
+            case HappeningKind.INPUT:
+                pass
+        keep, bits = self._changes[happening]
+        run.state = run.state & keep | bits
+        return self._settle(run)
+
+    def operations(self, queue: int) -> tuple[int, ...]:
+        """Return the operations of a queue, by their position in the model."""
+        return self._queues.operations(queue)
+
+    def _lines(self, position: Position) -> tuple[RequestLine, ...]:
+        requests = self._program.requests
+        return tuple([requests[number] for number in position.in_flight]) if position.in_flight else ()
+
+    def _resumed(self, position: Position) -> _SettlingRun:
+        """Return the run that was settled in a position."""
+        asked = self._question_in(position)
+        queue = 0 if asked is not None else position.queue
+        unsolvable_in = position.state if position.awaits is Awaits.CHANGE else None
+        return _SettlingRun(position.state, queue, self._lines(position), asked, unsolvable_in)
+
+    # micro-steps
+
+    def _settle(self, run: _SettlingRun, *, timer_passed: bool = False) -> RunStep:
+        """Take micro-steps until the run waits or ends."""
+        first, looked_at = self._steps.first, self.looked_at
+        chain: dict[int, None] = {}
+        while True:
+            state = run.state
+            looked_at[state] = None
+            step = first(state, run.in_flight, timer_passed=timer_passed)
+            if isinstance(step, AutomaticMove):
+                if run.automatic == self._bound or state in chain:
+                    return run.ended()
+                if run.automatic >= _LONG:
+                    chain[state] = None
+                timer_passed = timer_passed and step.failed is None
+                self._take_automatic(run, step)
+                continue
+            if chain:
+                chain.clear()
+            if step is _FOLLOW_PLAN:
+                complete = self._follow_plan(run)
+            elif isinstance(step, OperationMove):
+                timer_passed = False  # after a timer that has passed a new plan is requested
+                complete = self._move_operation(run, step)
+            else:
+                complete = self._follow(run, step)
+            if complete is not None:
+                return complete
+
+    def _follow(self, run: _SettlingRun, step: RequestSending | RequestCancelling | RunTurn | None) -> RunStep | None:
+        """Take a micro-step of the run as a whole; return the step if it is complete."""
+        match step:
+            case RequestSending(line, after):
+                run.in_flight = (*(other for other in run.in_flight if other is not line), line)
+            case RequestCancelling(line, after):
+                run.in_flight = tuple(other for other in run.in_flight if other is not line)
+            case RunTurn.REACH_GOAL:
+                return run.ended(self._end(run.state, run.in_flight, PlanState.COMPLETED))
+            case RunTurn.ABORT:
+                return run.ended(self._end(run.state, run.in_flight, PlanState.ABORTED))
+            case _:
+                return run.waiting(Awaits.NOTHING)
+        run.state = after & self._kept
+        return None
+
+    def _take_automatic(self, run: _SettlingRun, move: AutomaticMove) -> None:
+        transition, failed, after = move
+        run.automatic += 1
+        run.visits |= self._taken[transition.name]
+        if failed is not None:
+            run.visits |= self._entered[failed.name][OperationState.FAILED]
+        run.state = after & self._kept
+
+    def _move_operation(self, run: _SettlingRun, move: OperationMove) -> RunStep | None:
+        operation, rule, _, after, _ = move
+        if rule.plan is PlanEffect.MODEL_ERROR:
+            return run.ended(self._end(run.state, run.in_flight, PlanState.ABORTED))
+        if rule.plan is PlanEffect.REPLAN:
+            run.queue = 0
+        run.visits |= self._entered[operation.name][rule.target]
+        run.state = after & self._kept
+        return None
+
+    def _follow_plan(self, run: _SettlingRun) -> RunStep | None:
+        """Do what the plan says; return the step if the run waits or ends."""
+        following = next_in_plan(
+            is_queued=run.queue != 0,
+            is_asking=run.asked is not None,
+            is_unsolvable=run.unsolvable_in == run.state,
+            may_change=bool(run.in_flight),
+        )
+        if following is _TAKE_NEXT:
+            number, run.queue = self._queues.pop(run.queue)
+            keep, bits = self._operations[number].take_current
+            run.state = run.state & keep | bits
+            run.visits |= self._current[number]
+            return None
+        if following is _AWAIT_ANSWER:
+            return self._await_answer(run)
+        if following is _REQUEST_PLAN:
+            run.cut_off |= self._end(run.state, run.in_flight, PlanState.ABORTED)
+            keep, bits = self._planning
+            run.state = run.state & keep | bits
+            run.asked = self._question_from(run.state)
+            return None
+        if following is PlanStep.AWAIT_CHANGE:
+            return run.waiting(Awaits.CHANGE)
+        return run.ended(self._end(run.state, run.in_flight, PlanState.UNSOLVABLE))
+
+    # the planner
+
+    def _await_answer(self, run: _SettlingRun) -> RunStep | None:
+        """Wait for the planner if a reply may arrive first. Else its answer is next, as a part of the same step."""
+        assert run.asked is not None  # noqa: S101 - that is why the run waits
+        position = run.position(*run.asked.awaited(run.state))
+        if run.in_flight:
+            return RunStep(position, run.visits, run.cut_off)
+        if position in run.answered:  # without end, until the limit of plans
+            return run.ended()
+        if len(run.answered) == _MOST_ANSWERS:
+            raise PlanningTooLargeError
+        run.answered[position] = None
+        run.cut_off |= self._end(run.state, run.in_flight, PlanState.ABORTED)  # a limit can end the run here, too
+        run.automatic = 0
+        return self._answer(run)
+
+    def _answer(self, run: _SettlingRun) -> RunStep | None:
+        """Give the run the planner's answer; return the step if that ends the run."""
+        asked, run.asked = run.asked, None
+        assert asked is not None  # noqa: S101 - only questions are answered
+        if asked.gives_up:
+            return run.ended(self._end(run.state, run.in_flight, PlanState.ABORTED))
+        if asked.queue is None:
+            run.unsolvable_in = asked.state
+            return None
+        keep, bits = self._executing
+        run.state, run.queue = run.state & keep | bits, asked.queue
+        run.visits |= asked.visits
+        return None
+
+    def _question_from(self, state: int) -> _PlanQuestion:
+        """Return the request for a plan from a packed state, with the answer that it will have."""
+        if state not in self._questions:
+            answer = self._plan(state)
+            if isinstance(answer, Solved):
+                queue = self._queues.number(self._numbers[name] for name in answer.plan)
+                self._questions[state] = self._question(state, queue)
+            else:
+                gives_up = isinstance(answer, LimitReached)
+                self._questions[state] = _PlanQuestion(state, None, 0, gives_up)
+        return self._questions[state]
+
+    def _question_in(self, position: Position) -> _PlanQuestion | None:
+        """Return the question that is open in a position."""
+        match position.awaits:
+            case Awaits.PLAN:
+                return self._question(None, position.queue)
+            case Awaits.UNSOLVABLE:
+                return _PlanQuestion(position.state, None, 0)
+            case Awaits.STALE:
+                return _PlanQuestion(None, None, 0)
+            case Awaits.NOTHING | Awaits.CHANGE:
+                return None
+
+    def _question(self, state: int | None, queue: int) -> _PlanQuestion:
+        if queue not in self._queued_in:
+            numbers = dict.fromkeys(self._queues.operations(queue))
+            self._queued_in[queue] = sum(self._queued[number] for number in numbers)
+        return _PlanQuestion(state, queue, self._queued_in[queue])
+
+    # the end
+
+    def _end(self, state: int, in_flight: tuple[RequestLine, ...], plan_state: PlanState) -> int:
+        """Return what is visited after the end of a run: its requests are given up, automatic transitions follow."""
+        if not self._program.automatic:
+            return 0
+        for line in in_flight:
+            keep, bits = line.cleared
+            state = state & keep | bits
+        state = self._program.end(state, plan_state)
+        if state not in self._after_ends:
+            self._after_ends[state] = self._idle(state)
+        return self._after_ends[state]
+
+    def _idle(self, state: int) -> int:
+        """Return what a runner without a goal visits from a packed state until it is settled."""
+        visits = 0
+        in_flight: tuple[RequestLine, ...] = ()
+        seen: dict[int, None] = {}
+        while True:
+            self.looked_at[state] = None
+            match self._idle_steps.first(state, in_flight, timer_passed=False):
+                case AutomaticMove(transition, _, after):
+                    visits |= self._taken[transition.name]
+                case RequestSending(line, after):
+                    in_flight = (*(other for other in in_flight if other is not line), line)
+                case RequestCancelling(line, after):
+                    in_flight = tuple(other for other in in_flight if other is not line)
+                case _:
+                    return visits
+            state = after & self._kept
+            if state in seen or len(seen) > self._bound:
+                return visits
+            seen[state] = None
+
+
+def _entered(name: str, visits: Visits) -> dict[OperationState, int]:
+    """Return what an operation visits when it enters each of its states."""
+    initial = OperationState.INITIAL
+    return {initial: 0} | {s: visits.bit(name, Aspect(s.value)) for s in OperationState if s is not initial}
+
+
+def _replies(line: RequestLine, relevance: Relevance) -> dict[Happening, tuple[int, int]]:
+    """Return all replies of a resource that differ in their effect, each with `(keep, bits)`.
+
+    These are one for each choice of measured values, and a failing one. Raises `TooManyRepliesError`.
+    """
+    measured = [name for name in line.resource.measures if name in relevance.names]
+    packing = relevance.packing
+    if prod(len(packing.space[name].domain) + 1 for name in measured) > _MOST_REPLIES:
+        raise TooManyRepliesError
+    choices = product(*((None, *packing.space[name].domain.values) for name in measured))
+    replies = {}
+    for values in choices:
+        changes = tuple((name, value) for name, value in zip(measured, values, strict=True) if value is not None)
+        keep, bits = packing.assignment(dict(changes))
+        reply = Happening(HappeningKind.REPLY, line.resource.name, succeeded=True, measured=changes)
+        replies[reply] = (keep & line.succeeded[0], bits & line.succeeded[0] | line.succeeded[1])
+    replies[Happening(HappeningKind.REPLY, line.resource.name)] = line.failed
+    return replies

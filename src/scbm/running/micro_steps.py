@@ -1,0 +1,165 @@
+"""The order of micro-steps (semantics 5 and 6), for the runner and for the exploration of all runs.
+
+After every event the runner takes micro-steps until none applies; it is then settled. `MicroSteps.first` decides which
+micro-step is next. It is a pure function of the packed state, the requests in flight, and whether a timer has passed:
+
+| semantics | micro-step | value |
+| --- | --- | --- |
+| 5.0 | an injection acts, or is put back | only the runner has injections: it tries them first |
+| 5.1 | an automatic transition is taken | `AutomaticMove` |
+| 5.2 | the run is aborted | `RunTurn.ABORT` |
+| 5.3 | a request is sent, or cancelled | `RequestSending`, `RequestCancelling` |
+| 5.4 | the run reaches its goal | `RunTurn.REACH_GOAL` |
+| 5.5 | the current operation moves | `OperationMove`, by the table in `lifecycle` |
+| 5.5 | no operation is current | `RunTurn.FOLLOW_PLAN`, then `next_in_plan` |
+
+The runner turns micro-steps into records and effects. The exploration (`closing.runs`) collects the obligations that
+they visit. Neither has a second copy of this order.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+from scbm.running.automatic import AutomaticMove, next_automatic
+from scbm.running.lifecycle import OperationMove
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
+
+    from scbm.model.packing import Test
+    from scbm.running.program import Program, RequestLine
+
+
+class RequestSending(NamedTuple):
+    """The micro-step in which a request is sent; one in flight to the same resource is cancelled before."""
+
+    line: RequestLine
+    after: int
+
+
+class RequestCancelling(NamedTuple):
+    """The micro-step in which a request in flight is cancelled, as its trigger has become false."""
+
+    line: RequestLine
+    after: int
+
+
+class RunTurn(Enum):
+    """A micro-step that is about the run as a whole."""
+
+    ABORT = "the run ends, as `plan.state` is `aborted`"
+    REACH_GOAL = "the run ends, as its goal holds and no operation has left `initial`"
+    FOLLOW_PLAN = "no operation is current: see `next_in_plan`"
+
+
+MicroStep: TypeAlias = AutomaticMove | RequestSending | RequestCancelling | OperationMove | RunTurn
+
+_MOST_MEMOIZED = 50_000
+"""Maximum number of packed states whose micro-step is memoized: some 20 MB. A campaign repeats the same states."""
+
+
+class MicroSteps:
+    """The micro-steps of one program while it pursues one goal, or none.
+
+    Holds no state of any run, so all runs for this goal can share it. Memoizes results.
+    """
+
+    def __init__(self, program: Program, goal: Test | None, most_memoized: int = _MOST_MEMOIZED) -> None:
+        """Prepare the micro-steps.
+
+        Args:
+            program: the compiled model.
+            goal: whether the goal holds in a packed state; `None` while no goal is pursued.
+            most_memoized: maximum number of packed states whose micro-step is memoized.
+        """
+        self._program = program
+        self._goal = goal
+        self._aborted_mask, self._aborted_bits = program.aborted
+        self._memoized: dict[int, MicroStep | None] = {}
+        self._most_memoized = most_memoized
+
+    def first(self, state: int, in_flight: Collection[RequestLine], *, timer_passed: bool) -> MicroStep | None:
+        """Return the next micro-step; `None` if none applies, so that the runner is settled.
+
+        Args:
+            state: the packed state.
+            in_flight: the resources that owe a reply, in the order of their requests.
+            timer_passed: whether the timer of the current operation has passed.
+        """
+        # Without a timer that has passed and a request to cancel, the packed state alone decides.
+        memoizes = not timer_passed and not (in_flight and _is_any_stale(state, in_flight))
+        if memoizes and state in self._memoized:
+            return self._memoized[state]
+        step: MicroStep | None = next_automatic(self._program, state)
+        if step is None:
+            step = self.first_not_automatic(state, in_flight, timer_passed=timer_passed)
+        if memoizes and len(self._memoized) < self._most_memoized:
+            self._memoized[state] = step
+        return step
+
+    def first_not_automatic(
+        self, state: int, in_flight: Collection[RequestLine], *, timer_passed: bool
+    ) -> MicroStep | None:
+        """Return the next micro-step that is no automatic transition: after a livelock no more of these are taken."""
+        goal, program = self._goal, self._program
+        if goal is not None and state & self._aborted_mask == self._aborted_bits:
+            return RunTurn.ABORT
+        if in_flight or state & program.triggers:
+            request = self._request(state, in_flight)
+            if request is not None:
+                return request
+        if goal is None:
+            return None
+        current = program.current(state)
+        if (current is None or current.is_initial) and goal(state):
+            return RunTurn.REACH_GOAL
+        return RunTurn.FOLLOW_PLAN if current is None else current.move(state, timer_passed=timer_passed)
+
+    def _request(self, state: int, in_flight: Collection[RequestLine]) -> RequestSending | RequestCancelling | None:
+        for line in self._program.requests:
+            if state & line.watched == line.ready:
+                keep, bits = line.executing
+                return RequestSending(line, state & keep | bits)
+        for line in in_flight:
+            if not state & line.trigger:
+                keep, bits = line.idle
+                return RequestCancelling(line, state & keep | bits)
+        return None
+
+
+def _is_any_stale(state: int, in_flight: Collection[RequestLine]) -> bool:
+    """Return whether the trigger of a request in flight is false."""
+    for line in in_flight:  # noqa: SIM110 - a generator would take longer than all the rest
+        if not state & line.trigger:
+            return True
+    return False
+
+
+class PlanStep(Enum):
+    """What a run does while no operation is current and its goal does not hold."""
+
+    TAKE_NEXT = "the next operation of the plan becomes current"
+    AWAIT_ANSWER = "the runner waits for the planner's answer"
+    REQUEST_PLAN = "a new plan is requested"
+    AWAIT_CHANGE = "no plan exists from this state, and the runner waits until the state changes"
+    END_UNSOLVABLE = "no plan exists from this state, which cannot change any more: the run ends"
+
+
+def next_in_plan(*, is_queued: bool, is_asking: bool, is_unsolvable: bool, may_change: bool) -> PlanStep:
+    """Return what a run does at `RunTurn.FOLLOW_PLAN` (semantics 5.5 and 5.6).
+
+    Args:
+        is_queued: whether the plan has another operation.
+        is_asking: whether the planner owes an answer.
+        is_unsolvable: whether the planner has answered that no plan exists from the present state.
+        may_change: whether the run waits for something that could change the state.
+    """
+    if is_queued:
+        return PlanStep.TAKE_NEXT
+    if is_asking:
+        return PlanStep.AWAIT_ANSWER
+    if not is_unsolvable:
+        return PlanStep.REQUEST_PLAN
+    return PlanStep.AWAIT_CHANGE if may_change else PlanStep.END_UNSOLVABLE
