@@ -13,7 +13,7 @@ from random import Random
 
 from hypothesis import given
 
-from scbm.cases import Case, Condition, ConditionKind, Injection
+from scbm.cases import CONDITIONS, Case, Condition, ConditionKind, Injection
 from scbm.cases.trace import End, ReplyDropped, ReplyReceived, RequestCancelled, RequestSent, RunEnded
 from scbm.files import load_model
 from scbm.model import BehaviorModel, Outcome
@@ -36,7 +36,7 @@ def _injected(case: Case, model: BehaviorModel, seed: int) -> Case:
     random = Random(f"conditions {seed} {case.name}")
     injections = []
     for index in range(random.randrange(3)):
-        kind = random.choice(list(ConditionKind))
+        kind = random.choice(list(CONDITIONS.values()))
         condition = Condition(kind, Fraction(random.randint(1, 30)) if kind is ConditionKind.SLOWER else Fraction(1))
         at_ns, hold_ns = random.randrange(20) * SECOND_NS, random.choice([None, random.randrange(15) * SECOND_NS])
         resource = random.choice(model.resources).name

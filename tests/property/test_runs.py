@@ -10,7 +10,7 @@ from random import Random
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scbm.cases import Case, Condition, ConditionKind, Injection, Network, Origin
+from scbm.cases import CONDITIONS, Case, Condition, ConditionKind, Injection, Network, Origin
 from scbm.cases.coverage import Coverage, Obligations, visited_by
 from scbm.cases.trace import End, ReplyReceived, RequestSent, RunEnded, RunStarted, Trace, read_trace, write_trace
 from scbm.model import (
@@ -43,7 +43,7 @@ def injections(draw: st.DrawFn, model: BehaviorModel) -> tuple[Injection, ...]:
     for index in range(draw(st.integers(0, 2))):
         if draw(st.booleans()):
             resource = draw(st.sampled_from(model.resources)).name
-            kind = draw(st.sampled_from(ConditionKind))
+            kind = draw(st.sampled_from(list(CONDITIONS.values())))
             condition = Condition(kind, Fraction(3, 2) if kind is ConditionKind.SLOWER else Fraction(1))
             when = draw(st.sampled_from([None, model.goals[0][1], model.operations[0].pre.g]))
             hold_ns = draw(st.sampled_from([None, SECOND_NS]))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from hypothesis import strategies as st
 
 from scbm.cases import (
+    CONDITIONS,
     Case,
     CaseLimits,
     Condition,
@@ -158,7 +159,7 @@ def injections(draw: DrawFn, model: BehaviorModel) -> tuple[Injection, ...]:
 
 def _conditions() -> SearchStrategy[Condition]:
     factors = st.integers(1_000, 99_999).map(lambda thousandths: Fraction(thousandths, 1000))
-    words = st.sampled_from([kind for kind in ConditionKind if kind is not ConditionKind.SLOWER])
+    words = st.sampled_from([kind for kind in CONDITIONS.values() if kind is not ConditionKind.SLOWER])
     return st.one_of(st.builds(Condition, words), st.builds(Condition, st.just(ConditionKind.SLOWER), factors))
 
 

@@ -5,12 +5,13 @@ writes cases, `running` runs them in simulation, `testing` draws, judges and shr
 """
 
 from scbm.cases.case import Case, CaseLimits, Expectations, Origin, Recorded
-from scbm.cases.injections import Condition, ConditionKind, Injection
+from scbm.cases.injections import CONDITIONS, Condition, ConditionKind, Injection, Intake, condition_kind
 from scbm.cases.network import Network, Partition, Restart
 from scbm.cases.reactions import AT_ONCE, LOST, Delivery, Forced, Reaction
 
 __all__ = [
     "AT_ONCE",
+    "CONDITIONS",
     "LOST",
     "Case",
     "CaseLimits",
@@ -20,10 +21,12 @@ __all__ = [
     "Expectations",
     "Forced",
     "Injection",
+    "Intake",
     "Network",
     "Origin",
     "Partition",
     "Reaction",
     "Recorded",
     "Restart",
+    "condition_kind",
 ]

@@ -5,30 +5,97 @@ An injection assigns variables, or changes the condition of a simulated resource
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from enum import StrEnum
+from dataclasses import dataclass, field
+from enum import Enum
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
+
+from scbm.model import Outcome
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from scbm.model import Predicate, Value
 
 
-class ConditionKind(StrEnum):
-    """How a resource treats requests.
+class Intake(Enum):
+    """What a resource does with a request that arrives."""
 
-    - `well`: as the model file and the case define.
-    - `occupied`: another user has it; requests wait until it is well again.
-    - `dead`: it drops its current request and receives no others.
-    - `failing`: each request that arrives from now on fails, unless it gets no reply at all.
-    - `slower`: each request that arrives from now on takes a multiple of its time.
+    START = "it starts the request"
+    WAIT = "the request waits until the condition changes"
+    DROP = "it drops the request, and all that it was doing when the condition began"
+
+
+def _same_outcome(outcome: Outcome) -> Outcome:
+    return outcome
+
+
+def _failing_outcome(outcome: Outcome) -> Outcome:
+    return Outcome.FAIL if outcome is Outcome.SUCCEED else outcome
+
+
+def _same_time(time_ns: int, _: Fraction) -> int:
+    return time_ns
+
+
+def _multiple_time(time_ns: int, factor: Fraction) -> int:
+    return int(time_ns * factor)
+
+
+@dataclass(frozen=True, slots=True)
+class ConditionKind:
+    """One way in which a resource treats requests: an entry of `CONDITIONS`.
+
+    Attributes:
+        value: its name in case files, traces, logs and messages.
+        intake: what the resource does with a request that arrives.
+        outcome: from the outcome that the case or the model gives a request to the one that it has.
+        time: from the time that a request takes and the factor of the condition to the time that it really takes.
+        has_factor: whether a case file gives it a factor, as in `{slower: 3}`.
     """
 
-    WELL = "well"
-    OCCUPIED = "occupied"
-    DEAD = "dead"
-    FAILING = "failing"
-    SLOWER = "slower"
+    value: str
+    intake: Intake = field(default=Intake.START, repr=False, compare=False)
+    outcome: Callable[[Outcome], Outcome] = field(default=_same_outcome, repr=False, compare=False)
+    time: Callable[[int, Fraction], int] = field(default=_same_time, repr=False, compare=False)
+    has_factor: bool = field(default=False, repr=False, compare=False)
+
+    WELL: ClassVar[ConditionKind]
+    """As the model file and the case define."""
+    OCCUPIED: ClassVar[ConditionKind]
+    """Another user has the resource; requests wait until it is well again."""
+    DEAD: ClassVar[ConditionKind]
+    """The resource drops its current request and receives no others."""
+    FAILING: ClassVar[ConditionKind]
+    """Each request that arrives from now on fails, unless it gets no reply at all."""
+    SLOWER: ClassVar[ConditionKind]
+    """Each request that arrives from now on takes a multiple of its time."""
+
+
+ConditionKind.WELL = ConditionKind("well")
+ConditionKind.OCCUPIED = ConditionKind("occupied", Intake.WAIT)
+ConditionKind.DEAD = ConditionKind("dead", Intake.DROP)
+ConditionKind.FAILING = ConditionKind("failing", outcome=_failing_outcome)
+ConditionKind.SLOWER = ConditionKind("slower", time=_multiple_time, has_factor=True)
+
+CONDITIONS: dict[str, ConditionKind] = {
+    kind.value: kind
+    for kind in (
+        ConditionKind.WELL,
+        ConditionKind.OCCUPIED,
+        ConditionKind.DEAD,
+        ConditionKind.FAILING,
+        ConditionKind.SLOWER,
+    )
+}
+"""The conditions of resources by their names in case files."""
+
+
+def condition_kind(name: str) -> ConditionKind:
+    """Return the condition of a name. Raises `ValueError` if there is none."""
+    if name not in CONDITIONS:
+        raise ValueError(f"`becomes` is not one of {', '.join(CONDITIONS)}")
+    return CONDITIONS[name]
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,9 +106,7 @@ class Condition:
     factor: Fraction = Fraction(1)
 
     def __str__(self) -> str:
-        if self.kind is not ConditionKind.SLOWER:
-            return self.kind.value
-        return f"{float(self.factor):.15g} times slower"
+        return f"{float(self.factor):.15g} times {self.kind.value}" if self.kind.has_factor else self.kind.value
 
 
 @dataclass(frozen=True, slots=True)

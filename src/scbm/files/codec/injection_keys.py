@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scbm.cases import Condition, ConditionKind, Injection
+from scbm.cases import CONDITIONS, Condition, Injection
 from scbm.files.codec.key_types import (
     CASE_NAME_TYPE,
     RESOURCE_NAME,
@@ -39,7 +39,6 @@ MAX_INJECTIONS = 1_000
 """The maximum number of injections of a case."""
 
 _FACTOR = re.compile(r"\d{1,6}(\.\d{1,6})?", re.ASCII)
-_CONDITION_WORDS = tuple(kind.value for kind in ConditionKind if kind is not ConditionKind.SLOWER)
 
 
 def _read_factor(reader: ValueReader, node: YamlNode, text: str) -> Fraction | None:
@@ -70,28 +69,31 @@ class ConditionKeys(Keys):
     def condition(self) -> Condition | None:
         """Return the condition that a word or a mapping describes."""
         node = self.node
-        if self.has("slower"):
-            return None if self.slower is None else Condition(ConditionKind.SLOWER, self.slower)
+        for name, kind in CONDITIONS.items():
+            if kind.has_factor and self.has(name):
+                factor: Fraction | None = getattr(self, name)
+                return None if factor is None else Condition(kind, factor)
         if node.text is None or node.plain is None:
             return None
-        if node.text == ConditionKind.SLOWER.value:
-            message = "`slower` needs a factor"
-            self.reader.add(Slug.WRONG_SHAPE, message, node.place, "write for example `{slower: 3}`")
+        word = self.reader.word(node, node.text, tuple(CONDITIONS), "a condition of a resource")
+        if word is None:
             return None
-        words = (*_CONDITION_WORDS, ConditionKind.SLOWER.value)
-        word = self.reader.word(node, node.text, words, "a condition of a resource")
-        return None if word is None else Condition(ConditionKind(word))
+        if CONDITIONS[word].has_factor:
+            message = f"`{word}` needs a factor"
+            self.reader.add(Slug.WRONG_SHAPE, message, node.place, f"write for example `{{{word}: 3}}`")
+            return None
+        return Condition(CONDITIONS[word])
 
 
 def _condition_data(condition: Condition) -> str | dict[str, Any]:
-    return condition.kind.value if condition.kind is not ConditionKind.SLOWER else ConditionKeys.write(condition)
+    return ConditionKeys.write(condition) if condition.kind.has_factor else condition.kind.value
 
 
 _CONDITION = ScalarOrMappingType(
     ConditionKeys,
     "condition",
     "a condition such as `dead`, or `{slower: 3}`",
-    {"enum": list(_CONDITION_WORDS)},
+    {"enum": [name for name, kind in CONDITIONS.items() if not kind.has_factor]},
     _condition_data,
 )
 

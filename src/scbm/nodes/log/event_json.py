@@ -11,7 +11,7 @@ from enum import Enum
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
-from scbm.cases import Condition, ConditionKind, Injection, Reaction
+from scbm.cases import Condition, Injection, Reaction, condition_kind
 from scbm.cases.trace import MessageDisturbed, ResourceChanged
 from scbm.files import Scope, Where, parse_predicate
 from scbm.model import InputError, Outcome
@@ -277,7 +277,7 @@ def _condition(data: object, model: BehaviorModel) -> Condition:
     factor = fields.text("factor")
     if not _FACTOR.fullmatch(factor) or Fraction(factor) < 1:
         raise ValueError("`factor` of `becomes` is not a fraction from 1 on")
-    return Condition(fields.word("kind", ConditionKind), Fraction(factor))
+    return Condition(condition_kind(fields.text("kind")), Fraction(factor))
 
 
 def _plan(fields: _JsonFields, _: int) -> Event:

@@ -7,7 +7,7 @@ import json
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from scbm.cases import AT_ONCE, Condition, ConditionKind, Reaction
+from scbm.cases import AT_ONCE, Condition, Reaction, condition_kind
 from scbm.model import Outcome
 from scbm.nodes.links.link import Correlation
 from scbm.nodes.links.topic_link import id_text, read_id
@@ -306,7 +306,7 @@ class _RequestQueue:
             case Fate():
                 self._travel(message)
             case Become():
-                condition = Condition(ConditionKind(message.condition), read_fraction(message.factor))
+                condition = Condition(condition_kind(message.condition), read_fraction(message.factor))
                 for job, latency_ns in resource.become(condition):
                     self._begin(job, latency_ns, self._state.numbered[job.request].id)
             case RestartResource():

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from scbm.cases import Condition, ConditionKind
+from scbm.cases import Condition, Intake
 from scbm.model import Outcome
 
 if TYPE_CHECKING:
@@ -40,22 +40,22 @@ class SimulatedResource:
 
     def receive(self, request: int, reaction: Reaction) -> tuple[Job, int] | None:
         """A request arrives. The job and how long it will take; `None` if no answer is to come of it by now."""
-        if self.is_down or self.condition.kind is ConditionKind.DEAD:
+        if self.is_down or self.condition.kind.intake is Intake.DROP:
             return None
         job = Job(request, reaction)
-        if self.condition.kind is ConditionKind.OCCUPIED:
+        if self.condition.kind.intake is Intake.WAIT:
             self._waiting.append(job)
             return None
         return self._begin(job)
 
     def _begin(self, job: Job) -> tuple[Job, int] | None:
         reaction, kind = job.reaction, self.condition.kind
-        if reaction.outcome is Outcome.TIMEOUT:
+        outcome = kind.outcome(reaction.outcome)
+        if outcome is Outcome.TIMEOUT:
             return None
-        job.succeeds = reaction.outcome is Outcome.SUCCEED and kind is not ConditionKind.FAILING
+        job.succeeds = outcome is Outcome.SUCCEED
         self._jobs.append(job)
-        slower = kind is ConditionKind.SLOWER
-        return job, int(reaction.latency_ns * self.condition.factor) if slower else reaction.latency_ns
+        return job, kind.time(reaction.latency_ns, self.condition.factor)
 
     def finish(self, job: Job) -> bool:
         """The time of a job is over: whether it is answered, which it is unless it was cancelled or forgotten."""
@@ -78,9 +78,9 @@ class SimulatedResource:
     def become(self, condition: Condition) -> list[tuple[Job, int]]:
         """Changes the condition; what waited and can be begun now comes back as from `receive`."""
         self.condition = condition
-        if condition.kind is ConditionKind.DEAD:
+        if condition.kind.intake is Intake.DROP:
             self.forget()
-        if condition.kind is ConditionKind.OCCUPIED:
+        if condition.kind.intake is Intake.WAIT:
             return []
         waiting, self._waiting = self._waiting, []
         return [begun for job in waiting if (begun := self._begin(job)) is not None]
