@@ -16,8 +16,9 @@ from scbm.cases.trace import (
     OperationStepped,
     ReplyDropped,
     ReplyReceived,
-    RequestSent,
+    RequestOutcome,
     ResourceChanged,
+    spans_of,
 )
 from scbm.model import OperationState, Outcome
 from scbm.nodes.log.event_json import NETWORK
@@ -26,7 +27,7 @@ from scbm.running import CancelRequest, ChangeResource, SendRequest
 from scbm.running.simulation import MessageKind
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     from scbm.cases import Delivery
     from scbm.cases.trace import Record
@@ -35,6 +36,9 @@ if TYPE_CHECKING:
     from scbm.nodes.node_messages import Answering
     from scbm.running import Effect
     from scbm.running.simulation import Choices
+
+
+_OUTCOMES = {RequestOutcome.SUCCEEDED: Outcome.SUCCEED, RequestOutcome.FAILED: Outcome.FAIL}
 
 
 class RequestStage(Protocol):
@@ -137,21 +141,17 @@ class Director:
                 if message.resource == resource:
                     self._stage.tell(message)
 
-    def reactions(self, records: Iterable[Record]) -> tuple[Reaction, ...]:
-        """What happened to the requests of the run: what was decided, and what was seen where that went otherwise.
+    def reactions(self, records: Sequence[Record]) -> tuple[Reaction, ...]:
+        """Return the reactions to the requests of a run: as decided, or as observed where that differs.
 
-        Nobody decides what real resources do; and a simulated one may be lost before it does what was decided.
+        The tester decides nothing for real resources, and a simulated one may be lost before it reacts as decided.
         """
         seen = list(self._choices.taken)
-        sent: dict[int, RequestSent] = {}
-        for record in records:
-            if isinstance(record, RequestSent) and record.resource in self._real:
-                sent[record.request] = record
-                seen[record.request - 1] = Reaction(record.resource, Outcome.TIMEOUT, 0)
-            elif isinstance(record, ReplyReceived) and record.request in sent:
-                latency_ns = record.at_ns - sent[record.request].at_ns
-                outcome = Outcome.SUCCEED if record.succeeded else Outcome.FAIL
-                seen[record.request - 1] = Reaction(record.resource, outcome, latency_ns)
+        for span in spans_of(records).requests:
+            if span.resource in self._real:
+                outcome = _OUTCOMES.get(span.outcome, Outcome.TIMEOUT)
+                latency_ns = 0 if outcome is Outcome.TIMEOUT else span.duration_ns
+                seen[span.request - 1] = Reaction(span.resource, outcome, latency_ns)
         for request in self._missed:
             seen[request - 1] = replace(seen[request - 1], outcome=Outcome.TIMEOUT, measured=None)
         return tuple(seen)
