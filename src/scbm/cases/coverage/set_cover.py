@@ -137,7 +137,7 @@ def _reduced(table: _Table) -> tuple[tuple[int, ...], _Table]:
     while table.rows:
         everything = (1 << len(table.rows)) - 1
         columns = [column for column in _transposed(table.rows, table.union.bit_length()) if column]
-        # a column within another: who covers its element covers the other's too, so the larger column goes
+        # a column that is a subset of another: a set with its element has the other's too, so drop the larger column
         kept = _maximal([everything ^ column for column in columns], len(table.rows))
         columns = sorted((columns[column] for column in kept), key=int.bit_count)  # the rarest tells most, so it leads
         only = 0

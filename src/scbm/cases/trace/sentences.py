@@ -79,7 +79,7 @@ def sentence_of(record: Record, nominal: Mapping[str, Value]) -> Sentence:  # no
         case PlanReceived():
             return _plan(record)
         case PlanDropped(ask=ask):
-            return Sentence(f"plan {NUMBER} dropped: nobody asks for it any more", number=ask)
+            return Sentence(f"plan {NUMBER} dropped: it answers an outdated question", number=ask)
         case BecameCurrent(operation=operation):
             return Sentence(f"{operation} becomes current")
         case OperationStepped():

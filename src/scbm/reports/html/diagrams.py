@@ -44,10 +44,10 @@ def lifecycle_svg(history: History, operation_name: str) -> str:
     """
     operation = history.model.operation(operation_name)
     counts = _counts(history, operation_name)
-    told = ", ".join(f"{aspect} {_cases(count)}" for aspect, count in counts.items())
+    visits = ", ".join(f"{aspect} {_cases(count)}" for aspect, count in counts.items())
     title = f"Lifecycle of {operation_name}"
-    told = f"States and the cases that visited them: {told}."
-    root = picture(title, told, f"lifecycle-{operation_name}", role="group", class_="lifecycle")
+    description = f"States and the cases that visited them: {visits}."
+    root = picture(title, description, f"lifecycle-{operation_name}", role="group", class_="lifecycle")
     root.set("viewBox", f"0 0 {_WIDTH} {_HEIGHT}")
     root.set("font-family", "system-ui, sans-serif")
     root.set("font-size", "13")
@@ -109,26 +109,26 @@ def _arrow_head(root: Element, operation: str) -> None:
 def _arrows(root: Element, operation: Operation, failing: tuple[str, ...]) -> None:
     """Add the transitions as arrows with labels; dotted if the model can never take them."""
     arrow = _Arrows(root, f"url(#arrow-{operation.name})")
-    arrow.draw("M142 71 H184", (163, 64), "pre", told=str(operation.pre))
-    arrow.draw("M298 71 H364", (331, 64), "post", told=str(operation.post))
+    arrow.draw("M142 71 H184", (163, 64), "pre", tooltip=str(operation.pre))
+    arrow.draw("M298 71 H364", (331, 64), "post", tooltip=str(operation.post))
     arrow.draw("M50 96 V200", (55, 142), "otherwise", anchor="start")
-    arrow.draw("M142 227 H194 Q202 227 202 219 V98", (172, 220), "pre", told=str(operation.pre))
+    arrow.draw("M142 227 H194 Q202 227 202 219 V98", (172, 220), "pre", tooltip=str(operation.pre))
     if operation.disabled_deadline_ns is not None:
         after = format_duration(operation.disabled_deadline_ns)
-        told = "the disabled deadline has passed: the runner asks for a new plan"
-        arrow.draw("M126 202 V98", (131, 168), "after", after, anchor="start", told=told)
+        tooltip = "the disabled deadline has passed: the runner asks for a new plan"
+        arrow.draw("M126 202 V98", (131, 168), "after", after, anchor="start", tooltip=tooltip)
     way = "M262 96 V165 Q262 173 270 173 H364"
     if failing:
         words = [] if operation.failed is None else ["failed"]
         words += ["automatic"] if len(failing) > len(words) else []
-        arrow.draw(way, (314, 166), *words, told=", ".join(failing))
+        arrow.draw(way, (314, 166), *words, tooltip=", ".join(failing))
     else:
-        arrow.draw(way, (314, 166), "injections", "only", told="no transition of the model fails it", dotted=True)
+        arrow.draw(way, (314, 166), "injections", "only", tooltip="no transition of the model fails it", dotted=True)
     way = "M226 96 V267 Q226 275 234 275 H364"
     if operation.deadline_ns is not None:
         arrow.draw(way, (298, 268), f"deadline {format_duration(operation.deadline_ns)}")
     else:
-        arrow.draw(way, (298, 268), "no deadline", told="it never times out", dotted=True)
+        arrow.draw(way, (298, 268), "no deadline", tooltip="it never times out", dotted=True)
     arrow.draw("M422 46 V28 Q422 20 414 20 H94 Q86 20 86 28 V44", (254, 14), "the next operation")
     back = "M478 173 H484 Q492 173 492 181 V322 Q492 330 484 330 H20 Q12 330 12 322 V79 Q12 71 20 71 H28"
     arrow.draw(f"M478 275 H492 {back}", (254, 346), "a new plan")
@@ -145,13 +145,13 @@ class _Arrows:
         place: tuple[int, int],
         *lines: str,
         anchor: str = "middle",
-        told: str = "",
+        tooltip: str = "",
         dotted: bool = False,
     ) -> None:
         """Add an arrow along a path, with lines of text below each other from `place` on."""
         group = add(self.root, "g", class_="arrow")
-        if told:
-            add(group, "title", told)
+        if tooltip:
+            add(group, "title", tooltip)
         line = add(group, "path", d=way, fill="none", stroke=colour("muted"), stroke_width="1.5")
         line.set("marker-end", self.head)
         if dotted:

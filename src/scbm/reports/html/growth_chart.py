@@ -35,8 +35,10 @@ def growth_svg(history: History) -> str:
     total = len(history.cases)
     figure = history.coverage.figure
     steps = tuple(growth(history.coverage))
-    told = f"After {total} cases the figure is {figure}; {len(steps)} of them added to it."
-    root = picture("How the figure grew with the cases", told, "growth", role="img", class_="growth", width="100%")
+    description = f"After {total} cases the figure is {figure}; {len(steps)} of them increased it."
+    root = picture(
+        "How the figure grew with the cases", description, "growth", role="img", class_="growth", width="100%"
+    )
     root.set("height", str(_HEIGHT))
     root.set("font-family", "system-ui, sans-serif")
     root.set("font-size", "12")
@@ -113,10 +115,10 @@ def _points(root: Element, steps: tuple[GrowthStep, ...], total: int) -> None:
         # not focusable: the list of cases has the same links for keyboard users
         link = add(root, "a", href=f"#/case/{quote(step.case, safe='')}", tabindex="-1")
         point = add(link, "circle", cx=_x(step.number, total), cy=_y(step.figure), r="3.5", fill=colour("visited"))
-        add(point, "title", _told(step))
+        add(point, "title", _tooltip(step))
 
 
-def _told(step: GrowthStep) -> str:
+def _tooltip(step: GrowthStep) -> str:
     names = [str(obligation) for obligation in step.added[:_MAX_NAMES]]
     more = len(step.added) - len(names)
     names += [f"and {more} more"] if more else []

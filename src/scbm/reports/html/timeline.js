@@ -35,7 +35,7 @@ const { Timelines, showTimeline } = (() => {
 
     #block(number) {
       const found = this.#blocks.get(number) ?? inflate(this.#packed.blocks[number]);
-      this.#blocks.delete(number); // and put behind the others again: the first is the one not used for longest
+      this.#blocks.delete(number); // reinserted at the end: the first is the least recently used
       this.#blocks.set(number, found);
       if (this.#blocks.size > KEPT_BLOCKS) this.#blocks.delete(this.#blocks.keys().next().value);
       return found;
@@ -846,9 +846,9 @@ const { Timelines, showTimeline } = (() => {
 
     #drawLane(row) {
       const { lane, y, middle, narrow } = row;
-      const room = narrow ? this.#width - 12 : this.#gutter - 12;
+      const space = narrow ? this.#width - 12 : this.#gutter - 12;
       const name = svg("text", { class: "tl-name", x: 4, y: narrow ? y + 13 : middle + 4 });
-      name.append(svg("title", {}, lane.name), fittedName(lane.name, room, this.#font));
+      name.append(svg("title", {}, lane.name), fittedName(lane.name, space, this.#font));
       const base = svg("line", { class: "tl-base", x1: this.#gutter, x2: this.#right, y1: middle, y2: middle });
       return svg("g", { class: `tl-lane ${lane.group}` }, name, base, ...this.#bars(row), ...this.#marks(row));
     }
@@ -862,10 +862,10 @@ const { Timelines, showTimeline } = (() => {
         const x = Math.max(from, this.#gutter - 2);
         const width = Math.max(Math.min(to, this.#right + 2) - x, SMALLEST);
         const bad = BAD.includes(span.look);
-        if (width <= SMALLEST && x < ends[bad]) continue; // among thousands of short ones; what failed hides behind none
+        if (width <= SMALLEST && x < ends[bad]) continue; // thousands of short spans overlap; failed ones stay visible
         ends[bad] = x + width;
         const part = svg("g", { class: `tl-bar ${span.look}`, "data-record": span.from });
-        part.append(svg("title", {}, this.#told(span)));
+        part.append(svg("title", {}, this.#tooltip(span)));
         this.#bar(part, span.look, x, middle - BAR / 2, width, BAR);
         this.#words(part, span, x, middle, width);
         this.#bind(part, span.from === span.to ? [span.from] : [span.from, span.to]);
@@ -882,25 +882,25 @@ const { Timelines, showTimeline } = (() => {
     }
 
     #words(part, { label, glyph, look }, x, middle, width) {
-      let room = width - 8;
+      let space = width - 8;
       if (glyph && width > 14) {
         const mark = svg("text", { class: `tl-glyph ${look}`, x: x + width - 4, y: middle + 4, "text-anchor": "end" });
         mark.append(glyph);
         part.append(mark);
-        room -= 14;
+        space -= 14;
       }
-      const words = room > 6 ? this.#readable(label, room) : "";
+      const words = space > 6 ? this.#readable(label, space) : "";
       if (words) part.append(svg("text", { class: "tl-words", x: x + 5, y: middle + 4 }, words));
     }
 
     /** Returns the text that fits: the label, its beginning if enough is left, the short form, or nothing. */
-    #readable(label, room) {
+    #readable(label, space) {
       if (!label) return "";
       const [long, short] = Array.isArray(label) ? label.map(String) : [label, null];
-      const words = fitted(long, room, this.#font);
+      const words = fitted(long, space, this.#font);
       const least = short === "" ? long.length : Math.max(5, (short ?? "").length + 5);
       if (words === long || words.length >= least) return words;
-      return short && fitted(short, room, this.#font) === short ? short : "";
+      return short && fitted(short, space, this.#font) === short ? short : "";
     }
 
     /** Makes a part of the chart select its records: each click selects the next one. */
@@ -912,7 +912,7 @@ const { Timelines, showTimeline } = (() => {
       }
     }
 
-    #told({ title, label, fromAt, toAt }) {
+    #tooltip({ title, label, fromAt, toAt }) {
       const lasts = formatTick(toAt - fromAt, 1e6);
       return `${title || label}\n${inSeconds(fromAt)} to ${inSeconds(toAt)}, ${lasts}`;
     }
@@ -941,13 +941,13 @@ const { Timelines, showTimeline } = (() => {
       part.append(svg("circle", { class: "tl-hit", cx: x, cy: middle, r: 9 }));
       part.append(svg("text", { class: `tl-glyph ${first.look}`, x, y: middle + 4, "text-anchor": "middle" }, first.glyph));
       const words = marks.length > 1 ? `(${marks.length})` : (first.label ?? "");
-      const behind = (next?.x ?? this.#width) - x - 20;
+      const after = (next?.x ?? this.#width) - x - 20;
       const before = previous ? 0 : x - this.#gutter - 12;
-      const leftwards = words && !next && textWidth(words, this.#font) > behind && before > behind;
-      const told = words && fitted(words, leftwards ? before : behind, this.#font);
+      const leftwards = words && !next && textWidth(words, this.#font) > after && before > after;
+      const shortened = words && fitted(words, leftwards ? before : after, this.#font);
       const place = leftwards ? { x: x - 9, "text-anchor": "end" } : { x: x + 9 };
-      if (told && (told === words || told.length > 4)) {
-        part.append(svg("text", { class: "tl-words", y: middle + 4, ...place }, told));
+      if (shortened && (shortened === words || shortened.length > 4)) {
+        part.append(svg("text", { class: "tl-words", y: middle + 4, ...place }, shortened));
       }
       this.#bind(part, records);
       return part;

@@ -161,9 +161,9 @@ class _Packer:
         return (self._text(violation.requirement), violation.begins, violation.record, violation.at_ns, reason)
 
     def _step(self, record: Record, sentence: Sentence) -> _Step:
-        told = (*_lane(record), sentence.text)
+        texts = (*_lane(record), sentence.text)
         changes = (part for name, value in self._changes(record).items() for part in (name, value))
-        return (_KINDS.index(record.kind), *map(self._text, told), *changes)
+        return (_KINDS.index(record.kind), *map(self._text, texts), *changes)
 
     def _changes(self, record: Record) -> dict[int, int]:
         """Return the changes of a record by index; for the start of a run also the values that are not nominal."""

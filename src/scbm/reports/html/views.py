@@ -107,7 +107,7 @@ class StepView:
                 aspects[str(obligation)] = []
             else:
                 aspects.setdefault(obligation.subject, []).append(obligation.aspect)
-        words = tuple(f"{subject} {', '.join(told)}".rstrip() for subject, told in aspects.items())
+        words = tuple(f"{subject} {', '.join(states)}".rstrip() for subject, states in aspects.items())
         return StepView(step.number, step.case, len(step.added), words, step.figure)
 
 

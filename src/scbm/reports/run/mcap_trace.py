@@ -194,20 +194,20 @@ def _value_schema(domain: Domain) -> Json:
 def _messages(model: BehaviorModel, execution: Execution) -> Iterator[McapMessage]:
     yield from _logged(model, execution)
     yield from _states(model, execution)
-    yield from _happened(execution)
-    yield from _judged(model, execution)
+    yield from _events_of(execution)
+    yield from _requirements_of(model, execution)
 
 
 def _states(model: BehaviorModel, execution: Execution) -> Iterator[McapMessage]:
     """Yield the states of plan, operations, resources and variables at the start and after each change."""
     following = _FollowedRun(model)
-    said: dict[str, Json] = {}
+    last: dict[str, Json] = {}
     for number, record in enumerate(execution.trace.records):
         for content in following.contents(record):
-            for topic, told in content.items():
-                if said.get(topic) != told:
-                    said[topic] = told
-                    yield McapMessage(topic, record.at_ns, number, told)
+            for topic, value in content.items():
+                if last.get(topic) != value:
+                    last[topic] = value
+                    yield McapMessage(topic, record.at_ns, number, value)
 
 
 class _FollowedRun:
@@ -244,14 +244,14 @@ class _FollowedRun:
         return {topic: self._content(topic) for topic in topics}
 
     def _content(self, topic: str) -> Json:
-        _, room, *rest = topic.split("/")
-        if room == "plan":
+        _, group, *rest = topic.split("/")
+        if group == "plan":
             states = {"current_state": self._state[CURRENT_STATE], "state": self._state[PLAN_STATE]}
             return {**states, "current": self._state[CURRENT_NAME], **self._plan}
         name = rest[0]
-        if room == "operations":
+        if group == "operations":
             return {"state": self._state[operation_state_name(name)]}
-        if room == "variables":
+        if group == "variables":
             return {"value": self._state[name]}
         resource = next(resource for resource in self._model.resources if resource.name == name)
         states = {"state": self._state[resource.request_state], "trigger": self._state[resource.trigger]}
@@ -268,7 +268,7 @@ def _topics(model: BehaviorModel) -> dict[str, str]:
     }
 
 
-def _happened(execution: Execution) -> Iterator[McapMessage]:
+def _events_of(execution: Execution) -> Iterator[McapMessage]:
     """Yield the events without a state: automatic transitions, injections, faults of the network."""
     for number, record in enumerate(execution.trace.records):
         event = _event(record)
@@ -307,7 +307,7 @@ def _event(record: Record) -> tuple[str, Json] | None:  # noqa: PLR0911 - one fo
             assert_never(record)
 
 
-def _judged(model: BehaviorModel, execution: Execution) -> Iterator[McapMessage]:
+def _requirements_of(model: BehaviorModel, execution: Execution) -> Iterator[McapMessage]:
     """Yield for each requirement that it is kept at first, and its violation; nothing for a run that was lost."""
     for requirement in (*model.requirements, *execution.case.requirements) if execution.trace.records else ():
         kept: Json = {"state": "kept", "reason": "", "values": {}}

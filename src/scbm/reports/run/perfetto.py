@@ -123,8 +123,8 @@ def write_perfetto(model: BehaviorModel, execution: Execution, stream: BinaryIO)
 def _about(execution: Execution) -> dict[str, str]:
     case = execution.case
     failures = "; ".join(map(str, execution.verdict.failures))
-    told = {"model": execution.trace.model, "case": case.name, "goal": case.goal, "predicate": str(case.predicate)}
-    return told | {"verdict": execution.verdict.end.value, "failures": failures}
+    about = {"model": execution.trace.model, "case": case.name, "goal": case.goal, "predicate": str(case.predicate)}
+    return about | {"verdict": execution.verdict.end.value, "failures": failures}
 
 
 def _items(model: BehaviorModel, execution: Execution) -> Iterator[Item]:
