@@ -6,6 +6,7 @@ import importlib
 
 import pytest
 
+import scbm.cases.trace
 import scbm.files
 import scbm.plugins.hypothesis
 
@@ -16,6 +17,7 @@ import scbm.plugins.hypothesis
         ("scbm.notation", "load_model", scbm.files.load_model),
         ("scbm.notation", "load_bindings", scbm.files.load_bindings),
         ("scbm.strategies", "cases", scbm.plugins.hypothesis.cases),
+        ("scbm.trace", "read_trace", scbm.cases.trace.read_trace),
     ],
 )
 def test_an_old_import_gives_the_same_function_and_warns(old: str, name: str, value: object) -> None:
@@ -23,7 +25,7 @@ def test_an_old_import_gives_the_same_function_and_warns(old: str, name: str, va
         assert getattr(importlib.import_module(old), name) is value
 
 
-@pytest.mark.parametrize("old", ["scbm.notation", "scbm.strategies"])
+@pytest.mark.parametrize("old", ["scbm.notation", "scbm.strategies", "scbm.trace"])
 def test_a_name_that_never_was_is_an_attribute_error(old: str) -> None:
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = importlib.import_module(old).nothing
