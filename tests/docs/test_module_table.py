@@ -1,0 +1,56 @@
+"""The module table of the architecture page lists every module with the first sentence of its docstring."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SOURCE = ROOT / "src" / "scbm"
+PAGE = ROOT / "docs" / "explanation" / "architecture.md"
+BEGIN, END = "<!-- module table -->\n", "<!-- end of module table -->\n"
+DEPRECATED = {"notation", "strategies"}  # packages that only forward old imports
+
+
+def summary(path: Path) -> str:
+    """Return the first sentence of the docstring of a module, as text for a cell of a table."""
+    paragraph = (ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or "").partition("\n\n")[0]
+    sentence = re.split(r"(?<=[.?!])\s+(?=[A-Z`])", " ".join(paragraph.split()), maxsplit=1)[0]
+    return sentence.removesuffix(".").replace("|", "\\|").replace("<", "\\<")
+
+
+def packages() -> list[Path]:
+    """Return the packages of the project as directories, each followed by those inside it."""
+    found = sorted(path.parent.relative_to(SOURCE) for path in SOURCE.rglob("__init__.py"))
+    return [SOURCE / path for path in found if path.parts and path.parts[0] not in DEPRECATED]
+
+
+def module_table() -> str:
+    """Return the table: for each package its summary, and a row for each of its modules."""
+    lines = []
+    for package in packages():
+        name = package.relative_to(SOURCE).as_posix()
+        lines += [f"### `{name}`", "", f"{summary(package / '__init__.py')}.", ""]
+        modules = [path for path in sorted(package.glob("*.py")) if path.name != "__init__.py"]
+        if modules:
+            rows = [f"| `{path.stem}` | {summary(path)} |" for path in modules]
+            lines += ["| module | contents |", "| --- | --- |", *rows, ""]
+    return "\n".join(["", *lines])
+
+
+def test_the_table_on_the_page_is_that_of_the_source(request: pytest.FixtureRequest) -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    before, _, rest = text.partition(BEGIN)
+    table, _, after = rest.partition(END)
+    if request.config.getoption("--update-golden"):
+        PAGE.write_text(f"{before}{BEGIN}{module_table()}{END}{after}", encoding="utf-8")
+    else:
+        assert table == module_table()
+
+
+@pytest.mark.parametrize("path", sorted(SOURCE.rglob("*.py")), ids=lambda path: path.relative_to(SOURCE).as_posix())
+def test_every_module_has_a_summary(path: Path) -> None:
+    assert summary(path)
