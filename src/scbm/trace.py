@@ -8,7 +8,7 @@ from scbm.cases import trace
 
 
 def __getattr__(name: str) -> object:
-    """Return the attribute of `scbm.cases.trace` with a deprecation warning; raise `AttributeError` if there is none."""
+    """Return the attribute of `scbm.cases.trace` with a deprecation warning, or raise `AttributeError`."""
     value: object = getattr(trace, name)
     warnings.warn(f"scbm.trace is now scbm.cases.trace: import {name} from there", DeprecationWarning, stacklevel=2)
     return value

@@ -1,4 +1,4 @@
-"""The driver that docs/how-to/bind-drivers.md shows is one: a cell is tested with it."""
+"""The driver that docs/reference/node-protocol.md shows is one: a cell is tested with it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-PAGE = ROOT / "docs" / "how-to" / "bind-drivers.md"
+PAGE = ROOT / "docs" / "reference" / "node-protocol.md"
 MODEL = ROOT / "examples" / "robot_in_the_air" / "after.yaml"
 GUARD_S = 120
 

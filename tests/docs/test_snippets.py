@@ -38,6 +38,7 @@ PROGRAMS = {
     "pytest": [sys.executable, "-m", "pytest", "-p", "no:cacheprovider"],
     "cat": ["cat"],
     "diff": ["diff"],
+    "python": [sys.executable],
 }
 MAX_SECONDS = 600
 ENVIRONMENT = {"COLUMNS": "80", "LC_ALL": "C", "NO_COLOR": "1", "PYTHONUTF8": "1", "TERM": "dumb"}

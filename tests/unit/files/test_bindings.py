@@ -190,7 +190,7 @@ def test_the_bindings_of_the_documentation_are_bindings_of_its_model() -> None:
     page = (Path(__file__).parents[3] / "docs" / "how-to" / "bind-drivers.md").read_text(encoding="utf-8")
     blocks = [block.partition("```")[0] for block in page.split("```yaml\n")[1:]]
     (model,) = (block for block in blocks if block.startswith("# model: picking\n"))
-    (beside,) = (block for block in blocks if block.startswith("# file: bench.yaml\n"))
+    (beside,) = (block for block in blocks if block.startswith("# file: laboratory.yaml\n"))
     bound = read_bindings(beside, read_model(model))
     ways = [type(getattr(resource.binding, "requests", None)) for resource in bound.resources]
     assert ways == [ServiceCall, TopicPair, TopicPair, type(None)]

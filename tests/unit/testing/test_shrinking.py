@@ -45,7 +45,7 @@ def test_seeded_faults_shrink_to_a_few_operations(golden: Callable[[str, str], N
 
 
 def test_the_documentation_tells_the_sizes_before_and_after() -> None:
-    page = (Path(__file__).parents[3] / "docs" / "how-to" / "write-cases.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[3] / "docs" / "how-to" / "debug-failing-cases.md").read_text(encoding="utf-8")
     for name, seeded in SEEDED.items():
         tester, execution, failure = seeded.find()
         shrunk = Shrinker(tester).shrink(execution, failure)
