@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.files.codec.key_types import NAME_NODE, MappingType, NamedMappingsType, NamesType
+from scbm.files.codec.key_types import NAME_NODE, MappingType, NamesType
 from scbm.files.codec.keys import Key, Keys
 from scbm.files.codec.reading_keys import MeasuredTopicKeys, read_variable_value
 from scbm.files.codec.ros_names import ROS_NAME, SharedNames
@@ -73,7 +73,7 @@ class RosKeys(Keys):
         source=lambda binding: binding.requests if isinstance(binding.requests, ServiceCall) else None,
     )
     services = Key(
-        NamesType(NamedMappingsType(ServiceKeys, "value → service"), "variable → value → service"),
+        NamesType(NamesType(MappingType(ServiceKeys), "value → service"), "variable → value → service"),
         "A service for each value of one variable that requests carry.",
         source=_choice_data,
     )
@@ -83,7 +83,7 @@ class RosKeys(Keys):
         source=lambda binding: binding.requests if isinstance(binding.requests, TopicPair) else None,
     )
     measured = Key(
-        NamedMappingsType(MeasuredTopicKeys, "variable → measured topic"),
+        NamesType(MappingType(MeasuredTopicKeys), "variable → measured topic"),
         "For variables under `measures`: the topic that measures each.",
         source=lambda binding: {measured.reading.variable: measured for measured in binding.measured},
     )
@@ -94,7 +94,7 @@ class BindingsKeys(Keys):
 
     bindings_of = Key(NAME_NODE, "The name of the model.", required=True)
     resources = Key(
-        NamedMappingsType(RosKeys, "resource → binding"),
+        NamesType(MappingType(RosKeys), "resource → binding"),
         "The binding of each resource, as under `ros` in a model file.",
         required=True,
     )
@@ -196,13 +196,13 @@ class BindingReader:
         return choices[0] if len(choices) == 1 else None
 
     def _chosen(
-        self, resource: Resource, entry: Entry[tuple[Entry[ServiceKeys], ...] | None], *, is_only: bool
+        self, resource: Resource, entry: Entry[tuple[Entry[ServiceKeys], ...]], *, is_only: bool
     ) -> ServiceChoice | None:
         """Return the services for the values of one variable; they are read even if the variable cannot be."""
         carried = is_carried(self._reader, entry.name, resource, entry.place)
         variable = self._reader.scope.variables.get(entry.name) if carried else None
         calls = []
-        for chosen in entry.value or ():
+        for chosen in entry.value:
             value = read_variable_value(self._reader, chosen.name, variable, chosen.place)
             call = chosen.value.call(resource, self._shared)
             calls += [] if value is None or call is None else [(value, call)]

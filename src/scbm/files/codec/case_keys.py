@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scbm.cases import Case, CaseLimits, Expectations, Network, Origin, Recorded
+from scbm.cases import Case, CaseLimits, Expectations, Injection, Network, Origin, Recorded
 from scbm.cases.coverage import Obligation, Obligations
 from scbm.cases.trace import End
-from scbm.files.codec.injection_keys import InjectionKeys, InjectionsReader, NumberedInjection
+from scbm.files.codec.injection_keys import InjectionKeys, InjectionsReader
 from scbm.files.codec.key_types import (
     CASE_NAME_TYPE,
     COUNT,
@@ -106,8 +107,8 @@ _FINAL_PREDICATES = predicate_type(Where.REQUIREMENT)
 _FINAL = ScalarOrListType(
     "predicate, or list of them",
     _FINAL_PREDICATES.expected,
-    _FINAL_PREDICATES.expected_element,
     _FINAL_PREDICATES.json,
+    _FINAL_PREDICATES.expected_element,
     _read_final,
     _final_data,
 )
@@ -116,8 +117,8 @@ _OBLIGATIONS = names_type("list of obligations", node_of, lambda visits: flow_li
 _GOAL = ScalarOrListType(
     "goal or predicate",
     "the name of a goal, or a predicate",
-    "a predicate",
     {"anyOf": [{"type": ["string", "boolean"]}, {"type": "array", "items": {"type": "string"}}]},
+    "a predicate",
     node_of,
 )
 
@@ -233,6 +234,12 @@ class CaseToWrite(NamedTuple):
         return self.case.goal if is_named else predicate_data(self.case.predicate)
 
     @property
+    def injections(self) -> tuple[Injection, ...]:
+        """The injections, without names that the file need not say."""
+        numbered = enumerate(self.case.injections, start=1)
+        return tuple(replace(each, name="") if each.name == f"injection_{n}" else each for n, each in numbered)
+
+    @property
     def initial(self) -> dict[str, Any]:
         """The variables that differ from the nominal state."""
         nominal = self.model.nominal_state
@@ -283,9 +290,6 @@ class CaseKeys(Keys):
         MappingListType(InjectionKeys, "list of injections"),
         "What the tester changes during the run; 1000 injections at most.",
         default=(),
-        source=lambda written: tuple(
-            NumberedInjection(injection, number) for number, injection in enumerate(written.case.injections, start=1)
-        ),
     )
     network = Key(
         MappingType(NetworkKeys, "network"),

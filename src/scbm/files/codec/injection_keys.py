@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from scbm.cases import CONDITIONS, Condition, Injection
 from scbm.files.codec.key_types import (
@@ -24,7 +24,7 @@ from scbm.files.language.quantities import format_decimal
 from scbm.files.language.scope import Where
 from scbm.model import Slug
 from scbm.model.durations import format_duration
-from scbm.model.predicates import TRUE
+from scbm.model.predicates import TRUE, Predicate
 from scbm.model.values import Value, format_value
 
 if TYPE_CHECKING:
@@ -98,22 +98,6 @@ _CONDITION = ScalarOrMappingType(
 )
 
 
-class NumberedInjection(NamedTuple):
-    """An injection to be written, and its position in the case, counted from 1."""
-
-    injection: Injection
-    number: int
-
-    @property
-    def default_name(self) -> str:
-        """The name of an injection that has none in the file."""
-        return f"injection_{self.number}"
-
-
-def _of_injection(attribute: str) -> Any:  # noqa: ANN401 - a source of data
-    return lambda numbered: getattr(numbered.injection, attribute)
-
-
 class InjectionKeys(Keys):
     """A change that the tester makes once during the run: `set`, or `resource` with `becomes`."""
 
@@ -121,35 +105,31 @@ class InjectionKeys(Keys):
         CASE_NAME_TYPE,
         "What the trace calls the injection; unique, and not `network`.",
         absent="`injection_1`, … by its place in the list",
-        source=lambda numbered: None if numbered.injection.name == numbered.default_name else numbered.injection.name,
+        source=lambda injection: injection.name or None,
     )
-    when = Key(
+    when: Key[Predicate] = Key(
         predicate_type(Where.GUARD),
         "The injection acts as soon as this holds; a predicate as in a guard.",
         shown=True,
-        source=_of_injection("when"),
+        source="when",
     )
-    at = Key(
-        TIME, "The injection does not act before this time of the run.", absent="`0 s`", source=_of_injection("at_ns")
-    )
+    at = Key(TIME, "The injection does not act before this time of the run.", absent="`0 s`", source="at_ns")
     set = Key(
         NamesType(VALUE, "variable → value", is_short),
         "Variables and their new values, such as an automatic transition may assign; not empty.",
-        source=lambda numbered: dict(numbered.injection.assign),
+        source="assign",
     )
-    resource = Key(
-        RESOURCE_NAME, "The resource whose condition changes, instead of `set`.", source=_of_injection("resource")
-    )
+    resource = Key(RESOURCE_NAME, "The resource whose condition changes, instead of `set`.", source="resource")
     becomes = Key(
         _CONDITION,
         "The new condition of the resource: `occupied`, `dead`, `failing`, `{slower: 3}`, or `well`.",
-        source=_of_injection("condition"),
+        source="condition",
     )
     hold = Key(
         TIME,
         "After this time, the injection restores what nothing else has changed since.",
         absent="not restored",
-        source=_of_injection("hold_ns"),
+        source="hold_ns",
     )
 
     def injection(self, name: str) -> Injection:

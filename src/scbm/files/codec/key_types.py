@@ -15,7 +15,7 @@ from scbm.model.requirements import FORMS, RequirementForm
 from scbm.model.values import Value, format_value
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable
 
     from scbm.files.language.scope import Where
     from scbm.files.yaml.document import YamlNode
@@ -28,35 +28,18 @@ K = TypeVar("K", bound=Keys)
 
 
 @dataclass(frozen=True)
-class ScalarType(KeyType[T]):
-    """A scalar.
+class TextType(KeyType[T | None], Generic[T]):
+    """What is made of scalars; its value is `None` if it is wrong.
 
     Attributes:
         words: what the documentation calls it.
         expected: what messages call it.
         json: its JSON Schema.
-        reader: reads it from a node with this text.
-        writer: its data.
     """
 
     words: str
     expected: str
     json: dict[str, Data]
-    reader: Callable[[ValueReader, YamlNode, str], T | None]
-    writer: Callable[[Any], Data] = lambda value: value
-
-    def check(self, spot: Spot, check: ShapeCheck) -> None:
-        """Note anything but a scalar."""
-        if spot.node.plain is None or isinstance(spot.node.plain, (dict, list)):
-            check.wrong_shape(spot, self.expected)
-
-    def read(self, node: YamlNode, reader: ValueReader) -> T | None:
-        """Return the value of a scalar."""
-        return None if node.text is None or node.plain is None else self.reader(reader, node, node.text)
-
-    def write(self, value: object) -> Data:
-        """Return the value as a scalar."""
-        return self.writer(value)
 
     def schema(self, definitions: Definitions) -> dict[str, Data]:  # noqa: ARG002 - refers to no definition
         """Return the JSON Schema."""
@@ -64,61 +47,59 @@ class ScalarType(KeyType[T]):
 
 
 @dataclass(frozen=True)
-class ScalarOrListType(KeyType[T]):
-    """A scalar, or a list of scalars.
+class ScalarType(TextType[T]):
+    """A scalar: `reader` reads it from a node with this text, `writer` gives its data."""
 
-    Attributes:
-        words, expected, json, writer: as of a scalar.
-        expected_element: what messages call an element.
-        reader: reads the value from a node that is a scalar or a list.
-    """
-
-    words: str
-    expected: str
-    expected_element: str
-    json: dict[str, Data]
-    reader: Callable[[ValueReader, YamlNode], T | None]
+    reader: Callable[[ValueReader, YamlNode, str], T | None]
     writer: Callable[[Any], Data] = lambda value: value
 
     def check(self, spot: Spot, check: ShapeCheck) -> None:
-        """Note a mapping, nothing, or elements that are no scalars."""
-        if spot.node.plain is None or isinstance(spot.node.plain, dict):
+        """Note anything but a scalar."""
+        if not spot.is_scalar:
             check.wrong_shape(spot, self.expected)
-        _check_elements(spot, check, self.expected_element)
 
     def read(self, node: YamlNode, reader: ValueReader) -> T | None:
-        """Return the value of a scalar or a list."""
-        is_readable = isinstance(node.plain, list) or (node.text is not None and node.plain is not None)
-        return self.reader(reader, node) if is_readable else None
+        """Return the value of a scalar."""
+        return None if node.text is None or node.plain is None else self.reader(reader, node, node.text)
 
     def write(self, value: object) -> Data:
-        """Return the value as data."""
+        """Return the scalar."""
         return self.writer(value)
 
-    def schema(self, definitions: Definitions) -> dict[str, Data]:  # noqa: ARG002 - refers to no definition
-        """Return the JSON Schema."""
-        return dict(self.json)
+
+@dataclass(frozen=True)
+class ScalarOrListType(TextType[T]):
+    """A scalar, or a list of scalars, each of which messages call `expected_element`."""
+
+    expected_element: str
+    reader: Callable[[ValueReader, YamlNode], T | None]
+    writer: Callable[[Any], Data] = lambda value: value
+    takes_scalar: ClassVar[bool] = True
+
+    def check(self, spot: Spot, check: ShapeCheck) -> None:
+        """Note everything but scalars in a list, and a scalar where only lists are accepted."""
+        plain = spot.node.plain
+        if not isinstance(plain, list) and not (self.takes_scalar and spot.is_scalar):
+            remedy = f"write `[{plain}]`" if isinstance(plain, str) else None
+            check.wrong_shape(spot, self.expected, remedy)
+        for element in spot.elements():
+            if not element.is_scalar:
+                check.wrong_shape(element, self.expected_element)
+
+    def read(self, node: YamlNode, reader: ValueReader) -> T | None:
+        """Return the value of a list, or of a scalar where that is accepted."""
+        is_scalar = self.takes_scalar and node.text is not None and node.plain is not None
+        return self.reader(reader, node) if is_scalar or isinstance(node.plain, list) else None
+
+    def write(self, value: object) -> Data:
+        """Return the scalar or the list."""
+        return self.writer(value)
 
 
 class ScalarListType(ScalarOrListType[T]):
     """A list of scalars."""
 
-    def check(self, spot: Spot, check: ShapeCheck) -> None:
-        """Note anything but a list of scalars."""
-        if not isinstance(spot.node.plain, list):
-            remedy = f"write `[{spot.node.plain}]`" if isinstance(spot.node.plain, str) else None
-            check.wrong_shape(spot, self.expected, remedy)
-        _check_elements(spot, check, self.expected_element)
-
-    def read(self, node: YamlNode, reader: ValueReader) -> T | None:
-        """Return the value of a list."""
-        return self.reader(reader, node) if isinstance(node.plain, list) else None
-
-
-def _check_elements(spot: Spot, check: ShapeCheck, expected: str) -> None:
-    for element in spot.elements():
-        if element.node.plain is None or isinstance(element.node.plain, (dict, list)):
-            check.wrong_shape(element, expected)
+    takes_scalar = False
 
 
 @dataclass(frozen=True)
@@ -152,12 +133,12 @@ class MappingType(KeyType[K]):
 
 @dataclass(frozen=True)
 class ScalarOrMappingType(MappingType[K]):
-    """A scalar that stands for a mapping, or the mapping itself.
+    """A mapping, or a scalar that stands for one.
 
     Attributes:
         expected: what messages call it.
         json: the JSON Schema of the scalar.
-        writer: the data; the mapping if it is `None`.
+        writer: the data; that of the mapping if it is `None`.
     """
 
     expected: str = ""
@@ -168,7 +149,7 @@ class ScalarOrMappingType(MappingType[K]):
         """Note a list, nothing, and what is wrong in a mapping."""
         if isinstance(spot.node.plain, dict):
             self.keys.check(spot, check)
-        elif spot.node.plain is None or isinstance(spot.node.plain, list):
+        elif not spot.is_scalar:
             check.wrong_shape(spot, self.expected)
 
     def write(self, value: object) -> Data:
@@ -182,14 +163,7 @@ class ScalarOrMappingType(MappingType[K]):
 
 @dataclass(frozen=True, slots=True)
 class Entry(Generic[T]):
-    """An entry of a mapping whose keys are names.
-
-    Attributes:
-        name: its key.
-        place: where that stands.
-        node: what stands behind it.
-        value: the value of that.
-    """
+    """An entry of a mapping from names: its name, the place of that, the node behind it, and the value of the node."""
 
     name: str
     place: Place
@@ -198,14 +172,8 @@ class Entry(Generic[T]):
 
 
 @dataclass(frozen=True)
-class NamesType(KeyType[tuple[Entry[T | None], ...]]):
-    """A mapping from names to values of one type; a value is `None` if it is wrong. Written from a dictionary or pairs.
-
-    Attributes:
-        inner: the type of the values.
-        words: what the documentation calls the mapping.
-        in_flow: whether such data is written on one line.
-    """
+class NamesType(KeyType[tuple[Entry[T], ...]]):
+    """A mapping from names to values of the type `inner`. `in_flow` decides whether its data is written on one line."""
 
     inner: KeyType[T]
     words: str
@@ -219,12 +187,13 @@ class NamesType(KeyType[tuple[Entry[T | None], ...]]):
         for _, child in spot.entries():
             self.inner.check(child, check)
 
-    def read(self, node: YamlNode, reader: ValueReader) -> tuple[Entry[T | None], ...]:
+    def read(self, node: YamlNode, reader: ValueReader) -> tuple[Entry[T], ...]:
         """Return the entries, in the order of the file."""
-        return tuple(Entry(*named, self.inner.read(named[-1], reader)) for named in _named_nodes(node))
+        places = node.key_places
+        return tuple(Entry(name, places[name], at, self.inner.read(at, reader)) for name, at in node.items.items())
 
     def write(self, value: object) -> Data:
-        """Return the mapping as data."""
+        """Return a dictionary, or pairs, as a mapping."""
         pairs: Any = value.items() if isinstance(value, dict) else value
         written = {name: self.inner.write(part) for name, part in pairs}
         return FlowMapping(written) if self.in_flow(written) else written
@@ -236,39 +205,6 @@ class NamesType(KeyType[tuple[Entry[T | None], ...]]):
     def mappings(self) -> tuple[type[Keys], ...]:
         """Return the mappings that the values may be."""
         return self.inner.mappings()
-
-
-def _named_nodes(node: YamlNode) -> Iterator[tuple[str, Place, YamlNode]]:
-    return ((name, node.key_places[name], child) for name, child in node.items.items())
-
-
-class NamedMappingsType(KeyType[tuple[Entry[K], ...]]):
-    """A mapping from names to mappings with known keys."""
-
-    def __init__(self, keys: type[K], words: str) -> None:
-        self.keys = keys
-        self.words = words
-        self._names = NamesType(MappingType(keys), words)
-
-    def check(self, spot: Spot, check: ShapeCheck) -> None:
-        """Note anything but a mapping, and what is wrong with its values."""
-        self._names.check(spot, check)
-
-    def read(self, node: YamlNode, reader: ValueReader) -> tuple[Entry[K], ...]:
-        """Bind the keys to each entry."""
-        return tuple(Entry(*named, self.keys(named[-1], reader)) for named in _named_nodes(node))
-
-    def write(self, value: object) -> Data:
-        """Return the mapping as data."""
-        return self._names.write(value)
-
-    def schema(self, definitions: Definitions) -> dict[str, Data]:
-        """Return the JSON Schema."""
-        return self._names.schema(definitions)
-
-    def mappings(self) -> tuple[type[Keys], ...]:
-        """Return the mapping of each entry."""
-        return (self.keys,)
 
 
 @dataclass(frozen=True)
@@ -340,8 +276,8 @@ def predicate_type(where: Where) -> ScalarOrListType[Predicate]:
     return ScalarOrListType(
         "predicate",
         "a predicate",
-        "a predicate",
         _PREDICATE_SCHEMA,
+        "a predicate",
         lambda reader, node: reader.predicate(node, where),
         predicate_data,
     )
@@ -377,7 +313,7 @@ def names_type(
     words: str, reader: Callable[[ValueReader, YamlNode], T | None], writer: Callable[[Any], object] = list
 ) -> ScalarListType[T]:
     """Return the type of lists of names, such as operations."""
-    return ScalarListType(words, "a list of names", "a name", _TEXTS, reader, writer)
+    return ScalarListType(words, "a list of names", _TEXTS, "a name", reader, writer)
 
 
 VARIABLES = names_type("list of variables", ValueReader.variables)

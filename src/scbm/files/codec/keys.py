@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from scbm.files.yaml.text_files import ErrorCollector
 
 T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
 Data: TypeAlias = Any
 """What a key is written as: scalars, lists and mappings, as YAML and JSON know them."""
 
@@ -58,6 +59,11 @@ class Spot:
     def shown(self) -> str:
         """What messages call the node."""
         return f"this element of `{self.section}`" if self.is_element else f"`{self.section}`"
+
+    @property
+    def is_scalar(self) -> bool:
+        """Whether the node is a scalar with a value."""
+        return self.node.plain is not None and not isinstance(self.node.plain, (dict, list))
 
     def entries(self) -> Iterable[tuple[str, Spot]]:
         """The entries of a mapping, by key."""
@@ -147,7 +153,7 @@ class Definitions:
         return {title: self._schemas[title] for title in sorted(self._schemas)}
 
 
-class KeyType(ABC, Generic[T]):
+class KeyType(ABC, Generic[T_co]):
     """What may stand under a key.
 
     Attributes:
@@ -163,8 +169,8 @@ class KeyType(ABC, Generic[T]):
         """Note everything that has the wrong YAML sort."""
 
     @abstractmethod
-    def read(self, node: YamlNode, reader: ValueReader) -> T | None:
-        """Return the value; `None` if it is wrong, of which an error is noted here or by the shape check."""
+    def read(self, node: YamlNode, reader: ValueReader) -> T_co:
+        """Return the value; `None` if it is wrong, for which an error is noted here or by the shape check."""
 
     @abstractmethod
     def write(self, value: object) -> Data:
@@ -184,7 +190,7 @@ class Key(Generic[T]):
 
     def __init__(  # noqa: PLR0913 - the declaration of a key is one call
         self,
-        kind: KeyType[T],
+        kind: KeyType[T | None],
         help_text: str = "",
         *,
         default: T | None = None,

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
 from scbm.files.codec.binding_keys import BindingReader, RosKeys
-from scbm.files.codec.key_types import MODEL_NAME, REQUIREMENTS, NamedMappingsType, NamesType, predicate_type
+from scbm.files.codec.key_types import MODEL_NAME, REQUIREMENTS, MappingType, NamesType, predicate_type
 from scbm.files.codec.keys import DefaultKey, Key, Keys
 from scbm.files.codec.operation_keys import AutomaticKeys, OperationKeys, TransitionKeys
 from scbm.files.codec.resource_keys import ResourceKeys, SimulationKeys
@@ -16,7 +16,7 @@ from scbm.files.language.grammar import keywords
 from scbm.files.language.scope import Scope, Where
 from scbm.model import Place, Slug
 from scbm.model.behavior import BehaviorModel
-from scbm.model.predicates import TRUE
+from scbm.model.predicates import TRUE, Predicate
 from scbm.model.requirements import Requirement
 from scbm.model.variables import NO_OPERATION, Variable, resource_variables, runner_variables
 
@@ -38,32 +38,34 @@ class ModelKeys(Keys):
 
     behavior_model = Key(MODEL_NAME, "The name of the model.", required=True, source="name")
     variables = DefaultKey(
-        NamedMappingsType(VariableKeys, "name → variable"),
+        NamesType(MappingType(VariableKeys), "name → variable"),
         "The variables of the world.",
         default=(),
         required=True,
         source=lambda model: {variable.name: variable for variable in model.variables},
     )
     resources = DefaultKey(
-        NamedMappingsType(ResourceKeys, "name → resource"),
+        NamesType(MappingType(ResourceKeys), "name → resource"),
         "The resources that requests are sent to.",
         default=(),
         source=lambda model: {resource.name: resource for resource in model.resources},
     )
     operations = DefaultKey(
-        NamedMappingsType(OperationKeys, "name → operation"),
+        NamesType(MappingType(OperationKeys), "name → operation"),
         "The operations that plans consist of. Their order decides between plans of equal length.",
         default=(),
         required=True,
         source=lambda model: {operation.name: operation for operation in model.operations},
     )
     automatic_transitions = DefaultKey(
-        NamedMappingsType(AutomaticKeys, "name → transition"),
+        NamesType(MappingType(AutomaticKeys), "name → transition"),
         "Transitions that the runner takes as soon as their guards hold, the first one first.",
         default=(),
         source=lambda model: {transition.name: transition for transition in model.automatic_transitions},
     )
-    initial_states = DefaultKey(_WORLD, "What every initial state satisfies.", default=TRUE, always_written=True)
+    initial_states: DefaultKey[Predicate] = DefaultKey(
+        _WORLD, "What every initial state satisfies.", default=TRUE, always_written=True
+    )
     goals = DefaultKey(
         NamesType(_WORLD, "name → predicate"), "The goals of runs; a random case draws one of them.", default=()
     )

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from scbm.files.codec.key_types import DURATION, MODEL_NAME, MappingType, ScalarListType, node_of, predicate_type
-from scbm.files.codec.keys import Data, DefaultKey, Key, Keys
+from scbm.files.codec.keys import DefaultKey, Key, Keys
 from scbm.files.language.scope import Where
 from scbm.files.language.spelling import nearest
 from scbm.model import Slug
 from scbm.model.operations import Operation, Transition
-from scbm.model.predicates import TRUE
+from scbm.model.predicates import TRUE, Predicate
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from scbm.files.codec.value_reader import ValueReader
     from scbm.files.yaml.document import YamlNode
     from scbm.model import Place
@@ -22,12 +25,12 @@ _GUARD = predicate_type(Where.GUARD)
 _ACTIONS = ScalarListType(
     "list of actions",
     "a list of actions",
-    "an action",
     {
         "type": "array",
         "items": {"type": "string"},
         "description": "`v <- value`, `v <- other`, and on integers `v += 1`, `v -= 1`; all at once.",
     },
+    "an action",
     node_of,
     lambda actions: [str(action) for action in actions],
 )
@@ -59,18 +62,24 @@ def read_actions(
     return tuple(read)
 
 
-class _NamedTransition(NamedTuple):
-    """A transition to be written, and the name that it has if the file does not say another one."""
+def _transition(key: str, default_name: str) -> Callable[[Operation], Transition | None]:
+    """Return the source of a transition of an operation; it has no name if the file need not say it."""
 
-    transition: Transition
-    default_name: str
+    def source(operation: Operation) -> Transition | None:
+        transition: Transition | None = getattr(operation, key)
+        is_default = transition is not None and transition.name == f"{default_name}_{operation.name}"
+        return replace(transition, name="") if transition is not None and is_default else transition
+
+    return source
 
 
 class AutomaticKeys(Keys):
     """A running transition `g / gr / a / ar` whose name is its key. It has at least one action."""
 
-    g = Key(_GUARD, "The guard that planner and runner evaluate.", required=True)
-    gr = DefaultKey(_GUARD, "An additional guard that only the runner evaluates.", default=TRUE, always_written=True)
+    g: Key[Predicate] = Key(_GUARD, "The guard that planner and runner evaluate.", required=True)
+    gr: DefaultKey[Predicate] = DefaultKey(
+        _GUARD, "An additional guard that only the runner evaluates.", default=TRUE, always_written=True
+    )
     a = Key(_ACTIONS, "The actions that planner and runner apply.", always_written=True, absent="`[]`")
     ar = Key(_ACTIONS, "Additional actions that only the runner applies.", always_written=True, absent="`[]`")
 
@@ -96,14 +105,8 @@ class TransitionKeys(AutomaticKeys):
         MODEL_NAME,
         "What reports and traces call the transition.",
         absent="`start_<operation>`, `complete_<operation>`, `fail_<operation>`",
-        source=lambda named: None if named.transition.name == named.default_name else named.transition.name,
+        source=lambda transition: transition.name or None,
     )
-
-    @classmethod
-    def write(cls, value: object) -> dict[str, Data]:
-        """Return the data of a transition, with its name if that is not the default."""
-        assert isinstance(value, _NamedTransition)  # noqa: S101 - operations give nothing else
-        return {**cls.name.entry(value), **AutomaticKeys.write(value.transition)}
 
 
 class OperationKeys(Keys):
@@ -119,18 +122,18 @@ class OperationKeys(Keys):
         MappingType(TransitionKeys, "transition"),
         "The transition that starts the operation.",
         required=True,
-        source=lambda operation: _NamedTransition(operation.pre, f"start_{operation.name}"),
+        source=_transition("pre", "start"),
     )
     post = Key(
         MappingType(TransitionKeys, "transition"),
         "The transition that completes the operation.",
         required=True,
-        source=lambda operation: _NamedTransition(operation.post, f"complete_{operation.name}"),
+        source=_transition("post", "complete"),
     )
     failed = Key(
         MappingType(TransitionKeys, "transition"),
         "A transition that makes the executing operation fail.",
-        source=lambda operation: operation.failed and _NamedTransition(operation.failed, f"fail_{operation.name}"),
+        source=_transition("failed", "fail"),
     )
     timedout = Key(
         _ACTIONS,

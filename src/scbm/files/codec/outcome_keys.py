@@ -79,7 +79,6 @@ _TIMES = ScalarType(
 _DELIVERY = ScalarOrListType(
     f"`lost`, duration, or list of up to {MAX_COPIES} durations",
     "`lost`, a duration, or a list of durations",
-    "a duration such as `10 ms`",
     {
         "description": "`lost`, how long it is under way, or that of each copy that arrives.",
         "anyOf": [
@@ -88,6 +87,7 @@ _DELIVERY = ScalarOrListType(
             {"type": "array", "items": {"type": "string", "pattern": DURATION_PATTERN}},
         ],
     },
+    "a duration such as `10 ms`",
     _read_delivery,
     _delivery_data,
 )
@@ -200,7 +200,7 @@ class RuleReader:
         self._measures = {resource.name: resource.measures for resource in reader.scope.resources.values()}
         self._operations = reader.scope.operations
 
-    def rules(self, entries: Iterable[Entry[OutcomeKeys | None]]) -> tuple[Forced, ...]:
+    def rules(self, entries: Iterable[Entry[OutcomeKeys]]) -> tuple[Forced, ...]:
         """Return the rules, in the order of the file; only good if the report is empty afterwards."""
         rules: list[Forced] = []
         for entry in entries:
@@ -210,7 +210,7 @@ class RuleReader:
             rules += read(entry.name, OutcomeKeys(entry.node, self._reader))
         return tuple(rules)
 
-    def _check_subject(self, entry: Entry[OutcomeKeys | None]) -> None:
+    def _check_subject(self, entry: Entry[OutcomeKeys]) -> None:
         subject = entry.name
         if subject in self._measures and subject in self._operations:
             message = f"the model has a resource `{subject}` and an operation `{subject}`"

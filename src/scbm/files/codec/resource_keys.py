@@ -39,8 +39,8 @@ _DEFAULT = Simulation()
 _DURATIONS = ScalarListType(
     "list of durations",
     "a list of durations",
-    "a duration such as `10 s`",
     {"type": "array", "items": DURATION_SCHEMA},
+    "a duration such as `10 s`",
     node_of,
 )
 _DURATION_NODE = ScalarType("duration", "a duration such as `10 s`", DURATION_SCHEMA, scalar_node)

@@ -172,10 +172,8 @@ class ServiceKeys(Keys):
     def _measured(self, resource: Resource, kind: ServiceType) -> Iterator[tuple[str, Reading]]:
         fields = _ServiceFields(f"a response of `{kind.name}`", dict(kind.response))
         for entry in self.measured or ():
-            field = entry.value.field_node if entry.value is not None else None
-            if entry.value is None or field is None or field.text is None:
-                continue
-            if self._is_field(field.text, fields, field.place):
+            field = entry.value.field_node
+            if field is not None and field.text is not None and self._is_field(field.text, fields, field.place):
                 reading = entry.value.reading(entry.name, resource, fields.types[field.text], entry.place)
                 yield field.text, reading
 

@@ -144,7 +144,6 @@ def read_values(reader: ValueReader, node: YamlNode, domain: Domain, name: str) 
 DOMAIN = ScalarOrListType(
     "domain",
     "`bool`, a list of symbols such as `[open, closed]`, or a range such as `0..5`",
-    "a symbol",
     {
         "description": "`bool`, a list of symbols, or an integer range `lo..hi`.",
         "anyOf": [
@@ -153,14 +152,15 @@ DOMAIN = ScalarOrListType(
             {"type": "array", "items": {"type": "string"}, "minItems": 1, "uniqueItems": True},
         ],
     },
+    "a symbol",
     read_domain,
     domain_data,
 )
 VALUES = ScalarOrListType(
     "`any` or a list of values",
     "`any` or a list of values",
-    "a value",
     {"anyOf": [{"const": "any"}, {"type": "array", "items": SCALAR_SCHEMA, "minItems": 1}]},
+    "a value",
     node_of,
     list,
 )
