@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.store.store_schema import APPLICATION_ID, FROM_VERSION_1, TABLES, VERSION, VERSION_1_AS_2
+from scbm.store.store_schema import APPLICATION_ID, creation, newest_version, shown_as_newest, upgrade
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -78,19 +78,18 @@ def _prepare(connection: sqlite3.Connection, path: Path) -> None:
 def make_tables(connection: sqlite3.Connection) -> None:
     """The newest tables, also where there are none or older ones; to be called in the transaction that fills them."""
     version = _version(connection)
-    if version == VERSION:
+    if version == newest_version():
         return
     connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
-    connection.execute(f"PRAGMA user_version = {VERSION}")
-    for statement in FROM_VERSION_1 if version else TABLES:
+    connection.execute(f"PRAGMA user_version = {newest_version()}")
+    for statement in upgrade(version) if version else creation():
         connection.execute(statement)
 
 
 def show_as_newest(connection: sqlite3.Connection) -> None:
     """Shows older tables as the newest ones, for reading alone, until the moment ends in which this is called."""
-    if _version(connection) < VERSION:
-        for statement in VERSION_1_AS_2:
-            connection.execute(statement)
+    for statement in shown_as_newest(_version(connection)):
+        connection.execute(statement)
 
 
 def _version(connection: sqlite3.Connection) -> int:
@@ -213,8 +212,9 @@ def has_tables(connection: sqlite3.Connection, path: Path) -> bool:
         raise _not_a_store(path)
     if version < 1:
         raise _damaged(path, "its version is missing")
-    if version > VERSION:
-        message = f"this store was written by a newer scbm: its version is {version}, and this scbm knows {VERSION}"
+    newest = newest_version()
+    if version > newest:
+        message = f"this store was written by a newer scbm: its version is {version}, and this scbm knows {newest}"
         raise problem(Slug.STORE_NEWER, path, message, "update scbm")
     return True
 

@@ -1,68 +1,168 @@
-"""The tables of a store. `docs/reference/coverage-store.md` describes every column; a change is a new version."""
+"""The tables of a store. Each column is declared once: SQL, upgrades of older stores and inserted values follow.
+
+A column that is new in a version says so by `since`; the version of the tables is the newest of these.
+"""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 APPLICATION_ID = 0x5343424D
 """`SCBM` in ASCII; SQLite keeps it in the header of the file."""
 
-VERSION = 2
-"""The version of these tables, which SQLite keeps in the header as `user_version`."""
 
-TABLES = (
-    """CREATE TABLE model (
-        id INTEGER PRIMARY KEY,
-        digest TEXT NOT NULL UNIQUE,
-        name TEXT NOT NULL,
-        text TEXT NOT NULL,
-        is_current INTEGER NOT NULL
-    )""",
-    """CREATE TABLE obligation (
-        bit INTEGER PRIMARY KEY,
-        name TEXT NOT NULL UNIQUE,
-        counts INTEGER NOT NULL
-    )""",
-    """CREATE TABLE source (
-        id INTEGER PRIMARY KEY,
-        digest TEXT NOT NULL UNIQUE,
-        path TEXT NOT NULL,
-        text TEXT NOT NULL
-    )""",
-    """CREATE TABLE run (
-        id INTEGER PRIMARY KEY,
-        token TEXT NOT NULL UNIQUE,
-        started TEXT NOT NULL,
-        command TEXT NOT NULL,
-        model INTEGER NOT NULL REFERENCES model,
-        source INTEGER NOT NULL REFERENCES source,
-        visited BLOB NOT NULL,
-        cases INTEGER NOT NULL,
-        failed INTEGER NOT NULL,
-        is_finished INTEGER NOT NULL,
-        nodes TEXT
-    )""",
-    """CREATE TABLE setting (
-        id INTEGER PRIMARY KEY,
-        options TEXT NOT NULL UNIQUE
-    )""",
-    """CREATE TABLE test_case (
-        key BLOB PRIMARY KEY,
-        name TEXT NOT NULL,
-        goal TEXT NOT NULL,
-        model INTEGER NOT NULL REFERENCES model,
-        run INTEGER NOT NULL REFERENCES run,
-        position INTEGER NOT NULL,
-        setting INTEGER NOT NULL REFERENCES setting,
-        seed TEXT,
-        number INTEGER,
-        text TEXT,
-        path TEXT,
-        ended TEXT NOT NULL,
-        failures TEXT,
-        ended_ns INTEGER NOT NULL,
-        requests INTEGER NOT NULL,
-        visited BLOB NOT NULL,
-        log BLOB
-    ) WITHOUT ROWID""",
+@dataclass(frozen=True, slots=True)
+class StoreColumn:
+    """A column of a table.
+
+    Attributes:
+        name: its name.
+        type: its SQL type, with constraints. A column that is added later can have none that its default breaks.
+        comment: what it holds.
+        since: the first version of the tables that has it.
+        default: SQL of the value in rows that older versions wrote.
+        value: what a new row gets, from its `CaseRow` or `Run`; `None` for columns that `store_tables` fills itself.
+    """
+
+    name: str
+    type: str
+    comment: str
+    since: int = 1
+    default: str = "NULL"
+    value: Callable[[Any], object] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class StoreTable:
+    """A table.
+
+    Attributes:
+        comment: what its rows are.
+        columns: in their order.
+        without_rowid: whether rows are kept in the order of their primary key.
+    """
+
+    comment: str
+    columns: tuple[StoreColumn, ...]
+    without_rowid: bool = False
+
+    @property
+    def computed(self) -> dict[str, Callable[[Any], object]]:
+        """The columns whose values are computed from a row, by their names."""
+        return {column.name: column.value for column in self.columns if column.value is not None}
+
+    def statement(self, name: str) -> str:
+        """Return the SQL that makes the table."""
+        columns = ",\n".join(f"        {column.name} {column.type}" for column in self.columns)
+        return f"CREATE TABLE {name} (\n{columns}\n    ){' WITHOUT ROWID' if self.without_rowid else ''}"
+
+    def newer(self, version: int) -> tuple[StoreColumn, ...]:
+        """Return the columns that tables of an older version lack."""
+        return tuple(column for column in self.columns if column.since > version)
+
+
+TABLES: dict[str, StoreTable] = {
+    "model": StoreTable(
+        "The models on which cases were run: the current one, and earlier ones after combining across edits.",
+        (
+            StoreColumn("id", "INTEGER PRIMARY KEY", "the number of the row"),
+            StoreColumn("digest", "TEXT NOT NULL UNIQUE", "SHA-256 of `text`"),
+            StoreColumn("name", "TEXT NOT NULL", "the name of the model"),
+            StoreColumn("text", "TEXT NOT NULL", "the whole model, as `scbm` writes it"),
+            StoreColumn("is_current", "INTEGER NOT NULL", "1 for the current model, else 0"),
+        ),
+    ),
+    "obligation": StoreTable(
+        "The obligations of the current model.",
+        (
+            StoreColumn("bit", "INTEGER PRIMARY KEY", "the place of the obligation in sets, from 0"),
+            StoreColumn("name", "TEXT NOT NULL UNIQUE", "`OPERATION/ASPECT`, or `automatic/TRANSITION`"),
+            StoreColumn("counts", "INTEGER NOT NULL", "1 if it counts in the figure, 0 for `queued`"),
+        ),
+    ),
+    "source": StoreTable(
+        "Model files as they were, with comments and layout, to mark their lines.",
+        (
+            StoreColumn("id", "INTEGER PRIMARY KEY", "the number of the row"),
+            StoreColumn("digest", "TEXT NOT NULL UNIQUE", "SHA-256 of path and text"),
+            StoreColumn("path", "TEXT NOT NULL", "the file, as the command line named it"),
+            StoreColumn("text", "TEXT NOT NULL", "the content of the file"),
+        ),
+    ),
+    "run": StoreTable(
+        "Commands that added cases.",
+        (
+            StoreColumn("id", "INTEGER PRIMARY KEY", "the number of the row"),
+            StoreColumn("token", "TEXT NOT NULL UNIQUE", "32 hexadecimal digits, unique among all runs"),
+            StoreColumn("started", "TEXT NOT NULL", "when the run began, UTC, as `2026-11-21T12:00:00.000000Z`"),
+            StoreColumn("command", "TEXT NOT NULL", "the command line"),
+            StoreColumn("model", "INTEGER NOT NULL REFERENCES model", "the model that was tested: a row of `model`"),
+            StoreColumn("source", "INTEGER NOT NULL REFERENCES source", "the file of that model: a row of `source`"),
+            StoreColumn(
+                "visited", "BLOB NOT NULL", "the set of obligations that the cases of the run visited together"
+            ),
+            StoreColumn("cases", "INTEGER NOT NULL", "the number of cases that the run has added so far"),
+            StoreColumn("failed", "INTEGER NOT NULL", "the number of these cases that failed"),
+            StoreColumn(
+                "is_finished",
+                "INTEGER NOT NULL",
+                "1 if the run has ended; 0 if it is running, was killed, or lost a case",
+            ),
+            StoreColumn(
+                "nodes", "TEXT", "where its cases ran, such as `over DDS domain 0`; null for simulation", since=2
+            ),
+        ),
+    ),
+    "setting": StoreTable(
+        "The options of the command line beside cases.",
+        (
+            StoreColumn("id", "INTEGER PRIMARY KEY", "the number of the row"),
+            StoreColumn(
+                "options",
+                "TEXT NOT NULL UNIQUE",
+                "JSON: `network`, `requirements`, `time_limit_ns`, and over nodes `real`",
+            ),
+        ),
+    ),
+    "test_case": StoreTable(
+        "Cases, each once.",
+        (
+            StoreColumn("key", "BLOB PRIMARY KEY", "16 bytes of the SHA-256 of model and case"),
+            StoreColumn("name", "TEXT NOT NULL", "the name of the case; several cases can have the same"),
+            StoreColumn("goal", "TEXT NOT NULL", "the name of its goal, or its predicate"),
+            StoreColumn(
+                "model", "INTEGER NOT NULL REFERENCES model", "the model on which it was run: a row of `model`"
+            ),
+            StoreColumn("run", "INTEGER NOT NULL REFERENCES run", "the latest run that had the case: a row of `run`"),
+            StoreColumn("position", "INTEGER NOT NULL", "its place in that run, from 1"),
+            StoreColumn(
+                "setting",
+                "INTEGER NOT NULL REFERENCES setting",
+                "the options of the command line beside it: a row of `setting`",
+            ),
+            StoreColumn("seed", "TEXT", "of a random case: the seed, in decimal digits"),
+            StoreColumn("number", "INTEGER", "of a random case: its number, from 1"),
+            StoreColumn("text", "TEXT", "of a written case: the case as YAML"),
+            StoreColumn("path", "TEXT", "of a written case: its file, as the command line named it"),
+            StoreColumn("ended", "TEXT NOT NULL", "the end of its run, such as `reached`"),
+            StoreColumn("failures", "TEXT", "JSON, if it failed: a list of kind, subject and message"),
+            StoreColumn("ended_ns", "INTEGER NOT NULL", "the duration of its run, in nanoseconds of the run"),
+            StoreColumn("requests", "INTEGER NOT NULL", "the number of requests that it sent"),
+            StoreColumn("visited", "BLOB NOT NULL", "the set of obligations that it visited"),
+            StoreColumn(
+                "log", "BLOB", "of a run over nodes: its log, compressed as by zlib; null for simulation", since=2
+            ),
+        ),
+        without_rowid=True,
+    ),
+}
+"""The tables by name, each behind those that it refers to."""
+
+_VIEWS = (
     # the half of the byte that has the bit, as a hexadecimal digit, as a number, shifted; blobs know no arithmetic
     """CREATE VIEW visit AS
         SELECT test_case.name AS test_case, obligation.name AS obligation
@@ -73,14 +173,38 @@ TABLES = (
         ) - 1) >> (obligation.bit % 4)) & 1""",
 )
 
-FROM_VERSION_1 = (
-    "ALTER TABLE run ADD COLUMN nodes TEXT",
-    "ALTER TABLE test_case ADD COLUMN log BLOB",
-)
-"""What makes the tables of version 1, which did not tell runs over nodes from simulated ones, those of version 2."""
 
-VERSION_1_AS_2 = (
-    "CREATE TEMP VIEW run AS SELECT *, NULL AS nodes FROM main.run",
-    "CREATE TEMP VIEW test_case AS SELECT *, NULL AS log FROM main.test_case",
-)
-"""What shows the one as the other to a single connection: names of its own stand before those of the file."""
+def newest_version() -> int:
+    """Return the version of these tables, which SQLite keeps in the header as `user_version`."""
+    return max(column.since for table in TABLES.values() for column in table.columns)
+
+
+def creation() -> list[str]:
+    """Return the SQL that makes the tables and views."""
+    return [*(table.statement(name) for name, table in TABLES.items()), *_VIEWS]
+
+
+def upgrade(version: int) -> list[str]:
+    """Return the SQL that adds the columns which tables of an older version lack."""
+    return [
+        f"ALTER TABLE {name} ADD COLUMN {column.name} {column.type}"
+        + ("" if column.default == "NULL" else f" DEFAULT {column.default}")
+        for name, table in TABLES.items()
+        for column in table.newer(version)
+    ]
+
+
+def shown_as_newest(version: int) -> list[str]:
+    """Return the SQL that shows tables of an older version as the newest ones, to a connection that only reads.
+
+    The names of a connection stand before those of the file.
+    """
+    added = {
+        name: "".join(f", {column.default} AS {column.name}" for column in table.newer(version))
+        for name, table in TABLES.items()
+    }
+    return [
+        f"CREATE TEMP VIEW {name} AS SELECT *{more} FROM main.{name}"  # noqa: S608 - our own names
+        for name, more in added.items()
+        if more
+    ]

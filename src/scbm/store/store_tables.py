@@ -13,6 +13,7 @@ from scbm.cases.trace import End
 from scbm.files import digest_of, write_model
 from scbm.store.compressed_logs import unpacked_log
 from scbm.store.history import Drawn, ModelSource, Recipe, StoredRun, Written
+from scbm.store.store_schema import TABLES
 from scbm.testing import Failure, FailureKind, Verdict
 
 if TYPE_CHECKING:
@@ -202,6 +203,7 @@ class Tables:
                 " is_finished = max(is_finished, ?) WHERE id = ?",
                 (self._bytes(run.visited | _set(row[1])), run.cases, run.failed, run.is_finished, row[0]),
             )
+        self._compute("run", "token", run.id, run)
         return self._id("run", "token", run.id)
 
     def _put_source(self, source: ModelSource) -> int:
@@ -232,6 +234,7 @@ class Tables:
         known = self._connection.execute(query, (case.key,)).fetchone()
         if known is None:
             self._insert(case)
+            self._compute("test_case", "key", case.key, case)
             return
         visited, *before = known
         union = self._bytes(_set(visited) | case.visited)
@@ -239,6 +242,7 @@ class Tables:
         moment = self._connection.execute("SELECT started, token FROM run WHERE id = ?", (case.run,)).fetchone()
         if (*moment, case.position) > tuple(before):
             self._update(case)
+            self._compute("test_case", "key", case.key, case)
 
     def _insert(self, case: CaseRow) -> None:
         recipe = case.recipe
@@ -261,6 +265,12 @@ class Tables:
             " ended = ?, failures = ?, ended_ns = ?, requests = ?, log = ? WHERE key = ?",
             (case.run, case.position, path, *_ended(case), case.log, case.key),
         )
+
+    def _compute(self, table: str, key: str, value: object, row: CaseRow | StoredRun) -> None:
+        """Fill the columns of a row whose values are computed from it."""
+        for column, compute in TABLES[table].computed.items():
+            statement = f"UPDATE {table} SET {column} = ? WHERE {key} = ?"  # noqa: S608 - our own columns
+            self._connection.execute(statement, (compute(row), value))
 
     def _setting(self, network: str, recipe: Recipe) -> int:
         """The id of what the command line said beside a case."""
