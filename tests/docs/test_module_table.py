@@ -12,7 +12,8 @@ ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "scbm"
 PAGE = ROOT / "docs" / "explanation" / "architecture.md"
 BEGIN, END = "<!-- module table -->\n", "<!-- end of module table -->\n"
-DEPRECATED = {"notation", "strategies"}  # packages that only forward old imports
+TEXT = PAGE.read_text(encoding="utf-8").partition(BEGIN)[0]
+PATHS = sorted(set(re.findall(r"`([a-z_]+/[a-z_/]*(?:\.py)?)`", TEXT)))
 
 
 def summary(path: Path) -> str:
@@ -25,7 +26,7 @@ def summary(path: Path) -> str:
 def packages() -> list[Path]:
     """Return the packages of the project as directories, each followed by those inside it."""
     found = sorted(path.parent.relative_to(SOURCE) for path in SOURCE.rglob("__init__.py"))
-    return [SOURCE / path for path in found if path.parts and path.parts[0] not in DEPRECATED]
+    return [SOURCE / path for path in found if path.parts]
 
 
 def module_table() -> str:
@@ -54,3 +55,8 @@ def test_the_table_on_the_page_is_that_of_the_source(request: pytest.FixtureRequ
 @pytest.mark.parametrize("path", sorted(SOURCE.rglob("*.py")), ids=lambda path: path.relative_to(SOURCE).as_posix())
 def test_every_module_has_a_summary(path: Path) -> None:
     assert summary(path)
+
+
+@pytest.mark.parametrize("name", PATHS)
+def test_every_path_that_the_page_names_exists(name: str) -> None:
+    assert (SOURCE / name).exists()
