@@ -6,8 +6,7 @@ is from its `severity`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, assert_never
+from typing import TYPE_CHECKING, NamedTuple, assert_never
 
 from scbm.cases.trace.records import (
     AutomaticTaken,
@@ -41,8 +40,7 @@ NUMBER = "{}"
 """The placeholder for the number of a request or a question, so that the words are the same for all of them."""
 
 
-@dataclass(frozen=True, slots=True)
-class Sentence:
+class Sentence(NamedTuple):
     """What a record says, in a long and in a short form; neither has its time or the variables that it changed.
 
     Attributes:

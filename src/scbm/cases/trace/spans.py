@@ -6,7 +6,7 @@ pass over the records. A viewer draws spans and does not match on records to fin
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, assert_never
 
@@ -31,7 +31,7 @@ from scbm.cases.trace.records import (
     RunStarted,
 )
 from scbm.model import OperationState
-from scbm.model.variables import CURRENT_NAME, NO_OPERATION
+from scbm.model.variables import NO_OPERATION
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -180,19 +180,19 @@ def spans_of(records: Sequence[Record], end_ns: int | None = None, holds: Mappin
 
 
 class _SpanBuilder:
-    """Opens and closes spans, record by record.
+    """Collects the spans of a run, record by record.
 
-    At most one operation and one plan are open at a time, and one request for each resource.
+    At most one operation and one plan are open at a time, and one request for each resource. An open span is the record
+    that began it with its index.
     """
 
     def __init__(self, end_ns: int, holds: Mapping[str, int]) -> None:
         self._end_ns = end_ns
         self._holds = holds
         self._current = NO_OPERATION
-        self._operation: OperationSpan | None = None
-        self._plan: PlanningSpan | PlanSpan | None = None
-        self._requests: dict[str, RequestSpan] = {}
-        self._of_operation: dict[str, None] = {}  # the resources with a request since the operation began to execute
+        self._operation: tuple[int, OperationStepped] | None = None
+        self._plan: tuple[int, PlanAsked | PlanReceived] | None = None
+        self._requests: dict[str, _OpenRequest] = {}
         self._operations: list[OperationSpan] = []
         self._ended_requests: list[RequestSpan] = []
         self._plans: list[PlanningSpan | PlanSpan] = []
@@ -200,31 +200,30 @@ class _SpanBuilder:
 
     def add(self, index: int, record: Record) -> None:  # noqa: C901, PLR0912 - one case for each kind of record
         """Add the record at `index` of the run."""
-        for name, value in record.changes:
-            if name == CURRENT_NAME:
-                self._current = str(value)
         match record:
-            case PlanAsked() | PlanReceived():
-                self._end_plan(index, record)
-                self._begin_plan(index, record)
             case OperationStepped():
                 self._step(index, record)
+            case RequestSent():
+                self._requests[record.resource] = _OpenRequest(index, record, self._current)
+            case ReplyReceived(succeeded=succeeded):
+                self._end_request(index, record, RequestOutcome.SUCCEEDED if succeeded else RequestOutcome.FAILED)
+            case RequestCancelled():
+                self._end_request(index, record, RequestOutcome.CANCELLED)
+            case BecameCurrent():
+                self._current = record.operation
             case AutomaticTaken():
                 if record.failed is not None:
                     self._end_operation(index, record.at_ns, OperationState.FAILED)
-            case RequestSent():
-                self._send(index, record)
-            case RequestCancelled():
-                self._end_request(index, record, RequestOutcome.CANCELLED)
-            case ReplyReceived(succeeded=succeeded):
-                outcome = RequestOutcome.SUCCEEDED if succeeded else RequestOutcome.FAILED
-                self._end_request(index, record, outcome)
+            case PlanAsked() | PlanReceived():
+                self._end_plan(index, record)
+                self._plan = index, record
             case InjectionApplied() | ResourceChanged():
                 self._inject(index, record)
             case RunEnded():
                 self._end_plan(index, record)
                 self._end_operation(index, record.at_ns, None)
-            case RunStarted() | PlanDropped() | BecameCurrent() | ReplyDropped() | MessageDisturbed() | PutBack():
+                self._current = NO_OPERATION
+            case RunStarted() | PlanDropped() | ReplyDropped() | MessageDisturbed() | PutBack():
                 pass
             case MeasurementReceived() | MeasurementRefused():
                 pass
@@ -234,9 +233,8 @@ class _SpanBuilder:
     def finished(self, count: int) -> RunSpans:
         """Return all spans of a run with `count` records; what is open ends with the run."""
         self._end_operation(count, self._end_ns, None)
-        if self._plan is not None:
-            self._plans.append(replace(self._plan, end_ns=self._end_ns, end_record=count))
-        unanswered = [replace(sent, end_ns=self._end_ns, end_record=count) for sent in self._requests.values()]
+        self._end_plan(count, None)
+        unanswered = [each.span(count, self._end_ns, RequestOutcome.UNANSWERED) for each in self._requests.values()]
         return RunSpans(
             tuple(self._operations),
             (*self._ended_requests, *unanswered),
@@ -244,65 +242,75 @@ class _SpanBuilder:
             tuple(self._faults.values()),
         )
 
-    def _begin_plan(self, index: int, record: PlanAsked | PlanReceived) -> None:
-        open_ended = {"begin_ns": record.at_ns, "end_ns": self._end_ns, "begin_record": index, "end_record": index}
-        if isinstance(record, PlanAsked):
-            self._plan = PlanningSpan(ask=record.ask, status=None, **open_ended)
+    def _end_plan(self, index: int, record: PlanAsked | PlanReceived | RunEnded | None) -> None:
+        """End the open plan, or the open question, before `record` or at the end of the run."""
+        if self._plan is None:
+            return
+        begin_record, begun = self._plan
+        begin_ns, end_ns = begun.at_ns, self._end_ns if record is None else record.at_ns
+        answer = record if isinstance(record, PlanReceived) and record.ask == begun.ask else None
+        if isinstance(begun, PlanReceived):
+            span: PlanningSpan | PlanSpan = PlanSpan(
+                begin_ns=begin_ns,
+                end_ns=end_ns,
+                begin_record=begin_record,
+                end_record=index,
+                ask=begun.ask,
+                status=begun.status,
+                plan=begun.plan,
+            )
         else:
-            self._plan = PlanSpan(ask=record.ask, status=record.status, plan=record.plan, **open_ended)
-
-    def _end_plan(self, index: int, record: PlanAsked | PlanReceived | RunEnded) -> None:
-        plan = self._plan
-        if isinstance(plan, PlanningSpan) and isinstance(record, PlanReceived) and plan.ask == record.ask:
-            plan = replace(plan, status=record.status)
-        if plan is not None:
-            self._plans.append(replace(plan, end_ns=record.at_ns, end_record=index))
+            span = PlanningSpan(
+                begin_ns=begin_ns,
+                end_ns=end_ns,
+                begin_record=begin_record,
+                end_record=index,
+                ask=begun.ask,
+                status=None if answer is None else answer.status,
+            )
+        self._plans.append(span)
         self._plan = None
 
     def _step(self, index: int, record: OperationStepped) -> None:
         self._end_operation(index, record.at_ns, record.target)
-        if record.target is OperationState.TIMEDOUT:
-            for resource in self._of_operation:
-                if resource in self._requests:
-                    self._requests[resource] = replace(self._requests[resource], missed_deadline=True)
-        if record.target is OperationState.EXECUTING:
-            self._of_operation.clear()
-        if record.target in (OperationState.DISABLED, OperationState.EXECUTING):
-            self._operation = OperationSpan(
-                begin_ns=record.at_ns,
-                end_ns=self._end_ns,
-                begin_record=index,
-                end_record=index,
-                operation=record.operation,
-                state=record.target,
-                outcome=None,
-            )
+        match record.target:
+            case OperationState.TIMEDOUT:
+                for request in self._requests.values():
+                    request.missed_deadline |= request.is_of_operation
+            case OperationState.EXECUTING:
+                for request in self._requests.values():
+                    request.is_of_operation = False
+                self._operation = index, record
+            case OperationState.DISABLED:
+                self._operation = index, record
+            case OperationState.INITIAL:
+                self._current = NO_OPERATION
+            case OperationState.COMPLETED | OperationState.FAILED:
+                pass
+            case _:
+                assert_never(record.target)
 
     def _end_operation(self, index: int, at_ns: int, outcome: OperationState | None) -> None:
-        if self._operation is not None:
-            self._operations.append(replace(self._operation, end_ns=at_ns, end_record=index, outcome=outcome))
+        if self._operation is None:
+            return
+        begin_record, begun = self._operation
+        self._operations.append(
+            OperationSpan(
+                begin_ns=begun.at_ns,
+                end_ns=at_ns,
+                begin_record=begin_record,
+                end_record=index,
+                operation=begun.operation,
+                state=begun.target,
+                outcome=outcome,
+            )
+        )
         self._operation = None
 
-    def _send(self, index: int, record: RequestSent) -> None:
-        self._of_operation[record.resource] = None
-        self._requests[record.resource] = RequestSpan(
-            begin_ns=record.at_ns,
-            end_ns=self._end_ns,
-            begin_record=index,
-            end_record=index,
-            request=record.request,
-            resource=record.resource,
-            payload=record.payload,
-            operation=self._current,
-            outcome=RequestOutcome.UNANSWERED,
-            missed_deadline=False,
-        )
-
     def _end_request(self, index: int, record: ReplyReceived | RequestCancelled, outcome: RequestOutcome) -> None:
-        sent = self._requests.pop(record.resource, None)
-        if sent is not None:
-            ended = replace(sent, end_ns=record.at_ns, end_record=index, outcome=outcome)
-            self._ended_requests.append(ended)
+        request = self._requests.pop(record.resource, None)
+        if request is not None:
+            self._ended_requests.append(request.span(index, record.at_ns, outcome))
 
     def _inject(self, index: int, record: InjectionApplied | ResourceChanged) -> None:
         """Add a fault; only the first record of an injection, as the next one puts it back."""
@@ -312,11 +320,10 @@ class _SpanBuilder:
         if name in self._faults:
             return
         hold_ns = self._holds.get(name)
-        end_ns = record.at_ns if hold_ns is None else min(record.at_ns + hold_ns, self._end_ns)
         changed = record if isinstance(record, ResourceChanged) else None
         self._faults[name] = FaultSpan(
             begin_ns=record.at_ns,
-            end_ns=end_ns,
+            end_ns=record.at_ns if hold_ns is None else min(record.at_ns + hold_ns, self._end_ns),
             begin_record=index,
             end_record=index,
             injection=name,
@@ -324,4 +331,38 @@ class _SpanBuilder:
             condition=None if changed is None else changed.condition,
             changes=record.changes,
             is_held=hold_ns is not None,
+        )
+
+
+@dataclass(slots=True)
+class _OpenRequest:
+    """A request in flight.
+
+    Attributes:
+        index: the index of the record that sent it.
+        sent: that record.
+        operation: the operation that was current then.
+        is_of_operation: whether no operation has begun to execute since, so that the executing one has sent it.
+        missed_deadline: whether that operation has timed out.
+    """
+
+    index: int
+    sent: RequestSent
+    operation: str
+    is_of_operation: bool = True
+    missed_deadline: bool = False
+
+    def span(self, index: int, at_ns: int, outcome: RequestOutcome) -> RequestSpan:
+        """Return the span of the request, ended by the record at `index`."""
+        return RequestSpan(
+            begin_ns=self.sent.at_ns,
+            end_ns=at_ns,
+            begin_record=self.index,
+            end_record=index,
+            request=self.sent.request,
+            resource=self.sent.resource,
+            payload=self.sent.payload,
+            operation=self.operation,
+            outcome=outcome,
+            missed_deadline=self.missed_deadline,
         )

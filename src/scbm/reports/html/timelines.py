@@ -105,7 +105,7 @@ class _Packer:
     """Assigns indices to the texts, steps and variables of runs."""
 
     def __init__(self, model: BehaviorModel) -> None:
-        self._model = model
+        self._nominal_state = model.nominal_state
         self._texts: dict[str, int] = {}
         self._positions = {name: position for position, name in enumerate(model.running_space.names)}
         self._nominal = {variable.name: variable.initial for variable in model.running_space}
@@ -134,7 +134,7 @@ class _Packer:
             return None
         records, spans = execution.trace.records, execution.spans
         times = [record.at_ns for record in records]
-        sentences = [sentence_of(record, self._model.nominal_state) for record in records]
+        sentences = [sentence_of(record, self._nominal_state) for record in records]
         packed = [self._step(record, sentence) for record, sentence in zip(records, sentences, strict=True)]
         return {
             "steps": [_number(steps, step) for step in packed],

@@ -9,6 +9,7 @@ import pytest
 
 from scbm.cases.trace import (
     AutomaticTaken,
+    BecameCurrent,
     FaultSpan,
     InjectionApplied,
     OperationStepped,
@@ -130,10 +131,11 @@ def test_a_request_span_ends_with_its_outcome(
 
 
 def test_a_request_knows_the_operation_that_was_current() -> None:
-    current = step(0, INITIAL, EXECUTING)
-    taken = AutomaticTaken(0, "light", None, (("current.name", "scan"),))
-    assert [span.operation for span in spans_of([current, taken, sent(1)], 2).requests] == ["scan"]
+    current = BecameCurrent(0, "scan", ())
+    assert [span.operation for span in spans_of([current, sent(1)], 2).requests] == ["scan"]
     assert [span.operation for span in spans_of([sent(1)], 2).requests] == ["none"]
+    back = step(0, COMPLETED, INITIAL)
+    assert [span.operation for span in spans_of([current, back, sent(1)], 2).requests] == ["none"]
 
 
 def test_plans_and_the_waits_for_them_follow_each_other() -> None:
