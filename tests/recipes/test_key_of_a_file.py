@@ -1,0 +1,39 @@
+"""A key of case files, added as docs/how-to/recipes.md says."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from scbm.files.codec.case_keys import CaseKeys
+from support.recipe_page import Recipe, followed
+
+
+@pytest.fixture
+def recipe(tmp_path: Path) -> Iterator[Recipe]:
+    declared = dict(CaseKeys.declared)
+    with followed("A key of a file", tmp_path) as recipe:
+        yield recipe
+    CaseKeys.declared.clear()
+    CaseKeys.declared.update(declared)
+
+
+def test_a_new_key_is_accepted_checked_and_described(recipe: Recipe, scbm: Callable[..., Any], tmp_path: Path) -> None:
+    replay, schema = (recipe.in_directory(command, tmp_path) for command in recipe.commands)
+    assert scbm(*replay).code == 0
+    properties = json.loads(scbm(*schema).out)["properties"]
+    assert properties["author"] == {"description": "The author of the case.", "title": "Author", "type": "string"}
+    case = tmp_path / "author.yaml"
+    case.write_text(case.read_text(encoding="utf-8").replace("author: ada", "author: [ada]"), "utf-8")
+    assert "expected a name, found a list under `author`" in scbm(*replay).err
+
+
+def test_without_the_recipe_the_key_is_unknown(scbm: Callable[..., Any], tmp_path: Path) -> None:
+    case = tmp_path / "author.yaml"
+    case.write_text("case: with_author\nauthor: ada\ngoal: item_a_scanned\n", "utf-8")
+    replayed = scbm("replay", str(case), "--model", "examples/robot_in_the_air/before.yaml")
+    assert (replayed.code, "unknown key `author`" in replayed.err) == (2, True)
