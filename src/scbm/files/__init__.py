@@ -14,6 +14,7 @@ from scbm.files.codec.case_files import (
     write_case,
     write_network,
 )
+from scbm.files.codec.goal_editing import add_goals, with_goals
 from scbm.files.codec.key_reference import bindings_schema, case_schema, model_schema
 from scbm.files.codec.model_files import (
     Places,
@@ -31,8 +32,7 @@ from scbm.files.file_writer import FileWriter
 from scbm.files.language.expressions import parse_action, parse_predicate, parse_requirement, parse_state, parse_value
 from scbm.files.language.quantities import parse_duration, parse_share
 from scbm.files.language.scope import Scope, Where
-from scbm.files.language.spelling import nearest, suggestion
-from scbm.files.yaml.goal_editing import add_goals, with_goals
+from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.text_files import read_file
 
 __all__ = [

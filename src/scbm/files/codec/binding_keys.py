@@ -9,7 +9,7 @@ from scbm.files.codec.keys import Key, Keys
 from scbm.files.codec.reading_keys import MeasuredTopicKeys, read_variable_value
 from scbm.files.codec.ros_names import ROS_NAME, SharedNames
 from scbm.files.codec.service_keys import ServiceKeys, is_carried
-from scbm.files.language.spelling import suggestion
+from scbm.files.spelling import suggestion
 from scbm.model import Slug
 from scbm.model.bindings import Binding, MeasuredTopic, MessageType, ServiceCall, ServiceChoice, TopicPair
 from scbm.model.operations import Assign

@@ -33,7 +33,7 @@ from scbm.files.codec.network_keys import NetworkKeys, PartitionKeys, random_key
 from scbm.files.codec.outcome_keys import OutcomeKeys, RuleReader, RuleType, stretches_of
 from scbm.files.codec.value_reader import NAME, ValueReader
 from scbm.files.language.scope import Where
-from scbm.files.language.spelling import nearest, suggestion
+from scbm.files.spelling import nearest, suggestion
 from scbm.model import Slug
 from scbm.model.requirements import Requirement
 from scbm.model.values import format_value

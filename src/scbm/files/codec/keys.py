@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from inspect import cleandoc
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeAlias, TypeVar, overload
 
-from scbm.files.language.spelling import nearest, suggestion
+from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.yaml_writer import FlowMapping
 from scbm.model import Place, Slug
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from scbm.files.codec.key_types import DURATION, MODEL_NAME, MappingType, ScalarListType, node_of, predicate_type
 from scbm.files.codec.keys import DefaultKey, Key, Keys
 from scbm.files.language.scope import Where
-from scbm.files.language.spelling import nearest
+from scbm.files.spelling import nearest
 from scbm.model import Slug
 from scbm.model.operations import Operation, Transition
 from scbm.model.predicates import TRUE, Predicate

@@ -11,7 +11,7 @@ from scbm.cases import LOST, Delivery, Forced
 from scbm.files.codec.key_types import COUNT, TIME, VALUE, NamesType, ScalarOrListType, ScalarType, flow_list
 from scbm.files.codec.keys import DefaultKey, Key, Keys, KeyType
 from scbm.files.language.quantities import DURATION_PATTERN
-from scbm.files.language.spelling import nearest, suggestion
+from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.yaml_writer import FlowMapping
 from scbm.model import Slug
 from scbm.model.durations import format_duration

@@ -10,7 +10,7 @@ from scbm.files.codec.key_types import NAME_NODE, NamesType, ScalarOrMappingType
 from scbm.files.codec.keys import DefaultKey, Key, Keys
 from scbm.files.codec.ros_names import MESSAGE_TYPE, ROS_NAME, SharedNames
 from scbm.files.codec.value_reader import NAME, ValueReader
-from scbm.files.language.spelling import suggestion
+from scbm.files.spelling import suggestion
 from scbm.files.yaml.yaml_writer import Quoted
 from scbm.model import Place, Slug
 from scbm.model.bindings import FieldType, Interval, MeasuredTopic, MessageType, Reading

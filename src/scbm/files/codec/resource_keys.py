@@ -21,7 +21,7 @@ from scbm.files.codec.key_types import (
 )
 from scbm.files.codec.keys import DefaultKey, Key, Keys
 from scbm.files.codec.variable_keys import VALUES, read_values
-from scbm.files.language.spelling import suggestion
+from scbm.files.spelling import suggestion
 from scbm.model import Slug
 from scbm.model.durations import format_duration
 from scbm.model.resources import Latency, LatencyShape, Outcome, Resource, Simulation

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from scbm.files.codec.key_types import NamesType, ScalarOrMappingType, ScalarType, scalar_node
 from scbm.files.codec.keys import Key, Keys
-from scbm.files.language.spelling import nearest, suggestion
+from scbm.files.spelling import nearest, suggestion
 from scbm.model import Place, Slug
 from scbm.model.bindings import SET_BOOL, TRIGGER, FieldType, MessageType, ServiceType, TopicPair
 

@@ -9,7 +9,7 @@ from scbm.files.codec.key_types import NamesType, ScalarType, scalar_node
 from scbm.files.codec.keys import Key, Keys
 from scbm.files.codec.reading_keys import FIELD_READING, SCALAR_OF_MESSAGE, ResponseField, literal_data
 from scbm.files.codec.ros_names import ROS_NAME, SERVICE_TYPE, SharedNames
-from scbm.files.language.spelling import nearest, suggestion
+from scbm.files.spelling import nearest, suggestion
 from scbm.model import Slug
 from scbm.model.bindings import FieldType, ServiceCall
 from scbm.model.predicates import Reference

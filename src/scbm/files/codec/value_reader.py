@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from scbm.files.language.quantities import parse_duration, parse_share
 from scbm.files.language.resolver import Resolver
 from scbm.files.language.scope import Scope, Where
-from scbm.files.language.spelling import suggestion
+from scbm.files.spelling import suggestion
 from scbm.model import Place, Slug
 from scbm.model.predicates import FALSE, TRUE, Predicate, conjunction
 from scbm.model.values import Domain, Value, ValueKind, format_value, kind_of

@@ -9,7 +9,7 @@ from scbm.files.codec.key_types import SCALAR_SCHEMA, VALUE, ScalarOrListType, n
 from scbm.files.codec.keys import Key, Keys
 from scbm.files.codec.value_reader import NAME
 from scbm.files.language.grammar import keywords
-from scbm.files.language.spelling import nearest
+from scbm.files.spelling import nearest
 from scbm.model import Slug
 from scbm.model.values import Domain, Value, format_value
 from scbm.model.variables import Variable

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from scbm.files.language.resolver import Resolver
 from scbm.files.language.scope import Scope, Where
-from scbm.files.language.spelling import nearest, suggestion
+from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.text_files import ErrorCollector
 from scbm.model import InputError, Place, Slug
 from scbm.model.state import State

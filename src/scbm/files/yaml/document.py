@@ -24,7 +24,7 @@ from ruamel.yaml.events import (
     StreamEndEvent,
 )
 
-from scbm.files.language.spelling import nearest
+from scbm.files.spelling import nearest
 from scbm.files.yaml.source_text import Scalar, SourceText
 from scbm.files.yaml.yaml_faults import yaml_fault
 from scbm.model import Diagnostic, InputError, Place, Slug

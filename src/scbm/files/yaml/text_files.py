@@ -6,7 +6,7 @@ import re
 import shlex
 from typing import TYPE_CHECKING
 
-from scbm.files.language.spelling import nearest
+from scbm.files.spelling import nearest
 from scbm.files.yaml.document import YamlNode, read_document
 from scbm.files.yaml.source_text import SourceText
 from scbm.model import Diagnostic, InputError, Place, Slug
