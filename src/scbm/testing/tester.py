@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cases import Network, Recorded
 from scbm.cases.coverage import Obligations, visited_by
-from scbm.cases.trace import RunSpans, Trace, spans_of, write_trace
+from scbm.cases.trace import ResourceChanged, RunSpans, Trace, connection_sentence, sentence_of, spans_of, write_trace
 from scbm.running.simulation import Choices, DrawnReactions, PlainReactions, Simulator, leave_nothing_open
 from scbm.testing.campaign import CaseResult
 from scbm.testing.random_streams import message_stream, reaction_stream
@@ -17,10 +17,11 @@ from scbm.testing.unused_clauses import find_unused
 from scbm.testing.verdicts import Outcomes, Verdict, judge, lost
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from scbm.cases import Case, Reaction
-    from scbm.model import BehaviorModel
+    from scbm.cases.trace import Record, Sentence
+    from scbm.model import BehaviorModel, Value
     from scbm.nodes.log.event_log import EventLog
     from scbm.planning import PlanLimits
     from scbm.running import RunnerOptions
@@ -65,6 +66,18 @@ class Execution:
         """The spans of operations, requests, plans and faults in the run."""
         held = {each.name: each.hold_ns for each in self.case.injections if each.hold_ns is not None}
         return spans_of(self.trace.records, self.ended_ns, held)
+
+    def sentence(self, record: Record, nominal: Mapping[str, Value]) -> Sentence:
+        """Return the sentence for a record of the run; `nominal` is the nominal state of the model."""
+        if isinstance(record, ResourceChanged) and self._has_lost_or_found(record):
+            return connection_sentence(record)
+        return sentence_of(record, nominal)
+
+    def _has_lost_or_found(self, record: ResourceChanged) -> bool:
+        """Whether a resource was lost or came back with its node or driver, and not because the case says so."""
+        injections = [injection.name for injection in self.case.injections]
+        restarted = [restart.resource for restart in self.case.network.restarts]
+        return self.log is not None and record.injection not in injections and record.resource not in restarted
 
     @property
     def digest(self) -> str:

@@ -43,3 +43,5 @@ def test_a_resource_that_is_lost_with_its_node_is_told_apart_from_one_that_the_c
     execution = Tester(MODEL).judged(case, run, log.reactions, log if is_real else None)
     drawn = [str(line) for line in timeline(MODEL, execution, every=False)]
     assert [line[line.index("⚡") :] for line in drawn if "⚡" in line] == lines
+    nominal = MODEL.nominal_state
+    assert [f"⚡ {execution.sentence(record, nominal).text}" for record in (GONE, BACK)] == lines

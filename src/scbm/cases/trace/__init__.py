@@ -32,7 +32,15 @@ from scbm.cases.trace.records import (
     run_end,
     state_after,
 )
-from scbm.cases.trace.sentences import Sentence, assignments, differing, fate_of, fault_in, sentence_of
+from scbm.cases.trace.sentences import (
+    Sentence,
+    assignments,
+    connection_sentence,
+    differing,
+    fate_of,
+    fault_in,
+    sentence_of,
+)
 from scbm.cases.trace.spans import (
     FaultSpan,
     OperationSpan,
@@ -81,6 +89,7 @@ __all__ = [
     "Span",
     "Trace",
     "assignments",
+    "connection_sentence",
     "differing",
     "fate_of",
     "fault_in",

@@ -128,6 +128,13 @@ def fate_of(record: MessageDisturbed | ReplyDropped | MeasurementRefused) -> str
             assert_never(record)
 
 
+def connection_sentence(record: ResourceChanged) -> Sentence:
+    """Return the sentence for a resource that was lost, or came back, with its node or driver."""
+    if record.condition == "down":
+        return _same(f"{record.resource} is not reached: its node or driver is not there")
+    return _same(f"{record.resource} is reached now: its node or driver is there")
+
+
 def fault_in(record: Record) -> str | None:
     """Return a sentence about the fault that `record` shows, of a resource, the network or the tester; else `None`."""
     match record:

@@ -58,7 +58,6 @@ from scbm.cases.trace import (
     RunEnded,
     RunStarted,
     differing,
-    sentence_of,
 )
 from scbm.model import format_value
 from scbm.model.variables import Role
@@ -134,7 +133,7 @@ class _Packer:
             return None
         records, spans = execution.trace.records, execution.spans
         times = [record.at_ns for record in records]
-        sentences = [sentence_of(record, self._nominal_state) for record in records]
+        sentences = [execution.sentence(record, self._nominal_state) for record in records]
         packed = [self._step(record, sentence) for record, sentence in zip(records, sentences, strict=True)]
         return {
             "steps": [_number(steps, step) for step in packed],

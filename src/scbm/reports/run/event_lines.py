@@ -32,7 +32,6 @@ from scbm.cases.trace import (
     Severity,
     assignments,
     differing,
-    sentence_of,
 )
 from scbm.model import OperationState
 
@@ -131,10 +130,7 @@ class _EventLog:
             if self._in_a_row == _MAX_IN_A_ROW + 1:
                 yield line("│ ", "automatic", "… and more, without a pause")
             return
-        if isinstance(record, ResourceChanged) and _is_lost_or_found(record, self._execution):
-            yield line("⚡ ", _connection(record))
-            return
-        sentence = sentence_of(record, self._nominal)
+        sentence = self._execution.sentence(record, self._nominal)
         if sentence.label:
             yield line(_mark(record), sentence.numbered_label, sentence.outcome, self._changes(record))
         if isinstance(record, RunStarted):
@@ -182,20 +178,6 @@ def _mark(record: Record) -> str:
             return "│ "
         case _:
             assert_never(record)
-
-
-def _is_lost_or_found(record: ResourceChanged, execution: Execution) -> bool:
-    """Whether a resource was lost or came back with its node or driver, and not because the test case says so."""
-    case = execution.case
-    injections = [injection.name for injection in case.injections]
-    restarted = [restart.resource for restart in case.network.restarts]
-    return execution.log is not None and record.injection not in injections and record.resource not in restarted
-
-
-def _connection(record: ResourceChanged) -> str:
-    if record.condition == "down":
-        return f"{record.resource} is not reached: its node or driver is not there"
-    return f"{record.resource} is reached now: its node or driver is there"
 
 
 def _read(model: BehaviorModel) -> frozenset[str]:
