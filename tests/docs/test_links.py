@@ -47,3 +47,17 @@ def test_anchors_are_made_as_github_makes_them(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text("# The `scbm plan --json`\n\n```yaml\n# no heading\n```\n## 1 Values, states\n", encoding="utf-8")
     assert anchors(page) == {"the-scbm-plan---json", "1-values-states"}
+
+
+NAMED = [
+    (path.relative_to(ROOT), page)
+    for folder in ("src", "tests", "benchmarks", "examples")
+    for path in sorted((ROOT / folder).rglob("*"))
+    if path.suffix in {".py", ".yaml", ".c", ".rs"} and "target" not in path.parts
+    for page in re.findall(r"\bdocs/[\w/-]+\.md\b", path.read_text(encoding="utf-8", errors="replace"))
+]
+
+
+@pytest.mark.parametrize(("path", "page"), NAMED, ids=[f"{path}: {page}" for path, page in NAMED])
+def test_pages_that_code_and_messages_name_exist(path: Path, page: str) -> None:
+    assert (ROOT / page).is_file(), f"{path} names it"
