@@ -13,6 +13,7 @@ from scbm.files.codec.injection_keys import InjectionKeys, InjectionsReader
 from scbm.files.codec.key_types import (
     CASE_NAME_TYPE,
     COUNT,
+    PREDICATE_SCHEMA,
     REQUIREMENTS,
     TIME,
     VALUE,
@@ -26,7 +27,6 @@ from scbm.files.codec.key_types import (
     names_type,
     node_of,
     predicate_data,
-    predicate_type,
 )
 from scbm.files.codec.keys import DefaultKey, Key, Keys
 from scbm.files.codec.network_keys import NetworkKeys, PartitionKeys, random_keys
@@ -89,10 +89,6 @@ def _read_digest(reader: ValueReader, node: YamlNode, text: str) -> str:
     return text
 
 
-def _read_seed(reader: ValueReader, node: YamlNode, text: str) -> int | None:
-    return reader.whole_number(node, text)
-
-
 def _verdict_type(what: str) -> ScalarType[End]:
     """Return the type of the ends of runs, which messages call `what`."""
 
@@ -103,14 +99,8 @@ def _verdict_type(what: str) -> ScalarType[End]:
     return ScalarType("end of a run", "a verdict such as `reached`", {"enum": list(_VERDICT_WORDS)}, read, str)
 
 
-_FINAL_PREDICATES = predicate_type(Where.REQUIREMENT)
 _FINAL = ScalarOrListType(
-    "predicate, or list of them",
-    _FINAL_PREDICATES.expected,
-    _FINAL_PREDICATES.json,
-    _FINAL_PREDICATES.expected_element,
-    _read_final,
-    _final_data,
+    "predicate, or list of them", "a predicate", PREDICATE_SCHEMA, "a predicate", _read_final, _final_data
 )
 _OPERATIONS = names_type("list of operations", ValueReader.operations, flow_list)
 _OBLIGATIONS = names_type("list of obligations", node_of, lambda visits: flow_list(map(str, visits)))
@@ -130,7 +120,7 @@ class LimitsKeys(Keys):
     """When the runner gives up."""
 
     time = Key(
-        ScalarType(TIME.words, TIME.expected, TIME.json, _read_time_limit, TIME.writer),
+        replace(TIME, reader=_read_time_limit),
         "How long the runner may pursue the goal.",
         absent="that of the command",
         source="time_ns",
@@ -188,7 +178,7 @@ class DrawnKeys(Keys):
     in_flow = True
 
     seed = Key(
-        ScalarType("whole number", "a whole number", {"type": "integer"}, _read_seed),
+        ScalarType("whole number", "a whole number", {"type": "integer"}, ValueReader.whole_number),
         "The seed of the campaign.",
         required=True,
     )
@@ -246,16 +236,6 @@ class CaseToWrite(NamedTuple):
         return {name: value for name, value in self.case.initial.items() if value != nominal[name]}
 
 
-def _of_case(attribute: str, default: object = None) -> Any:  # noqa: ANN401 - a source of data
-    """Return a source: an attribute of the case, unless it is the default."""
-
-    def source(written: CaseToWrite) -> object:
-        part = getattr(written.case, attribute)
-        return None if part == default else part
-
-    return source
-
-
 class CaseKeys(Keys):
     """A test case."""
 
@@ -263,15 +243,10 @@ class CaseKeys(Keys):
         CASE_NAME_TYPE,
         "The name of the case: letters, digits, `_`, `-` and `.`; it begins with a letter or `_`.",
         required=True,
-        source=_of_case("name"),
+        source="case.name",
     )
     model = Key(
-        ScalarType(
-            "path",
-            "the path of a model file",
-            {"type": "string", "description": "The model file, seen from the directory of this file."},
-            _read_model_path,
-        ),
+        ScalarType("path", "the path of a model file", {"type": "string"}, _read_model_path),
         "The model file, relative to the directory of the case file.",
         source="model_path",
     )
@@ -295,13 +270,13 @@ class CaseKeys(Keys):
         MappingType(NetworkKeys, "network"),
         "Faults of the network.",
         absent="no faults",
-        source=_of_case("network", Network()),
+        source="case.network",
     )
     limits = Key(
         MappingType(LimitsKeys),
         "When the runner gives up.",
         absent="those of the command",
-        source=_of_case("limits", CaseLimits()),
+        source="case.limits",
     )
     requirements = DefaultKey(
         REQUIREMENTS,
@@ -312,15 +287,15 @@ class CaseKeys(Keys):
     expect = Key(
         MappingType(ExpectationsKeys, "expectations"),
         "What must be true of the run.",
-        source=_of_case("expect", Expectations()),
+        source="case.expect",
     )
     drawn = Key(
         MappingType(DrawnKeys),
         "The random streams for everything that the case leaves open.",
-        source=_of_case("origin"),
+        source="case.origin",
     )
     recorded = Key(
-        MappingType(RecordedKeys), "The result of the run that the case was saved from.", source=_of_case("recorded")
+        MappingType(RecordedKeys), "The result of the run that the case was saved from.", source="case.recorded"
     )
 
     def case_for(self, model: BehaviorModel) -> Case:

@@ -245,7 +245,7 @@ SCALAR_SCHEMA: dict[str, Any] = {"type": ["boolean", "integer", "string"]}
 """The JSON Schema of a value of a variable."""
 
 _TEXTS: dict[str, Any] = {"type": "array", "items": {"type": "string"}}
-_PREDICATE_SCHEMA: dict[str, Any] = {
+PREDICATE_SCHEMA: dict[str, Any] = {
     "description": (
         "A predicate: `==`, `!=`, `&&`, `||`, `!`, `->`, `in {a, b}`, `<` and its like on integers, `true`, `false`. "
         "A list is the conjunction of its elements."
@@ -276,7 +276,7 @@ def predicate_type(where: Where) -> ScalarOrListType[Predicate]:
     return ScalarOrListType(
         "predicate",
         "a predicate",
-        _PREDICATE_SCHEMA,
+        PREDICATE_SCHEMA,
         "a predicate",
         lambda reader, node: reader.predicate(node, where),
         predicate_data,

@@ -17,6 +17,7 @@ import json
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from inspect import cleandoc
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeAlias, TypeVar, overload
 
 from scbm.files.spelling import nearest, suggestion
@@ -198,7 +199,7 @@ class Key(Generic[T]):
         name: str = "",
         absent: str = "",
         shown: Data = None,
-        source: str | Callable[[Any], object] = "",
+        source: str | Callable[[Any], object] | None = None,
         always_written: bool = False,
     ) -> None:
         """Declare a key.
@@ -211,7 +212,7 @@ class Key(Generic[T]):
             name: its name, if that is not the name of the attribute.
             absent: what the documentation says of a file without it.
             shown: the default as the JSON Schema and the documentation show it, if `default` is none.
-            source: the attribute of the value that is written, or a function of the value; the name if empty.
+            source: the attribute of the value that is written, with dots, or a function of it; by default its name.
             always_written: whether it is written even where it says no more than its default.
         """
         self.kind = kind
@@ -222,14 +223,14 @@ class Key(Generic[T]):
         self.absent = absent
         self.shown = shown
         self.always_written = always_written or required
-        self._source = source
         self._attribute = ""
+        self._source: Callable[[Any], object] | None = attrgetter(source) if isinstance(source, str) else source
 
     def __set_name__(self, owner: type, attribute: str) -> None:
         """Take the name of the attribute."""
         self._attribute = attribute
         self.name = self.name or attribute
-        self._source = self._source or attribute
+        self._source = self._source or attrgetter(attribute)
 
     @overload
     def __get__(self, keys: None, owner: type) -> Self: ...
@@ -247,9 +248,12 @@ class Key(Generic[T]):
 
     def entry(self, value: object) -> dict[str, Data]:
         """Return the key with its data, or nothing if `value` says no more than the default."""
-        part = self._source(value) if callable(self._source) else getattr(value, self._source)
-        says_nothing = part is None or (not self.always_written and part in (self.default, (), {}))
-        return {} if says_nothing else {self.name: self.kind.write(part)}
+        part = self._source(value) if self._source is not None else None
+        if part is None:
+            return {}
+        data = self.kind.write(part)
+        says_nothing = not self.always_written and (part == self.default or data in ({}, []))
+        return {} if says_nothing else {self.name: data}
 
     def schema(self, definitions: Definitions) -> dict[str, Data]:
         """Return the JSON Schema of the value, with help, default and title."""
