@@ -14,12 +14,12 @@ from scbm.cases import (
     Condition,
     ConditionKind,
     Expectations,
-    Forced,
     Injection,
     Network,
     Origin,
+    OutcomeRule,
     Partition,
-    Recorded,
+    RecordedRun,
     Restart,
 )
 from scbm.cases.coverage import Obligations
@@ -42,6 +42,7 @@ DIGESTS = st.from_regex("[0-9a-f]{64}", fullmatch=True)
 ENDS = [end for end in End if end is not End.LOST]
 """A run that was lost did not end."""
 
+DIGESTS = st.from_regex("[0-9a-f]{64}", fullmatch=True)
 DELIVERIES = st.lists(TIMES_NS, max_size=3).map(tuple)
 
 
@@ -69,7 +70,9 @@ def cases(draw: DrawFn, model: BehaviorModel) -> Case:
         draw(_expectations(model)),
         origin,
         draw(
-            optional(st.builds(Recorded, st.sampled_from(ENDS).map(str), st.from_regex("[0-9a-f]{64}", fullmatch=True)))
+            optional(
+                st.builds(RecordedRun, st.sampled_from(ENDS).map(str), st.from_regex("[0-9a-f]{64}", fullmatch=True))
+            )
         ),
     )
 
@@ -85,14 +88,14 @@ def _goals(draw: DrawFn, model: BehaviorModel) -> Any:  # noqa: ANN401 - a name 
 
 
 @st.composite
-def outcomes(draw: DrawFn, model: BehaviorModel) -> tuple[Forced, ...]:
+def outcomes(draw: DrawFn, model: BehaviorModel) -> tuple[OutcomeRule, ...]:
     """Rules in the form in which a file says them: name by name, request by request, at most two equal in a row."""
     resources = {resource.name: resource for resource in model.resources}
     names = [*resources, *(operation.name for operation in model.operations)]
-    rules: list[Forced] = []
+    rules: list[OutcomeRule] = []
     for subject in draw(st.lists(st.sampled_from(names), unique=True, max_size=3)):
         measuring = [resources[subject]] if subject in resources else model.resources
-        own: list[Forced] = []
+        own: list[OutcomeRule] = []
         first = 1
         for length in draw(st.lists(st.sampled_from([1, 1, 1, 2, 3, 40]), max_size=6)):
             first += draw(st.sampled_from([0, 0, 1, 3, 30]))
@@ -104,9 +107,9 @@ def outcomes(draw: DrawFn, model: BehaviorModel) -> tuple[Forced, ...]:
     return tuple(rules)
 
 
-def _short_rows(rules: list[Forced]) -> list[Forced]:
+def _short_rows(rules: list[OutcomeRule]) -> list[OutcomeRule]:
     """The rules without single ones that would be counted: those that say the same as the two before them."""
-    kept: list[Forced] = []
+    kept: list[OutcomeRule] = []
     for rule in rules:
         single = rule.first == rule.last
         if not (single and len(kept) > 1 and all(_said(rule) == _said(other) for other in kept[-2:])):
@@ -114,22 +117,22 @@ def _short_rows(rules: list[Forced]) -> list[Forced]:
     return kept
 
 
-def _said(rule: Forced) -> tuple[object, ...]:
+def _said(rule: OutcomeRule) -> tuple[object, ...]:
     return (rule.outcome, rule.latency_ns, rule.measured, rule.request, rule.reply, rule.cancel)
 
 
 @st.composite
-def _rules(draw: DrawFn, subject: str, first: int, last: int | None, measuring: Iterable[Resource]) -> Forced:
+def _rules(draw: DrawFn, subject: str, first: int, last: int | None, measuring: Iterable[Resource]) -> OutcomeRule:
     outcome = draw(optional(st.sampled_from(Outcome)))
     if outcome is not None and draw(st.booleans()):
-        return Forced(subject, first, last, outcome)
+        return OutcomeRule(subject, first, last, outcome)
     replies = outcome is not Outcome.TIMEOUT
     measures = outcome in (None, Outcome.SUCCEED)
     measured = draw(optional(_values_of(measuring))) if measures else None
     latency_ns = draw(TIMES_NS) if replies else None
     reply = draw(optional(DELIVERIES)) if replies else None
     cancel = draw(DELIVERIES)
-    return Forced(subject, first, last, outcome, latency_ns, measured, draw(optional(DELIVERIES)), reply, cancel)
+    return OutcomeRule(subject, first, last, outcome, latency_ns, measured, draw(optional(DELIVERIES)), reply, cancel)
 
 
 @st.composite

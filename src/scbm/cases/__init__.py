@@ -4,10 +4,10 @@ Cases are immutable values; this package reads no clock, draws nothing at random
 writes cases, `running` runs them in simulation, `testing` draws, judges and shrinks them.
 """
 
-from scbm.cases.case import Case, CaseLimits, Expectations, Origin, Recorded
+from scbm.cases.case import Case, CaseLimits, Expectations, Origin, RecordedRun
 from scbm.cases.injections import CONDITIONS, Condition, ConditionKind, Injection, Intake, condition_kind
 from scbm.cases.network import Network, Partition, Restart
-from scbm.cases.reactions import AT_ONCE, LOST, Delivery, Forced, Reaction
+from scbm.cases.reactions import AT_ONCE, LOST, Delivery, OutcomeRule, Reaction
 
 __all__ = [
     "AT_ONCE",
@@ -19,14 +19,14 @@ __all__ = [
     "ConditionKind",
     "Delivery",
     "Expectations",
-    "Forced",
     "Injection",
     "Intake",
     "Network",
     "Origin",
+    "OutcomeRule",
     "Partition",
     "Reaction",
-    "Recorded",
+    "RecordedRun",
     "Restart",
     "condition_kind",
 ]

@@ -10,7 +10,7 @@ from scbm.cases.network import Network
 if TYPE_CHECKING:
     from scbm.cases.coverage import Obligation
     from scbm.cases.injections import Injection
-    from scbm.cases.reactions import Forced
+    from scbm.cases.reactions import OutcomeRule
     from scbm.cases.trace import End
     from scbm.model import Predicate, Requirement, State
 
@@ -60,7 +60,7 @@ class CaseLimits:
 
 
 @dataclass(frozen=True, slots=True)
-class Recorded:
+class RecordedRun:
     """The result of the run that a case was saved from.
 
     Attributes:
@@ -95,11 +95,11 @@ class Case:
     goal: str
     predicate: Predicate
     initial: State
-    outcomes: tuple[Forced, ...] = ()
+    outcomes: tuple[OutcomeRule, ...] = ()
     injections: tuple[Injection, ...] = ()
     network: Network = _PERFECT
     limits: CaseLimits = CaseLimits()
     requirements: tuple[Requirement, ...] = ()
     expect: Expectations = _NOTHING
     origin: Origin | None = None
-    recorded: Recorded | None = None
+    recorded: RecordedRun | None = None

@@ -39,7 +39,7 @@ class Reaction:
 
 
 @dataclass(frozen=True, slots=True)
-class Forced:
+class OutcomeRule:
     """The reaction that a case prescribes for some requests to a resource, or sent while an operation executes.
 
     Requests are numbered from 1, for each resource and for each operation. `None` prescribes nothing. If rules for an

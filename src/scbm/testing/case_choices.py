@@ -11,7 +11,7 @@ from scbm.testing.case_sizes import MESSAGES
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.cases import Case, Forced
+    from scbm.cases import Case, OutcomeRule
     from scbm.model import BehaviorModel, Value
 
 _Part = TypeVar("_Part")
@@ -65,7 +65,7 @@ def _set(name: str, value: Value) -> str:
     return f"{name} = {format_value(value)} at the beginning"
 
 
-def _told(rule: Forced) -> str:
+def _told(rule: OutcomeRule) -> str:
     """What a rule says, in words."""
     numbers = f"request {rule.first}" if rule.first == rule.last else f"requests {rule.first} to {rule.last}"
     numbers = f"requests from {rule.first} on" if rule.last is None else numbers

@@ -12,7 +12,7 @@ from scbm.testing.verdicts import FailureKind
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scbm.cases import Case, Forced
+    from scbm.cases import Case, OutcomeRule
     from scbm.model import BehaviorModel
     from scbm.testing.tester import Execution
     from scbm.testing.verdicts import Failure
@@ -77,7 +77,7 @@ def _operations(execution: Execution, failure: Failure) -> int:
     return sum(isinstance(r, OperationStepped) and r.target is OperationState.EXECUTING for r in records)
 
 
-def _says_more_than_success(rule: Forced) -> bool:
+def _says_more_than_success(rule: OutcomeRule) -> bool:
     deliveries = (rule.request, rule.reply, rule.cancel)
     return rule.outcome not in (None, Outcome.SUCCEED) or any(delivery is not None for delivery in deliveries)
 

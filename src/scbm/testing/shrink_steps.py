@@ -16,7 +16,7 @@ from scbm.testing.case_sizes import MESSAGES, SAID
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from scbm.cases import Case, Forced, Injection
+    from scbm.cases import Case, Injection, OutcomeRule
     from scbm.model import BehaviorModel, Predicate
 
 _Part = TypeVar("_Part")
@@ -80,7 +80,7 @@ def _rounder_latencies(case: Case, _: BehaviorModel) -> Iterator[Case]:
             yield replace(case, outcomes=_replaced(case.outcomes, index, rounder))
 
 
-def _rounder_rule(rule: Forced) -> Iterator[Forced]:
+def _rounder_rule(rule: OutcomeRule) -> Iterator[OutcomeRule]:
     for latency_ns in _rounder(rule.latency_ns or 0):
         yield replace(rule, latency_ns=latency_ns)
     for field in MESSAGES:
@@ -90,7 +90,7 @@ def _rounder_rule(rule: Forced) -> Iterator[Forced]:
                 yield replace(rule, **changed)
 
 
-def _lies_between(other: Forced, number: int, rule: Forced) -> bool:
+def _lies_between(other: OutcomeRule, number: int, rule: OutcomeRule) -> bool:
     """Whether a rule speaks of requests from `number` up to that of `rule`."""
     return other.subject == rule.subject and other.first <= rule.first and (other.last or number) >= number
 

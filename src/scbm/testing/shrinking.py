@@ -21,7 +21,7 @@ from scbm.testing.verdicts import Failure, FailureKind
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.cases import Case, Forced
+    from scbm.cases import Case, OutcomeRule
     from scbm.testing.case_choices import Choice
     from scbm.testing.case_sizes import Size
     from scbm.testing.shrink_steps import Step
@@ -127,7 +127,7 @@ def _said(execution: Execution) -> Case:
     return replace(case, outcomes=tuple(rules))
 
 
-def _singles(rule: Forced) -> Iterator[Forced]:
+def _singles(rule: OutcomeRule) -> Iterator[OutcomeRule]:
     if rule.last is None or rule.last - rule.first >= _MAX_SINGLES:
         yield rule
     else:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from hashlib import sha256
 from typing import TYPE_CHECKING
 
-from scbm.cases import Network, Recorded
+from scbm.cases import Network, RecordedRun
 from scbm.cases.coverage import Obligations, visited_by
 from scbm.cases.trace import ResourceChanged, RunSpans, Trace, connection_sentence, sentence_of, spans_of, write_trace
 from scbm.running.simulation import Choices, DrawnReactions, PlainReactions, Simulator, leave_nothing_open
@@ -94,9 +94,9 @@ class Execution:
         return replace(self.case, outcomes=leave_nothing_open(self.reactions), network=network)
 
     @property
-    def recorded(self) -> Recorded:
+    def recorded(self) -> RecordedRun:
         """What came of the case, to compare a replay with."""
-        return Recorded(self.verdict.end.value, self.digest)
+        return RecordedRun(self.verdict.end.value, self.digest)
 
     @property
     def recorded_case(self) -> Case:

@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import pytest
 
-from scbm.cases import Case, Forced
+from scbm.cases import Case, OutcomeRule
 from scbm.cases.trace import PlanReceived
 from scbm.files import read_model
 from scbm.model import Outcome
@@ -58,7 +58,7 @@ class Simulations:
             raise self.ends
         if self.loses:
             raise LostError("the controller was lost")
-        forced = () if self.outcome is None else (Forced("scan", 1, None, self.outcome),)
+        forced = () if self.outcome is None else (OutcomeRule("scan", 1, None, self.outcome),)
         log, records = captured(MODEL, replace(case, outcomes=forced))
         late = tuple(
             replace(record, at_ns=record.at_ns + self.plans_late_ns) if isinstance(record, PlanReceived) else record

@@ -10,7 +10,7 @@ from typing import Protocol
 
 import pytest
 
-from scbm.cases import Expectations, Forced
+from scbm.cases import Expectations, OutcomeRule
 from scbm.cases.trace import End, read_trace
 from scbm.files import digest_of, load_model, write_case
 from scbm.model import Outcome
@@ -78,7 +78,7 @@ def test_what_happened_to_the_requests_of_a_log_excuses_that_the_goal_is_not_rea
 ) -> None:
     goal = MODEL.goals[0]
     case = RandomCases(MODEL).case(1, 1)
-    everything = [Forced(r.name, 1, None, Outcome.TIMEOUT) for r in MODEL.resources]
+    everything = [OutcomeRule(r.name, 1, None, Outcome.TIMEOUT) for r in MODEL.resources]
     log, _ = captured(MODEL, replace(case, goal=goal[0], predicate=goal[1], outcomes=tuple(everything), origin=None))
     log = replace(log, digest=digest_of(MODEL), model_file=str(AFTER))
     assert log.end is not End.REACHED

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 import pytest
 
-from scbm.cases import AT_ONCE, LOST, Condition, ConditionKind, Forced, Network, Partition, Reaction
+from scbm.cases import AT_ONCE, LOST, Condition, ConditionKind, Network, OutcomeRule, Partition, Reaction
 from scbm.cases.trace import (
     BecameCurrent,
     MessageDisturbed,
@@ -45,7 +45,7 @@ class Told:
         self.notes.append(record)
 
 
-def director(*forced: Forced, network: Network = Network(), real: tuple[str, ...] = ()) -> tuple[Director, Told]:  # noqa: B008 - an immutable value
+def director(*forced: OutcomeRule, network: Network = Network(), real: tuple[str, ...] = ()) -> tuple[Director, Told]:  # noqa: B008 - an immutable value
     told = Told()
     choices = Choices(PlainReactions(), forced, network)
     return Director("run_1", RESOURCES, real, choices, told), told
@@ -67,7 +67,7 @@ def test_each_request_gets_the_reaction_that_a_simulation_would_give_it() -> Non
 
 
 def test_rules_of_operations_speak_of_the_requests_that_are_sent_while_these_are_current() -> None:
-    directing, told = director(Forced("scan_box", 1, 1, Outcome.FAIL, 5))
+    directing, told = director(OutcomeRule("scan_box", 1, 1, Outcome.FAIL, 5))
     directing.follow([sent(1), BecameCurrent(0, "scan_box", ()), sent(2)], 0)
     left = OperationStepped(0, "scan_box", OperationState.FAILED, OperationState.INITIAL, None, ())
     directing.follow([BecameCurrent(0, "scan_box", ()), left, sent(3)], 0)
@@ -77,7 +77,7 @@ def test_rules_of_operations_speak_of_the_requests_that_are_sent_while_these_are
 
 def test_how_messages_travel_is_told_with_the_time_at_which_they_are_sent() -> None:
     network = Network(partitions=(Partition(2 * SECOND_NS, SECOND_NS),))
-    directing, told = director(Forced("scan", 1, 1, reply=(7, 9)), network=network)
+    directing, told = director(OutcomeRule("scan", 1, 1, reply=(7, 9)), network=network)
     assert directing.is_relayed
     directing.follow([sent(1)], 0)
     directing.answering(Answering("run_1", 1, "scan", 4), SECOND_NS)
@@ -110,7 +110,7 @@ def test_cancellations_travel_by_themselves_where_no_message_has_a_fate() -> Non
 
 @pytest.mark.parametrize(("request_", "resource"), [(0, "scan"), (2, "scan"), (10**9, "scan"), (1, "light")])
 def test_an_answer_to_a_request_that_was_never_sent_is_refused(request_: int, resource: str) -> None:
-    directing, told = director(Forced("scan", 1, 1, reply=LOST))
+    directing, told = director(OutcomeRule("scan", 1, 1, reply=LOST))
     directing.follow([sent(1)], 0)
     with pytest.raises(ValueError, match=f"`{resource}` has no request {request_}"):
         directing.answering(Answering("run_1", request_, resource, 1), 0)
@@ -136,7 +136,7 @@ def test_restarts_go_to_their_resource_and_into_the_trace() -> None:
 
 
 def test_a_node_that_comes_back_learns_what_holds_of_its_resources() -> None:
-    directing, told = director(Forced("scan", 2, 2, request=(3, 5)))
+    directing, told = director(OutcomeRule("scan", 2, 2, request=(3, 5)))
     directing.tell_again(["scan"])
     assert told.messages == []
     directing.follow([ChangeResource("scan", Condition(ConditionKind.OCCUPIED)), sent(1), sent(2), sent(3)], 0)
@@ -154,7 +154,7 @@ def test_a_node_that_comes_back_learns_what_holds_of_its_resources() -> None:
 
 
 def test_of_real_resources_nothing_is_told_and_what_was_seen_is_kept() -> None:
-    directing, told = director(Forced("scan", 4, 4, Outcome.FAIL), real=("scan",))
+    directing, told = director(OutcomeRule("scan", 4, 4, Outcome.FAIL), real=("scan",))
     directing.follow([sent(number) for number in (1, 2, 3)], 0)
     directing.follow([CancelRequest(3, "scan")], 0)
     assert told.messages == []
@@ -210,10 +210,14 @@ def cancelled(directing: Director, request: int, at_ns: int) -> Reaction:
 
 @pytest.mark.parametrize(
     "lost",
-    [Forced("scan", 1, 1, request=LOST), Forced("scan", 1, 1, Outcome.TIMEOUT), Forced("scan", 1, 1, reply=LOST)],
+    [
+        OutcomeRule("scan", 1, 1, request=LOST),
+        OutcomeRule("scan", 1, 1, Outcome.TIMEOUT),
+        OutcomeRule("scan", 1, 1, reply=LOST),
+    ],
     ids=["request", "outcome", "reply"],
 )
-def test_a_reply_that_is_not_to_come_is_not_missed(lost: Forced) -> None:
+def test_a_reply_that_is_not_to_come_is_not_missed(lost: OutcomeRule) -> None:
     directing, _ = director(lost)
     directing.follow([sent(1)], 0)
     if lost.reply is not None:
@@ -226,7 +230,7 @@ def test_a_reply_that_is_not_to_come_is_not_missed(lost: Forced) -> None:
 def test_a_reply_is_due_once_the_first_copy_of_the_request_has_come_and_been_worked_on(
     cancelled_after_ns: int, *, is_missed: bool
 ) -> None:
-    directing, _ = director(Forced("scan", 1, 1, latency_ns=5, request=(9, 3)))
+    directing, _ = director(OutcomeRule("scan", 1, 1, latency_ns=5, request=(9, 3)))
     directing.follow([sent(1)], 10)
     reaction = cancelled(directing, 1, 10 + 3 + 5 - 1 + cancelled_after_ns)
     assert (reaction.outcome is Outcome.TIMEOUT) == is_missed
@@ -236,7 +240,7 @@ def test_a_reply_is_due_once_the_first_copy_of_the_request_has_come_and_been_wor
 def test_a_reply_that_is_on_its_way_is_due_when_its_first_copy_arrives(
     cancelled_after_ns: int, *, is_missed: bool
 ) -> None:
-    directing, _ = director(Forced("scan", 1, 1, latency_ns=5, reply=(9, 3)))
+    directing, _ = director(OutcomeRule("scan", 1, 1, latency_ns=5, reply=(9, 3)))
     directing.follow([sent(1)], 0)
     directing.answering(Answering("run_1", 1, "scan", 1), 5)
     reaction = cancelled(directing, 1, 5 + 3 - 1 + cancelled_after_ns)

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scbm.cases import Case, Condition, ConditionKind, Forced, Injection
+from scbm.cases import Case, Condition, ConditionKind, Injection, OutcomeRule
 from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged, RunStarted
 from scbm.files import read_network
 from scbm.model import BehaviorModel, InputError, Outcome, Slug, State
@@ -107,7 +107,7 @@ def _with(*events: Event) -> tuple[EventLog, tuple[Record, ...]]:
 def _case() -> Case:
     """The scanner fails, and then succeeds, each time after two seconds."""
     rules = [
-        Forced("scan", number, number, outcome, 2 * SECOND_NS)
+        OutcomeRule("scan", number, number, outcome, 2 * SECOND_NS)
         for number, outcome in ((1, Outcome.FAIL), (2, Outcome.SUCCEED))
     ]
     return Case("scans", *CELL.goals[0], CELL.nominal_state, tuple(rules))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.cases import Case, Expectations, Forced, Injection
+from scbm.cases import Case, Expectations, Injection, OutcomeRule
 from scbm.cases.coverage import Aspect, Obligation
 from scbm.cases.trace import End
 from scbm.files import Scope, Where, parse_predicate
@@ -20,7 +20,7 @@ MODEL = scan_cell(
 
 
 def _told(expect: Expectations, *outcomes: Outcome) -> list[str]:
-    forced = tuple(Forced("scan", n, n, outcome) for n, outcome in enumerate(outcomes, start=1))
+    forced = tuple(OutcomeRule("scan", n, n, outcome) for n, outcome in enumerate(outcomes, start=1))
     case = Case("case", *MODEL.goals[0], MODEL.nominal_state, forced, expect=expect)
     return [str(failure) for failure in Tester(MODEL).execute(case).verdict.failures]
 
@@ -99,7 +99,7 @@ def test_only_what_completes_counts_for_the_order() -> None:
         *MODEL.goals[0],
         MODEL.nominal_state,
         expect=Expectations(order=("scan_box", "scan_box")),
-        outcomes=(Forced("scan", 1, 1, Outcome.TIMEOUT),),
+        outcomes=(OutcomeRule("scan", 1, 1, Outcome.TIMEOUT),),
     )
     assert not Tester(MODEL).execute(case).verdict.passed
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.cases import Case, Forced
+from scbm.cases import Case, OutcomeRule
 from scbm.cases.trace import AutomaticTaken, OperationStepped, Record, ReplyReceived, RequestSent, RunEnded
 from scbm.files import Scope, parse_requirement
 from scbm.model import BehaviorModel, Outcome, Requirement
@@ -19,7 +19,7 @@ def _broken(sentence: str, model: BehaviorModel = MODEL, *outcomes: Outcome) -> 
     """The one violation of a sentence by a run in which a scan takes two seconds."""
     requirement = Requirement("asked", parse_requirement(sentence, Scope.of(model)))
     told = outcomes or (Outcome.SUCCEED,)
-    forced = tuple(Forced("scan", n, n, o, None if o is Outcome.TIMEOUT else 2 * S) for n, o in enumerate(told, 1))
+    forced = tuple(OutcomeRule("scan", n, n, o, None if o is Outcome.TIMEOUT else 2 * S) for n, o in enumerate(told, 1))
     case = Case("case", *model.goals[0], model.nominal_state, forced, requirements=(requirement,))
     execution = Tester(model).execute(case)
     (violation,) = execution.violations

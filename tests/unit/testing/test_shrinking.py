@@ -15,9 +15,9 @@ from scbm.cases import (
     Condition,
     ConditionKind,
     Expectations,
-    Forced,
     Injection,
     Network,
+    OutcomeRule,
     Partition,
     Restart,
 )
@@ -91,9 +91,12 @@ FAILED_ONCE = "scan_box.state == failed"
 
 
 def test_forced_outcomes_that_do_not_matter_are_left_out() -> None:
-    outcomes = (Forced("scan", 1, 2, Outcome.TIMEOUT), *(Forced("scan", n, n, Outcome.FAIL, n * S) for n in (3, 4, 5)))
+    outcomes = (
+        OutcomeRule("scan", 1, 2, Outcome.TIMEOUT),
+        *(OutcomeRule("scan", n, n, Outcome.FAIL, n * S) for n in (3, 4, 5)),
+    )
     shrunk = _shrink(_case(outcomes=outcomes), FAILED_ONCE)
-    assert shrunk.execution.case.outcomes == (Forced("scan", 1, 1, Outcome.FAIL),)
+    assert shrunk.execution.case.outcomes == (OutcomeRule("scan", 1, 1, Outcome.FAIL),)
     assert (shrunk.before.operations, shrunk.before.outcomes) == (3, 5)
     assert (shrunk.after.operations, shrunk.after.outcomes) == (1, 1)
 
@@ -123,7 +126,7 @@ def test_injections_lose_what_they_need_not_say() -> None:
 
 def test_times_become_round() -> None:
     late = Injection("late", (("count", 1),), at_ns=1_234_567_891)
-    outcomes = (Forced("scan", 1, 1, latency_ns=9 * S),)
+    outcomes = (OutcomeRule("scan", 1, 1, latency_ns=9 * S),)
     shrunk = _shrink(_case(injections=(late,), outcomes=outcomes), "count == 1 && scan_req_state == executing")
     assert shrunk.execution.case.injections[0].at_ns is None
     shrunk = _shrink(_case(injections=(late,), outcomes=outcomes), "count == 1 && scan_box.state == completed")
@@ -144,7 +147,7 @@ def test_faults_of_the_network_are_left_out_and_become_round() -> None:
 
 def test_a_resource_that_is_slower_is_a_choice() -> None:
     slower = Injection("slow", resource="scan", condition=Condition(ConditionKind.SLOWER, Fraction(20)))
-    outcomes = (Forced("scan", 1, 1, latency_ns=S),)
+    outcomes = (OutcomeRule("scan", 1, 1, latency_ns=S),)
     shrunk = _shrink(_case(injections=(slower,), outcomes=outcomes), "scan_box.state == timedout")
     assert [choice.text for choice in shrunk.matters] == [
         "injection slow",
@@ -170,14 +173,14 @@ def test_a_run_that_begins_in_a_bad_state_stays_one() -> None:
 
 
 def test_times_of_messages_become_round() -> None:
-    outcomes = (Forced("scan", 1, 1, request=(330_098_000,), reply=(9_876_543_210,)),)
+    outcomes = (OutcomeRule("scan", 1, 1, request=(330_098_000,), reply=(9_876_543_210,)),)
     shrunk = _shrink(_case(outcomes=outcomes), "scan_box.state == timedout")
     (rule,) = shrunk.execution.case.outcomes
     assert (rule.request, rule.reply) == ((S,), (10 * S,))
 
 
 def test_limits_that_matter_are_told() -> None:
-    slow = (Forced("scan", 1, None, latency_ns=3 * S),)
+    slow = (OutcomeRule("scan", 1, None, latency_ns=3 * S),)
     tester = Tester(scan_cell())
     execution = tester.execute(_case(outcomes=slow, limits=CaseLimits(time_ns=S)))
     shrunk = Shrinker(tester).shrink(execution, execution.verdict.failures[0])
@@ -231,7 +234,7 @@ def test_only_the_requirement_that_is_broken_is_kept() -> None:
 def test_limits_are_kept_so_that_no_attempt_runs_longer_than_it_may() -> None:
     tester = Tester(scan_cell())
     execution = tester.execute(
-        _case(outcomes=(Forced("scan", 1, None, latency_ns=3 * S),), limits=CaseLimits(time_ns=S))
+        _case(outcomes=(OutcomeRule("scan", 1, None, latency_ns=3 * S),), limits=CaseLimits(time_ns=S))
     )
     small = Shrinker(tester).shrink(execution, execution.verdict.failures[0]).execution.case
     assert small.limits == CaseLimits(time_ns=S)
@@ -239,9 +242,11 @@ def test_limits_are_kept_so_that_no_attempt_runs_longer_than_it_may() -> None:
 
 def test_what_is_said_of_all_requests_is_not_said_of_each() -> None:
     """A written case leaves nothing to chance, so nothing has to be written down that was not there."""
-    shrunk = _shrink(_case(outcomes=(Forced("scan", 1, None, Outcome.FAIL),), limits=CaseLimits(plans=9)), FAILED_ONCE)
+    shrunk = _shrink(
+        _case(outcomes=(OutcomeRule("scan", 1, None, Outcome.FAIL),), limits=CaseLimits(plans=9)), FAILED_ONCE
+    )
     assert shrunk.before.requests == 1
-    assert shrunk.execution.case.outcomes == (Forced("scan", 1, None, Outcome.FAIL),)
+    assert shrunk.execution.case.outcomes == (OutcomeRule("scan", 1, None, Outcome.FAIL),)
 
 
 def test_the_latency_of_a_network_that_does_not_matter_is_left_out() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from scbm.cases import Case, Condition, ConditionKind, Forced, Injection, Network, Origin, Partition, Restart
+from scbm.cases import Case, Condition, ConditionKind, Injection, Network, Origin, OutcomeRule, Partition, Restart
 from scbm.model import Constant, Equal, Outcome, Reference
 from scbm.testing import Tester
 from support.models import scan_cell
@@ -13,7 +13,7 @@ MODEL = scan_cell()
 RED = Equal(Reference("light"), Constant("red"))
 
 
-def _unused(outcomes: tuple[Forced, ...] = (), injections: tuple[Injection, ...] = ()) -> tuple[str, ...]:
+def _unused(outcomes: tuple[OutcomeRule, ...] = (), injections: tuple[Injection, ...] = ()) -> tuple[str, ...]:
     case = Case("case", *MODEL.goals[0], MODEL.nominal_state, outcomes, injections)
     return Tester(MODEL).execute(case).unused
 
@@ -21,7 +21,11 @@ def _unused(outcomes: tuple[Forced, ...] = (), injections: tuple[Injection, ...]
 def test_a_case_whose_words_all_count_has_none() -> None:
     acts = Injection("acts", (("count", 1),))
     dies = Injection("dies", hold_ns=1, resource="scan", condition=Condition(ConditionKind.OCCUPIED))
-    rules = (Forced("scan", 1, 1, Outcome.FAIL), Forced("scan_box", 2, 2, Outcome.SUCCEED), Forced("scan", 2, None))
+    rules = (
+        OutcomeRule("scan", 1, 1, Outcome.FAIL),
+        OutcomeRule("scan_box", 2, 2, Outcome.SUCCEED),
+        OutcomeRule("scan", 2, None),
+    )
     assert _unused(rules, (acts, dies)) == ()
 
 
@@ -30,7 +34,7 @@ def test_injections_that_never_act_are_told() -> None:
 
 
 def test_outcomes_of_requests_that_are_never_sent_are_told() -> None:
-    rules = (Forced("scan", 1, 4, Outcome.SUCCEED), Forced("scan_box", 2, None, Outcome.FAIL))
+    rules = (OutcomeRule("scan", 1, 4, Outcome.SUCCEED), OutcomeRule("scan_box", 2, None, Outcome.FAIL))
     assert _unused(rules) == (
         "the outcome of request 4 of scan is said, and there were 1",
         "the outcome of request 2 of scan_box is said, and there were 1",

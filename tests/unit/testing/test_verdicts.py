@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from scbm.cases import Case, Expectations, Forced, Injection, Network, Partition, Reaction, Restart
+from scbm.cases import Case, Expectations, Injection, Network, OutcomeRule, Partition, Reaction, Restart
 from scbm.cases.trace import End, Record, ResourceChanged
 from scbm.files import read_case
 from scbm.model import Always, BehaviorModel, Constant, Equal, InputError, Outcome, Reference, Requirement
@@ -22,7 +22,7 @@ OPTIONS = RunnerOptions(time_limit_ns=60 * S, livelock_bound=20)
 def _execute(model: BehaviorModel, *outcomes: Outcome, injections: tuple[Injection, ...] = ()) -> Execution:
     predicate = model.goal("scanned")
     assert predicate is not None
-    forced = tuple(Forced("scan", n, n, outcome, S) for n, outcome in enumerate(outcomes, start=1))
+    forced = tuple(OutcomeRule("scan", n, n, outcome, S) for n, outcome in enumerate(outcomes, start=1))
     case = Case("case", "scanned", predicate, model.nominal_state, forced, injections)
     return Tester(model, OPTIONS).execute(case)
 
@@ -86,13 +86,13 @@ def test_a_violated_requirement_fails_though_the_goal_is_reached() -> None:
     [
         (Network(partitions=(Partition(50 * S, S),)), ()),
         (Network(restarts=(Restart("scan", 50 * S),)), ()),
-        (Network(), (Forced("scan", 1, 1, Outcome.SUCCEED, 11 * S, cancel=()),)),
-        (Network(), (Forced("scan", 1, 1, request=()),)),
-        (Network(), (Forced("scan", 1, 1, reply=(0, 0)),)),
+        (Network(), (OutcomeRule("scan", 1, 1, Outcome.SUCCEED, 11 * S, cancel=()),)),
+        (Network(), (OutcomeRule("scan", 1, 1, request=()),)),
+        (Network(), (OutcomeRule("scan", 1, 1, reply=(0, 0)),)),
     ],
 )
 def test_a_goal_not_reached_on_a_bad_network_is_a_verdict_and_no_failure(
-    network: Network, rules: tuple[Forced, ...]
+    network: Network, rules: tuple[OutcomeRule, ...]
 ) -> None:
     model = scan_cell(STUCK)
     case = Case("case", *model.goals[0], model.nominal_state, rules, network=network)

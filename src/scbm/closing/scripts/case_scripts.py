@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from scbm.cases import Case, CaseLimits, Forced, Injection
+from scbm.cases import Case, CaseLimits, Injection, OutcomeRule
 from scbm.cases.trace import BecameCurrent, OperationStepped
 from scbm.closing.runs.situations import Happening, HappeningKind
 from scbm.model import OperationState, Outcome, State
@@ -137,11 +137,11 @@ class _ScriptedRun:
         plans = 2 * self._plans if 2 * self._plans > _DEFAULTS.plan_limit else None
         return CaseLimits(time_ns, plans)
 
-    def rules(self) -> list[Forced]:
+    def rules(self) -> list[OutcomeRule]:
         """What the case has to say of its requests: what is not plain, equal rules in a row as one."""
-        rules: list[Forced] = []
+        rules: list[OutcomeRule] = []
         for subject in self._counts:
-            last: Forced | None = None
+            last: OutcomeRule | None = None
             for request in self._requests.values():
                 if request.subject != subject:
                     continue
@@ -153,11 +153,11 @@ class _ScriptedRun:
                     last = rule
         return rules
 
-    def _rule(self, request: _ScriptedRequest) -> Forced | None:
+    def _rule(self, request: _ScriptedRequest) -> OutcomeRule | None:
         """What has to be said of one request; `None` if it is plain."""
         plain = self._plain[request.resource]
         plainly_ns = request.sent_ns + plain.latency_ns
-        rule = Forced(request.subject, request.number, request.number)
+        rule = OutcomeRule(request.subject, request.number, request.number)
         if request.answer is not None:
             at_ns, happening = request.answer
             return self._answered(replace(rule, latency_ns=at_ns - request.sent_ns), happening, plain)
@@ -168,7 +168,7 @@ class _ScriptedRun:
         behind_ns = self._now_ns + max(plain.latency_ns, _A_MOMENT_NS)  # all that was decided is over then
         return replace(rule, latency_ns=behind_ns - request.sent_ns)
 
-    def _answered(self, rule: Forced, happening: Happening, plain: Reaction) -> Forced | None:
+    def _answered(self, rule: OutcomeRule, happening: Happening, plain: Reaction) -> OutcomeRule | None:
         if rule.latency_ns == plain.latency_ns:
             rule = replace(rule, latency_ns=None)
         if not happening.succeeded:
@@ -259,6 +259,6 @@ class _ScriptedRun:
         return _ScriptedRequest(resource, subject, self._counts[subject], self._now_ns, self._events)
 
 
-def _continues(last: Forced, rule: Forced) -> bool:
+def _continues(last: OutcomeRule, rule: OutcomeRule) -> bool:
     """Whether a rule says of the next request what the last one says."""
     return last.last is not None and rule == replace(last, first=last.last + 1, last=last.last + 1)

@@ -6,7 +6,7 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scbm.cases import Case, CaseLimits, Expectations, Injection, Network, Origin, Recorded
+from scbm.cases import Case, CaseLimits, Expectations, Injection, Network, Origin, RecordedRun
 from scbm.cases.coverage import Obligation, Obligations
 from scbm.cases.trace import End
 from scbm.files.codec.injection_keys import InjectionKeys, InjectionsReader
@@ -314,7 +314,7 @@ class CaseKeys(Keys):
             tuple(self._requirements(model)),
             Expectations() if self.expect is None else self.expect.expectations(model),
             None if self.drawn is None else Origin(self.drawn.seed or 0, self.drawn.case),
-            None if self.recorded is None else Recorded(str(self.recorded.end or ""), self.recorded.trace or ""),
+            None if self.recorded is None else RecordedRun(str(self.recorded.end or ""), self.recorded.trace or ""),
         )
 
     def _goal(self, model: BehaviorModel) -> tuple[str, Predicate]:

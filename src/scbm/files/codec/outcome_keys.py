@@ -7,7 +7,7 @@ from heapq import heappop, heappush
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scbm.cases import LOST, Delivery, Forced
+from scbm.cases import LOST, Delivery, OutcomeRule
 from scbm.files.codec.key_types import COUNT, TIME, VALUE, NamesType, ScalarOrListType, ScalarType, flow_list
 from scbm.files.codec.keys import DefaultKey, Key, Keys, KeyType
 from scbm.files.language.quantities import DURATION_PATTERN
@@ -200,9 +200,9 @@ class RuleReader:
         self._measures = {resource.name: resource.measures for resource in reader.scope.resources.values()}
         self._operations = reader.scope.operations
 
-    def rules(self, entries: Iterable[Entry[OutcomeKeys]]) -> tuple[Forced, ...]:
+    def rules(self, entries: Iterable[Entry[OutcomeKeys]]) -> tuple[OutcomeRule, ...]:
         """Return the rules, in the order of the file; only good if the report is empty afterwards."""
-        rules: list[Forced] = []
+        rules: list[OutcomeRule] = []
         for entry in entries:
             self._check_subject(entry)
             is_list = bool(entry.node.elements)
@@ -220,7 +220,7 @@ class RuleReader:
             message = f"there is no resource and no operation `{subject}`"
             self._reader.add(Slug.UNKNOWN_RESOURCE, message, entry.place, remedy)
 
-    def _alone(self, subject: str, keys: OutcomeKeys) -> Iterator[Forced]:
+    def _alone(self, subject: str, keys: OutcomeKeys) -> Iterator[OutcomeRule]:
         """Yield a rule that is not in a list: of every request, or of those from a number on."""
         if keys.has("times"):
             message = "`times` counts in a list, and here is none"
@@ -228,7 +228,7 @@ class RuleReader:
             self._reader.add(Slug.WRONG_SHAPE, message, keys.place("times"), remedy)
         yield from self._rule(subject, keys, keys.from_, None)
 
-    def _listed(self, subject: str, keys: OutcomeKeys) -> Iterator[Forced]:
+    def _listed(self, subject: str, keys: OutcomeKeys) -> Iterator[OutcomeRule]:
         """Yield the rules of the elements of a list."""
         first: int | None = 1
         for element in keys.node.elements:
@@ -260,11 +260,11 @@ class RuleReader:
             self._reader.add(Slug.NEVER_COMES, message, node.place, f"write `from: {first}` or more")
         return max(begin or first, first)
 
-    def _rule(self, subject: str, keys: OutcomeKeys, first: int, last: int | None) -> Iterator[Forced]:
+    def _rule(self, subject: str, keys: OutcomeKeys, first: int, last: int | None) -> Iterator[OutcomeRule]:
         """Yield the rule of an element; nothing if it leaves all open."""
         is_mapping = isinstance(keys.node.plain, dict)
         outcome = keys.outcome if is_mapping else _OUTCOME.read(keys.node, self._reader)
-        rule = Forced(subject, first, last, outcome)
+        rule = OutcomeRule(subject, first, last, outcome)
         if is_mapping:
             self._refuse_contradiction(keys, outcome)
             rule = replace(
@@ -275,7 +275,7 @@ class RuleReader:
                 reply=keys.reply,
                 cancel=keys.cancel,
             )
-        if rule != Forced(subject, first, last):
+        if rule != OutcomeRule(subject, first, last):
             yield rule
 
     def _refuse_contradiction(self, keys: OutcomeKeys, outcome: Outcome | None) -> None:
@@ -327,16 +327,16 @@ class _Stretch(NamedTuple):
     data: dict[str, Any]
 
 
-def stretches_of(outcomes: Iterable[Forced]) -> dict[str, list[_Stretch]]:
+def stretches_of(outcomes: Iterable[OutcomeRule]) -> dict[str, list[_Stretch]]:
     """Return for each name with rules its requests in order. Of several rules for one request, the first counts."""
-    by_subject: dict[str, list[Forced]] = {}
+    by_subject: dict[str, list[OutcomeRule]] = {}
     for forced in outcomes:
         by_subject.setdefault(forced.subject, []).append(forced)
     stretches = {subject: list(_stretches(rules)) for subject, rules in by_subject.items()}
     return {subject: found for subject, found in stretches.items() if found}
 
 
-def _stretches(rules: list[Forced]) -> Iterator[_Stretch]:
+def _stretches(rules: list[OutcomeRule]) -> Iterator[_Stretch]:
     ends = (rule.last + 1 for rule in rules if rule.last is not None)
     cuts = sorted({rule.first for rule in rules}.union(ends))
     beginning = sorted(range(len(rules)), key=lambda index: rules[index].first, reverse=True)

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from hypothesis.strategies import DrawFn, SearchStrategy
     from hypothesis.vendor.pretty import RepresentationPrinter
 
-    from scbm.cases import Forced, Injection
+    from scbm.cases import Injection, OutcomeRule
     from scbm.model import BehaviorModel, Predicate, State
 
 _Part = TypeVar("_Part")
@@ -35,7 +35,7 @@ def cases(  # noqa: PLR0913 - the parts of a case
     *,
     goal: SearchStrategy[tuple[str, Predicate]] | None = None,
     initial: SearchStrategy[State] | None = None,
-    outcomes: bool | SearchStrategy[tuple[Forced, ...]] = True,
+    outcomes: bool | SearchStrategy[tuple[OutcomeRule, ...]] = True,
     injections: bool | SearchStrategy[tuple[Injection, ...]] = False,
     network: bool | SearchStrategy[Network] = False,
     requirements: Mapping[str, str] | None = None,

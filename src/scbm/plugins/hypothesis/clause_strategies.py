@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from hypothesis import strategies as st
 
-from scbm.cases import Condition, ConditionKind, Forced, Injection, Network, Partition, Restart
+from scbm.cases import Condition, ConditionKind, Injection, Network, OutcomeRule, Partition, Restart
 from scbm.model import (
     Constant,
     Diagnostic,
@@ -246,7 +246,7 @@ _MAX_REQUESTS = 5
 _MS_NS = 1_000_000
 
 
-def outcomes(model: BehaviorModel) -> SearchStrategy[tuple[Forced, ...]]:
+def outcomes(model: BehaviorModel) -> SearchStrategy[tuple[OutcomeRule, ...]]:
     """What becomes of the first requests to each resource: any outcome, a latency that it may have, measured values.
 
     Shrinks towards saying nothing, so that all requests succeed. An outcome whose share is 0 is drawn, too: to bring
@@ -256,29 +256,29 @@ def outcomes(model: BehaviorModel) -> SearchStrategy[tuple[Forced, ...]]:
     return st.tuples(*rules).map(lambda told: tuple(rule for of_one in told for rule in of_one))
 
 
-def _rules(resource: Resource) -> SearchStrategy[tuple[Forced, ...]]:
+def _rules(resource: Resource) -> SearchStrategy[tuple[OutcomeRule, ...]]:
     return st.lists(_rule(resource), max_size=_MAX_REQUESTS).map(_numbered)
 
 
-def _numbered(rules: Sequence[Forced]) -> tuple[Forced, ...]:
+def _numbered(rules: Sequence[OutcomeRule]) -> tuple[OutcomeRule, ...]:
     """The rules of the first, second, … request, without those that say nothing."""
     numbered = (
-        (rule, Forced(rule.subject, number, number, rule.outcome, rule.latency_ns, rule.measured))
+        (rule, OutcomeRule(rule.subject, number, number, rule.outcome, rule.latency_ns, rule.measured))
         for number, rule in enumerate(rules, start=1)
     )
-    return tuple(told for rule, told in numbered if rule != Forced(rule.subject, rule.first, rule.last))
+    return tuple(told for rule, told in numbered if rule != OutcomeRule(rule.subject, rule.first, rule.last))
 
 
-def _rule(resource: Resource) -> SearchStrategy[Forced]:
+def _rule(resource: Resource) -> SearchStrategy[OutcomeRule]:
     """What is said of one request; nothing, if it is a plain success."""
     latencies = st.none() | _latencies(resource.simulation.latency)
     measured = st.none() | _measured(resource) if resource.simulation.measured else st.none()
 
     @st.composite
-    def rule(draw: DrawFn) -> Forced:
+    def rule(draw: DrawFn) -> OutcomeRule:
         outcome = draw(st.sampled_from((None, Outcome.FAIL, Outcome.TIMEOUT)))
         latency_ns = None if outcome is Outcome.TIMEOUT else draw(latencies)
-        return Forced(resource.name, 1, 1, outcome, latency_ns, draw(measured) if outcome is None else None)
+        return OutcomeRule(resource.name, 1, 1, outcome, latency_ns, draw(measured) if outcome is None else None)
 
     return rule()
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, Protocol
 
-from scbm.cases import AT_ONCE, LOST, Forced, Network, Reaction
+from scbm.cases import AT_ONCE, LOST, Network, OutcomeRule, Reaction
 from scbm.model import Outcome
 from scbm.running.simulation.default_reactions import plainly_measured
 from scbm.running.simulation.message_links import Links
@@ -46,7 +46,7 @@ class Choices:
     def __init__(
         self,
         reactions: Reactions,
-        forced: Sequence[Forced] = (),
+        forced: Sequence[OutcomeRule] = (),
         network: Network = Network(),  # noqa: B008 - an immutable value
         random: Random | None = None,
     ) -> None:
@@ -118,20 +118,20 @@ class Choices:
 class _OutcomeRules:
     """The rules of a case, and how many requests each subject had so far."""
 
-    def __init__(self, rules: Iterable[Forced]) -> None:
-        self._rules: dict[str, deque[Forced]] = {}
+    def __init__(self, rules: Iterable[OutcomeRule]) -> None:
+        self._rules: dict[str, deque[OutcomeRule]] = {}
         for rule in rules:
             self._rules.setdefault(rule.subject, deque()).append(rule)
         self._counts = dict.fromkeys(self._rules, 0)
 
-    def of_next(self, resource: str, operation: str | None) -> list[Forced]:
+    def of_next(self, resource: str, operation: str | None) -> list[OutcomeRule]:
         """What is said of the next request: for its resource first, so that the operation's rule goes over it."""
         if not self._rules:
             return []
         rules = (self._next(subject) for subject in (resource, operation) if subject in self._rules)
         return [rule for rule in rules if rule is not None]
 
-    def _next(self, subject: str) -> Forced | None:
+    def _next(self, subject: str) -> OutcomeRule | None:
         self._counts[subject] += 1
         number, rules = self._counts[subject], self._rules[subject]
         while rules and rules[0].last is not None and rules[0].last < number:  # so that long lists cost nothing
@@ -139,7 +139,7 @@ class _OutcomeRules:
         return next((r for r in rules if r.first <= number and (r.last is None or number <= r.last)), None)
 
 
-def _follow(reaction: Reaction, rule: Forced, resource: Resource) -> Reaction:
+def _follow(reaction: Reaction, rule: OutcomeRule, resource: Resource) -> Reaction:
     """The reaction with all that a rule says."""
     outcome = reaction.outcome if rule.outcome is None else rule.outcome
     measured = reaction.measured if rule.measured is None else rule.measured
@@ -158,20 +158,20 @@ def _follow(reaction: Reaction, rule: Forced, resource: Resource) -> Reaction:
     )
 
 
-def leave_nothing_open(reactions: Iterable[Reaction]) -> tuple[Forced, ...]:
+def leave_nothing_open(reactions: Iterable[Reaction]) -> tuple[OutcomeRule, ...]:
     """Rules that say everything of a run's requests, resource by resource in the order of their first requests."""
-    by_resource: dict[str, list[Forced]] = {}
+    by_resource: dict[str, list[OutcomeRule]] = {}
     for reaction in reactions:
         rules = by_resource.setdefault(reaction.resource, [])
         rules.append(_rule(reaction, len(rules) + 1))
     return tuple(rule for rules in by_resource.values() for rule in rules)
 
 
-def _rule(reaction: Reaction, number: int) -> Forced:
+def _rule(reaction: Reaction, number: int) -> OutcomeRule:
     answered = reaction.outcome is not Outcome.TIMEOUT
     reply = reaction.reply if answered else None
     said = (None if delivery == AT_ONCE else delivery for delivery in (reaction.request, reply, reaction.cancel))
-    return Forced(
+    return OutcomeRule(
         reaction.resource,
         number,
         number,

@@ -7,7 +7,7 @@ from random import Random
 
 import pytest
 
-from scbm.cases import AT_ONCE, LOST, Forced, Network, Partition, Reaction
+from scbm.cases import AT_ONCE, LOST, Network, OutcomeRule, Partition, Reaction
 from scbm.model import Latency, LatencyShape, Outcome, Resource, Simulation
 from scbm.running.simulation import Choices, MessageKind, PlainReactions, leave_nothing_open
 
@@ -17,7 +17,7 @@ ROBOT = Resource("robot", simulation=Simulation(Latency(LatencyShape.FIXED, (7,)
 CAMERA = Resource("camera", measures=("light",), simulation=Simulation(measured=(("light", ("red", "green")),)))
 
 
-def _choices(*forced: Forced, network: Network | None = None) -> Choices:
+def _choices(*forced: OutcomeRule, network: Network | None = None) -> Choices:
     return Choices(PlainReactions(), forced, network or Network(), Random("messages"))
 
 
@@ -26,29 +26,31 @@ def _outcomes(choices: Choices, *requests: tuple[Resource, str | None]) -> list[
 
 
 def test_requests_are_counted_for_each_resource() -> None:
-    choices = _choices(Forced("scan", 2, 2, Outcome.FAIL), Forced("robot", 1, 1, Outcome.TIMEOUT))
+    choices = _choices(OutcomeRule("scan", 2, 2, Outcome.FAIL), OutcomeRule("robot", 1, 1, Outcome.TIMEOUT))
     asked = [(SCAN, None), (ROBOT, None), (SCAN, None), (ROBOT, None), (SCAN, None)]
     assert _outcomes(choices, *asked) == ["succeed", "timeout", "fail", "succeed", "succeed"]
 
 
 def test_a_rule_without_an_end_goes_on_for_ever() -> None:
-    choices = _choices(Forced("scan", 3, None, Outcome.FAIL))
+    choices = _choices(OutcomeRule("scan", 3, None, Outcome.FAIL))
     assert _outcomes(choices, *[(SCAN, None)] * 5) == ["succeed", "succeed", "fail", "fail", "fail"]
 
 
 def test_requests_are_counted_for_each_operation_and_its_rule_goes_first() -> None:
-    choices = _choices(Forced("scan", 1, None, Outcome.FAIL, 9), Forced("pick", 2, 2, Outcome.TIMEOUT))
+    choices = _choices(OutcomeRule("scan", 1, None, Outcome.FAIL, 9), OutcomeRule("pick", 2, 2, Outcome.TIMEOUT))
     assert _outcomes(choices, (SCAN, "pick"), (SCAN, "place"), (SCAN, "pick")) == ["fail", "fail", "timeout"]
     assert choices.taken_by(3).latency_ns == 9
 
 
 def test_what_a_rule_does_not_say_stays_as_it_was() -> None:
-    choices = _choices(Forced("scan", 1, 1, latency_ns=99, reply=LOST))
+    choices = _choices(OutcomeRule("scan", 1, 1, latency_ns=99, reply=LOST))
     assert choices.react(SCAN, None) == Reaction("scan", Outcome.SUCCEED, 99, reply=LOST)
 
 
 def test_a_failure_measures_nothing() -> None:
-    choices = _choices(Forced("camera", 1, 1, Outcome.FAIL), Forced("camera", 2, 2, measured=(("light", "green"),)))
+    choices = _choices(
+        OutcomeRule("camera", 1, 1, Outcome.FAIL), OutcomeRule("camera", 2, 2, measured=(("light", "green"),))
+    )
     measured = [choices.react(CAMERA, None).measured for _ in range(3)]
     assert measured == [None, (("light", "green"),), (("light", "red"),)]
 
@@ -58,12 +60,12 @@ def test_a_success_that_is_forced_measures_the_first_values() -> None:
         def react(self, resource: Resource) -> Reaction:
             return Reaction(resource.name, Outcome.FAIL, 1)
 
-    choices = Choices(Failing(), [Forced("camera", 1, 1, Outcome.SUCCEED)])
+    choices = Choices(Failing(), [OutcomeRule("camera", 1, 1, Outcome.SUCCEED)])
     assert choices.react(CAMERA, None).measured == (("light", "red"),)
 
 
 def test_messages_travel_at_once_unless_the_network_or_the_case_says_more() -> None:
-    choices = _choices(Forced("scan", 2, 2, reply=(3, 4)))
+    choices = _choices(OutcomeRule("scan", 2, 2, reply=(3, 4)))
     choices.react(SCAN, None)
     choices.react(SCAN, None)
     assert [choices.travel(request, MessageKind.REPLY, 0) for request in (1, 2)] == [AT_ONCE, (3, 4)]
@@ -138,14 +140,14 @@ def test_what_was_decided_leaves_nothing_open() -> None:
         Reaction("scan", Outcome.FAIL, 6, request=LOST),
     ]
     assert leave_nothing_open(reactions) == (
-        Forced("scan", 1, 1, Outcome.SUCCEED, 5, (("light", "red"),), reply=(3,)),
-        Forced("scan", 2, 2, Outcome.FAIL, 6, request=LOST),
-        Forced("robot", 1, 1, Outcome.TIMEOUT),
+        OutcomeRule("scan", 1, 1, Outcome.SUCCEED, 5, (("light", "red"),), reply=(3,)),
+        OutcomeRule("scan", 2, 2, Outcome.FAIL, 6, request=LOST),
+        OutcomeRule("robot", 1, 1, Outcome.TIMEOUT),
     )
 
 
 def test_that_nothing_was_measured_is_said_where_something_could_have_been() -> None:
-    choices = _choices(Forced("camera", 1, 1, measured=()))
+    choices = _choices(OutcomeRule("camera", 1, 1, measured=()))
     choices.react(CAMERA, None)
     (rule,) = leave_nothing_open(choices.taken)
     assert rule.measured == ()
@@ -154,7 +156,7 @@ def test_that_nothing_was_measured_is_said_where_something_could_have_been() -> 
 
 
 def test_a_partition_cuts_off_whatever_else_is_said() -> None:
-    choices = _choices(Forced("scan", 1, 1, reply=(3,)), network=Network(partitions=(Partition(0, 5),)))
+    choices = _choices(OutcomeRule("scan", 1, 1, reply=(3,)), network=Network(partitions=(Partition(0, 5),)))
     choices.react(SCAN, None)
     assert [choices.travel(1, MessageKind.REPLY, now_ns) for now_ns in (4, 5)] == [LOST, (3,)]
 

@@ -11,9 +11,9 @@ from scbm.cases import (
     CaseLimits,
     Condition,
     ConditionKind,
-    Forced,
     Injection,
     Network,
+    OutcomeRule,
     Partition,
     Reaction,
     Restart,
@@ -41,13 +41,13 @@ def _run(  # noqa: PLR0913 - what a case may say
     options: RunnerOptions | None = None,
     injections: tuple[Injection, ...] = (),
     network: Network = Network(),  # noqa: B008 - an immutable value
-    rules: tuple[Forced, ...] = (),
+    rules: tuple[OutcomeRule, ...] = (),
     limits: CaseLimits = CaseLimits(),  # noqa: B008 - an immutable value
 ) -> Simulated:
     """Runs the scan cell, whose requests react one after the other as `outcomes` say, then plainly."""
     model = model or scan_cell()
     forced = tuple(
-        Forced("scan", number, number, outcome, round(seconds * S))
+        OutcomeRule("scan", number, number, outcome, round(seconds * S))
         for number, (outcome, seconds) in enumerate(outcomes, start=1)
     )
     case = Case("case", *GOAL, model.nominal_state, (*forced, *rules), injections, network, limits)
@@ -223,26 +223,28 @@ def test_a_resource_changes_when_a_predicate_becomes_true() -> None:
 
 
 def test_a_lost_request_is_not_answered_and_told() -> None:
-    run = _run(rules=(Forced("scan", 1, 1, request=()),))
+    run = _run(rules=(OutcomeRule("scan", 1, 1, request=()),))
     assert _states(run) == [(0, "executing"), (10, "timedout"), (10, "executing"), (11, "completed")]
     assert [(r.message, r.copies) for r in run.records if isinstance(r, MessageDisturbed)] == [("request", 0)]
 
 
 def test_a_reply_that_is_under_way_too_long_is_dropped() -> None:
-    run = _run(rules=(Forced("scan", 1, 1, reply=(10 * S,)), Forced("scan", 2, 2, latency_ns=4 * S)))
+    run = _run(rules=(OutcomeRule("scan", 1, 1, reply=(10 * S,)), OutcomeRule("scan", 2, 2, latency_ns=4 * S)))
     assert _states(run)[-1] == (14, "completed")
     assert _dropped(run) == [(11, 1, "late")]
 
 
 def test_each_copy_of_a_request_is_answered_and_one_answer_counts() -> None:
-    rules = (Forced("scan", 1, 1, Outcome.FAIL, request=(0, S)), Forced("scan", 2, 2, latency_ns=4 * S))
+    rules = (OutcomeRule("scan", 1, 1, Outcome.FAIL, request=(0, S)), OutcomeRule("scan", 2, 2, latency_ns=4 * S))
     run = _run(rules=rules)
     assert [r.request for r in run.records if isinstance(r, ReplyReceived)] == [1, 2]
     assert _dropped(run) == [(2, 1, "repeated")]
 
 
 def test_a_lost_cancellation_leaves_a_late_reply() -> None:
-    run = _run(rules=(Forced("scan", 1, 1, latency_ns=12 * S, cancel=()), Forced("scan", 2, 2, latency_ns=4 * S)))
+    run = _run(
+        rules=(OutcomeRule("scan", 1, 1, latency_ns=12 * S, cancel=()), OutcomeRule("scan", 2, 2, latency_ns=4 * S))
+    )
     assert _dropped(run) == [(12, 1, "late")]
     assert _states(run)[-1] == (14, "completed")
 
@@ -273,7 +275,7 @@ def test_a_resource_that_is_down_gets_no_requests() -> None:
 
 
 def test_rules_can_speak_of_the_requests_of_an_operation() -> None:
-    run = _run(rules=(Forced("scan_box", 1, 2, Outcome.FAIL),))
+    run = _run(rules=(OutcomeRule("scan_box", 1, 2, Outcome.FAIL),))
     assert [r.succeeded for r in run.records if isinstance(r, ReplyReceived)] == [False, False, True]
 
 
@@ -285,7 +287,7 @@ RETRY = (
 
 def test_a_run_in_which_no_time_passes_is_a_livelock() -> None:
     """Neither the deadline of the operation nor the limit of the run ever comes."""
-    rules = (Forced("scan", 1, None, Outcome.FAIL, 0),)
+    rules = (OutcomeRule("scan", 1, None, Outcome.FAIL, 0),)
     options = RunnerOptions(time_limit_ns=S, instant_bound=300)
     run = _run(model=scan_cell(RETRY), rules=rules, options=options)
     assert (run.end, run.ended_ns) == (End.LIVELOCK, 0)
@@ -294,6 +296,6 @@ def test_a_run_in_which_no_time_passes_is_a_livelock() -> None:
 
 def test_a_run_can_be_given_up_when_too_much_happens() -> None:
     model = scan_cell(RETRY)
-    case = Case("case", *GOAL, model.nominal_state, (Forced("scan", 1, None, Outcome.FAIL, 1_000),))
+    case = Case("case", *GOAL, model.nominal_state, (OutcomeRule("scan", 1, None, Outcome.FAIL, 1_000),))
     with pytest.raises(TooLongError):
         Simulator(model).run(case, Choices(AfterASecond(), case.outcomes), most_records=500)
