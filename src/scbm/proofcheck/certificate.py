@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, ClassVar, Protocol
 
 if TYPE_CHECKING:
     from scbm.model import Value
@@ -101,7 +101,13 @@ class RunsArgument:
     runs: tuple[tuple[str, tuple[Situation, ...]], ...]
 
 
-Argument: TypeAlias = StructureArgument | ValuesArgument | RunsArgument
+class Argument(Protocol):
+    """Why no run visits the claimed obligations."""
+
+    @property
+    def kind(self) -> str:
+        """The name of an entry of `ARGUMENTS`."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,17 +7,14 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Obligations
-from scbm.proofcheck.certificate import CertificateFlaw, RunsArgument, StructureArgument, ValuesArgument
-from scbm.proofcheck.runs_check import check_runs
-from scbm.proofcheck.structure_check import check_structure
-from scbm.proofcheck.values_check import check_values
+from scbm.proofcheck.arguments import ARGUMENTS
+from scbm.proofcheck.certificate import CertificateFlaw
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator
 
-    from scbm.cases.coverage import Obligation
     from scbm.model import BehaviorModel
-    from scbm.proofcheck.certificate import Argument, Certificate
+    from scbm.proofcheck.certificate import Certificate
 
 MAX_FLAWS = 20
 """So many flaws are told."""
@@ -50,16 +47,5 @@ def _flaws(certificate: Certificate, model: BehaviorModel) -> Iterator[Certifica
     ]
     if not names:
         flaws.append(CertificateFlaw("the claims", "there are none"))
-    yield from flaws or _check_argument([known[name] for name in names if name in known], certificate.argument, model)
-
-
-def _check_argument(
-    claimed: Sequence[Obligation], argument: Argument, model: BehaviorModel
-) -> Iterator[CertificateFlaw]:
-    match argument:
-        case StructureArgument():
-            return check_structure(claimed, argument, model)
-        case ValuesArgument():
-            return check_values(claimed, argument, model)
-        case RunsArgument():
-            return check_runs(claimed, argument, model)
+    argument = certificate.argument
+    yield from flaws or ARGUMENTS[argument.kind].check([known[name] for name in names], argument, model)

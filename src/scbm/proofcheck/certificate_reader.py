@@ -13,17 +13,8 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.proofcheck.certificate import (
-    Argument,
-    Awaits,
-    Certificate,
-    Claim,
-    Fact,
-    RunsArgument,
-    Situation,
-    StructureArgument,
-    ValuesArgument,
-)
+from scbm.proofcheck.arguments import ARGUMENTS
+from scbm.proofcheck.certificate import Certificate, Claim
 from scbm.proofcheck.certificate_writer import FORMAT_VERSION
 
 if TYPE_CHECKING:
@@ -83,14 +74,6 @@ MAX_FAULTS = 100
 """So many faults are told at once."""
 
 _HEAD = ("scbm_certificate", "model", "digest", "claims", "argument")
-_KEYS = {
-    StructureArgument.kind: ("facts",),
-    ValuesArgument.kind: ("values",),
-    RunsArgument.kind: ("variables", "runs"),
-}
-_FACTS = {fact.name.lower(): fact for fact in Fact}
-_AWAITS = {awaits.value: awaits for awaits in Awaits}
-_FEWEST_PARTS, _MAX_PARTS = 3, 4
 _MAX_NUMBER = 2**63
 _MAX_QUOTED = 60
 _DIGEST = re.compile(r"[0-9a-f]{64}")
@@ -120,7 +103,7 @@ def read_certificate(text: str, file: str = "certificate") -> Certificate:
     if len(text) > MAX_CHARACTERS:
         raise InputError([_diagnostic("this is too large for a certificate", text, file, 0)])
     document = _document(text, file)
-    reading = _CertificateReading()
+    reading = CertificateParts()
     certificate = reading.read(document)
     if certificate is None:
         found = positions(text, (fault.path for fault in reading.faults))
@@ -166,7 +149,7 @@ def _quoted(word: str) -> str:
     return f"`{''.join(c if c.isprintable() else '?' for c in shown)}`"
 
 
-class _CertificateReading:
+class CertificateParts:
     """Goes through a document and keeps all that is wrong with it."""
 
     def __init__(self) -> None:
@@ -191,26 +174,16 @@ class _CertificateReading:
             message = f"version {told} of the format of certificates; this scbm reads version {FORMAT_VERSION}"
             raise _FaultError(("scbm_certificate",), message)
         kind = document.get("argument")
-        if not isinstance(kind, str) or kind not in _KEYS:
+        if not isinstance(kind, str) or kind not in ARGUMENTS:
             path: Path = ("argument",) if "argument" in document else ()
-            raise _FaultError(path, f"the key `argument` says which one it is: {', '.join(_KEYS)}")
-        _check_keys(document, (*_HEAD, *_KEYS[kind]), ())
+            raise _FaultError(path, f"the key `argument` says which one it is: {', '.join(ARGUMENTS)}")
+        self.keys(document, (*_HEAD, *ARGUMENTS[kind].keys), ())
         return Certificate(
-            self._word(document["model"], ("model",)),
+            self.word(document["model"], ("model",)),
             self._digest(document["digest"], ("digest",)),
-            self._each(document["claims"], ("claims",), self._claim),
-            self._argument(kind, document),
+            self.each(document["claims"], ("claims",), self._claim),
+            ARGUMENTS[kind].read(self, document),
         )
-
-    def _argument(self, kind: str, document: dict[str, Any]) -> Argument:
-        match kind:
-            case StructureArgument.kind:
-                return StructureArgument(self._each(document["facts"], ("facts",), self._fact))
-            case ValuesArgument.kind:
-                return ValuesArgument(self._sets(document["values"], ("values",)))
-            case _:
-                variables = self._each(document["variables"], ("variables",), self._word)
-                return RunsArgument(variables, self._each(document["runs"], ("runs",), self._goal))
 
     # the parts
 
@@ -220,49 +193,21 @@ class _CertificateReading:
         return value
 
     def _claim(self, value: object, path: Path) -> Claim:
-        claim = _check_keys(value, ("obligation", "reason"), path)
-        obligation = self._word(claim["obligation"], (*path, "obligation"))
-        return Claim(obligation, self._word(claim["reason"], (*path, "reason")))
+        claim = self.keys(value, ("obligation", "reason"), path)
+        obligation = self.word(claim["obligation"], (*path, "obligation"))
+        return Claim(obligation, self.word(claim["reason"], (*path, "reason")))
 
-    def _fact(self, value: object, path: Path) -> Fact:
-        if not isinstance(value, str) or value not in _FACTS:
-            raise _FaultError(path, f"a fact is one of {', '.join(_FACTS)}")
-        return _FACTS[value]
-
-    def _sets(self, value: object, path: Path) -> tuple[tuple[str, tuple[Value, ...]], ...]:
-        if not isinstance(value, dict):
-            raise _FaultError(path, "here is an object of variables, each with a list of values")
-        return tuple(
-            (self._word(name, path), self._each(values, (*path, name), self._value)) for name, values in value.items()
-        )
-
-    def _goal(self, value: object, path: Path) -> tuple[str, tuple[Situation, ...]]:
-        goal = _check_keys(value, ("goal", "situations"), path)
-        situations = self._each(goal["situations"], (*path, "situations"), self._situation)
-        return self._word(goal["goal"], (*path, "goal")), situations
-
-    def _situation(self, value: object, path: Path) -> Situation:
-        if not isinstance(value, list) or not _FEWEST_PARTS <= len(value) <= _MAX_PARTS:
-            raise _FaultError(path, "a situation is a list of values, queue, requests in flight, and what it awaits")
-        values = self._each(value[0], (*path, 0), self._value)
-        queue = self._each(value[1], (*path, 1), self._word)
-        in_flight = self._each(value[2], (*path, 2), self._word)
-        if len(value) < _MAX_PARTS:
-            return Situation(values, queue, in_flight)
-        if not isinstance(value[3], str) or value[3] not in _AWAITS:
-            raise _FaultError((*path, 3), f"what a situation awaits is one of {', '.join(_AWAITS)}")
-        return Situation(values, queue, in_flight, _AWAITS[value[3]])
-
-    def _value(self, value: object, path: Path) -> Value:
+    def value(self, value: object, path: Path) -> Value:
+        """Return a value of a variable."""
         if isinstance(value, bool):
             return value
         if isinstance(value, int):
             if abs(value) > _MAX_NUMBER:
                 raise _FaultError(path, "this is a number that no variable can have")
             return value
-        return self._word(value, path)
+        return self.word(value, path)
 
-    def _word(self, value: object, path: Path) -> str:
+    def word(self, value: object, path: Path) -> str:
         """A name, a symbol or a reason. The same words come back in every situation, and are kept once."""
         if isinstance(value, str) and value in self._words:
             return self._words[value]
@@ -270,7 +215,7 @@ class _CertificateReading:
             raise _FaultError(path, f"here is a text of one line with 1 to {MAX_WORD} characters")
         return self._words.setdefault(value, value)
 
-    def _each(self, value: object, path: Path, read: Callable[[Any, Path], Part]) -> tuple[Part, ...]:
+    def each(self, value: object, path: Path, read: Callable[[Any, Path], Part]) -> tuple[Part, ...]:
         """All elements of a list; what is wrong with one of them is kept, and the others are read."""
         if not isinstance(value, list):
             raise _FaultError(path, "here is a list")
@@ -284,15 +229,18 @@ class _CertificateReading:
                     raise
         return tuple(parts)
 
+    def keys(self, value: object, keys: tuple[str, ...], path: Path) -> dict[str, Any]:
+        """Return an object that has exactly these keys."""
+        if not isinstance(value, dict):
+            raise _FaultError(path, f"here is an object with the keys {', '.join(keys)}")
+        for key in keys:
+            if key not in value:
+                raise _FaultError(path, f"the key `{key}` is missing")
+        for key in value:
+            if key not in keys:
+                raise _FaultError((*path, key), f"{_quoted(key)} is not a key here")
+        return value
 
-def _check_keys(value: object, keys: tuple[str, ...], path: Path) -> dict[str, Any]:
-    """An object with exactly these keys."""
-    if not isinstance(value, dict):
-        raise _FaultError(path, f"here is an object with the keys {', '.join(keys)}")
-    for key in keys:
-        if key not in value:
-            raise _FaultError(path, f"the key `{key}` is missing")
-    for key in value:
-        if key not in keys:
-            raise _FaultError((*path, key), f"{_quoted(key)} is not a key here")
-    return value
+    def refuse(self, path: Path, message: str) -> NoReturn:
+        """Refuse the value at a path."""
+        raise _FaultError(path, message)

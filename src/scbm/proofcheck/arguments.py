@@ -1,0 +1,142 @@
+"""The arguments of certificates by name: how a certificate writes each of them, and what checks it.
+
+To add one: a class beside the others in `certificate`, and an entry in `ARGUMENTS`.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from scbm.proofcheck.certificate import Awaits, Fact, RunsArgument, Situation, StructureArgument, ValuesArgument
+from scbm.proofcheck.runs_check import check_runs
+from scbm.proofcheck.structure_check import check_structure
+from scbm.proofcheck.values_check import check_values
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Sequence
+
+    from scbm.cases.coverage import Obligation
+    from scbm.model import BehaviorModel, Value
+    from scbm.proofcheck.certificate import CertificateFlaw
+    from scbm.proofcheck.certificate_reader import CertificateParts, Path
+
+_FACTS = {fact.name.lower(): fact for fact in Fact}
+_AWAITS = {awaits.value: awaits for awaits in Awaits}
+_MIN_PARTS, _MAX_PARTS = 3, 4
+
+
+@dataclass(frozen=True, slots=True)
+class ArgumentFormat:
+    """How certificates write an argument, and what checks it.
+
+    Attributes:
+        keys: the keys of a certificate with this argument, beside those of all certificates.
+        read: gets the reader of parts and the JSON object, and returns the argument. It refuses a part by `refuse`.
+        write: returns the lines of the argument, one `"key": value` for each of `keys`.
+        check: gets the claimed obligations, the argument and the model, and returns all flaws: none is a proof.
+    """
+
+    keys: tuple[str, ...]
+    read: Callable[[CertificateParts, dict[str, Any]], Any]
+    write: Callable[[Any], list[str]]
+    check: Callable[[Sequence[Obligation], Any, BehaviorModel], Iterator[CertificateFlaw]]
+
+
+def json_text(value: object) -> str:
+    """Return a value as JSON on one line."""
+    return json.dumps(value, ensure_ascii=False)
+
+
+def json_list(lines: Iterable[str]) -> str:
+    """Return elements that are JSON already as a list, each on a line of its own."""
+    return "[\n" + ",\n".join(lines) + "\n]"
+
+
+# facts of the model file
+
+
+def _read_facts(parts: CertificateParts, document: dict[str, Any]) -> StructureArgument:
+    def fact(value: object, path: Path) -> Fact:
+        if not isinstance(value, str) or value not in _FACTS:
+            parts.refuse(path, f"a fact is one of {', '.join(_FACTS)}")
+        return _FACTS[value]
+
+    return StructureArgument(parts.each(document["facts"], ("facts",), fact))
+
+
+def _write_facts(argument: StructureArgument) -> list[str]:
+    return [f'"facts": {json_text([fact.name.lower() for fact in argument.facts])}']
+
+
+# values of variables
+
+
+def _read_values(parts: CertificateParts, document: dict[str, Any]) -> ValuesArgument:
+    value: object = document["values"]
+    if not isinstance(value, dict):
+        parts.refuse(("values",), "here is an object of variables, each with a list of values")
+    sets: Iterable[tuple[str, tuple[Value, ...]]] = (
+        (parts.word(name, ("values",)), parts.each(values, ("values", name), parts.value))
+        for name, values in value.items()
+    )
+    return ValuesArgument(tuple(sets))
+
+
+def _write_values(argument: ValuesArgument) -> list[str]:
+    lines = (f"{json_text(name)}: {json_text(allowed)}" for name, allowed in argument.values)
+    return ['"values": {\n' + ",\n".join(lines) + "\n}"]
+
+
+# situations of runs
+
+
+def _read_runs(parts: CertificateParts, document: dict[str, Any]) -> RunsArgument:
+    def situation(value: object, path: Path) -> Situation:
+        return _read_situation(parts, value, path)
+
+    def goal(value: object, path: Path) -> tuple[str, tuple[Situation, ...]]:
+        read = parts.keys(value, ("goal", "situations"), path)
+        situations = parts.each(read["situations"], (*path, "situations"), situation)
+        return parts.word(read["goal"], (*path, "goal")), situations
+
+    variables = parts.each(document["variables"], ("variables",), parts.word)
+    return RunsArgument(variables, parts.each(document["runs"], ("runs",), goal))
+
+
+def _read_situation(parts: CertificateParts, value: object, path: Path) -> Situation:
+    if not isinstance(value, list) or not _MIN_PARTS <= len(value) <= _MAX_PARTS:
+        parts.refuse(path, "a situation is a list of values, queue, requests in flight, and what it awaits")
+    values = parts.each(value[0], (*path, 0), parts.value)
+    queue = parts.each(value[1], (*path, 1), parts.word)
+    in_flight = parts.each(value[2], (*path, 2), parts.word)
+    if len(value) < _MAX_PARTS:
+        return Situation(values, queue, in_flight)
+    if not isinstance(value[3], str) or value[3] not in _AWAITS:
+        parts.refuse((*path, 3), f"what a situation awaits is one of {', '.join(_AWAITS)}")
+    return Situation(values, queue, in_flight, _AWAITS[value[3]])
+
+
+def _write_runs(argument: RunsArgument) -> list[str]:
+    goals = (
+        f'{{"goal": {json_text(goal)}, "situations": {json_list(map(_situation_text, situations))}}}'
+        for goal, situations in argument.runs
+    )
+    return [f'"variables": {json_text(argument.variables)}', f'"runs": {json_list(goals)}']
+
+
+def _situation_text(situation: Situation) -> str:
+    """The values, the queue, the requests in flight, and what the situation awaits, if anything."""
+    parts: list[object] = [situation.values, situation.queue, situation.in_flight]
+    if situation.awaits is not Awaits.NOTHING:
+        parts.append(situation.awaits.value)
+    return json.dumps(parts, ensure_ascii=False, separators=(",", ":"))
+
+
+ARGUMENTS: dict[str, ArgumentFormat] = {
+    StructureArgument.kind: ArgumentFormat(("facts",), _read_facts, _write_facts, check_structure),
+    ValuesArgument.kind: ArgumentFormat(("values",), _read_values, _write_values, check_values),
+    RunsArgument.kind: ArgumentFormat(("variables", "runs"), _read_runs, _write_runs, check_runs),
+}
+"""The arguments by the names that certificates give them under `argument`, the cheapest first."""
