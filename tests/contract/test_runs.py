@@ -6,8 +6,9 @@ did to a message stands where the tester's note of it comes, behind the records 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import partial
 
 import pytest
 
@@ -28,8 +29,11 @@ from support.virtual_loop import VirtualLoop, run_virtually
 
 WRITTEN = sorted((ROOT / "examples/robot_in_the_air/cases").glob("*.yaml"))
 FAULTS = "latency: 5 ms, jitter: 20 ms, loss: 5 %, duplication: 10 %, reordering: 20 %"
-SCALE = Fraction(20)
-"""Between a reply of the model's slowest kind and its deadline there are 8.5 s, here 425 ms of the wall."""
+SCALES = (Fraction(20), Fraction(5), Fraction(1))
+"""Between a reply of the model's slowest kind and its deadline there are 8.5 s, at the scale 20 425 ms of the wall.
+
+A machine that is too busy for that runs the cases that came too late again, more slowly.
+"""
 
 HELD = """\
 case: held
@@ -56,14 +60,14 @@ def written(model: BehaviorModel = AFTER) -> list[Case]:
     return [read_case(path.read_text(encoding="utf-8"), model) for path in WRITTEN]
 
 
-def over_loopback(model: BehaviorModel, cases: Sequence[Case]) -> list[Execution]:
+def over_loopback(model: BehaviorModel, cases: Sequence[Case], time_scale: Fraction) -> list[Execution]:
     async def scene() -> list[Execution]:
-        return await run_cases(Stage(model, LoopbackHub().join), cases, SCALE)
+        return await run_cases(Stage(model, LoopbackHub().join), cases, time_scale)
 
     return run(scene())
 
 
-def over_dds(model: BehaviorModel, cases: Sequence[Case], domain: int) -> list[Execution]:
+def over_dds(model: BehaviorModel, cases: Sequence[Case], time_scale: Fraction, domain: int) -> list[Execution]:
     async def scene() -> list[Execution]:
         from scbm.nodes.buses.dds import open_dds  # noqa: PLC0415 - cyclonedds may be missing
 
@@ -72,7 +76,7 @@ def over_dds(model: BehaviorModel, cases: Sequence[Case], domain: int) -> list[E
         def join(name: str) -> Bus:
             return open_dds(f"scbm_{name}", domain, complaints.append)
 
-        executions = await run_cases(Stage(model, join), cases, SCALE)
+        executions = await run_cases(Stage(model, join), cases, time_scale)
         assert complaints == []
         return executions
 
@@ -95,6 +99,25 @@ def assert_same(real: Execution, simulated: Execution) -> None:
     ]
     noted = sorted(map(repr, without_times(notes(real.trace.records))))
     assert noted == sorted(map(repr, without_times(notes(simulated.trace.records))))
+
+
+def assert_same_in_wall_time(
+    model: BehaviorModel, cases: Sequence[Case], run_all: Callable[[Sequence[Case], Fraction], list[Execution]]
+) -> None:
+    """Run cases over nodes, and those that came too late again at the next scale."""
+    left = list(cases)
+    for scale in SCALES:
+        executions, cases, left = run_all(left, scale), left, []
+        for case, real in zip(cases, executions, strict=True):
+            try:
+                assert_same(real, Tester(model).execute(case))
+            except AssertionError:
+                if scale == SCALES[-1]:
+                    raise
+                left.append(case)
+            assert_replays(real, model)
+        if not left:
+            return
 
 
 def assert_replays(execution: Execution, model: BehaviorModel) -> None:
@@ -164,22 +187,16 @@ def test_whatever_the_scale_of_time(scale: Fraction) -> None:
 @pytest.mark.parametrize("model", [BEFORE, AFTER], ids=["before", "after"])
 def test_in_wall_time_runs_are_the_same_but_for_times(model: BehaviorModel) -> None:
     cases = drawn(model, PERFECT, 4, seed=1)
-    for case, real in zip(cases, over_loopback(model, cases), strict=True):
-        assert_same(real, Tester(model).execute(case))
-        assert_replays(real, model)
+    assert_same_in_wall_time(model, cases, partial(over_loopback, model))
 
 
 @pytest.mark.slow
 def test_in_wall_time_so_are_cases_that_say_what_happens() -> None:
     cases = [*written()[:1], *written()[3:], read_case(HELD, AFTER)]
-    for case, real in zip(cases, over_loopback(AFTER, cases), strict=True):
-        assert_same(real, Tester(AFTER).execute(case))
-        assert_replays(real, AFTER)
+    assert_same_in_wall_time(AFTER, cases, partial(over_loopback, AFTER))
 
 
 @pytest.mark.dds
 def test_over_dds_runs_are_the_same_but_for_times(domain: int) -> None:
     cases = [*drawn(AFTER, PERFECT, 2, seed=1), *written()[-2:], read_case(HELD, AFTER)]
-    for case, real in zip(cases, over_dds(AFTER, cases, domain), strict=True):
-        assert_same(real, Tester(AFTER).execute(case))
-        assert_replays(real, AFTER)
+    assert_same_in_wall_time(AFTER, cases, partial(over_dds, AFTER, domain=domain))

@@ -26,13 +26,14 @@ from scbm.nodes.buses.dds.raw_samples import delete
 from scbm.nodes.log.event_log import open_event_log, replay
 from scbm.running import Program
 from support.domains import LOOPBACK
-from support.node_processes import MODEL, ProcessCell, process_cell, process_of, verdicts, wait_for_end
+from support.loops import GUARD_S
+from support.node_processes import MODEL, PATIENCE, ProcessCell, process_cell, process_of, verdicts, wait_for_end
 from support.overhearing import Overheard, overhearing
 
 pytestmark = pytest.mark.dds
 
 SLOW = "outcomes: {arm: [{outcome: succeed, after: 9 s}]}"
-"""The first time the arm answers a second before its deadline: at the usual scale, 20, after 450 ms. Then at once."""
+"""The first time the arm answers a second before its deadline: at the usual scale, 4, after 2.25 s. Then at once."""
 
 LEASE, LONG_LEASE = (
     LOOPBACK.replace("</Discovery>", f"<LeaseDuration>{lease}</LeaseDuration></Discovery>") for lease in ("2s", "10min")
@@ -368,7 +369,7 @@ def test_a_second_tester_ends_and_the_first_goes_on(cell: ProcessCell, monkeypat
 
 def test_whoever_tests_with_nodes_of_its_own_does_not_take_those_of_others(cell: ProcessCell) -> None:
     first, _arm = cell.controller(), cell.resources()
-    ended = cell.start("test", cell.model, "--cases", 1, "--transport", "dds", "--time-scale", 20).ends()
+    ended = cell.start("test", cell.model, "--cases", 1, "--transport", "dds", *PATIENCE, "--time-scale", 4).ends()
     assert (ended.code, ended.out) == (2, "")
     assert f"process {first.process.pid}" in ended.err
     assert first.process.poll() is None
@@ -389,7 +390,7 @@ def test_a_controller_of_another_version_of_the_model_is_told_of(cell: ProcessCe
 
 def test_without_a_controller_there_is_an_error(cell: ProcessCell) -> None:
     cell.resources()
-    ended = cell.tester(cell.case("one"), "--wait", "2 s").ends()
+    ended = cell.tester(cell.case("one"), "--wait", "6 s").ends()
     assert (ended.code, ended.out) == (2, "")
     assert "no controller of `trouble`" in ended.err
 
@@ -397,7 +398,7 @@ def test_without_a_controller_there_is_an_error(cell: ProcessCell) -> None:
 def test_resources_that_nobody_simulates_are_told(cell: ProcessCell) -> None:
     cell.controller()
     cell.resources("arm")
-    ended = cell.tester(cell.case("one"), "--wait", "2 s").ends()
+    ended = cell.tester(cell.case("one"), "--wait", "6 s").ends()
     assert (ended.code, ended.out) == (2, "")
     assert "nobody simulates `lamp`" in ended.err
 
@@ -430,7 +431,7 @@ def test_a_driver_of_another_type_is_told_however_long_nodes_may_take_to_come(ce
 
 def test_a_tester_that_is_killed_leaves_none_of_its_nodes_behind(cell: ProcessCell, heard: Overheard) -> None:
     case = cell.case("one", "outcomes: {arm: timeout}")
-    tester = cell.start("test", cell.model, case, "--transport", "dds")
+    tester = cell.start("test", cell.model, case, "--transport", "dds", *PATIENCE)
     nodes = [process_of(heard.status(role)) for role in ("controller", "resources")]
     tester.kill()
     for node in nodes:
@@ -441,7 +442,7 @@ def test_a_controller_of_a_testers_own_that_is_killed_is_started_again_and_its_c
     cell: ProcessCell, heard: Overheard
 ) -> None:
     cases = [cell.case("one", SLOW), cell.case("two"), cell.case("three")]
-    tester = cell.start("test", cell.model, *cases, "--transport", "dds", "--time-scale", 20, "--json")
+    tester = cell.start("test", cell.model, *cases, "--transport", "dds", *PATIENCE, "--time-scale", 4, "--json")
     controller = process_of(heard.status("controller"))
     heard.kind("go")
     os.kill(controller, signal.SIGKILL)
@@ -453,7 +454,9 @@ def test_a_controller_of_a_testers_own_that_is_killed_is_started_again_and_its_c
 def test_resources_of_a_testers_own_that_are_killed_are_started_again_and_the_case_goes_on(
     cell: ProcessCell, heard: Overheard
 ) -> None:
-    tester = cell.start("test", cell.model, cell.case("one", SLOW), "--transport", "dds", "--time-scale", 20, "--json")
+    tester = cell.start(
+        "test", cell.model, cell.case("one", SLOW), "--transport", "dds", *PATIENCE, "--time-scale", 4, "--json"
+    )
     resources = process_of(heard.status("resources"))
     heard.kind("go")
     os.kill(resources, signal.SIGKILL)
@@ -469,7 +472,7 @@ def test_ten_kills_at_random_moments_do_no_harm(domain: int, monkeypatch: pytest
     monkeypatch.setenv("CYCLONEDDS_URI", LEASE)
     kills = ROOT / "benchmarks" / "kills.py"
     command = [sys.executable, str(kills), "--kills", "10", "--seed", "99", "--domain", str(domain)]
-    ran = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False)
+    ran = subprocess.run(command, capture_output=True, text=True, timeout=2 * GUARD_S, check=False)
     assert ran.returncode == 0, ran.stdout + ran.stderr
     for node in ("controller", "robot, gantry", "scanner, gripper", "tester"):
         assert f" {node}\n" in ran.stdout

@@ -10,10 +10,12 @@ from pathlib import Path
 
 import pytest
 
+from support.loops import GUARD_S
+from support.node_processes import PATIENCE
+
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "reference" / "node-protocol.md"
 MODEL = ROOT / "examples" / "robot_in_the_air" / "after.yaml"
-GUARD_S = 120
 
 
 def written(name: str, directory: Path) -> Path:
@@ -29,7 +31,19 @@ def written(name: str, directory: Path) -> Path:
 def test_a_cell_works_with_a_driver_of_nothing_but_cyclonedds(domain: int, tmp_path: Path) -> None:
     program, bindings = written("scanner_driver.py", tmp_path), written("scanner_driver.yaml", tmp_path)
     environment = {**os.environ, "ROS_DOMAIN_ID": str(domain)}
-    words = ["--cases", "1", "--seed", "1", "--transport", "dds", "--bindings", str(bindings), "--real", "scanner"]
+    words = [
+        "--cases",
+        "1",
+        "--seed",
+        "1",
+        "--transport",
+        "dds",
+        "--bindings",
+        str(bindings),
+        "--real",
+        "scanner",
+        *PATIENCE,
+    ]
 
     with subprocess.Popen([sys.executable, program], env=environment, stdout=subprocess.PIPE, text=True) as driver:
         try:

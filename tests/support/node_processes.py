@@ -18,8 +18,10 @@ from queue import Empty, Queue
 from threading import Thread
 from typing import IO, Any
 
-GUARD_S = 60.0
-"""After so long something hangs. No test waits for it."""
+from support.loops import GUARD_S
+
+PATIENCE = ("--wait", "10 min")
+"""Nodes come when their processes have started; no test waits so long for one that comes."""
 
 MODEL = """
 behavior_model: trouble
@@ -169,10 +171,13 @@ class ProcessCell:
         node.says("resources of .*")
         return node
 
-    def tester(self, *arguments: object, scale: int = 20) -> NodeProcess:
-        """A tester at work, which prints JSON at its end and keeps all logs."""
-        options = ("--json", "--logs", "logs", "--time-scale", scale)
-        return self.start("node", "tester", self.model, *arguments, *options)
+    def tester(self, *arguments: object, scale: int = 4) -> NodeProcess:
+        """Start a tester, which prints JSON at its end and keeps all logs.
+
+        At the scale 4 the deadlines of `MODEL` are 2.5 s of the wall: a busy machine has killed a node by then.
+        """
+        options = ("--json", "--logs", "logs", "--time-scale", scale, *PATIENCE)
+        return self.start("node", "tester", self.model, *options, *arguments)
 
     def log(self, case: str) -> Path:
         """The log of a case."""

@@ -16,6 +16,7 @@ from scbm.nodes.buses.loopback import LoopbackHub
 from scbm.planning import PlanLimits
 from scbm.running.simulation import PlainReactions
 from scbm.testing import Execution, Tester
+from support.loops import GUARD_S
 from support.virtual_loop import VirtualLoop
 
 
@@ -62,7 +63,7 @@ async def run_cases(stage: Stage, cases: Iterable[Case], time_scale: Fraction = 
     """Runs cases one by one in a whole cell, and leaves it."""
     controller, resources = stage.controller(), stage.resources()
     node, tester = stage.tester(time_scale), Tester(stage.model)
-    await node.wait_for_cell(10.0)
+    await node.wait_for_cell(GUARD_S)
     executions = [await run_case(node, tester, case) for case in cases]
     await controller.close()
     await resources.close()

@@ -21,6 +21,7 @@ from support import loops
 from support.fake_rclpy import Enums, Profile, Rclpy, endpoint_info, structure
 from support.hearing import Heard
 from support.kept import Kept
+from support.loops import GUARD_S
 
 TALK, DISTANCE = Topic("/talk"), Topic("/distance", MessageType.FLOAT64)
 LIGHT = Service("/light", SET_BOOL)
@@ -437,7 +438,9 @@ def test_without_rclpy_a_controller_says_what_to_source(tmp_path: Path) -> None:
     (tmp_path / "model.yaml").write_text(MODEL)
     words = [sys.executable, "-m", "scbm", "node", "controller", "model.yaml", "--real", "lamp", "--via", "rclpy"]
     environment: dict[str, Any] = {"PYTHONPATH": str(tmp_path), "ROS_DOMAIN_ID": "1"}
-    ended = run_process(words, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False, timeout=60)
+    ended = run_process(
+        words, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False, timeout=GUARD_S
+    )
     assert (ended.returncode, ended.stdout) == (2, "")
     first, second = ended.stderr.splitlines()
     assert first == "rclpy: error[bus-unusable]: rclpy cannot be imported: No module named 'rclpy'"
@@ -461,6 +464,6 @@ def test_to_say_how_drivers_are_reached_where_there_are_none_is_an_error(
 ) -> None:
     (tmp_path / "model.yaml").write_text(MODEL)
     words = [sys.executable, "-m", "scbm", "test", "model.yaml", *options, "--via", "rclpy"]
-    ended = run_process(words, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60)
+    ended = run_process(words, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=GUARD_S)
     assert ended.returncode == 2
     assert ended.stderr.startswith(f"--via: error[bad-option]: {says}\n")

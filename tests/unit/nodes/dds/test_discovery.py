@@ -18,7 +18,7 @@ from scbm.nodes.buses.dds.message_types import PARTICIPANT_ENTITIES, message_cla
 from scbm.nodes.buses.dds.participant import NodeAnnouncement
 from scbm.nodes.buses.dds.raw_samples import delete
 
-GUARD_NS = 60_000_000_000
+GUARD_NS = 600_000_000_000
 
 AS_ROS_DOES = Qos(
     Policy.Reliability.Reliable(GUARD_NS),

@@ -130,7 +130,7 @@ def test_a_plain_reader_reads_what_is_published(domain: int, complain: Complain)
         reader = peer.reader()
         await matched.ends_with(1)
         publisher.publish(-7)
-        (sample,) = await asyncio.to_thread(lambda: [reader.take_one(timeout=duration(seconds=30))])
+        (sample,) = await asyncio.to_thread(lambda: [reader.take_one(timeout=duration(seconds=600))])
         await bus.close()
         peer.close()
         return [sample.data]

@@ -395,7 +395,7 @@ class HandServer:
     async def guid(self, side: Side, client: ServiceClient) -> int:
         """That of the client, from the request that it has sent."""
         await side.until(lambda: bool(client.pair.readers()))
-        taken = await asyncio.to_thread(self._reader.take_one, timeout=60_000_000_000)
+        taken = await asyncio.to_thread(self._reader.take_one, timeout=600_000_000_000)
         return message_types.call_of(taken)[0]
 
     def say(self, guid: int, seq: int, fields: Mapping[str, Scalar]) -> None:
@@ -499,7 +499,7 @@ def test_a_response_waits_for_the_reader_of_its_client(domain: int, monkeypatch:
         await there.until(lambda: there.done > before)
 
         reader = client.reader(of_requests=False)
-        response = await asyncio.to_thread(reader.take_one, timeout=60_000_000_000)
+        response = await asyncio.to_thread(reader.take_one, timeout=600_000_000_000)
 
         assert message_types.call_of(response) == (5, 1)
         assert message_types.fields_of(response, ADD.type.response) == {"sum": 3}
@@ -535,7 +535,7 @@ def test_a_client_that_does_not_say_who_it_is_is_answered_at_once(domain: int, m
         await there.until(lambda: bool(server.pair.writers() and server.pair.readers()))
         writer.write_payload(payload(message_types.request(ADD.type, 5, 1, {"a": 1, "b": 2})))
 
-        response = await asyncio.to_thread(reader.take_one, timeout=60_000_000_000)
+        response = await asyncio.to_thread(reader.take_one, timeout=600_000_000_000)
 
         assert message_types.fields_of(response, ADD.type.response) == {"sum": 3}
 
