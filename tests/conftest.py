@@ -16,6 +16,7 @@ from scbm.cli import main
 from support import tiers
 from support.domains import LOOPBACK, own_domain
 from support.profiles import load_profile
+from support.wording import Wording
 
 collect_ignore = ["models"]
 """The models and cases there are right and wrong on purpose; they belong to tests of their own."""
@@ -107,6 +108,14 @@ def golden(request: pytest.FixtureRequest) -> Callable[[str, str], None]:
         assert path.read_text(encoding="utf-8") == text
 
     return compare
+
+
+@pytest.fixture
+def wording(request: pytest.FixtureRequest, tmp_path: Path, tmp_path_factory: pytest.TempPathFactory) -> Wording:
+    """Compares texts with the golden wording of the module's tests, or writes it with `--update-golden`."""
+    module = request.path.relative_to(ROOT / "tests").with_suffix(".txt")
+    paths = {str(tmp_path): "TMP", str(tmp_path_factory.getbasetemp()): "BASE", str(ROOT): "ROOT"}
+    return Wording(GOLDEN / "wording" / module, request.node.name, paths, request.config.getoption("--update-golden"))
 
 
 @dataclass(frozen=True)

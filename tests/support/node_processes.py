@@ -176,7 +176,8 @@ class ProcessCell:
 
         At the scale 4 the deadlines of `MODEL` are 2.5 s of the wall: a busy machine has killed a node by then.
         """
-        options = ("--json", "--logs", "logs", "--time-scale", scale, *PATIENCE)
+        patience = () if "--wait" in arguments else PATIENCE
+        options = ("--json", "--logs", "logs", "--time-scale", scale, *patience)
         return self.start("node", "tester", self.model, *options, *arguments)
 
     def log(self, case: str) -> Path:

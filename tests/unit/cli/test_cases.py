@@ -11,6 +11,7 @@ from typing import Protocol
 import pytest
 
 from support.profiles import share
+from support.wording import Wording
 
 ROOT = Path(__file__).parents[3]
 BEFORE = "examples/robot_in_the_air/before.yaml"
@@ -128,7 +129,7 @@ def test_files_and_random_cases_may_be_mixed(scbm: Scbm) -> None:
     assert len(json.loads(scbm("test", AFTER, CASES, "--json").out)["cases"]) == 7
 
 
-def test_all_errors_of_all_files_are_told_at_once(scbm: Scbm, tmp_path: Path) -> None:
+def test_all_errors_of_all_files_are_told_at_once(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     _write(tmp_path, "a.yaml", CASE.replace("item_a_scanned", "item_a_scaned"))
     _write(tmp_path, "deep/b.yaml", CASE.replace("toolbox_scanner", "toolbox"))
     _write(tmp_path, "c.yml", "no case at all\n")
@@ -136,8 +137,9 @@ def test_all_errors_of_all_files_are_told_at_once(scbm: Scbm, tmp_path: Path) ->
     _write(tmp_path, "model.yaml", (ROOT / AFTER).read_text(encoding="utf-8"))
     ran = scbm("test", AFTER, tmp_path)
     assert ran.code == 2
-    assert "a.yaml:2:7: error[unknown-goal]" in ran.err
-    assert "deep/b.yaml:3:21: error[value-outside-domain]" in ran.err
+    assert "error[unknown-goal]" in ran.err
+    wording(ran.err)
+    assert "error[value-outside-domain]" in ran.err
     assert "c.yml:1:1: error" in ran.err
     assert "3 errors" in ran.err
 

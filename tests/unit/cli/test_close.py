@@ -19,6 +19,7 @@ from scbm.cli.campaigns.closing_suite import progress
 from scbm.closing import CloseLimits
 from scbm.files import load_model
 from support.models import SCAN_CELL
+from support.wording import Wording
 
 BEFORE = "examples/robot_in_the_air/before.yaml"
 AFTER = "examples/robot_in_the_air/after.yaml"
@@ -158,23 +159,24 @@ def test_closing_again_from_its_own_output_loses_nothing(scbm: Scbm, before: Pat
     assert "scbm test" in ran.out
 
 
-def test_a_file_of_someone_else_is_not_lost(scbm: Scbm, before: Path, tmp_path: Path) -> None:
+def test_a_file_of_someone_else_is_not_lost(scbm: Scbm, before: Path, tmp_path: Path, wording: Wording) -> None:
     path = tmp_path / "out" / "cases" / "item_a_scanned-1.yaml"
     path.parent.mkdir(parents=True)
     path.write_text("mine\n", encoding="utf-8")
     ran = scbm("close", before, "--out", tmp_path / "out")
     assert (ran.code, ran.out) == (2, "")
-    assert ran.err.startswith(f"{path}: error[bad-option]: this file is there already")
+    assert "error[bad-option]" in ran.err
+    wording(ran.err)
     assert list(path.parent.iterdir()) == [path]
 
 
-def test_two_models_do_not_share_a_directory(scbm: Scbm, before: Path, tmp_path: Path) -> None:
+def test_two_models_do_not_share_a_directory(scbm: Scbm, before: Path, tmp_path: Path, wording: Wording) -> None:
     other = Path(shutil.copy(before, tmp_path / "other.yaml"))
     assert scbm("close", before, "--out", tmp_path / "out").code == 0
     files = {path: path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file()}
     ran = scbm("close", other, "--out", tmp_path / "out")
     assert (ran.code, ran.out) == (2, "")
-    assert f"closing wrote this file for another model, {before}" in ran.err
+    wording(ran.err)
     assert {path: path.read_bytes() for path in (tmp_path / "out").rglob("*") if path.is_file()} == files
 
 
@@ -231,22 +233,13 @@ def test_a_goal_that_is_there_is_not_written_again(scbm: Scbm, before: Path) -> 
     assert before.read_text(encoding="utf-8") == text
 
 
-def test_an_unknown_name_is_located_and_nothing_is_written(scbm: Scbm, before: Path) -> None:
+def test_an_unknown_name_is_located_and_nothing_is_written(scbm: Scbm, before: Path, wording: Wording) -> None:
     text = before.read_text(encoding="utf-8")
     names = ("--write", "needs_robot_move_to_hom", "--write", "x", "--write", "needs_robot_unmount_gripper")
     ran = scbm("close", before, *names)
     assert (ran.code, ran.out) == (2, "")
-    assert ran.err == (
-        "--write:1:1: error[unknown-goal]: no goal `needs_robot_move_to_hom` is suggested\n"
-        "    needs_robot_move_to_hom\n"
-        "    ^~~~~~~~~~~~~~~~~~~~~~~\n"
-        "    = did you mean `needs_robot_move_to_home`?\n"
-        "--write:1:1: error[unknown-goal]: no goal `x` is suggested\n"
-        "    x\n"
-        "    ^\n"
-        "    = the suggested goals are: needs_robot_move_to_home, needs_robot_unmount_gripper, all\n"
-        "2 errors\n"
-    )
+    assert "error[unknown-goal]" in ran.err
+    wording(ran.err)
     assert before.read_text(encoding="utf-8") == text
 
 
@@ -264,13 +257,15 @@ def certificate(scbm: Scbm, before: Path, tmp_path: Path) -> Path:
     return tmp_path / "out" / "certificates" / "runs.json"
 
 
-def test_a_certificate_is_checked_against_the_model_that_it_names(scbm: Scbm, certificate: Path) -> None:
+def test_a_certificate_is_checked_against_the_model_that_it_names(
+    scbm: Scbm, certificate: Path, wording: Wording
+) -> None:
     ran = scbm("close", "--check", certificate)
     assert (ran.code, ran.err) == (0, "")
-    assert ran.out == f"{certificate}: sound: 12 obligations, 123 situations looked at\n"
+    wording(ran.out)
 
 
-def test_a_model_on_the_line_goes_first(scbm: Scbm, certificate: Path, before: Path) -> None:
+def test_a_model_on_the_line_goes_first(scbm: Scbm, certificate: Path, before: Path, wording: Wording) -> None:
     before.unlink()
     missing = scbm("close", "--check", certificate)
     assert (missing.code, "error[file-missing]" in missing.err) == (2, True)
@@ -278,7 +273,8 @@ def test_a_model_on_the_line_goes_first(scbm: Scbm, certificate: Path, before: P
     assert scbm("close", "--check", BEFORE, certificate.parent).code == 0
     ran = scbm("close", AFTER, "--check", certificate)
     assert ran.code == 1
-    assert f"error[certificate-wrong]: this certificate is for another version of the model than {AFTER}" in ran.err
+    assert "error[certificate-wrong]" in ran.err
+    wording(ran.err)
 
 
 def test_a_model_that_was_changed_is_another_version(scbm: Scbm, certificate: Path, before: Path) -> None:
@@ -290,13 +286,14 @@ def test_a_model_that_was_changed_is_another_version(scbm: Scbm, certificate: Pa
     assert (ran.code, ran.out, "another version of the model" in ran.err) == (1, "", True)
 
 
-def test_a_certificate_with_something_left_out_is_not_sound(scbm: Scbm, certificate: Path) -> None:
+def test_a_certificate_with_something_left_out_is_not_sound(scbm: Scbm, certificate: Path, wording: Wording) -> None:
     lines = certificate.read_text(encoding="utf-8").splitlines(keepends=True)
     del lines[-30]
     certificate.write_text("".join(lines), encoding="utf-8")
     ran = scbm("close", "--check", certificate)
     assert (ran.code, ran.out) == (1, "")
-    assert f"{certificate}: error[certificate-wrong]: " in ran.err
+    assert "error[certificate-wrong]" in ran.err
+    wording(ran.err)
     (told,) = _json(scbm("close", "--check", certificate, "--json"))["certificates"]
     assert (told["sound"], told["is_of_this_model"]) == (False, True)
     assert told["flaws"]

@@ -11,6 +11,7 @@ import pytest
 
 import scbm.cli.check
 from conftest import Ran
+from support.wording import Wording
 
 BEFORE = "examples/robot_in_the_air/before.yaml"
 AFTER = "examples/robot_in_the_air/after.yaml"
@@ -34,7 +35,7 @@ def test_check_tells_all_errors_of_all_files(scbm: Scbm, tmp_path: Path) -> None
     assert "good" in ran.out
 
 
-def test_check_looks_at_bindings_beside_a_model(scbm: Scbm, tmp_path: Path) -> None:
+def test_check_looks_at_bindings_beside_a_model(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     bindings = "examples/robot_in_the_air/ros2/bindings.yaml"
     ran = scbm("check", AFTER, "--bindings", bindings)
     assert (ran.code, ran.err) == (0, "")
@@ -55,7 +56,8 @@ def test_check_looks_at_bindings_beside_a_model(scbm: Scbm, tmp_path: Path) -> N
     assert (ran.code, error["slug"], error["line"]) == (2, "unknown-resource", 2)
     ran = scbm("check", BEFORE, AFTER, "--bindings", bindings)
     assert (ran.code, ran.out) == (2, "")
-    assert ran.err.startswith("--bindings: error[bad-option]: bindings are of one model, and these are 2\n")
+    assert "error[bad-option]" in ran.err
+    wording(ran.err)
 
 
 def test_check_exits_with_1_for_warnings_only_if_asked(scbm: Scbm, tmp_path: Path) -> None:
@@ -263,28 +265,24 @@ def test_wrong_usage_exits_with_2(scbm: Scbm, arguments: tuple[str, ...]) -> Non
     assert "Traceback" not in ran.err
 
 
-def test_a_fault_of_scbm_itself_exits_with_3(scbm: Scbm, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_fault_of_scbm_itself_exits_with_3(scbm: Scbm, monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
     def explode(_: object) -> None:
         raise RuntimeError("out of cheese")
 
     monkeypatch.setattr(scbm_check, "check_model", explode)
     ran = scbm("check", BEFORE)
     assert ran.code == 3
-    assert "out of cheese" in ran.err
-    assert "a fault of scbm, not of your input" in ran.err
+    assert "RuntimeError: out of cheese" in ran.err
+    wording(ran.err.splitlines()[-1])
 
 
 scbm_check = scbm.cli.check
 
 
-def test_an_option_with_one_value_is_given_once(scbm: Scbm) -> None:
+def test_an_option_with_one_value_is_given_once(scbm: Scbm, wording: Wording) -> None:
     ran = scbm("test", BEFORE, "--cases", 2, "--cases=3", "--seed", 1, "--seed", 1, "--json", "--json")
     assert (ran.code, ran.out) == (2, "")
-    assert ran.err.splitlines() == [
-        "--cases: error[bad-option]: this is given more than once",
-        "--seed: error[bad-option]: this is given more than once",
-        "2 errors",
-    ]
+    wording(ran.err.splitlines())
 
 
 def test_an_option_with_several_values_is_given_as_often_as_one_likes(scbm: Scbm) -> None:
