@@ -100,7 +100,7 @@ class BindingsKeys(Keys):
     )
 
     def bindings(self, model: BehaviorModel) -> dict[str, Binding]:
-        """Return the bindings of the resources of a model; only good if the report is empty afterwards."""
+        """Return the bindings of the resources of a model; valid only if no error is noted."""
         self._refuse_other_models(model)
         bindings_reader = BindingReader(self.reader, model)
         entries = {entry.name: entry for entry in self.resources or ()}
@@ -149,7 +149,7 @@ class BindingReader:
             self._shared.include(resource.name, resource.binding)
 
     def binding(self, resource: Resource, keys: RosKeys, place: Place) -> Binding:
-        """Return the binding of a resource; only good if the report is empty afterwards.
+        """Return the binding of a resource; valid only if no error is noted.
 
         Args:
             resource: the resource; it may name variables that do not exist, which is an error elsewhere.

@@ -16,7 +16,7 @@ from scbm.files.codec.keys import check_shape
 from scbm.files.codec.network_keys import NETWORK_OWNERS, NetworkKeys
 from scbm.files.codec.value_reader import ValueReader
 from scbm.files.language.scope import Scope
-from scbm.files.yaml.text_files import neighbour, read_file, read_tree
+from scbm.files.yaml.text_files import read_file, read_tree, similar_file_remedy
 from scbm.files.yaml.yaml_writer import FlowMapping, dump
 from scbm.model import Diagnostic, InputError, Place, Slug
 
@@ -89,7 +89,7 @@ class CaseDocument:
         line = self._source.lines[place.line - 1]
         if not _exists(path):
             message = f"there is no such file: `{path}`"
-            return Diagnostic(Slug.FILE_MISSING, message, place, neighbour(path), line)
+            return Diagnostic(Slug.FILE_MISSING, message, place, similar_file_remedy(path), line)
         if path.is_dir():
             return Diagnostic(Slug.FILE_IS_DIRECTORY, f"`{path}` is a directory, not a model file", place, None, line)
         return None

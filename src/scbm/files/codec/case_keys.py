@@ -150,7 +150,7 @@ class ExpectationsKeys(Keys):
     )
 
     def expectations(self, model: BehaviorModel) -> Expectations:
-        """Return the expectations; only good if the report is empty afterwards."""
+        """Return the expectations; valid only if no error is noted."""
         visits = () if self.visits is None else self._visits(self.visits, model)
         return Expectations(self.verdict, self.plan, self.order, self.final, visits)
 
@@ -299,7 +299,7 @@ class CaseKeys(Keys):
     )
 
     def case_for(self, model: BehaviorModel) -> Case:
-        """Return the case, whose names are those of a model; only good if the report is empty afterwards."""
+        """Return the case, whose names are those of a model; valid only if no error is noted."""
         _ = self.model  # read for its own errors
         goal, predicate = self._goal(model)
         return Case(

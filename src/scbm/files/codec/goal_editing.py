@@ -81,8 +81,8 @@ def with_goals(text: str, file: str, goals: Sequence[tuple[str, str, str | None]
     expected = _expected(model, new, file)
     body = text.removeprefix(_MARK)
     edited = _edited(body, new)
-    if edited is None or not _is(edited, expected):
-        raise _by_hand(body, new, file)
+    if edited is None or not _describes(edited, expected):
+        raise _layout_error(body, new, file)
     return text[: len(text) - len(body)] + edited
 
 
@@ -103,14 +103,14 @@ def _expected(model: BehaviorModel, goals: Sequence[_NewGoal], file: str) -> Beh
     return replace(model, goals=tuple(taken.items()))
 
 
-def _is(text: str, expected: BehaviorModel) -> bool:
+def _describes(text: str, expected: BehaviorModel) -> bool:
     try:
         return read_model(text) == expected
     except InputError:
         return False
 
 
-def _by_hand(text: str, goals: Sequence[_NewGoal], file: str) -> InputError:
+def _layout_error(text: str, goals: Sequence[_NewGoal], file: str) -> InputError:
     """Return the error for a layout that does not allow the edit."""
     source, key = SourceText(text, file), YamlLayout(text).key(_SECTION)
     place = Place(file) if key is None else source.stretch(key.begin, key.end)
@@ -151,7 +151,7 @@ def _edits(layout: YamlLayout, section: YamlPiece | None, goals: Sequence[_NewGo
     if not section.is_flow:
         return []
     if layout.root.is_block and not section.entries and not layout.text[section.begin : section.end].strip("{ }"):
-        return _instead_of_nothing(layout, section, goals)
+        return _into_empty_braces(layout, section, goals)
     return _into_flow(layout, section, [(_entry(goal, in_flow=True), goal.comment) for goal in goals])
 
 
@@ -166,7 +166,7 @@ def _into_block(layout: YamlLayout, section: YamlPiece, goals: Sequence[_NewGoal
     return [_TextEdit(stop, stop, _lines(layout, indentation, goals, is_spaced=is_spaced))]
 
 
-def _instead_of_nothing(layout: YamlLayout, section: YamlPiece, goals: Sequence[_NewGoal]) -> list[_TextEdit]:
+def _into_empty_braces(layout: YamlLayout, section: YamlPiece, goals: Sequence[_NewGoal]) -> list[_TextEdit]:
     """Return the edits that replace the braces of `goals: {}` by lines."""
     key = layout.key(_SECTION) or section
     colon = layout.text.find(":", key.end) + 1
@@ -248,13 +248,13 @@ def _entry(goal: _NewGoal, *, in_flow: bool) -> str:
 
 def _quoted(text: str, *, in_flow: bool) -> str:
     """Return the text as a YAML scalar: without quotes where it needs none."""
-    if _says(text, text, in_flow=in_flow):
+    if _reads_as(text, text, in_flow=in_flow):
         return text
     doubled = text.replace("'", "''")
     return f"'{doubled}'"
 
 
-def _says(written: str, text: str, *, in_flow: bool) -> bool:
+def _reads_as(written: str, text: str, *, in_flow: bool) -> bool:
     """Return whether YAML reads a written value as this text."""
     document = f"{{k: {written}, z: z}}" if in_flow else f"k: {written}\n"
     try:

@@ -133,7 +133,7 @@ class InjectionKeys(Keys):
     )
 
     def injection(self, name: str) -> Injection:
-        """Return the injection under a name; only good if the report is empty afterwards."""
+        """Return the injection under a name; valid only if no error is noted."""
         if self.is_clear:
             self._check_combination()
         return Injection(
@@ -232,7 +232,7 @@ class InjectionsReader:
         self._places: dict[str, Place] = {}
 
     def injections(self, elements: Sequence[InjectionKeys]) -> tuple[Injection, ...]:
-        """Return the injections, in the order of the file; only good if the report is empty afterwards."""
+        """Return the injections, in the order of the file; valid only if no error is noted."""
         if len(elements) > MAX_INJECTIONS:
             message = f"{len(elements)} injections are too many: the most is {MAX_INJECTIONS}"
             self._reader.add(Slug.BAD_NUMBER, message, elements[MAX_INJECTIONS].node.place)

@@ -77,7 +77,7 @@ class ModelKeys(Keys):
     )
 
     def model(self) -> BehaviorModel:
-        """Return the model; only good if the report is empty afterwards."""
+        """Return the model; valid only if no error is noted."""
         variables = {entry.name: entry.value.variable(entry.name) for entry in self._named(self.variables)}
         self.reader.scope = Scope(self._all_names(variables), self._misses_names())
         self._refuse_ambiguous_symbols()
@@ -114,7 +114,7 @@ class ModelKeys(Keys):
     # names
 
     def _named(self, entries: tuple[Entry[T], ...], reserved: tuple[str, ...] = ()) -> tuple[Entry[T], ...]:
-        """Return the entries of a section; note keys that are no names, and names with a meaning of their own."""
+        """Return the entries of a section; note keys that are no names, and reserved words."""
         for entry in entries:
             if not NAME.fullmatch(entry.name):
                 self.reader.refuse_name(entry.name, entry.place)

@@ -41,7 +41,7 @@ class PartitionKeys(Keys):
     for_ = Key(TIME, "How long the partition lasts.", name="for", required=True, source="for_ns")
 
     def partition(self) -> Partition:
-        """Return the partition; only good if the report is empty afterwards."""
+        """Return the partition; valid only if no error is noted."""
         return Partition(self.at or 0, self.for_ or 0, None if self.resource is None else self.resource.name)
 
 
@@ -55,7 +55,7 @@ class RestartKeys(Keys):
     for_ = DefaultKey(TIME, "How long the resource is down.", name="for", default=0, source="for_ns")
 
     def restart(self) -> Restart:
-        """Return the restart; only good if the report is empty afterwards."""
+        """Return the restart; valid only if no error is noted."""
         return Restart("" if self.resource is None else self.resource.name, self.at or 0, self.for_)
 
 
@@ -87,7 +87,7 @@ class NetworkKeys(Keys):
     )
 
     def network(self) -> Network:
-        """Return the network; only good if the report is empty afterwards."""
+        """Return the network; valid only if no error is noted."""
         return Network(
             self.latency,
             self.jitter,

@@ -201,7 +201,7 @@ class RuleReader:
         self._operations = reader.scope.operations
 
     def rules(self, entries: Iterable[Entry[OutcomeKeys]]) -> tuple[OutcomeRule, ...]:
-        """Return the rules, in the order of the file; only good if the report is empty afterwards."""
+        """Return the rules, in the order of the file; valid only if no error is noted."""
         rules: list[OutcomeRule] = []
         for entry in entries:
             self._check_subject(entry)

@@ -79,7 +79,7 @@ class ReadingKeys(Keys):
     )
 
     def reading(self, name: str, resource: Resource, kind: FieldType, place: Place) -> Reading:
-        """Return how data of a type becomes a value of a variable; only good if the report is empty afterwards.
+        """Return how data of a type becomes a value of a variable; valid only if no error is noted.
 
         Args:
             name: the name of the variable.

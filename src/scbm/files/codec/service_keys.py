@@ -83,7 +83,7 @@ class ServiceKeys(Keys):
     )
 
     def call(self, resource: Resource, shared: SharedNames) -> ServiceCall | None:
-        """Return the service for requests to a resource; only good if the report is empty afterwards."""
+        """Return the service for requests to a resource; valid only if no error is noted."""
         if not isinstance(self.node.plain, dict):
             return None
         name = self.name

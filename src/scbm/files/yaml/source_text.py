@@ -41,8 +41,8 @@ class SourceText:
     def stretch(self, begin: int, end: int) -> Place:
         """Return the place of the characters `begin..end`, cut to their first line."""
         place = self.place(begin)
-        room = len(self.lines[place.line - 1]) - (place.column - 1)
-        return Place(place.file, place.line, place.column, max(1, min(end - begin, room)))
+        rest = len(self.lines[place.line - 1]) - (place.column - 1)
+        return Place(place.file, place.line, place.column, max(1, min(end - begin, rest)))
 
 
 class Scalar:

@@ -155,7 +155,7 @@ def read_file(path: Path) -> str:
         raise InputError([_not_utf8(data, error.start, path)]) from None
 
 
-def neighbour(path: Path) -> str | None:
+def similar_file_remedy(path: Path) -> str | None:
     """Return the remedy that names the most similar file beside a missing one."""
     try:
         names = {entry.stem: entry.name for entry in sorted(path.parent.iterdir(), reverse=True)}
@@ -177,5 +177,5 @@ def _not_utf8(data: bytes, begin: int, path: Path) -> Diagnostic:
 def _unreadable(slug: Slug, message: str, path: Path) -> InputError:
     remedy = None
     if slug is Slug.FILE_MISSING:
-        remedy = neighbour(path)
+        remedy = similar_file_remedy(path)
     return InputError([Diagnostic(slug, message, Place(str(path)), remedy)])
