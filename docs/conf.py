@@ -38,8 +38,10 @@ napoleon_numpy_docstring = False
 default_role = "code"  # docstrings put names between single backticks
 
 
-def _escape_markup(_app: object, _what: str, _name: str, _obj: object, _options: object, lines: list[str]) -> None:
+def _escape_markup(_app: object, what: str, _name: str, _obj: object, _options: object, lines: list[str]) -> None:
     """Escape characters in `lines` that docstrings use as plain text and reStructuredText reads as markup."""
+    if what in {"property", "attribute"}:
+        lines.insert(0, "")  # napoleon would read "the result: …" as a type and a description
     for index, line in enumerate(lines):
         parts = re.split(r"(`+[^`]*`+|:\w+:`[^`]*`)", line)
         parts[::2] = [re.sub(r"([*|])|(?<=\w)_(?=\W|$)", lambda found: "\\" + found[0], part) for part in parts[::2]]
