@@ -42,7 +42,6 @@ DIGESTS = st.from_regex("[0-9a-f]{64}", fullmatch=True)
 ENDS = [end for end in End if end is not End.LOST]
 """A run that was lost did not end."""
 
-DIGESTS = st.from_regex("[0-9a-f]{64}", fullmatch=True)
 DELIVERIES = st.lists(TIMES_NS, max_size=3).map(tuple)
 
 
@@ -69,11 +68,7 @@ def cases(draw: DrawFn, model: BehaviorModel) -> Case:
         tuple(requirements),
         draw(_expectations(model)),
         origin,
-        draw(
-            optional(
-                st.builds(RecordedRun, st.sampled_from(ENDS).map(str), st.from_regex("[0-9a-f]{64}", fullmatch=True))
-            )
-        ),
+        draw(optional(st.builds(RecordedRun, st.sampled_from(ENDS).map(str), DIGESTS))),
     )
 
 
