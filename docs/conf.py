@@ -5,6 +5,10 @@ from __future__ import annotations
 import re
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "src"))
 
@@ -38,16 +42,23 @@ napoleon_numpy_docstring = False
 default_role = "code"  # docstrings put names between single backticks
 
 
-def _escape_markup(_app: object, what: str, _name: str, _obj: object, _options: object, lines: list[str]) -> None:
+def _escape_markup(_app: object, _what: str, _name: str, _obj: object, _options: object, lines: list[str]) -> None:
     """Escape characters in `lines` that docstrings use as plain text and reStructuredText reads as markup."""
-    if what in {"property", "attribute"}:
-        lines.insert(0, "")  # napoleon would read "the result: …" as a type and a description
     for index, line in enumerate(lines):
         parts = re.split(r"(`+[^`]*`+|:\w+:`[^`]*`)", line)
         parts[::2] = [re.sub(r"([*|])|(?<=\w)_(?=\W|$)", lambda found: "\\" + found[0], part) for part in parts[::2]]
         lines[index] = "".join(parts)
 
 
-def setup(app: object) -> None:
-    """Register the hook; `app` is the Sphinx application."""
-    app.connect("autodoc-process-docstring", _escape_markup, priority=400)  # type: ignore[attr-defined] # no stubs in dev
+def _rejoin_property(_app: object, what: str, _name: str, _obj: object, _options: object, lines: list[str]) -> None:
+    """Undo that napoleon reads "How many failed: …" of a property as a type and a description."""
+    types = [line for line in lines if line.startswith(":type: ")]
+    if what == "property" and types:
+        lines.remove(types[0])
+        lines[0] = f"{types[0].removeprefix(':type: ')}: {lines[0]}"
+
+
+def setup(app: Sphinx) -> None:
+    """Register the hooks before and after napoleon, which has priority 500."""
+    app.connect("autodoc-process-docstring", _escape_markup, priority=400)
+    app.connect("autodoc-process-docstring", _rejoin_property, priority=600)
