@@ -68,7 +68,7 @@ HANGS_S = 900.0
 """A tester that takes so long for its cases hangs."""
 
 _LATE_NS = 3_000_000_000
-"""What is told so long after a kill is told of another one."""
+"""A message that comes so long after a kill belongs to another one."""
 
 KINDS = (
     *((signal.SIGKILL,) * 7),
@@ -142,7 +142,7 @@ def _read(stream: IO[str], lines: list[Line]) -> None:
 
 @dataclass
 class Run:
-    """A run, as somebody saw it who listened."""
+    """A run, as a listener saw it."""
 
     case: str
     asked_ns: int
@@ -314,7 +314,7 @@ def _wrong_verdict(case: dict[str, Any], tester: Process, cell: Cell, listener: 
         begin = runs[0].asked_ns if runs else tester.began_ns
         end = (runs[0].abandoned_ns if runs else None) or time.monotonic_ns()
         if not _was_hit(cell, tester, begin - 5_000_000_000, end):
-            yield f"lost, and nobody was hit: {told}"
+            yield f"lost, and no node was hit: {told}"
     elif not case["passed"]:
         yield f"failed: {told}"
     elif not runs or runs[0].went_ns is None or runs[0].ended_ns is None:
@@ -348,7 +348,7 @@ def _wrong_end(process: Process) -> Iterator[str]:
 
 
 def _twice(cell: Cell) -> Iterator[str]:
-    """Requests that were taken or answered more than once, by whoever it was."""
+    """Requests that were taken or answered more than once, by any node."""
     said = Counter(
         match[0]
         for process in cell.all

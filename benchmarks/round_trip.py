@@ -55,9 +55,9 @@ LOOPBACK = (
     "<MaxAutoParticipantIndex>60</MaxAutoParticipantIndex><Peers><Peer Address='127.0.0.1'/></Peers></Discovery>"
     "</Domain></CycloneDDS>"
 )
-REQUEST, REPLY = Topic("/bench/request"), Topic("/bench/reply")
-DOOR_REQUEST, DOOR_REPLY = Topic("/bench/door/request"), Topic("/bench/door/reply")
-BARE_REQUEST, BARE_REPLY = Topic("/bench/bare/request"), Topic("/bench/bare/reply")
+REQUEST, REPLY = Topic("/benchmark/request"), Topic("/benchmark/reply")
+RUNNER_REQUEST, RUNNER_REPLY = Topic("/benchmark/runner/request"), Topic("/benchmark/runner/reply")
+BARE_REQUEST, BARE_REPLY = Topic("/benchmark/bare/request"), Topic("/benchmark/bare/reply")
 
 
 def request_text(number: int) -> str:
@@ -79,8 +79,8 @@ async def answer_at_bus() -> None:
     replies = bus.publisher(REPLY)
     gone = asyncio.Event()
     bus.subscribe(REQUEST, lambda came: replies.publish(reply_text(str(came.data))), left=lambda _: gone.set())
-    at_door = bus.publisher(DOOR_REPLY)
-    bus.subscribe(DOOR_REQUEST, lambda came: at_door.publish(reply_text(str(came.data))))
+    at_runner = bus.publisher(RUNNER_REPLY)
+    bus.subscribe(RUNNER_REQUEST, lambda came: at_runner.publish(reply_text(str(came.data))))
     await gone.wait()
     await bus.close()
 
@@ -137,10 +137,10 @@ class Asker:
         return time.perf_counter() - begin
 
 
-# at the runner's door
+# with a runner
 
 
-class Door:
+class RunnerSide:
     """A runner in wall time whose resources are asked again and again, as fast as they answer."""
 
     def __init__(self, bus: Bus, resources: int, rounds: int) -> None:
@@ -149,7 +149,7 @@ class Door:
         self._goal = model.goals[0]
         runner = Runner(Program(model), model.nominal_state, RunnerOptions(plan_limit=10**9))
         self._driver = Driver(runner, Clock(time.monotonic_ns()), self)
-        self._link = TopicLink(bus, "all", (DOOR_REQUEST, DOOR_REPLY), self, print)
+        self._link = TopicLink(bus, "all", (RUNNER_REQUEST, RUNNER_REPLY), self, print)
         self._sent: dict[int, float] = {}
         self._there = asyncio.Event()
         self._over = asyncio.Event()
@@ -286,13 +286,13 @@ def said(name: str, taken: list[float]) -> float:
     return middle
 
 
-async def door_trips(count: int) -> list[float]:
-    """Seconds of so many round trips at the runner's door, one after another."""
+async def runner_trips(count: int) -> list[float]:
+    """Seconds of so many round trips through the link of a runner, one after another."""
     bus = open_dds("controller_with_a_runner", DOMAIN, print)
-    door = Door(bus, 1, count)
-    await door.run()
+    side = RunnerSide(bus, 1, count)
+    await side.run()
     await bus.close()
-    return door.taken
+    return side.taken
 
 
 async def measure() -> None:
@@ -304,22 +304,22 @@ async def measure() -> None:
     await asyncio.to_thread(bare.meet)
     await asker.trips(WARM_UP)
     bare_trips(bare, WARM_UP)
-    ratios: dict[str, list[float]] = {"bus": [], "door": []}
+    ratios: dict[str, list[float]] = {"bus": [], "runner": []}
     for number in range(ROUNDS):
         print(f"round {number + 1}, {TRIPS} trips each")
         bare_us = said("bare", bare_trips(bare, TRIPS))
         ratios["bus"].append(said("bus", await asker.trips(TRIPS)) / bare_us)
-        ratios["door"].append(said("door", await door_trips(TRIPS)) / bare_us)
+        ratios["runner"].append(said("runner", await runner_trips(TRIPS)) / bare_us)
     for name, found in ratios.items():
         print(f"{name} / bare: {median(found):.2f} (from {min(found):.2f} to {max(found):.2f})")
     for count, in_flight in BURSTS:
         seconds = await asker.burst(count, in_flight)
         print(f"{count} requests with {in_flight} under way: {count / seconds:,.0f} a second, none lost")
-    at_door = open_dds("controller_with_a_runner", DOMAIN, print)
+    at_runner = open_dds("controller_with_a_runner", DOMAIN, print)
     count, in_flight = BURSTS[0]
-    seconds = await Door(at_door, in_flight, count // in_flight).run()
-    await at_door.close()
-    print(f"the same at the runner's door: {count / seconds:,.0f} a second, none lost")
+    seconds = await RunnerSide(at_runner, in_flight, count // in_flight).run()
+    await at_runner.close()
+    print(f"the same through a runner: {count / seconds:,.0f} a second, none lost")
     await bus.close()  # and the other side ends
 
 

@@ -32,17 +32,17 @@ def campaign(model: BehaviorModel, seed: int) -> tuple[float, float]:
     return result.simulated_ns / 1e9, time.perf_counter() - begin
 
 
-def rooms(model: BehaviorModel) -> dict[str, float]:
-    """The share of each room in the time of a campaign; the profiler makes small functions look larger."""
+def packages(model: BehaviorModel) -> dict[str, float]:
+    """The share of each package in the time of a campaign; the profiler makes small functions look larger."""
     profile = cProfile.Profile()
     profile.runcall(campaign, model, 0)
     spent: dict[str, float] = {}
     for (file, _, _), (_, _, own, _, _) in pstats.Stats(profile).stats.items():  # type: ignore[attr-defined]
         parts = Path(file).parts
-        room = parts[-2] if parts[-3:-2] == ("scbm",) else "Python itself"
-        spent[room] = spent.get(room, 0.0) + own
+        package = parts[-2] if parts[-3:-2] == ("scbm",) else "Python itself"
+        spent[package] = spent.get(package, 0.0) + own
     whole = sum(spent.values())
-    return {room: share / whole for room, share in sorted(spent.items(), key=lambda item: -item[1])}
+    return {package: share / whole for package, share in sorted(spent.items(), key=lambda item: -item[1])}
 
 
 def main() -> None:
@@ -52,7 +52,10 @@ def main() -> None:
         ratios = [simulated / wall for simulated, wall in (campaign(model, seed) for seed in range(ROUNDS))]
         print(f"{name}.yaml: {max(ratios):,.0f} simulated seconds per second (best of {ROUNDS},", end=" ")
         print(f"worst {min(ratios):,.0f}; {CASES} cases each)")
-        print("  " + ", ".join(f"{room} {share:.0%}" for room, share in rooms(model).items() if share > LEAST_SHARE))
+        print(
+            "  "
+            + ", ".join(f"{package} {share:.0%}" for package, share in packages(model).items() if share > LEAST_SHARE)
+        )
 
 
 if __name__ == "__main__":

@@ -38,7 +38,7 @@ SLOW = "outcomes: {arm: [{outcome: succeed, after: 9 s}]}"
 LEASE, LONG_LEASE = (
     LOOPBACK.replace("</Discovery>", f"<LeaseDuration>{lease}</LeaseDuration></Discovery>") for lease in ("2s", "10min")
 )
-"""For `CYCLONEDDS_URI`: a killed node is missed, but none that a busy machine lets wait; and whoever does not say
+"""For `CYCLONEDDS_URI`: a killed node counts as lost, but none that a busy machine delays; and a node that does not say
 good-bye is not missed in a test.
 """
 

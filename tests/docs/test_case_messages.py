@@ -1,4 +1,4 @@
-"""What docs/reference/messages.md shows of wrong cases is what is told of them."""
+"""The errors of wrong cases that docs/reference/messages.md shows are those that are printed."""
 
 from __future__ import annotations
 

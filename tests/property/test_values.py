@@ -1,6 +1,6 @@
 """Values that runs are said never to give a variable are never seen, and what is ruled out is never visited.
 
-Whoever checks certificates agrees, too.
+The checker of certificates agrees, too.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""DDS domains for tests: no two tests share one, in whatever process, and no message leaves the machine."""
+"""DDS domains for tests: each test has its own, in all processes, and no message leaves the machine."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _DOMAINS = range(20, 220)
 
 @contextmanager
 def own_domain() -> Iterator[int]:
-    """A domain that nobody else has who asks here."""
+    """Yield a domain that no other test has."""
     for domain in _DOMAINS:
         with (Path(tempfile.gettempdir()) / f"scbm-test-domain-{domain}").open("w") as lock:
             try:

@@ -151,7 +151,7 @@ class Rclpy:
         self.do(lambda: callback(SimpleNamespace(data=data)))
 
     def shut_down(self) -> None:
-        """Somebody else ends the context."""
+        """End the context from outside."""
         self._is_ok = False
 
     def install(self, monkeypatch: pytest.MonkeyPatch, types: Mapping[str, Any]) -> None:
@@ -257,6 +257,6 @@ class _Executor:
 
 
 def endpoint_info(name: str, type_: str, *, is_best_effort: bool = False) -> Made:
-    """What ROS 2 tells of an endpoint of somebody else."""
+    """What ROS 2 reports about an endpoint of another node."""
     reliability = Enums.Reliability.BEST_EFFORT if is_best_effort else Enums.Reliability.RELIABLE
     return SimpleNamespace(name=name, topic_type=type_, qos_profile=SimpleNamespace(reliability=reliability))

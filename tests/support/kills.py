@@ -51,7 +51,7 @@ def killed_writer(store: Path, after: int, moment_s: float) -> tuple[int, bool]:
 
 
 def look(store: Path, added: int) -> None:
-    """Raises `AssertionError` if a case that was added is missing, or there is more than one that nobody spoke of."""
+    """Raise `AssertionError` if an added case is missing, or if two or more are there that no writer reported."""
     digest = digest_of(cell())
     expected = [(key_of(recipe, digest), result) for recipe, result in results(SEED, COUNT)]
     try:

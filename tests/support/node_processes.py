@@ -210,7 +210,7 @@ def verdicts(ended: Ended) -> dict[str, tuple[str, bool, str]]:
 
 
 def wait_for_end(process: int, guard_s: float = GUARD_S) -> None:
-    """Waits until a process has ended that is nobody's child here."""
+    """Wait until a process has ended that is no child of this one."""
     try:
         handle = os.pidfd_open(process)
     except ProcessLookupError:

@@ -22,7 +22,7 @@ from support.virtual_loop import VirtualLoop
 
 @dataclass
 class Stage:
-    """Where nodes of a model sit, and what they say to people.
+    """The buses of the nodes of a model, and what they print.
 
     Attributes:
         model: what they are for.
@@ -35,28 +35,30 @@ class Stage:
     now_ns: Callable[[], int] = monotonic_ns
     complaints: list[str] = field(default_factory=list)
     told: list[str] = field(default_factory=list)
-    seats: dict[str, NodeContext] = field(default_factory=dict)
+    contexts: dict[str, NodeContext] = field(default_factory=dict)
 
     @staticmethod
     def virtual(model: BehaviorModel, loop: VirtualLoop) -> Stage:
         return Stage(model, LoopbackHub(loop.now_ns).join, loop.now_ns)
 
-    def seat(self, role: str, resources: Iterable[str] = (), digest: str | None = None) -> NodeContext:
-        """A seat on a bus of its own; the last one of each role is kept."""
+    def context(self, role: str, resources: Iterable[str] = (), digest: str | None = None) -> NodeContext:
+        """Return a context with a bus of its own; the last one of each role is kept."""
         status = new_status(role, self.model, digest or digest_of(self.model), resources)
-        seat = NodeContext(self.join(role), self.model, status, self.complaints.append, self.told.append, self.now_ns)
-        self.seats[role] = seat
-        return seat
+        context = NodeContext(
+            self.join(role), self.model, status, self.complaints.append, self.told.append, self.now_ns
+        )
+        self.contexts[role] = context
+        return context
 
     def controller(self, plan_limits: PlanLimits | None = None) -> ControllerNode:
-        return ControllerNode(self.seat("controller"), plan_limits=plan_limits)
+        return ControllerNode(self.context("controller"), plan_limits=plan_limits)
 
     def resources(self, names: Iterable[str] | None = None) -> ResourcesNode:
         known = [resource.name for resource in self.model.resources]
-        return ResourcesNode(self.seat("resources", known if names is None else names), PlainReactions())
+        return ResourcesNode(self.context("resources", known if names is None else names), PlainReactions())
 
     def tester(self, time_scale: Fraction = Fraction(1)) -> TesterNode:
-        return TesterNode(self.seat("tester"), time_scale)
+        return TesterNode(self.context("tester"), time_scale)
 
 
 async def run_cases(stage: Stage, cases: Iterable[Case], time_scale: Fraction = Fraction(1)) -> list[Execution]:
@@ -67,8 +69,8 @@ async def run_cases(stage: Stage, cases: Iterable[Case], time_scale: Fraction = 
     executions = [await run_case(node, tester, case) for case in cases]
     await controller.close()
     await resources.close()
-    for seat in stage.seats.values():
-        await seat.bus.close()
+    for context in stage.contexts.values():
+        await context.bus.close()
     assert stage.complaints == []
     return executions
 

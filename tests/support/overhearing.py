@@ -1,4 +1,4 @@
-"""Somebody in a DDS domain who only listens: what the nodes of a cell say to each other, for tests to wait for."""
+"""A silent participant of a DDS domain: tests wait for messages that the nodes of a cell send each other."""
 
 from __future__ import annotations
 

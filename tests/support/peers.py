@@ -48,8 +48,8 @@ def _compiles(text: str) -> bool:
 
 def _built(directory: Path) -> Path:
     program = directory / "scanner"
-    # -t: without type information. Cyclone DDS 0.10 does not understand that of 11, and matches nobody who has it if it
-    # has some itself. ROS 2 has none either.
+    # -t: without type information. Cyclone DDS 0.10 does not understand that of 11, and matches no peer that has it if
+    # it has some itself. ROS 2 has none either.
     for command in (
         ["idlc", "-t", "-l", "c", str(SOURCES / "messages.idl")],
         ["cc", *FLAGS, "-I.", "-o", str(program), str(SOURCES / "scanner.c"), "messages.c", "-lddsc"],
@@ -78,7 +78,7 @@ class Peer:
         self._lines.put(None)
 
     def kill(self) -> None:
-        """Ends it at once, if it has not ended: nobody is told."""
+        """End it at once, if it has not ended, without a goodbye."""
         self.process.kill()
         self.process.wait()
         self._reader.join()

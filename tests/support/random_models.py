@@ -242,10 +242,10 @@ class _Cell:
 
     def _variables(self) -> tuple[Variable, ...]:
         """All of them, at most 12; the commands, which nothing reads, are left out first."""
-        room = _MAX_VARIABLES - len(self.world) - len(self.counters)
-        self.measured = dict(list(self.measured.items())[:room])
-        self.inputs = self.inputs[: room - len(self.measured)]
-        self.commands = dict(list(self.commands.items())[: room - len(self.measured) - len(self.inputs)])
+        left = _MAX_VARIABLES - len(self.world) - len(self.counters)
+        self.measured = dict(list(self.measured.items())[:left])
+        self.inputs = self.inputs[: left - len(self.measured)]
+        self.commands = dict(list(self.commands.items())[: left - len(self.measured) - len(self.inputs)])
         others = (*self.measured.values(), *self.inputs, *self.commands.values())
         return self._with_fewer_starts((*self.world, *self.counters, *others))
 
@@ -485,8 +485,8 @@ class _Cell:
     def _orphan(self, resource: str) -> Transition:
         """A reply that came too late for its operation is cleared away."""
         answered = Member(Reference(f"{resource}_req_state"), (Constant("succeeded"), Constant("failed")))
-        nobody = NotEqual(Reference("current.state"), Constant("executing"))
-        return Transition(f"{resource}_forgotten", _all(answered, nobody), a=_cleared(resource))
+        is_idle = NotEqual(Reference("current.state"), Constant("executing"))
+        return Transition(f"{resource}_forgotten", _all(answered, is_idle), a=_cleared(resource))
 
     def _counting(self, counter: Variable) -> Iterator[Transition]:
         """What comes of counting: an abort, a new beginning, or nothing, so that the counter leaves its domain."""

@@ -1,4 +1,4 @@
-"""Slow, obvious references that the real rooms are compared with. They share no code with them but the model."""
+"""Slow, obvious references that the real packages are compared with. They share only the model with them."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from typing import Any, TypeVar
 T = TypeVar("T")
 
 MAX_S = 100 * 3600
-"""No run of a test takes so long; what does goes on for ever."""
+"""No run of a test takes so long; a run that does would never end."""
 
 
 class HangsError(AssertionError):
@@ -53,7 +53,7 @@ class VirtualLoop(asyncio.SelectorEventLoop):
         future: asyncio.Future[T] = self.create_future()
         try:
             future.set_result(func(*args))
-        except Exception as error:  # noqa: BLE001 - whoever awaits it gets it
+        except Exception as error:  # noqa: BLE001 - the caller that awaits it gets it
             future.set_exception(error)
         return future
 
@@ -73,7 +73,7 @@ class _Jumps(selectors.DefaultSelector):
 
 
 def run_virtually(main: Callable[[VirtualLoop], Coroutine[Any, Any, T]]) -> T:
-    """What the coroutine returns. Raises what it raises, and `HangsError` if it would wait for ever."""
+    """Return what the coroutine returns. Raise what it raises, and `HangsError` if it would never end."""
     results: list[T] = []
     raised: list[BaseException] = []
 

@@ -1,4 +1,4 @@
-"""Campaigns in simulation that somebody interrupts."""
+"""Campaigns in simulation that a user interrupts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FAILS = "tests/models/fails_at_run/livelock.yaml"
 
 @pytest.fixture
 def interrupted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Somebody interrupts the third case; the names of those that were begun."""
+    """Interrupt the third case; return the names of the cases that were begun."""
     begun: list[str] = []
     execute = Tester.execute
 

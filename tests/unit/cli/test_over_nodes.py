@@ -1,4 +1,4 @@
-"""Campaigns over nodes: what is told of real resources, and what is left when one is ended early."""
+"""Campaigns over nodes: messages about real resources, and the results of a campaign that ends early."""
 
 from __future__ import annotations
 

@@ -108,7 +108,7 @@ def test_a_path_that_no_system_can_have_is_not_there(tmp_path: Path) -> None:
 )
 def test_what_is_no_mapping_cannot_be_opened(text: str, slug: Slug, tmp_path: Path) -> None:
     path = write(tmp_path / "case.yaml", text)
-    if slug is Slug.YAML_TAG:  # the tag is told of when the case is read: the mapping below is there
+    if slug is Slug.YAML_TAG:  # the error of the tag comes when the case is read: the mapping below is there
         with pytest.raises(InputError) as raised:
             open_case(path).read(CELL)
         assert raised.value.diagnostics[0].slug is slug

@@ -49,7 +49,7 @@ def test_a_driver_at_the_bus_of_drivers_is_reached_and_one_in_the_cell_is_not() 
     async def scene(loop: VirtualLoop) -> None:
         cell, drivers = LoopbackHub(loop.now_ns), LoopbackHub(loop.now_ns)
         stage = Stage(MODEL, cell.join, loop.now_ns)
-        node = ControllerNode(stage.seat("controller", ["scan"]), drivers=drivers.join("controller"))
+        node = ControllerNode(stage.context("controller", ["scan"]), drivers=drivers.join("controller"))
         asked_in_cell = open_driver(cell.join("impostor"))
         await loop.settle(10**9)
         assert node.membership.own.troubles != ()
@@ -68,7 +68,7 @@ def test_a_driver_at_the_bus_of_drivers_is_reached_and_one_in_the_cell_is_not() 
 def test_without_another_bus_drivers_are_in_the_cell() -> None:
     async def scene(loop: VirtualLoop) -> None:
         cell = LoopbackHub(loop.now_ns)
-        node = ControllerNode(Stage(MODEL, cell.join, loop.now_ns).seat("controller", ["scan"]))
+        node = ControllerNode(Stage(MODEL, cell.join, loop.now_ns).context("controller", ["scan"]))
         open_driver(cell.join("driver"))
         await loop.settle(10**9)
         assert node.membership.own.troubles == ()
@@ -80,7 +80,7 @@ def test_without_another_bus_drivers_are_in_the_cell() -> None:
 def test_a_driver_hears_that_nobody_waits_for_its_reply_any_more() -> None:
     async def scene(loop: VirtualLoop) -> None:
         cell = LoopbackHub(loop.now_ns)
-        node = ControllerNode(Stage(MODEL, cell.join, loop.now_ns).seat("controller", ["scan"]))
+        node = ControllerNode(Stage(MODEL, cell.join, loop.now_ns).context("controller", ["scan"]))
         asked = open_driver(cell.join("driver"))
         await loop.settle(10**9)
         cases = cell.join("tester").publisher(TOPICS.case)

@@ -65,7 +65,7 @@ def test_one_that_was_killed_is_started_again_and_told_of(tmp_path: Path) -> Non
         running = children._running["the controller"]
         running.send_signal(signal.SIGKILL)
         await children.one_ends()
-        assert children.broken is None  # somebody stopped it
+        assert children.broken is None  # a user stopped it
         assert await children.start() == ("the controller was ended by SIGKILL",)
         await children.end()
         assert pids(path)[-1] != running.pid

@@ -65,7 +65,7 @@ SECOND_NS = 10**9
 
 
 @dataclass
-class Bench:
+class Harness:
     """A controller between a tester and a driver that a test plays."""
 
     stage: Stage
@@ -131,52 +131,52 @@ class Bench:
         return [type(event).__name__ for event in self.events(run)]
 
 
-def play(scene: Callable[[Bench, VirtualLoop], Awaitable[None]], model: BehaviorModel = MODEL) -> None:
+def play(scene: Callable[[Harness, VirtualLoop], Awaitable[None]], model: BehaviorModel = MODEL) -> None:
     async def main(loop: VirtualLoop) -> None:
-        bench = Bench(Stage.virtual(model, loop), model)
-        bench.open_driver()
+        harness = Harness(Stage.virtual(model, loop), model)
+        harness.open_driver()
         await loop.settle()
-        await scene(bench, loop)
+        await scene(harness, loop)
 
     run_virtually(main)
 
 
-async def going(bench: Bench, loop: VirtualLoop, **other: Any) -> None:  # noqa: ANN401 - fields
+async def going(harness: Harness, loop: VirtualLoop, **other: Any) -> None:  # noqa: ANN401 - fields
     """A run whose first request is sent."""
-    bench.prepare(**other)
+    harness.prepare(**other)
     await loop.settle()
-    bench.say(Go("run_1"))
+    harness.say(Go("run_1"))
     await loop.settle()
-    assert [said["id"] for said in bench.asked] == ["run_1-1"]
+    assert [said["id"] for said in harness.asked] == ["run_1-1"]
 
 
 def test_a_run_is_prepared_let_go_and_told_step_by_step_to_its_end() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        bench.prepare()
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        harness.prepare()
         await loop.settle(5 * SECOND_NS)
-        assert bench.told == [Prepared("run_1", bench.node.membership.own.node)]
-        bench.say(Go("run_1"))
+        assert harness.told == [Prepared("run_1", harness.node.membership.own.node)]
+        harness.say(Go("run_1"))
         await loop.settle(2 * SECOND_NS)
-        assert bench.asked == [{"id": "run_1-1", "request": {"scan_command": "scan_box"}}]
-        bench.reply(1)
+        assert harness.asked == [{"id": "run_1-1", "request": {"scan_command": "scan_box"}}]
+        harness.reply(1)
         await loop.settle()
-        assert bench.kinds() == ["GoalGiven", "PlanAnswered", "ReplyArrived"]
-        assert [step.number for step in bench.steps] == [1, 2, 3]
-        assert [step.at_ns for step in bench.steps] == [0, 0, 2 * SECOND_NS]
-        ended = bench.told[-1]
+        assert harness.kinds() == ["GoalGiven", "PlanAnswered", "ReplyArrived"]
+        assert [step.number for step in harness.steps] == [1, 2, 3]
+        assert [step.at_ns for step in harness.steps] == [0, 0, 2 * SECOND_NS]
+        ended = harness.told[-1]
         assert isinstance(ended, Ended)
-        records = rerun(bench)
+        records = rerun(harness)
         trace = Trace(MODEL.name, "scans", tuple(records))
         assert (ended.steps, ended.trace) == (3, sha256(write_trace(trace).encode()).hexdigest())
 
     play(scene)
 
 
-def rerun(bench: Bench, run: str = "run_1") -> list[Record]:
+def rerun(harness: Harness, run: str = "run_1") -> list[Record]:
     """The records that a fresh runner makes of the steps."""
-    runner = Runner(Program(bench.model), CASE.initial)
+    runner = Runner(Program(harness.model), CASE.initial)
     records: list[Record] = []
-    for step, event in zip(bench.steps, bench.events(run), strict=True):
+    for step, event in zip(harness.steps, harness.events(run), strict=True):
         effects = [event] if isinstance(event, NoteEvent) else runner.handle(event, step.at_ns)
         outward = (AskPlan, CancelRequest, ChangeResource, RunFinished, SendRequest)
         records += [effect for effect in effects if not isinstance(effect, outward)]
@@ -185,26 +185,26 @@ def rerun(bench: Bench, run: str = "run_1") -> list[Record]:
 
 def test_it_is_ready_once_requests_reach_all_resources() -> None:
     async def main(loop: VirtualLoop) -> None:
-        bench = Bench(Stage.virtual(MODEL, loop))
-        bench.prepare()
+        harness = Harness(Stage.virtual(MODEL, loop))
+        harness.prepare()
         await loop.settle()
-        assert bench.told == []
-        bench.open_driver()
+        assert harness.told == []
+        harness.open_driver()
         await loop.settle()
-        assert bench.told == []
-        bench.prepare()  # the tester asks again
+        assert harness.told == []
+        harness.prepare()  # the tester asks again
         await loop.settle()
-        assert bench.told == [Prepared("run_1", bench.node.membership.own.node)]
+        assert harness.told == [Prepared("run_1", harness.node.membership.own.node)]
 
     run_virtually(main)
 
 
 def test_what_is_meant_for_another_node_is_not_prepared() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        bench.prepare(nodes=("another",))
-        bench.say(Go("run_1"))
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        harness.prepare(nodes=("another",))
+        harness.say(Go("run_1"))
         await loop.settle()
-        assert (bench.told, bench.asked) == ([], [])
+        assert (harness.told, harness.asked) == ([], [])
 
     play(scene)
 
@@ -227,54 +227,54 @@ def test_what_is_meant_for_another_node_is_not_prepared() -> None:
     ],
 )
 def test_a_case_that_cannot_be_read_is_refused_with_a_reason(wrong: dict[str, Any]) -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
         case = wrong.get("case")
         message = Prepare(
             "run_1",
-            (bench.node.membership.own.node,),
+            (harness.node.membership.own.node,),
             write_case(CASE, MODEL, None),
             asdict(RunnerOptions()),
             "1",
             False,
         )
-        bench.say(replace(message, **wrong))
-        bench.say(Go("run_1"))
+        harness.say(replace(message, **wrong))
+        harness.say(Go("run_1"))
         await loop.settle()
-        (refused,) = bench.told
+        (refused,) = harness.told
         assert isinstance(refused, Refused)
-        assert (refused.run, refused.node) == ("run_1", bench.node.membership.own.node)
+        assert (refused.run, refused.node) == ("run_1", harness.node.membership.own.node)
         assert refused.why.startswith("the case cannot be read: ")
         assert case is None or "error" in refused.why
-        bench.prepare("run_2")
+        harness.prepare("run_2")
         await loop.settle()
-        assert bench.told[1:] == [Prepared("run_2", bench.node.membership.own.node)]
+        assert harness.told[1:] == [Prepared("run_2", harness.node.membership.own.node)]
 
     play(scene)
 
 
 def test_replies_to_other_runs_are_dropped() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        await going(bench, loop)
-        bench.reply(1, "run_0")
-        bench.reply(1, "somebody")
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        await going(harness, loop)
+        harness.reply(1, "run_0")
+        harness.reply(1, "somebody")
         await loop.settle()
-        assert bench.kinds() == ["GoalGiven", "PlanAnswered"]
-        bench.reply(1)
+        assert harness.kinds() == ["GoalGiven", "PlanAnswered"]
+        harness.reply(1)
         await loop.settle()
-        assert bench.ended() == ["run_1"]
-        bench.reply(1)
+        assert harness.ended() == ["run_1"]
+        harness.reply(1)
         await loop.settle()
-        assert len(bench.steps) == 3
+        assert len(harness.steps) == 3
 
     play(scene)
 
 
 def test_values_that_come_unasked_are_given_to_the_run() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        await going(bench, loop)
-        bench.replies.publish('{"measured": {"temperature": 7}}')
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        await going(harness, loop)
+        harness.replies.publish('{"measured": {"temperature": 7}}')
         await loop.settle()
-        assert event_json(bench.events()[-1]) == {"kind": "measured", "values": {"temperature": 7}}
+        assert event_json(harness.events()[-1]) == {"kind": "measured", "values": {"temperature": 7}}
 
     play(scene)
 
@@ -301,184 +301,186 @@ def test_a_message_that_the_bus_does_not_take_is_told_of_and_deadlines_pass(
 
     monkeypatch.setattr(LoopbackBus, "publisher", publisher_that_may_be_full)
 
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        bench.prepare()
-        bench.say(Go("run_1"))
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        harness.prepare()
+        harness.say(Go("run_1"))
         await loop.settle(11 * SECOND_NS)
         lost = {
             "requests": ["request 1 to `scan` is lost: full", "that request 1 to `scan` is cancelled is lost: full"],
             "steps": ["a `step` for the tester is lost: full"],
         }
-        assert [said for said in lost[whose] if said not in bench.stage.complaints] == []
-        assert whose == "steps" or "TimePassed" in bench.kinds()
-        assert whose == "requests" or {"id": "run_1-1", "cancel": True} in bench.asked
+        assert [said for said in lost[whose] if said not in harness.stage.complaints] == []
+        assert whose == "steps" or "TimePassed" in harness.kinds()
+        assert whose == "requests" or {"id": "run_1-1", "cancel": True} in harness.asked
 
     play(scene)
 
 
-def first_measured(bench: Bench, run: str) -> list[Measured]:
-    return [event for event in bench.events(run)[:1] if isinstance(event, Measured)]
+def first_measured(harness: Harness, run: str) -> list[Measured]:
+    return [event for event in harness.events(run)[:1] if isinstance(event, Measured)]
 
 
 def test_what_cannot_be_measured_is_not_remembered() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        bench.replies.publish('{"measured": {"temperature": 3, "light": "red", "pressure": 1}}')
-        bench.replies.publish('{"measured": {"temperature": 99}}')
-        await going(bench, loop)
-        assert first_measured(bench, "run_1") == [Measured((("temperature", 3),))]
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        harness.replies.publish('{"measured": {"temperature": 3, "light": "red", "pressure": 1}}')
+        harness.replies.publish('{"measured": {"temperature": 99}}')
+        await going(harness, loop)
+        assert first_measured(harness, "run_1") == [Measured((("temperature", 3),))]
 
     play(scene)
 
 
 def test_what_is_refused_of_measured_values_is_told_in_a_run_and_before_it() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        bench.replies.publish('{"measured": {"temperature": 99}}')
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        harness.replies.publish('{"measured": {"temperature": 99}}')
         await loop.settle()
         refused = ["`temperature`: 99 is refused: not in its domain"]
-        assert bench.stage.complaints == refused
-        await going(bench, loop)
-        bench.replies.publish('{"measured": {"temperature": 99}}')
+        assert harness.stage.complaints == refused
+        await going(harness, loop)
+        harness.replies.publish('{"measured": {"temperature": 99}}')
         reply = {"id": "run_1-1", "succeeded": True, "measured": {"temperature": 98, "light": "red"}}
-        bench.replies.publish(json.dumps(reply))
+        harness.replies.publish(json.dumps(reply))
         await loop.settle()
         refused += ["`light`: red is refused: that is no variable that `scan` may measure"]
-        assert bench.stage.complaints == refused
-        assert bench.ended() == ["run_1"]
+        assert harness.stage.complaints == refused
+        assert harness.ended() == ["run_1"]
 
     play(scene)
 
 
 def test_a_reply_that_measures_replaces_what_was_measured_before() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        bench.replies.publish('{"measured": {"temperature": 2}}')
-        await going(bench, loop)
-        bench.replies.publish('{"id": "run_1-1", "succeeded": true, "measured": {"temperature": 7}}')
-        bench.prepare("run_2")
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        harness.replies.publish('{"measured": {"temperature": 2}}')
+        await going(harness, loop)
+        harness.replies.publish('{"id": "run_1-1", "succeeded": true, "measured": {"temperature": 7}}')
+        harness.prepare("run_2")
         await loop.settle()
-        bench.say(Go("run_2"))
+        harness.say(Go("run_2"))
         await loop.settle()
-        assert first_measured(bench, "run_1") == [Measured((("temperature", 2),))]
-        assert first_measured(bench, "run_2") == [Measured((("temperature", 7),))]
+        assert first_measured(harness, "run_1") == [Measured((("temperature", 2),))]
+        assert first_measured(harness, "run_2") == [Measured((("temperature", 7),))]
 
     play(scene)
 
 
 def test_a_reply_of_a_resource_that_was_not_asked_is_dropped_with_a_sentence() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        lamp = bench.stage.join("lamp")
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        lamp = harness.stage.join("lamp")
         lamp.subscribe(TOPICS.request("lamp"), lambda _: None)
         replies = lamp.publisher(TOPICS.reply("lamp"))
         await loop.settle()
-        await going(bench, loop)
+        await going(harness, loop)
         replies.publish(json.dumps({"id": "run_1-1", "succeeded": True}))
         await loop.settle()
-        assert bench.stage.complaints == ["a reply of `lamp` to request 1 was dropped: that went to `scan`"]
-        assert bench.ended() == []
-        bench.reply(1)
+        assert harness.stage.complaints == ["a reply of `lamp` to request 1 was dropped: that went to `scan`"]
+        assert harness.ended() == []
+        harness.reply(1)
         await loop.settle()
-        assert bench.ended() == ["run_1"]
+        assert harness.ended() == ["run_1"]
 
     play(scene, scan_cell(("resources:\n", "resources:\n  lamp: {}\n")))
 
 
 def test_going_twice_begins_one_run() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        bench.say(Go("run_1"))  # too early
-        await going(bench, loop)
-        bench.say(Go("run_1"))
-        bench.prepare()  # a run that goes on is not prepared
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        harness.say(Go("run_1"))  # too early
+        await going(harness, loop)
+        harness.say(Go("run_1"))
+        harness.prepare()  # a run that goes on is not prepared
         await loop.settle()
-        assert bench.kinds() == ["GoalGiven", "PlanAnswered"]
-        assert len(bench.others()) == 1
+        assert harness.kinds() == ["GoalGiven", "PlanAnswered"]
+        assert len(harness.others()) == 1
 
     play(scene)
 
 
 @pytest.mark.parametrize("how", ["prepare", "abandon", "tester", "close"])
 def test_a_run_that_is_given_up_ends_by_the_rules_of_the_model(how: str) -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        await going(bench, loop)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        await going(harness, loop)
         match how:
             case "prepare":
-                bench.prepare("run_2")
+                harness.prepare("run_2")
             case "abandon":
-                bench.say(Abandon("run_1"))
+                harness.say(Abandon("run_1"))
             case "tester":
-                await bench.tester.close()
+                await harness.tester.close()
             case _:
-                await bench.node.close()
+                await harness.node.close()
         await loop.settle()
-        assert bench.asked[1:] == [{"id": "run_1-1", "cancel": True}]
-        bench.reply(1)
+        assert harness.asked[1:] == [{"id": "run_1-1", "cancel": True}]
+        harness.reply(1)
         await loop.settle(20 * SECOND_NS)
-        assert len(bench.asked) == 2
+        assert len(harness.asked) == 2
         if how != "tester":
-            assert isinstance(bench.events()[-1], InjectionGiven)
-            assert bench.ended() == ["run_1"]
+            assert isinstance(harness.events()[-1], InjectionGiven)
+            assert harness.ended() == ["run_1"]
 
     play(scene)
 
 
 def test_a_request_that_still_waits_for_its_resource_is_forgotten_with_its_run() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        bench.prepare()
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        harness.prepare()
         await loop.settle()
-        await bench.driver.close()
-        bench.say(Go("run_1"))
+        await harness.driver.close()
+        harness.say(Go("run_1"))
         await loop.settle()
-        bench.say(Abandon("run_1"))
+        harness.say(Abandon("run_1"))
         await loop.settle()
-        bench.open_driver()
+        harness.open_driver()
         await loop.settle(SECOND_NS)
-        assert bench.asked == []
+        assert harness.asked == []
 
     play(scene)
 
 
 def test_another_tester_cannot_take_a_run_away_nor_end_it_by_leaving() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        await going(bench, loop)
-        other = bench.stage.join("tester")
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        await going(harness, loop)
+        other = harness.stage.join("tester")
         text = write_case(CASE, MODEL, None)
-        nodes = (bench.node.membership.own.node,)
+        nodes = (harness.node.membership.own.node,)
         other.publisher(TOPICS.case).publish(encode(Prepare("run_2", nodes, text, asdict(RunnerOptions()), "1", False)))
         await loop.settle()
         await other.close()
         await loop.settle()
-        bench.reply(1)
+        harness.reply(1)
         await loop.settle()
-        assert bench.ended() == ["run_1"]
-        assert len(bench.others()) == 1
+        assert harness.ended() == ["run_1"]
+        assert len(harness.others()) == 1
 
     play(scene)
 
 
 def test_the_next_run_begins_at_the_beginning() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        await going(bench, loop)
-        bench.reply(1)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        await going(harness, loop)
+        harness.reply(1)
         await loop.settle()
-        bench.prepare("run_2", case=replace(CASE, name="again"))
+        harness.prepare("run_2", case=replace(CASE, name="again"))
         await loop.settle(SECOND_NS)
-        bench.say(Go("run_2"))
+        harness.say(Go("run_2"))
         await loop.settle(SECOND_NS)
-        assert [said["id"] for said in bench.asked] == ["run_1-1", "run_2-1"]
-        bench.reply(1)  # to the run before
-        bench.reply(1, "run_2", succeeded=False)
+        assert [said["id"] for said in harness.asked] == ["run_1-1", "run_2-1"]
+        harness.reply(1)  # to the run before
+        harness.reply(1, "run_2", succeeded=False)
         await loop.settle()
-        assert bench.kinds("run_2") == ["GoalGiven", "PlanAnswered", "ReplyArrived", "PlanAnswered"]
-        assert [step.number for step in bench.steps if step.run == "run_2"] == [1, 2, 3, 4]
+        assert harness.kinds("run_2") == ["GoalGiven", "PlanAnswered", "ReplyArrived", "PlanAnswered"]
+        assert [step.number for step in harness.steps if step.run == "run_2"] == [1, 2, 3, 4]
 
     play(scene)
 
 
 def test_deadlines_and_records_are_in_time_of_the_run() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        await going(bench, loop, time_scale="5")
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        await going(harness, loop, time_scale="5")
         await loop.settle(2 * SECOND_NS + 1_000)
-        assert bench.asked[1] == {"id": "run_1-1", "cancel": True}
+        assert harness.asked[1] == {"id": "run_1-1", "cancel": True}
         (passed,) = [
-            step.at_ns for step, event in zip(bench.steps, bench.events(), strict=True) if isinstance(event, TimePassed)
+            step.at_ns
+            for step, event in zip(harness.steps, harness.events(), strict=True)
+            if isinstance(event, TimePassed)
         ]
         assert passed == 10 * SECOND_NS
 
@@ -486,13 +488,13 @@ def test_deadlines_and_records_are_in_time_of_the_run() -> None:
 
 
 def test_notes_of_the_tester_stand_in_the_trace_with_the_time_at_which_they_come() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        await going(bench, loop)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        await going(harness, loop)
         await loop.settle(SECOND_NS - 2_000)
-        bench.say(Note("run_1", event_json(MessageDisturbed(0, 1, "scan", "reply", 0))))
-        bench.say(Note("run_0", event_json(MessageDisturbed(0, 1, "scan", "reply", 0))))
+        harness.say(Note("run_1", event_json(MessageDisturbed(0, 1, "scan", "reply", 0))))
+        harness.say(Note("run_0", event_json(MessageDisturbed(0, 1, "scan", "reply", 0))))
         await loop.settle()
-        (noted,) = [event for event in bench.events() if isinstance(event, MessageDisturbed)]
+        (noted,) = [event for event in harness.events() if isinstance(event, MessageDisturbed)]
         assert noted == MessageDisturbed(noted.at_ns, 1, "scan", "reply", 0)
         assert noted.at_ns == pytest.approx(SECOND_NS, abs=10_000)
 
@@ -503,59 +505,59 @@ def test_notes_of_the_tester_stand_in_the_trace_with_the_time_at_which_they_come
     "note", [{}, {"kind": "time"}, {"kind": "resource", "resource": "nobody", "condition": "down"}]
 )
 def test_a_note_that_is_none_is_dropped_with_a_sentence(note: dict[str, Any]) -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        await going(bench, loop)
-        bench.say(Note("run_1", note))
-        bench.cases.publish("what")
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        await going(harness, loop)
+        harness.say(Note("run_1", note))
+        harness.cases.publish("what")
         await loop.settle()
-        first, second = bench.stage.complaints
+        first, second = harness.stage.complaints
         assert first.startswith("a note of the tester was dropped: ")
         assert second == "a message of a tester was dropped: this is not JSON"
-        assert bench.kinds() == ["GoalGiven", "PlanAnswered"]
+        assert harness.kinds() == ["GoalGiven", "PlanAnswered"]
 
     play(scene)
 
 
 def test_a_resource_that_is_lost_or_comes_back_stands_in_the_trace_and_no_request_is_sent_again() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        await going(bench, loop)
-        await bench.driver.close()
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        await going(harness, loop)
+        await harness.driver.close()
         await loop.settle(SECOND_NS)
-        bench.open_driver()
+        harness.open_driver()
         await loop.settle(SECOND_NS)
-        changes = [event.condition for event in bench.events() if isinstance(event, ResourceChanged)]
+        changes = [event.condition for event in harness.events() if isinstance(event, ResourceChanged)]
         assert changes == ["down", "well"]
-        assert len(bench.asked) == 1
+        assert len(harness.asked) == 1
 
     play(scene)
 
 
 def test_a_resource_that_is_not_there_when_the_run_begins_gets_its_request_when_it_comes() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        bench.prepare()
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        harness.prepare()
         await loop.settle()
-        await bench.driver.close()
+        await harness.driver.close()
         await loop.settle()
-        bench.say(Go("run_1"))
+        harness.say(Go("run_1"))
         await loop.settle(SECOND_NS)
-        assert bench.asked == []
-        assert bench.events()[1] == ResourceChanged(0, "network", "scan", "down")
-        bench.open_driver()
+        assert harness.asked == []
+        assert harness.events()[1] == ResourceChanged(0, "network", "scan", "down")
+        harness.open_driver()
         await loop.settle()
-        assert [said["id"] for said in bench.asked] == ["run_1-1"]
+        assert [said["id"] for said in harness.asked] == ["run_1-1"]
 
     play(scene)
 
 
 def test_a_reply_that_came_before_a_deadline_is_in_time_however_busy_the_process_is() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        await going(bench, loop)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        await going(harness, loop)
         await loop.settle(9 * SECOND_NS)
-        bench.reply(1)
+        harness.reply(1)
         loop.let_pass_ns(5 * SECOND_NS)
         await loop.settle()
-        assert bench.kinds()[2:] == ["ReplyArrived"]
-        assert bench.steps[-1].at_ns == pytest.approx(9 * SECOND_NS, abs=10_000)
+        assert harness.kinds()[2:] == ["ReplyArrived"]
+        assert harness.steps[-1].at_ns == pytest.approx(9 * SECOND_NS, abs=10_000)
 
     play(scene)
 
@@ -572,19 +574,19 @@ def test_replies_are_heard_while_a_plan_is_made(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr(PlanCache, "plan", plan_late)
 
     async def scene() -> None:
-        bench = Bench(Stage(MODEL, LoopbackHub().join))
-        bench.open_driver()
+        harness = Harness(Stage(MODEL, LoopbackHub().join))
+        harness.open_driver()
         await asyncio.sleep(0)  # those who came learn of each other
-        bench.prepare()
-        await bench.until(lambda: bool(bench.told))
-        bench.say(Go("run_1"))
-        await bench.until(lambda: bool(bench.steps))
-        bench.replies.publish('{"measured": {"temperature": 7}}')
-        await bench.until(lambda: len(bench.steps) == 2)
+        harness.prepare()
+        await harness.until(lambda: bool(harness.told))
+        harness.say(Go("run_1"))
+        await harness.until(lambda: bool(harness.steps))
+        harness.replies.publish('{"measured": {"temperature": 7}}')
+        await harness.until(lambda: len(harness.steps) == 2)
         may_go_on.set()
-        await bench.until(lambda: bool(bench.asked))
-        assert bench.kinds() == ["GoalGiven", "Measured", "PlanAnswered"]
-        await bench.node.close()
+        await harness.until(lambda: bool(harness.asked))
+        assert harness.kinds() == ["GoalGiven", "Measured", "PlanAnswered"]
+        await harness.node.close()
 
     loops.run(scene())
 
@@ -604,55 +606,55 @@ def test_a_planner_that_breaks_refuses_its_run_and_no_other(monkeypatch: pytest.
     monkeypatch.setattr(PlanCache, "plan", plan_once)
 
     async def scene() -> None:
-        bench = Bench(Stage(MODEL, LoopbackHub().join))
-        bench.open_driver()
+        harness = Harness(Stage(MODEL, LoopbackHub().join))
+        harness.open_driver()
         await asyncio.sleep(0)  # those who came learn of each other
         for run in ("run_1", "run_2", "run_3"):
-            bench.prepare(run)
-            bench.say(Go(run))
-            await bench.until(lambda run=run: any(step.run == run for step in bench.steps))  # type: ignore[misc]
+            harness.prepare(run)
+            harness.say(Go(run))
+            await harness.until(lambda run=run: any(step.run == run for step in harness.steps))  # type: ignore[misc]
             await asyncio.to_thread(has_begun.wait, loops.GUARD_S)  # else it would never be begun
             if run == "run_2":  # the plan of the run before breaks in this one
                 may_break.set()
-                await bench.until(lambda: any(isinstance(said, Refused) for said in bench.told))
-        await bench.until(lambda: bool(bench.asked))
-        refused = [said for said in bench.told if isinstance(said, Refused)]
+                await harness.until(lambda: any(isinstance(said, Refused) for said in harness.told))
+        await harness.until(lambda: bool(harness.asked))
+        refused = [said for said in harness.told if isinstance(said, Refused)]
         assert [(said.run, said.why) for said in refused] == [("run_2", "planning failed: MemoryError('full')")]
-        assert bench.stage.complaints == ["planning failed: MemoryError('full')"]
-        assert bench.asked[0]["id"] == "run_3-1"
-        await bench.node.close()
+        assert harness.stage.complaints == ["planning failed: MemoryError('full')"]
+        assert harness.asked[0]["id"] == "run_3-1"
+        await harness.node.close()
 
     loops.run(scene())
 
 
 def test_a_plan_for_a_run_that_is_over_is_given_to_no_other() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        bench.prepare()
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        harness.prepare()
         await loop.settle()
-        bench.say(Go("run_1"))
-        bench.say(Abandon("run_1"))
-        bench.prepare("run_2")
-        bench.say(Go("run_2"))
+        harness.say(Go("run_1"))
+        harness.say(Abandon("run_1"))
+        harness.prepare("run_2")
+        harness.say(Go("run_2"))
         await loop.settle()
-        assert PlanAnswered.__name__ not in bench.kinds("run_1")
-        assert bench.kinds("run_2") == ["GoalGiven", "PlanAnswered"]
-        assert ReplyArrived.__name__ not in bench.kinds("run_2")
+        assert PlanAnswered.__name__ not in harness.kinds("run_1")
+        assert harness.kinds("run_2") == ["GoalGiven", "PlanAnswered"]
+        assert ReplyArrived.__name__ not in harness.kinds("run_2")
 
     play(scene)
 
 
 def test_a_reply_to_a_run_that_was_never_here_is_told_of() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        await going(bench, loop)
-        bench.reply(1, "run_zz")
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        await going(harness, loop)
+        harness.reply(1, "run_zz")
         await loop.settle()
-        (told,) = bench.stage.complaints
+        (told,) = harness.stage.complaints
         assert "`run_zz-1`" in told
-        bench.prepare("run_2")
+        harness.prepare("run_2")
         await loop.settle()
-        bench.reply(1)  # late, which is no fault of anybody's
+        harness.reply(1)  # late, which is no fault of anybody's
         await loop.settle()
-        assert bench.stage.complaints == [told]
+        assert harness.stage.complaints == [told]
 
     play(scene)
 
@@ -673,7 +675,7 @@ class Looking:
 
     def __post_init__(self) -> None:
         self.stage = Stage.virtual(BOUND, self.loop)
-        self.node = ControllerNode(self.stage.seat("controller", ["scan"]))
+        self.node = ControllerNode(self.stage.context("controller", ["scan"]))
         self.other = Membership(self.stage.join("tester"), TOPICS, new_status("tester", BOUND, "d" * 64))
 
     def serve(self, type_: ServiceType = TRIGGER) -> Bus:
@@ -767,7 +769,7 @@ def test_what_could_not_be_told_is_told_again(monkeypatch: pytest.MonkeyPatch) -
     look(scene)
 
 
-# searches that nobody waits for
+# searches that are cancelled
 
 
 DIGITS = "\n".join(f"  d{number}: {{domain: 0..9, initial: 0}}" for number in range(30))
@@ -805,32 +807,32 @@ def test_a_search_that_nobody_waits_for_any_more_is_stopped(how: str, monkeypatc
 
     async def scene() -> None:
         stage = Stage(ENDLESS, LoopbackHub().join)
-        bench = Bench(stage, ENDLESS, PlanLimits(length=10**9, expansions=10**15))
+        harness = Harness(stage, ENDLESS, PlanLimits(length=10**9, expansions=10**15))
         unhandled: list[object] = []
         asyncio.get_running_loop().set_exception_handler(lambda _, context: unhandled.append(context))
         await asyncio.sleep(0)  # those who came learn of each other
         options = RunnerOptions(time_limit_ns=SECOND_NS // 10) if how == "end" else RunnerOptions()
-        bench.prepare(case=read_case("case: far\ngoal: all\n", ENDLESS), options=asdict(options))
-        bench.say(Go("run_1"))
+        harness.prepare(case=read_case("case: far\ngoal: all\n", ENDLESS), options=asdict(options))
+        harness.say(Go("run_1"))
         await asyncio.to_thread(has_begun.wait, loops.GUARD_S)
         match how:
             case "abandon":
-                bench.say(Abandon("run_1"))
+                harness.say(Abandon("run_1"))
             case "end":
-                await bench.until(lambda: bench.ended() == ["run_1"])
+                await harness.until(lambda: harness.ended() == ["run_1"])
             case "tester":
-                await bench.tester.close()
+                await harness.tester.close()
             case _:
-                await bench.node.close()
+                await harness.node.close()
         assert await asyncio.to_thread(has_ended.wait, loops.GUARD_S)
         assert [type(error) for error in ends] == [SearchCancelledError]
         if how in ("abandon", "end"):
-            bench.prepare("run_2", case=read_case("case: near\ngoal: one\n", ENDLESS))
-            bench.say(Go("run_2"))
-            await bench.until(lambda: bench.ended() == ["run_1", "run_2"])
-        await bench.node.close()
+            harness.prepare("run_2", case=read_case("case: near\ngoal: one\n", ENDLESS))
+            harness.say(Go("run_2"))
+            await harness.until(lambda: harness.ended() == ["run_1", "run_2"])
+        await harness.node.close()
         gc.collect()
-        assert (unhandled, bench.stage.complaints) == ([], [])
+        assert (unhandled, harness.stage.complaints) == ([], [])
 
     loops.run(scene())
 
@@ -841,17 +843,17 @@ def test_a_search_that_was_stopped_as_its_run_was_over_is_nothing_to_log(monkeyp
         loop.set_exception_handler(lambda _, context: unhandled.append(context))
         searches: list[asyncio.Future[Any]] = [loop.create_future()]
         monkeypatch.setattr(loop, "run_in_executor", lambda *_: searches[0])
-        bench = Bench(Stage.virtual(MODEL, loop))
-        bench.open_driver()
+        harness = Harness(Stage.virtual(MODEL, loop))
+        harness.open_driver()
         await loop.settle()
-        bench.prepare(options=asdict(RunnerOptions(time_limit_ns=SECOND_NS)))
-        bench.say(Go("run_1"))
+        harness.prepare(options=asdict(RunnerOptions(time_limit_ns=SECOND_NS)))
+        harness.say(Go("run_1"))
         await loop.settle(2 * SECOND_NS)
-        assert bench.ended() == ["run_1"]
+        assert harness.ended() == ["run_1"]
         searches.pop().set_exception(SearchCancelledError())
         await loop.settle()
-        assert bench.stage.complaints == []
-        del bench  # not closed: that would cancel the search, and of what is cancelled a loop logs nothing
+        assert harness.stage.complaints == []
+        del harness  # not closed: that would cancel the search, and of what is cancelled a loop logs nothing
         gc.collect()
         assert unhandled == []
 

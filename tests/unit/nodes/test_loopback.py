@@ -40,7 +40,7 @@ def test_messages_come_in_order_to_all_others_and_not_to_the_own_bus() -> None:
         assert (talking.peers, hearing.peers) == (2, 0)
         for number in range(5):
             talking.publish(str(number))
-        assert heard["other"] == []  # nobody is called back in the midst of something
+        assert heard["other"] == []  # no callback runs inside another call
         await settled()
         assert heard == {"own": [], "other": list("01234"), "third": list("01234")}
 
@@ -105,7 +105,7 @@ def test_what_does_not_go_together_is_not_matched(offered: Topic, asked: Topic) 
         heard: list[Received] = []
         publisher = hub.join("a").publisher(offered)
         subscription = hub.join("b").subscribe(asked, heard.append)
-        publisher.publish("nobody hears this")
+        publisher.publish("no subscriber hears this")
         await settled()
         assert (publisher.peers, subscription.peers, heard) == (0, 0, [])
 

@@ -1,4 +1,4 @@
-"""Topics of values: what their data means, and what is told of data that means nothing."""
+"""Topics of values: how their data is converted, and the errors of data that cannot be."""
 
 from __future__ import annotations
 

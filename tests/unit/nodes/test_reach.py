@@ -1,4 +1,4 @@
-"""Cases that say what nobody can bring about, as resources are real."""
+"""Cases that ask for what a tester cannot bring about, as resources are real."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is told of measured values that mean nothing."""
+"""The errors of measured values that cannot be converted."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ class Drawing:
 
 
 @dataclass
-class Bench:
+class Harness:
     """A node of resources between a controller and a tester that a test plays."""
 
     loop: VirtualLoop
@@ -61,7 +61,7 @@ class Bench:
         self.stage = Stage.virtual(MODEL, self.loop)
         self.drawing = Drawing()
         self.begun_ns = self.loop.now_ns()
-        self.node = ResourcesNode(self.stage.seat("resources", ["scan"]), self.drawing)
+        self.node = ResourcesNode(self.stage.context("resources", ["scan"]), self.drawing)
         self.tester = self.stage.join("tester")
         self.tester.subscribe(TOPICS.simulated, self._hear)
         self.cases = self.tester.publisher(TOPICS.case)
@@ -130,9 +130,9 @@ class Bench:
         return [message for message in self.told if isinstance(message, Answering)]
 
 
-def play(scene: Callable[[Bench], Awaitable[None]]) -> None:
+def play(scene: Callable[[Harness], Awaitable[None]]) -> None:
     async def main(loop: VirtualLoop) -> None:
-        await scene(Bench(loop))
+        await scene(Harness(loop))
 
     run_virtually(main)
 
@@ -142,27 +142,27 @@ def play(scene: Callable[[Bench], Awaitable[None]]) -> None:
 
 @pytest.mark.parametrize("first", ["request", "reaction"])
 def test_a_request_is_worked_on_once_both_it_and_its_reaction_are_there(first: str) -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare()
-        bench.send(1) if first == "request" else bench.react(1)
-        assert await bench.after(5) == []
-        bench.react(1) if first == "request" else bench.send(1)
-        assert await bench.after(0.9) == []
-        assert await bench.after(0.2) == [("run_1-1", True)]
-        assert bench.seconds == [pytest.approx(6.0)]
-        assert bench.drawing.count == 0
+    async def scene(harness: Harness) -> None:
+        harness.prepare()
+        harness.send(1) if first == "request" else harness.react(1)
+        assert await harness.after(5) == []
+        harness.react(1) if first == "request" else harness.send(1)
+        assert await harness.after(0.9) == []
+        assert await harness.after(0.2) == [("run_1-1", True)]
+        assert harness.seconds == [pytest.approx(6.0)]
+        assert harness.drawing.count == 0
 
     play(scene)
 
 
 def test_a_reply_says_what_was_decided() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare()
+    async def scene(harness: Harness) -> None:
+        harness.prepare()
         for number, outcome in enumerate(("succeed", "fail", "timeout"), 1):
-            bench.react(number, SECOND_NS * number, outcome, measured={"temperature": 3})
-            bench.send(number)
-        await bench.after(10)
-        assert [said for _, said in bench.replies] == [
+            harness.react(number, SECOND_NS * number, outcome, measured={"temperature": 3})
+            harness.send(number)
+        await harness.after(10)
+        assert [said for _, said in harness.replies] == [
             {"id": "run_1-1", "succeeded": True, "measured": {"temperature": 3}},
             {"id": "run_1-2", "succeeded": False},
         ]
@@ -172,84 +172,84 @@ def test_a_reply_says_what_was_decided() -> None:
 
 @pytest.mark.parametrize("scale", ["2", "1/2"])
 def test_latencies_are_of_the_time_of_the_run(scale: str) -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare(scale=scale)
-        bench.react(1)
-        bench.send(1)
-        await bench.after(10)
-        assert bench.seconds == [float(1 / Fraction(scale))]
+    async def scene(harness: Harness) -> None:
+        harness.prepare(scale=scale)
+        harness.react(1)
+        harness.send(1)
+        await harness.after(10)
+        assert harness.seconds == [float(1 / Fraction(scale))]
 
     play(scene)
 
 
 def test_nothing_is_done_twice() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare()
-        bench.send(1)
-        bench.send(1)
-        bench.react(1)
-        bench.react(1, 2 * SECOND_NS, "fail")
-        bench.send(1)
-        bench.prepare()  # again, as a tester does until all are ready
-        assert await bench.after(3) == [("run_1-1", True)]
-        bench.send(1)
-        bench.react(1)
-        assert await bench.after(3) == [("run_1-1", True)]
+    async def scene(harness: Harness) -> None:
+        harness.prepare()
+        harness.send(1)
+        harness.send(1)
+        harness.react(1)
+        harness.react(1, 2 * SECOND_NS, "fail")
+        harness.send(1)
+        harness.prepare()  # again, as a tester does until all are ready
+        assert await harness.after(3) == [("run_1-1", True)]
+        harness.send(1)
+        harness.react(1)
+        assert await harness.after(3) == [("run_1-1", True)]
 
     play(scene)
 
 
 def test_each_copy_that_the_network_makes_of_a_request_is_worked_on_when_it_arrives() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare()
-        bench.react(1, copies=(0, SECOND_NS // 2))
-        bench.react(2, copies=())
-        bench.send(1)
-        bench.send(2)
-        assert await bench.after(5) == [("run_1-1", True), ("run_1-1", True)]
-        assert bench.seconds == [1.0, 1.5]
+    async def scene(harness: Harness) -> None:
+        harness.prepare()
+        harness.react(1, copies=(0, SECOND_NS // 2))
+        harness.react(2, copies=())
+        harness.send(1)
+        harness.send(2)
+        assert await harness.after(5) == [("run_1-1", True), ("run_1-1", True)]
+        assert harness.seconds == [1.0, 1.5]
 
     play(scene)
 
 
 def test_requests_of_a_run_that_is_announced_later_wait_for_it() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.send(1)
-        bench.send(2)
-        bench.send(3, run="run_other")
-        bench.cancel(2)
-        await bench.after(1)
-        bench.prepare()
+    async def scene(harness: Harness) -> None:
+        harness.send(1)
+        harness.send(2)
+        harness.send(3, run="run_other")
+        harness.cancel(2)
+        await harness.after(1)
+        harness.prepare()
         for number in (1, 2, 3):
-            bench.react(number)
-        assert await bench.after(5) == [("run_1-1", True)]
-        assert bench.drawing.count == 0
+            harness.react(number)
+        assert await harness.after(5) == [("run_1-1", True)]
+        assert harness.drawing.count == 0
 
     play(scene)
 
 
 def test_a_request_that_is_cancelled_is_not_answered() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare()
-        bench.send(1)
-        bench.react(1)
-        await bench.after(0.5)
-        bench.cancel(1)
-        bench.cancel(9)  # nobody knows that one
-        assert await bench.after(5) == []
+    async def scene(harness: Harness) -> None:
+        harness.prepare()
+        harness.send(1)
+        harness.react(1)
+        await harness.after(0.5)
+        harness.cancel(1)
+        harness.cancel(9)  # an unknown request
+        assert await harness.after(5) == []
 
     play(scene)
 
 
 def test_a_request_that_is_cancelled_before_it_is_decided_is_never_begun() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare()
-        bench.send(1)
-        bench.cancel(1)
-        await bench.after(0.5)
-        bench.react(1)
-        assert await bench.after(5) == []
-        assert not [line for line in bench.stage.told if "gets" in line]
+    async def scene(harness: Harness) -> None:
+        harness.prepare()
+        harness.send(1)
+        harness.cancel(1)
+        await harness.after(0.5)
+        harness.react(1)
+        assert await harness.after(5) == []
+        assert not [line for line in harness.stage.told if "gets" in line]
 
     play(scene)
 
@@ -258,78 +258,78 @@ def test_a_request_that_is_cancelled_before_it_is_decided_is_never_begun() -> No
 
 
 def test_an_occupied_resource_keeps_requests_until_it_is_well_again() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare()
-        bench.become("occupied")
+    async def scene(harness: Harness) -> None:
+        harness.prepare()
+        harness.become("occupied")
         for number in (1, 2):
-            bench.react(number)
-            bench.send(number)
-        assert await bench.after(2) == []
-        bench.cancel(2)
-        bench.become("well")
-        assert await bench.after(2) == [("run_1-1", True)]
-        assert bench.seconds == [pytest.approx(3.0)]
+            harness.react(number)
+            harness.send(number)
+        assert await harness.after(2) == []
+        harness.cancel(2)
+        harness.become("well")
+        assert await harness.after(2) == [("run_1-1", True)]
+        assert harness.seconds == [pytest.approx(3.0)]
 
     play(scene)
 
 
 def test_a_dead_resource_forgets_and_gets_nothing() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare()
+    async def scene(harness: Harness) -> None:
+        harness.prepare()
         for number in (1, 2):
-            bench.react(number)
-        bench.send(1)
-        await bench.after(0.5)
-        bench.become("dead")
-        bench.send(2)
-        await bench.after(1)
-        bench.become("well")
-        assert await bench.after(5) == []
+            harness.react(number)
+        harness.send(1)
+        await harness.after(0.5)
+        harness.become("dead")
+        harness.send(2)
+        await harness.after(1)
+        harness.become("well")
+        assert await harness.after(5) == []
 
     play(scene)
 
 
 def test_a_failing_resource_fails_what_arrives_from_then_on() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare()
+    async def scene(harness: Harness) -> None:
+        harness.prepare()
         for number in (1, 2):
-            bench.react(number, measured={"temperature": 3})
-        bench.send(1)
-        await bench.after(0.5)
-        bench.become("failing")
-        bench.send(2)
-        assert await bench.after(5) == [("run_1-1", True), ("run_1-2", False)]
-        assert bench.replies[1][1].keys() == {"id", "succeeded"}
+            harness.react(number, measured={"temperature": 3})
+        harness.send(1)
+        await harness.after(0.5)
+        harness.become("failing")
+        harness.send(2)
+        assert await harness.after(5) == [("run_1-1", True), ("run_1-2", False)]
+        assert harness.replies[1][1].keys() == {"id", "succeeded"}
 
     play(scene)
 
 
 def test_a_slower_resource_takes_a_multiple_of_its_time() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare()
-        bench.become("slower", "5/2")
-        bench.react(1)
-        bench.send(1)
-        await bench.after(5)
-        assert bench.seconds == [2.5]
+    async def scene(harness: Harness) -> None:
+        harness.prepare()
+        harness.become("slower", "5/2")
+        harness.react(1)
+        harness.send(1)
+        await harness.after(5)
+        assert harness.seconds == [2.5]
 
     play(scene)
 
 
 def test_a_restart_forgets_and_while_it_is_down_nothing_arrives() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare()
+    async def scene(harness: Harness) -> None:
+        harness.prepare()
         for number in (1, 2, 3):
-            bench.react(number)
-        bench.send(1)
-        await bench.after(0.5)
-        bench.restart(is_down=True)
-        bench.restart(is_down=True)
-        bench.send(2)
-        await bench.after(2)
-        bench.restart(is_down=False)
-        bench.send(3)
-        assert await bench.after(2) == [("run_1-3", True)]
+            harness.react(number)
+        harness.send(1)
+        await harness.after(0.5)
+        harness.restart(is_down=True)
+        harness.restart(is_down=True)
+        harness.send(2)
+        await harness.after(2)
+        harness.restart(is_down=False)
+        harness.send(3)
+        assert await harness.after(2) == [("run_1-3", True)]
 
     play(scene)
 
@@ -338,49 +338,49 @@ def test_a_restart_forgets_and_while_it_is_down_nothing_arrives() -> None:
 
 
 def test_a_relayed_reply_travels_as_the_tester_says() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare(relayed=True)
-        bench.react(1)
-        bench.send(1)
-        assert await bench.after(2) == []
-        (asked,) = bench.asked
+    async def scene(harness: Harness) -> None:
+        harness.prepare(relayed=True)
+        harness.react(1)
+        harness.send(1)
+        assert await harness.after(2) == []
+        (asked,) = harness.asked
         assert (asked.run, asked.request, asked.resource) == ("run_1", 1, "scan")
-        bench.say(Fate("run_1", 1, "scan", asked.job, (0, SECOND_NS)))
-        assert await bench.after(0.5) == [("run_1-1", True)]
-        assert await bench.after(1) == [("run_1-1", True)] * 2
-        bench.say(Fate("run_1", 1, "scan", asked.job, (0,)))  # nothing is sent twice
-        assert len(await bench.after(1)) == 2
+        harness.say(Fate("run_1", 1, "scan", asked.job, (0, SECOND_NS)))
+        assert await harness.after(0.5) == [("run_1-1", True)]
+        assert await harness.after(1) == [("run_1-1", True)] * 2
+        harness.say(Fate("run_1", 1, "scan", asked.job, (0,)))  # nothing is sent twice
+        assert len(await harness.after(1)) == 2
 
     play(scene)
 
 
 def test_a_relayed_reply_that_is_lost_never_comes() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare(relayed=True)
+    async def scene(harness: Harness) -> None:
+        harness.prepare(relayed=True)
         for number in (1, 2):
-            bench.react(number)
-            bench.send(number)
-        await bench.after(2)
-        assert [asked.request for asked in bench.asked] == [1, 2]
-        bench.say(Fate("run_1", 1, "scan", bench.asked[0].job, ()))
-        bench.say(Fate("run_1", 2, "scan", bench.asked[1].job, (0,)))
-        assert await bench.after(2) == [("run_1-2", True)]
+            harness.react(number)
+            harness.send(number)
+        await harness.after(2)
+        assert [asked.request for asked in harness.asked] == [1, 2]
+        harness.say(Fate("run_1", 1, "scan", harness.asked[0].job, ()))
+        harness.say(Fate("run_1", 2, "scan", harness.asked[1].job, (0,)))
+        assert await harness.after(2) == [("run_1-2", True)]
 
     play(scene)
 
 
 def test_a_relayed_cancellation_arrives_when_the_tester_says() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare(relayed=True)
+    async def scene(harness: Harness) -> None:
+        harness.prepare(relayed=True)
         for number in (1, 2):
-            bench.react(number)
-            bench.send(number)
-            bench.cancel(number)  # it is under way
-        await bench.after(0.2)
-        bench.say(Fate("run_1", 1, "scan", 0, (SECOND_NS // 2,)))
-        bench.say(Fate("run_1", 2, "scan", 0, (2 * SECOND_NS,)))
-        await bench.after(5)
-        assert [asked.request for asked in bench.asked] == [2]
+            harness.react(number)
+            harness.send(number)
+            harness.cancel(number)  # it is under way
+        await harness.after(0.2)
+        harness.say(Fate("run_1", 1, "scan", 0, (SECOND_NS // 2,)))
+        harness.say(Fate("run_1", 2, "scan", 0, (2 * SECOND_NS,)))
+        await harness.after(5)
+        assert [asked.request for asked in harness.asked] == [2]
 
     play(scene)
 
@@ -389,212 +389,212 @@ def test_a_relayed_cancellation_arrives_when_the_tester_says() -> None:
 
 
 def test_an_answer_waits_until_the_controller_hears_it() -> None:
-    async def scene(bench: Bench) -> None:
-        await bench.controller.close()
-        late = bench.stage.join("controller")
-        bench.requests = late.publisher(TOPICS.request("scan"))
-        bench.prepare("run_2")
+    async def scene(harness: Harness) -> None:
+        await harness.controller.close()
+        late = harness.stage.join("controller")
+        harness.requests = late.publisher(TOPICS.request("scan"))
+        harness.prepare("run_2")
         for number in (1, 2):
-            bench.send(number, "run_2")
-            bench.react(number, run="run_2")
-        assert await bench.after(5) == []
-        late.subscribe(TOPICS.reply("scan"), bench._answered)
-        assert await bench.after(0.1) == [("run_2-1", True), ("run_2-2", True)]
+            harness.send(number, "run_2")
+            harness.react(number, run="run_2")
+        assert await harness.after(5) == []
+        late.subscribe(TOPICS.reply("scan"), harness._answered)
+        assert await harness.after(0.1) == [("run_2-1", True), ("run_2-2", True)]
 
     play(scene)
 
 
 def test_an_answer_that_nobody_heard_is_forgotten_with_its_run() -> None:
-    async def scene(bench: Bench) -> None:
-        await bench.controller.close()
-        late = bench.stage.join("controller")
-        bench.requests = late.publisher(TOPICS.request("scan"))
-        bench.prepare("run_2")
-        bench.send(1, "run_2")
-        bench.react(1, run="run_2")
-        await bench.after(5)
-        bench.prepare("run_3")
-        await bench.after(1)
-        late.subscribe(TOPICS.reply("scan"), bench._answered)
-        assert await bench.after(5) == []
+    async def scene(harness: Harness) -> None:
+        await harness.controller.close()
+        late = harness.stage.join("controller")
+        harness.requests = late.publisher(TOPICS.request("scan"))
+        harness.prepare("run_2")
+        harness.send(1, "run_2")
+        harness.react(1, run="run_2")
+        await harness.after(5)
+        harness.prepare("run_3")
+        await harness.after(1)
+        late.subscribe(TOPICS.reply("scan"), harness._answered)
+        assert await harness.after(5) == []
 
     play(scene)
 
 
 def test_requests_of_others_are_answered_alone_each_once() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.send(1, run="me")
-        bench.send(1, run="me")
-        bench.send(2, run="me")
-        bench.cancel(2, run="me")
-        assert await bench.after(2) == [("me-1", True)]
+    async def scene(harness: Harness) -> None:
+        harness.send(1, run="me")
+        harness.send(1, run="me")
+        harness.send(2, run="me")
+        harness.cancel(2, run="me")
+        assert await harness.after(2) == [("me-1", True)]
 
     play(scene)
 
 
 def test_who_asks_by_hand_may_leave_before_the_answer() -> None:
-    async def scene(bench: Bench) -> None:
-        hand = bench.stage.join("ros2cli")
+    async def scene(harness: Harness) -> None:
+        hand = harness.stage.join("ros2cli")
         hand.publisher(TOPICS.request("scan")).publish('{"id": "hand-1", "request": {"scan_command": "scan_box"}}')
-        await bench.after(0.1)
+        await harness.after(0.1)
         await hand.close()
-        assert await bench.after(2) == [("hand-1", True)]
+        assert await harness.after(2) == [("hand-1", True)]
 
     play(scene)
 
 
 def test_what_is_remembered_of_others_and_of_runs_that_nobody_announces_is_bounded() -> None:
-    async def scene(bench: Bench) -> None:
+    async def scene(harness: Harness) -> None:
         for request in range(1_500):
-            bench.send(request)  # of a run that is announced later
-        await bench.after(0.1)
-        bench.prepare()
+            harness.send(request)  # of a run that is announced later
+        await harness.after(0.1)
+        harness.prepare()
         for request in range(1_500):
-            bench.react(request)
-        assert len(await bench.after(2)) == len(bench.stage.complaints) + 500 == 1_000
-        bench.replies.clear()
+            harness.react(request)
+        assert len(await harness.after(2)) == len(harness.stage.complaints) + 500 == 1_000
+        harness.replies.clear()
         for request in range(1_500):
-            bench.send(request, run="me")
-        assert len(await bench.after(2)) == 1_001  # older ones are given up
+            harness.send(request, run="me")
+        assert len(await harness.after(2)) == 1_001  # older ones are given up
 
     play(scene)
 
 
 def test_a_request_that_waits_for_its_run_is_forgotten_with_its_controller() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.send(1)
-        hearing = bench.stage.join("another controller")
-        hearing.subscribe(TOPICS.reply("scan"), bench._answered)
+    async def scene(harness: Harness) -> None:
+        harness.send(1)
+        hearing = harness.stage.join("another controller")
+        hearing.subscribe(TOPICS.reply("scan"), harness._answered)
         hearing.publisher(TOPICS.request("scan"))
-        await bench.after(0.1)
-        await bench.controller.close()
-        await bench.after(0.1)
-        bench.prepare()
-        bench.react(1)
-        assert await bench.after(2) == []
+        await harness.after(0.1)
+        await harness.controller.close()
+        await harness.after(0.1)
+        harness.prepare()
+        harness.react(1)
+        assert await harness.after(2) == []
 
     play(scene)
 
 
 def test_a_node_that_does_not_know_a_run_says_so_when_it_is_told_of_a_request() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.react(1)
-        await bench.after(0.1)
-        assert bench.told == [Forgot("run_1", bench.node.membership.own.node)]
+    async def scene(harness: Harness) -> None:
+        harness.react(1)
+        await harness.after(0.1)
+        assert harness.told == [Forgot("run_1", harness.node.membership.own.node)]
 
     play(scene)
 
 
 def test_requests_of_others_do_not_touch_those_of_a_run() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare(relayed=True)
-        bench.react(1)
-        bench.send(1)
-        bench.send(1, run="me")
-        bench.cancel(1, run="me")
-        bench.send(2, run="me")
-        assert await bench.after(2) == [("me-2", True)]
-        assert [asked.request for asked in bench.asked] == [1]
+    async def scene(harness: Harness) -> None:
+        harness.prepare(relayed=True)
+        harness.react(1)
+        harness.send(1)
+        harness.send(1, run="me")
+        harness.cancel(1, run="me")
+        harness.send(2, run="me")
+        assert await harness.after(2) == [("me-2", True)]
+        assert [asked.request for asked in harness.asked] == [1]
 
     play(scene)
 
 
 def test_requests_of_others_that_waited_are_answered_to_them() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare()
-        bench.become("occupied")
-        bench.send(1, run="me")
-        bench.react(1)
-        bench.send(1)
-        await bench.after(1)
-        bench.become("well")
-        assert sorted(await bench.after(2)) == [("me-1", True), ("run_1-1", True)]
+    async def scene(harness: Harness) -> None:
+        harness.prepare()
+        harness.become("occupied")
+        harness.send(1, run="me")
+        harness.react(1)
+        harness.send(1)
+        await harness.after(1)
+        harness.become("well")
+        assert sorted(await harness.after(2)) == [("me-1", True), ("run_1-1", True)]
 
     play(scene)
 
 
 def test_decisions_about_another_run_are_nothing() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare()
-        bench.become("dead", run="run_0")
-        bench.react(1, run="run_0")
-        bench.say(Abandon("run_0"))
-        bench.prepare("run_2", nodes=("another",))
-        bench.send(1)
-        assert await bench.after(2) == []
-        bench.react(1)
-        assert await bench.after(2) == [("run_1-1", True)]
+    async def scene(harness: Harness) -> None:
+        harness.prepare()
+        harness.become("dead", run="run_0")
+        harness.react(1, run="run_0")
+        harness.say(Abandon("run_0"))
+        harness.prepare("run_2", nodes=("another",))
+        harness.send(1)
+        assert await harness.after(2) == []
+        harness.react(1)
+        assert await harness.after(2) == [("run_1-1", True)]
 
     play(scene)
 
 
 def test_a_tester_whose_run_it_does_not_know_is_told_so_and_what_came_meanwhile_is_begun_with_the_run() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.send(1)
-        bench.react(1)
-        await bench.after(1)
-        assert bench.told == [Forgot("run_1", bench.node.membership.own.node)]
-        bench.prepare()
-        bench.react(1)
-        assert await bench.after(2) == [("run_1-1", True)]
+    async def scene(harness: Harness) -> None:
+        harness.send(1)
+        harness.react(1)
+        await harness.after(1)
+        assert harness.told == [Forgot("run_1", harness.node.membership.own.node)]
+        harness.prepare()
+        harness.react(1)
+        assert await harness.after(2) == [("run_1-1", True)]
 
     play(scene)
 
 
 @pytest.mark.parametrize("how", ["prepare", "abandon", "tester", "controller", "close"])
 def test_what_was_begun_is_forgotten_with_its_run_its_tester_or_its_controller(how: str) -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare()
-        bench.react(1)
-        bench.send(1)
-        bench.send(2)
-        bench.react(3, copies=(SECOND_NS,))  # it is still under way
-        bench.send(3)
-        await bench.after(0.5)
-        hearing = bench.stage.join("another controller")
-        hearing.subscribe(TOPICS.reply("scan"), bench._answered)
+    async def scene(harness: Harness) -> None:
+        harness.prepare()
+        harness.react(1)
+        harness.send(1)
+        harness.send(2)
+        harness.react(3, copies=(SECOND_NS,))  # it is still under way
+        harness.send(3)
+        await harness.after(0.5)
+        hearing = harness.stage.join("another controller")
+        hearing.subscribe(TOPICS.reply("scan"), harness._answered)
         match how:
             case "prepare":
-                bench.prepare("run_2")
+                harness.prepare("run_2")
             case "abandon":
-                bench.say(Abandon("run_1"))
+                harness.say(Abandon("run_1"))
             case "tester":
-                await bench.tester.close()
+                await harness.tester.close()
             case "controller":
-                await bench.controller.close()
-                await bench.loop.settle()
-                bench.react(2)  # it is not begun for nobody
+                await harness.controller.close()
+                await harness.loop.settle()
+                harness.react(2)  # it does not begin without a caller
             case _:
-                await bench.node.close()
-        assert await bench.after(5) == []
+                await harness.node.close()
+        assert await harness.after(5) == []
 
     play(scene)
 
 
 def test_another_tester_that_leaves_ends_nothing() -> None:
-    async def scene(bench: Bench) -> None:
-        other = bench.stage.join("tester")
+    async def scene(harness: Harness) -> None:
+        other = harness.stage.join("tester")
         other.publisher(TOPICS.case)
-        bench.prepare()
-        bench.react(1)
-        bench.send(1)
-        await bench.after(0.5)
+        harness.prepare()
+        harness.react(1)
+        harness.send(1)
+        await harness.after(0.5)
         await other.close()
-        assert await bench.after(1) == [("run_1-1", True)]
+        assert await harness.after(1) == [("run_1-1", True)]
 
     play(scene)
 
 
 def test_conditions_do_not_outlive_a_run() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare()
-        bench.become("dead")
-        bench.restart(is_down=True)
-        await bench.after(1)
-        bench.prepare("run_2")
-        bench.react(1, run="run_2")
-        bench.send(1, run="run_2")
-        assert await bench.after(2) == [("run_2-1", True)]
+    async def scene(harness: Harness) -> None:
+        harness.prepare()
+        harness.become("dead")
+        harness.restart(is_down=True)
+        await harness.after(1)
+        harness.prepare("run_2")
+        harness.react(1, run="run_2")
+        harness.send(1, run="run_2")
+        assert await harness.after(2) == [("run_2-1", True)]
 
     play(scene)
 
@@ -603,47 +603,47 @@ def test_conditions_do_not_outlive_a_run() -> None:
 
 
 def test_it_does_not_wait_for_a_controller_where_the_resource_is_real() -> None:
-    async def scene(bench: Bench) -> None:
-        await bench.controller.close()
-        await bench.loop.settle()
-        bench.prepare()
-        await bench.loop.settle()
-        assert bench.told == []
-        nodes = (bench.node.membership.own.node,)
-        bench.say(Prepare("run_1", nodes, "", {}, "1", is_relayed=False, real=("scan",)))
-        await bench.loop.settle()
-        assert bench.told == [Prepared("run_1", bench.node.membership.own.node)]
+    async def scene(harness: Harness) -> None:
+        await harness.controller.close()
+        await harness.loop.settle()
+        harness.prepare()
+        await harness.loop.settle()
+        assert harness.told == []
+        nodes = (harness.node.membership.own.node,)
+        harness.say(Prepare("run_1", nodes, "", {}, "1", is_relayed=False, real=("scan",)))
+        await harness.loop.settle()
+        assert harness.told == [Prepared("run_1", harness.node.membership.own.node)]
 
     play(scene)
 
 
 def test_it_is_ready_once_a_controller_reaches_it_and_hears_it() -> None:
-    async def scene(bench: Bench) -> None:
-        await bench.controller.close()
-        bench.prepare()
-        await bench.loop.settle()
-        assert bench.told == []
-        half = bench.stage.join("controller")
+    async def scene(harness: Harness) -> None:
+        await harness.controller.close()
+        harness.prepare()
+        await harness.loop.settle()
+        assert harness.told == []
+        half = harness.stage.join("controller")
         half.publisher(TOPICS.request("scan"))
-        bench.prepare()
-        await bench.loop.settle()
-        assert bench.told == []
+        harness.prepare()
+        await harness.loop.settle()
+        assert harness.told == []
         half.subscribe(TOPICS.reply("scan"), lambda _: None)
-        bench.prepare()
-        await bench.loop.settle()
-        assert bench.told == [Prepared("run_1", bench.node.membership.own.node)]
+        harness.prepare()
+        await harness.loop.settle()
+        assert harness.told == [Prepared("run_1", harness.node.membership.own.node)]
 
     play(scene)
 
 
 def test_a_time_scale_that_is_none_is_refused_with_a_sentence() -> None:
-    async def scene(bench: Bench) -> None:
+    async def scene(harness: Harness) -> None:
         for scale in ("0", "-1", "1/0", "1e999999999", "x"):
-            bench.prepare(scale=scale)
-        await bench.loop.settle()
-        assert bench.told == []
-        assert len(bench.stage.complaints) == 5
-        assert all("is not a fraction greater than 0" in words for words in bench.stage.complaints)
+            harness.prepare(scale=scale)
+        await harness.loop.settle()
+        assert harness.told == []
+        assert len(harness.stage.complaints) == 5
+        assert all("is not a fraction greater than 0" in words for words in harness.stage.complaints)
 
     play(scene)
 
@@ -665,11 +665,11 @@ def test_a_time_scale_that_is_none_is_refused_with_a_sentence() -> None:
     ],
 )
 def test_a_request_that_is_none_is_dropped_with_a_sentence(said: str) -> None:
-    async def scene(bench: Bench) -> None:
-        bench.requests.publish(said)
-        bench.send(7, run="me")
-        assert await bench.after(2) == [("me-7", True)]
-        (complaint,) = bench.stage.complaints
+    async def scene(harness: Harness) -> None:
+        harness.requests.publish(said)
+        harness.send(7, run="me")
+        assert await harness.after(2) == [("me-7", True)]
+        (complaint,) = harness.stage.complaints
         assert complaint.startswith("a message on `/scbm/scan_cell/scan/request` was dropped: ")
 
     play(scene)
@@ -687,15 +687,15 @@ def test_a_request_that_is_none_is_dropped_with_a_sentence(said: str) -> None:
     ],
 )
 def test_a_decision_that_makes_no_sense_is_dropped_with_a_sentence(wrong: Message) -> None:
-    async def scene(bench: Bench) -> None:
-        bench.prepare()
-        bench.say(wrong)
-        bench.say(React("run_1", 1, "another resource", "succeed", 1, None, (0,)))
-        bench.cases.publish("what")
-        bench.react(1)
-        bench.send(1)
-        assert await bench.after(2) == [("run_1-1", True)]
-        first, second = bench.stage.complaints
+    async def scene(harness: Harness) -> None:
+        harness.prepare()
+        harness.say(wrong)
+        harness.say(React("run_1", 1, "another resource", "succeed", 1, None, (0,)))
+        harness.cases.publish("what")
+        harness.react(1)
+        harness.send(1)
+        assert await harness.after(2) == [("run_1-1", True)]
+        first, second = harness.stage.complaints
         assert first.startswith(f"a `{wrong.kind}` of a tester was dropped: ")
         assert second == "a message of a tester was dropped: this is not JSON"
 

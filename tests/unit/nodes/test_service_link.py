@@ -77,7 +77,7 @@ class Driver:
 
 
 @dataclass
-class Bench:
+class Harness:
     """A link, what it told, and the driver behind it."""
 
     link: ServiceLink
@@ -86,13 +86,13 @@ class Bench:
     complaints: list[str]
 
     @staticmethod
-    def of(requests: ServiceCall | ServiceChoice, prepare: Callable[[Driver], object] = lambda _: None) -> Bench:
+    def of(requests: ServiceCall | ServiceChoice, prepare: Callable[[Driver], object] = lambda _: None) -> Harness:
         hub = LoopbackHub()
         driver, heard, complaints = Driver(hub), Heard(), list[str]()
         prepare(driver)
         bus = hub.join("controller")
         link = ServiceLink(bus, resource(requests), heard, complaints.append, monotonic_ns)
-        return Bench(link, heard, driver, complaints)
+        return Harness(link, heard, driver, complaints)
 
     def send(self, number: int, **values: Value) -> None:
         self.link.send(Correlation("run", number), tuple(values.items()))
@@ -107,11 +107,11 @@ class Bench:
 @pytest.mark.parametrize("succeeded", [True, False])
 def test_the_response_to_a_call_is_the_reply_to_its_request(succeeded: bool) -> None:  # noqa: FBT001 - a case
     async def scene() -> None:
-        bench = Bench.of(SCAN, lambda driver: driver.serve("/scan", success=succeeded))
+        harness = Harness.of(SCAN, lambda driver: driver.serve("/scan", success=succeeded))
         before_ns = monotonic_ns()
-        bench.send(7)
-        await bench.answered(1)
-        ((name, reply),) = bench.heard.replies
+        harness.send(7)
+        await harness.answered(1)
+        ((name, reply),) = harness.heard.replies
         assert (name, reply.request, reply.succeeded, reply.measured) == (
             "scanner",
             Correlation("run", 7),
@@ -119,7 +119,7 @@ def test_the_response_to_a_call_is_the_reply_to_its_request(succeeded: bool) -> 
             (),
         )
         assert before_ns <= reply.stamp_ns <= monotonic_ns()
-        assert bench.driver.asked == [("/scan", {})]
+        assert harness.driver.asked == [("/scan", {})]
 
     run(scene())
 
@@ -130,22 +130,22 @@ def test_the_value_of_a_variable_decides_which_service_is_called_and_with_what()
             driver.serve("/light", SET_BOOL)
             driver.serve("/blink")
 
-        bench = Bench.of(LIGHT, prepare)
+        harness = Harness.of(LIGHT, prepare)
         for number, light in enumerate(("off", "blink", "on")):
-            bench.send(number, light=light, shelf=3)
-            await bench.answered(number + 1)
-        assert bench.driver.asked == [("/light", {"data": False}), ("/blink", {}), ("/light", {"data": True})]
-        assert bench.heard.numbers() == [(0, True), (1, True), (2, True)]
+            harness.send(number, light=light, shelf=3)
+            await harness.answered(number + 1)
+        assert harness.driver.asked == [("/light", {"data": False}), ("/blink", {}), ("/light", {"data": True})]
+        assert harness.heard.numbers() == [(0, True), (1, True), (2, True)]
 
     run(scene())
 
 
 def test_fields_get_the_values_that_the_request_carries_as_their_types_want_them() -> None:
     async def scene() -> None:
-        bench = Bench.of(ADDING, lambda driver: driver.serve("/add", ADD, sum=1.5, code=0))
-        bench.send(1, light="on", shelf=3)
-        await bench.answered(1)
-        ((_, fields),) = bench.driver.asked
+        harness = Harness.of(ADDING, lambda driver: driver.serve("/add", ADD, sum=1.5, code=0))
+        harness.send(1, light="on", shelf=3)
+        await harness.answered(1)
+        ((_, fields),) = harness.driver.asked
         assert fields == {"a": 3, "b": 3.0}
         assert [type(value) for value in fields.values()] == [int, float]
 
@@ -155,10 +155,10 @@ def test_fields_get_the_values_that_the_request_carries_as_their_types_want_them
 @pytest.mark.parametrize(("total", "zone"), [(1.25, "near"), (1.5, "far"), (9.0, "9.0")])
 def test_a_response_that_says_succeeded_measures(total: float, zone: str) -> None:
     async def scene() -> None:
-        bench = Bench.of(ADDING, lambda driver: driver.serve("/add", ADD, sum=total, code=0))
-        bench.send(1, shelf=3)
-        await bench.answered(1)
-        reply = bench.heard.replies[0][1]
+        harness = Harness.of(ADDING, lambda driver: driver.serve("/add", ADD, sum=total, code=0))
+        harness.send(1, shelf=3)
+        await harness.answered(1)
+        reply = harness.heard.replies[0][1]
         assert (reply.succeeded, reply.measured) == (True, (("code", 0), ("zone", zone)))
 
     run(scene())
@@ -166,10 +166,10 @@ def test_a_response_that_says_succeeded_measures(total: float, zone: str) -> Non
 
 def test_a_response_that_says_failed_measures_nothing() -> None:
     async def scene() -> None:
-        bench = Bench.of(ADDING, lambda driver: driver.serve("/add", ADD, sum=0.5, code=1))
-        bench.send(1, shelf=3)
-        await bench.answered(1)
-        reply = bench.heard.replies[0][1]
+        harness = Harness.of(ADDING, lambda driver: driver.serve("/add", ADD, sum=0.5, code=1))
+        harness.send(1, shelf=3)
+        await harness.answered(1)
+        reply = harness.heard.replies[0][1]
         assert (reply.succeeded, reply.measured) == (False, ())
 
     run(scene())
@@ -190,85 +190,85 @@ def test_a_response_of_which_nothing_is_asked_says_succeeded() -> None:
 
 def test_requests_wait_for_their_service_in_their_order_and_those_that_are_cancelled_are_forgotten() -> None:
     async def scene() -> None:
-        bench = Bench.of(SCAN)
+        harness = Harness.of(SCAN)
         for number in (1, 2, 3):
-            bench.send(number)
-        bench.cancel(2)
-        assert not bench.link.is_there
-        bench.driver.serve("/scan")
-        await bench.answered(2)
-        assert bench.heard.numbers() == [(1, True), (3, True)]
-        assert len(bench.driver.asked) == 2
+            harness.send(number)
+        harness.cancel(2)
+        assert not harness.link.is_there
+        harness.driver.serve("/scan")
+        await harness.answered(2)
+        assert harness.heard.numbers() == [(1, True), (3, True)]
+        assert len(harness.driver.asked) == 2
 
     run(scene())
 
 
 def test_a_request_waits_for_no_service_but_its_own() -> None:
     async def scene() -> None:
-        bench = Bench.of(LIGHT, lambda driver: driver.serve("/blink"))
-        bench.send(1, light="on")
-        bench.send(2, light="blink")
-        await bench.answered(1)
-        assert bench.heard.numbers() == [(2, True)]
-        assert not bench.link.is_there
-        bench.driver.serve("/light", SET_BOOL)
-        await bench.answered(2)
-        assert bench.heard.numbers() == [(2, True), (1, True)]
+        harness = Harness.of(LIGHT, lambda driver: driver.serve("/blink"))
+        harness.send(1, light="on")
+        harness.send(2, light="blink")
+        await harness.answered(1)
+        assert harness.heard.numbers() == [(2, True)]
+        assert not harness.link.is_there
+        harness.driver.serve("/light", SET_BOOL)
+        await harness.answered(2)
+        assert harness.heard.numbers() == [(2, True), (1, True)]
 
     run(scene())
 
 
 def test_a_cancelled_call_goes_on_and_its_response_is_dropped() -> None:
     async def scene() -> None:
-        bench = Bench.of(SCAN, lambda driver: driver.serve("/scan"))
-        bench.send(1)
-        bench.cancel(1)
-        bench.send(2)
-        await bench.answered(1)
-        assert bench.heard.numbers() == [(2, True)]
-        assert len(bench.driver.asked) == 2
+        harness = Harness.of(SCAN, lambda driver: driver.serve("/scan"))
+        harness.send(1)
+        harness.cancel(1)
+        harness.send(2)
+        await harness.answered(1)
+        assert harness.heard.numbers() == [(2, True)]
+        assert len(harness.driver.asked) == 2
 
     run(scene())
 
 
 def test_a_call_to_a_server_that_is_lost_is_not_repeated_and_has_no_reply() -> None:
     async def scene() -> None:
-        bench = Bench.of(SCAN)
-        server = bench.driver.serve("/scan")
-        await bench.heard.until(lambda: bench.heard.presence == [("scanner", True)])
-        bench.send(1)
+        harness = Harness.of(SCAN)
+        server = harness.driver.serve("/scan")
+        await harness.heard.until(lambda: harness.heard.presence == [("scanner", True)])
+        harness.send(1)
         await server.close()  # the call is still on its way
-        bench.send(2)
-        await bench.heard.until(lambda: bench.heard.presence[1:] == [("scanner", False)])
-        bench.driver.serve("/scan")
-        await bench.answered(1)
-        assert bench.heard.numbers() == [(2, True)]
-        assert len(bench.driver.asked) == 1
+        harness.send(2)
+        await harness.heard.until(lambda: harness.heard.presence[1:] == [("scanner", False)])
+        harness.driver.serve("/scan")
+        await harness.answered(1)
+        assert harness.heard.numbers() == [(2, True)]
+        assert len(harness.driver.asked) == 1
 
     run(scene())
 
 
 def test_requests_of_two_runs_with_one_number_are_two() -> None:
     async def scene() -> None:
-        bench = Bench.of(SCAN)
+        harness = Harness.of(SCAN)
         for name in ("first", "second"):
-            bench.link.send(Correlation(name, 1), ())
-        bench.link.cancel(Correlation("first", 1))
-        bench.driver.serve("/scan")
-        await bench.answered(1)
-        assert [reply.request for _, reply in bench.heard.replies] == [Correlation("second", 1)]
+            harness.link.send(Correlation(name, 1), ())
+        harness.link.cancel(Correlation("first", 1))
+        harness.driver.serve("/scan")
+        await harness.answered(1)
+        assert [reply.request for _, reply in harness.heard.replies] == [Correlation("second", 1)]
 
     run(scene())
 
 
 def test_of_two_calls_with_one_number_only_the_one_that_is_meant_is_cancelled() -> None:
     async def scene() -> None:
-        bench = Bench.of(SCAN, lambda driver: driver.serve("/scan"))
+        harness = Harness.of(SCAN, lambda driver: driver.serve("/scan"))
         for name in ("first", "second"):
-            bench.link.send(Correlation(name, 1), ())
-        bench.link.cancel(Correlation("first", 1))
-        await bench.answered(1)
-        assert [reply.request for _, reply in bench.heard.replies] == [Correlation("second", 1)]
+            harness.link.send(Correlation(name, 1), ())
+        harness.link.cancel(Correlation("first", 1))
+        await harness.answered(1)
+        assert [reply.request for _, reply in harness.heard.replies] == [Correlation("second", 1)]
 
     run(scene())
 
@@ -306,45 +306,45 @@ def test_a_request_with_a_value_that_no_service_is_bound_to_has_failed_and_nobod
             driver.serve("/light", SET_BOOL)
             driver.serve("/blink")
 
-        bench = Bench.of(LIGHT, prepare)
+        harness = Harness.of(LIGHT, prepare)
         before_ns = monotonic_ns()
-        bench.send(1, light="none")
-        assert bench.heard.replies == []  # not in the midst of sending
-        await bench.answered(1)
-        ((_, reply),) = bench.heard.replies
+        harness.send(1, light="none")
+        assert harness.heard.replies == []  # not in the midst of sending
+        await harness.answered(1)
+        ((_, reply),) = harness.heard.replies
         assert (reply.request.number, reply.succeeded, reply.measured) == (1, False, ())
         assert before_ns <= reply.stamp_ns <= monotonic_ns()
-        assert bench.driver.asked == []
+        assert harness.driver.asked == []
 
     run(scene())
 
 
 def test_the_resource_is_there_while_all_of_its_services_are() -> None:
     async def scene() -> None:
-        bench = Bench.of(LIGHT)
-        bench.driver.serve("/blink")
-        light = bench.driver.serve("/light", SET_BOOL)
-        await bench.heard.until(lambda: bool(bench.heard.presence))
-        seen = [bench.link.is_there]
+        harness = Harness.of(LIGHT)
+        harness.driver.serve("/blink")
+        light = harness.driver.serve("/light", SET_BOOL)
+        await harness.heard.until(lambda: bool(harness.heard.presence))
+        seen = [harness.link.is_there]
         await light.close()
-        await bench.heard.until(lambda: len(bench.heard.presence) == 2)
-        assert [*seen, bench.link.is_there] == [True, False]
-        assert bench.heard.presence == [("scanner", True), ("scanner", False)]
+        await harness.heard.until(lambda: len(harness.heard.presence) == 2)
+        assert [*seen, harness.link.is_there] == [True, False]
+        assert harness.heard.presence == [("scanner", True), ("scanner", False)]
 
     run(scene())
 
 
 def test_a_resource_that_was_there_before_is_told_of_too() -> None:
     async def scene() -> None:
-        bench = Bench.of(SCAN, lambda driver: driver.serve("/scan"))
-        assert bench.link.is_there
-        await bench.heard.until(lambda: bench.heard.presence == [("scanner", True)])
+        harness = Harness.of(SCAN, lambda driver: driver.serve("/scan"))
+        assert harness.link.is_there
+        await harness.heard.until(lambda: harness.heard.presence == [("scanner", True)])
 
     run(scene())
 
 
 class Refusing:
-    """A client of nobody, then of a server who does not take the first call."""
+    """A client without a server, then of a server that does not take the first call."""
 
     peers = 0
 
@@ -369,15 +369,15 @@ def test_a_call_that_is_not_taken_keeps_none_of_those_that_wait_behind_it(monkey
     monkeypatch.setattr(LoopbackBus, "client", client_that_refuses)
 
     async def scene() -> None:
-        bench = Bench.of(SCAN)
+        harness = Harness.of(SCAN)
         for number in (1, 2, 3):
-            bench.send(number)
+            harness.send(number)
         assert client.calls == 0
         client.peers = 1
         opened[0](1)
         assert client.calls == 3
-        assert bench.complaints == ["request 1 to `scanner` is lost: full"]
-        assert bench.heard.presence == [("scanner", True)]
+        assert harness.complaints == ["request 1 to `scanner` is lost: full"]
+        assert harness.heard.presence == [("scanner", True)]
 
     run(scene())
 
@@ -395,15 +395,15 @@ def test_a_request_that_nobody_can_carry_out_fails_by_the_clock_of_the_bus() -> 
 
 def test_why_nobody_is_there_is_said_for_each_service_that_is_missing() -> None:
     async def scene() -> None:
-        bench = Bench.of(LIGHT)
-        assert bench.link.why_alone() is None
-        bench.driver.serve("/light", TRIGGER)
-        bench.driver.serve("/blink", SET_BOOL)
-        said = bench.link.why_alone()
+        harness = Harness.of(LIGHT)
+        assert harness.link.why_alone() is None
+        harness.driver.serve("/light", TRIGGER)
+        harness.driver.serve("/blink", SET_BOOL)
+        said = harness.link.why_alone()
         assert said is not None
         assert all(word in said.why for word in ("`/light`", "`/blink`", "; "))
-        bench.driver.serve("/blink")
-        said = bench.link.why_alone()
+        harness.driver.serve("/blink")
+        said = harness.link.why_alone()
         assert said is not None
         assert "`/light`" in said.why
         assert "`/blink`" not in said.why

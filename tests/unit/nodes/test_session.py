@@ -170,11 +170,11 @@ def test_what_the_first_case_waits_for_is_told() -> None:
             return hub.join("tester")
 
         def come(reasons: tuple[Reason, ...]) -> None:
-            """Whoever is waited for comes once that is told."""
+            """The missing node joins once the session has reported it."""
             told.append(reasons)
             for role, resources in (("controller", []), ("resources", ["scan"])):
-                seat = NodeContext(hub.join(role), MODEL, new_status(role, MODEL, DIGEST, resources), print)
-                (ControllerNode(seat) if role == "controller" else ResourcesNode(seat, PlainReactions()))
+                context = NodeContext(hub.join(role), MODEL, new_status(role, MODEL, DIGEST, resources), print)
+                (ControllerNode(context) if role == "controller" else ResourcesNode(context, PlainReactions()))
 
         opened = session(RemoteCell(open_bus))
         opened.waiting = come
@@ -280,8 +280,10 @@ def test_a_tester_that_was_missed_joins_again_before_the_next_case(watches: list
             buses.append(hub.join("tester"))
             if len(buses) == 1:
                 for role, names in (("controller", []), ("resources", ["scan"])):
-                    seat = NodeContext(hub.join(role), MODEL, new_status(role, MODEL, DIGEST, names), complaints.append)
-                    (ControllerNode(seat) if role == "controller" else ResourcesNode(seat, PlainReactions()))
+                    context = NodeContext(
+                        hub.join(role), MODEL, new_status(role, MODEL, DIGEST, names), complaints.append
+                    )
+                    (ControllerNode(context) if role == "controller" else ResourcesNode(context, PlainReactions()))
             return buses[-1]
 
         opened = session(RemoteCell(open_bus))
@@ -289,7 +291,7 @@ def test_a_tester_that_was_missed_joins_again_before_the_next_case(watches: list
         with opened:
             tester = NodeTester(Tester(MODEL), opened)
             assert tester.execute(CASE).verdict.passed
-            buses[0].is_open = False  # it hears nobody any more, and nobody hears it
+            buses[0].is_open = False  # it is cut off from the others
             watches[0].has_noticed = True
             assert [tester.execute(CASE).verdict.passed for _ in range(2)] == [True, True]
             assert (len(buses), [watch.is_over for watch in watches]) == (2, [True, False])
@@ -301,7 +303,7 @@ def test_a_tester_that_was_missed_joins_again_before_the_next_case(watches: list
 
 
 class Ending(Children):
-    """Nodes on a hub instead of processes. Of one that ends between cases learns who starts it again, and nobody else.
+    """Nodes on a hub instead of processes. If one ends between cases, only the parent that restarts it learns of that.
 
     Attributes:
         starts: who had ended at each start, in order; then one of them cannot work any more.
@@ -315,11 +317,11 @@ class Ending(Children):
 
     async def start(self) -> tuple[str, ...]:
         if not self._nodes:
-            seats = [
+            contexts = [
                 NodeContext(self._hub.join(role), MODEL, new_status(role, MODEL, DIGEST, names), print)
                 for role, names in (("controller", []), ("resources", ["scan"]))
             ]
-            self._nodes = [ControllerNode(seats[0]), ResourcesNode(seats[1], PlainReactions())]
+            self._nodes = [ControllerNode(contexts[0]), ResourcesNode(contexts[1], PlainReactions())]
         return self.starts.pop(0)
 
     @property

@@ -58,7 +58,7 @@ def choices(case: Case = CASE) -> Choices:
 
 
 @dataclass
-class Bench:
+class Harness:
     """A tester, and everybody else of its cell played by a test."""
 
     stage: Stage
@@ -85,13 +85,13 @@ class Bench:
 class Played:
     """A node that says who it is, and what a test lets it say."""
 
-    def __init__(self, bench: Bench, status: Status) -> None:
-        self.bench = bench
+    def __init__(self, harness: Harness, status: Status) -> None:
+        self.harness = harness
         self.status = status
         self.prepared: list[Prepare] = []
         self.heard: list[Message] = []
         self.is_ready = True
-        self.bus = bench.stage.join(status.role)
+        self.bus = harness.stage.join(status.role)
         self.speaks = self.bus.publisher(TOPICS.run if status.role == "controller" else TOPICS.simulated)
         self.bus.subscribe(TOPICS.case, self._hear)
         self.statuses = self.bus.publisher(TOPICS.status)
@@ -101,7 +101,7 @@ class Played:
         message = decode(received.data)
         self.heard.append(message)
         if self.status.role == "controller":
-            self.bench.heard.append(message)
+            self.harness.heard.append(message)
         if isinstance(message, Prepare) and self.status.node in message.nodes:
             self.prepared.append(message)
             if self.is_ready:
@@ -123,9 +123,9 @@ class Played:
         self.step(2, 0, PlanAnswered(1, PlanStatus.SOLVED, ("scan_box",)))
 
 
-def play(scene: Callable[[Bench, VirtualLoop], Awaitable[None]], scale: Fraction = Fraction(1)) -> None:
+def play(scene: Callable[[Harness, VirtualLoop], Awaitable[None]], scale: Fraction = Fraction(1)) -> None:
     async def main(loop: VirtualLoop) -> None:
-        await scene(Bench(Stage.virtual(MODEL, loop), scale), loop)
+        await scene(Harness(Stage.virtual(MODEL, loop), scale), loop)
 
     run_virtually(main)
 
@@ -145,35 +145,35 @@ NO_SCAN = Reason(Lack.RESOURCES, "nobody simulates `scan`", ("scan",))
 
 
 def test_what_it_waits_for_is_told_after_a_second_and_whenever_that_changes() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
         told: list[tuple[int, tuple[Reason, ...]]] = []
         begun_ns = loop.now_ns()
 
         def tell(reasons: tuple[Reason, ...]) -> None:
             told.append(((loop.now_ns() - begun_ns) // SECOND_NS, reasons))
 
-        waiting = asyncio.ensure_future(bench.node.wait_for_cell(100.0, tell))
+        waiting = asyncio.ensure_future(harness.node.wait_for_cell(100.0, tell))
         await loop.settle(SECOND_NS - 1_000)
         assert told == []
         await loop.settle(2_000)
         assert told == [(1, (NO_CONTROLLER,))]
-        bench.play("resources", "other")  # which changes nothing
+        harness.play("resources", "other")  # which changes nothing
         await loop.settle(2 * SECOND_NS)
-        bench.play("controller")
+        harness.play("controller")
         await loop.settle(2 * SECOND_NS)
         assert told == [(1, (NO_CONTROLLER,)), (3, (NO_SCAN,))]
-        bench.play("resources", "scan")
+        harness.play("resources", "scan")
         await waiting
 
     play(scene)
 
 
 def test_who_comes_within_a_second_is_not_told_of() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
         told: list[tuple[Reason, ...]] = []
-        waiting = asyncio.ensure_future(bench.node.wait_for_cell(100.0, told.append))
+        waiting = asyncio.ensure_future(harness.node.wait_for_cell(100.0, told.append))
         await loop.settle(SECOND_NS // 2)
-        bench.cell()
+        harness.cell()
         await waiting
         await loop.settle(10 * SECOND_NS)
         assert told == []
@@ -182,13 +182,13 @@ def test_who_comes_within_a_second_is_not_told_of() -> None:
 
 
 def test_it_waits_until_everybody_is_there() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        waiting = asyncio.ensure_future(bench.node.wait_for_cell(10.0))
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        waiting = asyncio.ensure_future(harness.node.wait_for_cell(10.0))
         await loop.settle(SECOND_NS)
-        bench.play("controller")
+        harness.play("controller")
         await loop.settle(SECOND_NS)
         assert not waiting.done()
-        bench.play("resources", "scan")
+        harness.play("resources", "scan")
         await loop.settle()
         assert waiting.done()
         waiting.result()
@@ -206,12 +206,12 @@ def test_it_waits_until_everybody_is_there() -> None:
     ],
 )
 def test_after_that_it_says_who_is_missing(others: list[tuple[str, ...]], reasons: tuple[Reason, ...]) -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
         for role, *resources in others:
-            bench.play(role, *resources)
+            harness.play(role, *resources)
         begun_ns = loop.now_ns()
         with pytest.raises(NotReadyError) as raised:
-            await bench.node.wait_for_cell(3.0)
+            await harness.node.wait_for_cell(3.0)
         assert raised.value.reasons == reasons
         assert loop.now_ns() - begun_ns == 3 * SECOND_NS
 
@@ -229,12 +229,12 @@ def test_after_that_it_says_who_is_missing(others: list[tuple[str, ...]], reason
     ],
 )  # fmt: skip
 def test_what_no_waiting_mends_is_said_at_once(role: str, fields: dict[str, Any], lack: Lack, reason: str) -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        bench.play(role, *(["scan"] if role == "resources" else []), **fields)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        harness.play(role, *(["scan"] if role == "resources" else []), **fields)
         if role == "resources":
-            bench.play("controller")
+            harness.play("controller")
         with pytest.raises(NotReadyError, match=reason) as raised:
-            await bench.node.wait_for_cell(1_000.0)
+            await harness.node.wait_for_cell(1_000.0)
         assert [other.lack for other in raised.value.reasons] == [lack]
         assert loop.now_ns() < 2 * SECOND_NS
 
@@ -242,10 +242,10 @@ def test_what_no_waiting_mends_is_said_at_once(role: str, fields: dict[str, Any]
 
 
 def test_a_stranger_that_cannot_be_understood_is_told_of() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        bench.stage.join("old").publisher(TOPICS.status).publish('{"kind": "status", "role": "controller"}')
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        harness.stage.join("old").publisher(TOPICS.status).publish('{"kind": "status", "role": "controller"}')
         with pytest.raises(NotReadyError) as raised:
-            await bench.node.wait_for_cell(1.0)
+            await harness.node.wait_for_cell(1.0)
         assert raised.value.reasons[0] == NO_CONTROLLER
         assert raised.value.reasons[1].lack is Lack.STRANGER
         assert raised.value.reasons[1].message.startswith("a `status` has the fields")
@@ -255,13 +255,13 @@ def test_a_stranger_that_cannot_be_understood_is_told_of() -> None:
 
 
 def test_what_the_controller_lacks_is_missing() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        bench.play("controller", "scan", troubles=("`scan` is not reached: nobody is there",))
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        harness.play("controller", "scan", troubles=("`scan` is not reached: nobody is there",))
         await loop.settle()
-        assert bench.node.real == ("scan",)
+        assert harness.node.real == ("scan",)
         begun_ns = loop.now_ns()
         with pytest.raises(NotReadyError) as raised:
-            await bench.node.wait_for_cell(1.0)
+            await harness.node.wait_for_cell(1.0)
         assert loop.now_ns() - begun_ns == SECOND_NS  # it might have come
         assert raised.value.reasons == (Reason(Lack.DRIVER, "`scan` is not reached: nobody is there"),)
 
@@ -269,16 +269,16 @@ def test_what_the_controller_lacks_is_missing() -> None:
 
 
 def test_real_resources_cannot_be_made_faster_nor_told_what_to_do() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        bench.play("controller", "scan")
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        harness.play("controller", "scan")
         await loop.settle()
         with pytest.raises(NotReadyError, match="`scan` is real, and cannot be made faster"):
-            await bench.node.wait_for_cell(1.0)
+            await harness.node.wait_for_cell(1.0)
         case = read_case("case: x\ngoal: scanned\noutcomes: {scan: fail}\n", MODEL)
-        assert await why_lost(bench.begin(case)) == "the case says what becomes of `scan`, which is real"
+        assert await why_lost(harness.begin(case)) == "the case says what becomes of `scan`, which is real"
         of_operation = read_case("case: x\ngoal: scanned\noutcomes: {scan_box: fail}\n", MODEL)
-        assert await why_lost(bench.begin(of_operation)) == "the case says what becomes of `scan`, which is real"
-        assert await why_lost(bench.begin(RESTARTS)) == "the case says what becomes of `scan`, which is real"
+        assert await why_lost(harness.begin(of_operation)) == "the case says what becomes of `scan`, which is real"
+        assert await why_lost(harness.begin(RESTARTS)) == "the case says what becomes of `scan`, which is real"
 
     play(scene, Fraction(2))
 
@@ -287,13 +287,13 @@ def test_real_resources_cannot_be_made_faster_nor_told_what_to_do() -> None:
 
 
 def test_all_are_sent_the_case_and_the_run_begins_once_all_are_ready() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        controller, resources = bench.cell()
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, resources = harness.cell()
         resources.is_ready = False
         await loop.settle()
-        task = bench.begin()
+        task = harness.begin()
         await loop.settle(SECOND_NS)
-        assert bench.said(Go) == []
+        assert harness.said(Go) == []
         first = controller.prepared[0]
         assert (first.case, first.options) == (write_case(CASE, MODEL, None), asdict(OPTIONS))
         assert (first.time_scale, first.is_relayed) == ("5/2", False)
@@ -302,68 +302,68 @@ def test_all_are_sent_the_case_and_the_run_begins_once_all_are_ready() -> None:
         assert len(resources.prepared) > 5
         resources.is_ready = True
         await loop.settle(SECOND_NS)
-        assert bench.said(Go) == [Go(controller.run)]
+        assert harness.said(Go) == [Go(controller.run)]
         task.cancel()
 
     play(scene, Fraction(5, 2))
 
 
 def test_a_node_that_refuses_loses_the_case() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        controller, _ = bench.cell()
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, _ = harness.cell()
         controller.is_ready = False
         await loop.settle()
-        task = bench.begin()
+        task = harness.begin()
         await loop.settle()
         controller.say(Refused(controller.run, controller.status.node, "it is too late"))
         assert await why_lost(task) == "the controller refused the run: it is too late"
         await loop.settle()
-        assert bench.said(Abandon) == [Abandon(controller.run)]
+        assert harness.said(Abandon) == [Abandon(controller.run)]
 
     play(scene)
 
 
 @pytest.mark.parametrize("silent", ["controller", "resources"])
 def test_a_node_that_says_nothing_loses_the_case(silent: str) -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        controller, resources = bench.cell()
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, resources = harness.cell()
         (controller if silent == "controller" else resources).is_ready = False
         await loop.settle()
         words = "the controller" if silent == "controller" else "the node of scan"
-        assert await why_lost(bench.begin()) == f"{words} did not prepare the run"
+        assert await why_lost(harness.begin()) == f"{words} did not prepare the run"
         await loop.settle()
-        assert len(bench.said(Abandon)) == 1
+        assert len(harness.said(Abandon)) == 1
 
     play(scene)
 
 
 @pytest.mark.parametrize("role", ["controller", "resources"])
 def test_who_goes_while_the_run_is_prepared_is_waited_for(role: str) -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        controller, resources = bench.cell()
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, resources = harness.cell()
         lost = controller if role == "controller" else resources
         resources.is_ready = False
         await loop.settle()
-        task = bench.begin()
+        task = harness.begin()
         await loop.settle(SECOND_NS)
         await lost.bus.close()
         resources.is_ready = True
         await loop.settle(SECOND_NS)
-        assert bench.said(Go) == []
-        bench.play(role, *lost.status.resources)
+        assert harness.said(Go) == []
+        harness.play(role, *lost.status.resources)
         await loop.settle(SECOND_NS)
-        assert len(dict.fromkeys(bench.said(Go))) == 1
+        assert len(dict.fromkeys(harness.said(Go))) == 1
         task.cancel()
 
     play(scene)
 
 
 def test_who_does_not_come_back_loses_the_case() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        controller, resources = bench.cell()
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, resources = harness.cell()
         resources.is_ready = False
         await loop.settle()
-        task = bench.begin()
+        task = harness.begin()
         await loop.settle(SECOND_NS)
         await controller.bus.close()
         assert await why_lost(task) == "no controller of `scan_cell`"
@@ -374,20 +374,20 @@ def test_who_does_not_come_back_loses_the_case() -> None:
 # running
 
 
-async def going(bench: Bench, loop: VirtualLoop, case: Case = CASE) -> tuple[Played, Played, asyncio.Task[NodeRun]]:
-    controller, resources = bench.cell()
+async def going(harness: Harness, loop: VirtualLoop, case: Case = CASE) -> tuple[Played, Played, asyncio.Task[NodeRun]]:
+    controller, resources = harness.cell()
     await loop.settle()
-    task = bench.begin(case)
+    task = harness.begin(case)
     await loop.settle()
-    assert bench.said(Go) == [Go(controller.run)]
+    assert harness.said(Go) == [Go(controller.run)]
     controller.begin_run()
     await loop.settle()
     return controller, resources, task
 
 
 def test_what_becomes_of_each_request_is_said_once_it_is_sent() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        controller, resources, task = await going(bench, loop)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, resources, task = await going(harness, loop)
         (react,) = [message for message in resources.heard if isinstance(message, React)]
         expected = PlainReactions().react(MODEL.resources[0])
         assert (react.run, react.request, react.latency_ns) == (controller.run, 1, expected.latency_ns)
@@ -397,27 +397,27 @@ def test_what_becomes_of_each_request_is_said_once_it_is_sent() -> None:
 
 
 def test_restarts_of_the_case_happen_at_their_times_of_the_run() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        _, resources, task = await going(bench, loop, RESTARTS)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        _, resources, task = await going(harness, loop, RESTARTS)
         await loop.settle(SECOND_NS - 10_000)
-        assert bench.said(RestartResource) == []
+        assert harness.said(RestartResource) == []
         await loop.settle(10_000)
-        assert [message.is_down for message in bench.said(RestartResource)] == [True]
+        assert [message.is_down for message in harness.said(RestartResource)] == [True]
         await loop.settle(SECOND_NS // 2)
         assert [message.is_down for message in resources.heard if isinstance(message, RestartResource)] == [True, False]
-        assert [note.note["condition"] for note in bench.said(Note)] == ["down", "well"]
+        assert [note.note["condition"] for note in harness.said(Note)] == ["down", "well"]
         task.cancel()
 
     play(scene, Fraction(2))
 
 
 def test_the_run_ends_with_the_trace_that_the_steps_give() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        stage = bench.stage
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        stage = harness.stage
         stage.controller()
         stage.resources()
-        await bench.node.wait_for_cell(1.0)
-        execution = await run_case(bench.node, Tester(MODEL), CASE)
+        await harness.node.wait_for_cell(1.0)
+        execution = await run_case(harness.node, Tester(MODEL), CASE)
         simulated = Tester(MODEL).execute(CASE)
         assert (execution.trace, execution.reactions) == (simulated.trace, simulated.reactions)
         log = execution.log
@@ -452,19 +452,19 @@ def finish(controller: Played, trace: str, steps: int = 3) -> None:
     ],
 )  # fmt: skip
 def test_a_run_that_cannot_be_followed_is_lost(play_on: Callable[[Played], None], why: str) -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        controller, _, task = await going(bench, loop)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, _, task = await going(harness, loop)
         play_on(controller)
         assert await why_lost(task) == why
         await loop.settle()
-        assert bench.said(Abandon) == [Abandon(controller.run)]
+        assert harness.said(Abandon) == [Abandon(controller.run)]
 
     play(scene)
 
 
 def test_time_that_runs_backwards_makes_no_sense() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        controller, _, task = await going(bench, loop)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, _, task = await going(harness, loop)
         controller.step(3, SECOND_NS, ResourceChanged(SECOND_NS, "network", "scan", "down"))
         controller.step(4, SECOND_NS, ReplyArrived(9, succeeded=True))
         controller.step(5, 1, ReplyArrived(1, succeeded=True))
@@ -474,8 +474,8 @@ def test_time_that_runs_backwards_makes_no_sense() -> None:
 
 
 def test_steps_of_another_run_are_nothing() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        controller, resources, task = await going(bench, loop)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, resources, task = await going(harness, loop)
         controller.say(Stepped("run_0", 7, 5, {}))
         controller.say(Ended("run_0", 2, ""))
         resources.say(Prepared("run_0", "x"))
@@ -487,8 +487,8 @@ def test_steps_of_another_run_are_nothing() -> None:
 
 
 def test_a_controller_that_is_lost_loses_the_case() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        controller, _, task = await going(bench, loop)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, _, task = await going(harness, loop)
         await controller.bus.close()
         assert await why_lost(task) == "the controller was lost"
 
@@ -496,35 +496,35 @@ def test_a_controller_that_is_lost_loses_the_case() -> None:
 
 
 def test_a_controller_that_says_nothing_is_lost_even_if_it_is_there() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        bench.cell()
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        harness.cell()
         await loop.settle()
         begun_ns = loop.now_ns()
-        assert await why_lost(bench.begin()) == "the controller says nothing any more"
+        assert await why_lost(harness.begin()) == "the controller says nothing any more"
         assert loop.now_ns() - begun_ns == pytest.approx(3 * SECOND_NS, abs=SECOND_NS)
 
     play(scene)
 
 
 def test_a_message_that_the_bus_does_not_take_loses_the_case(monkeypatch: pytest.MonkeyPatch) -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        bench.cell()
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        harness.cell()
         await loop.settle()
 
         def refuse(_: object) -> None:
             raise BusError("full")
 
-        monkeypatch.setattr(bench.node._to_all, "publish", refuse)
+        monkeypatch.setattr(harness.node._to_all, "publish", refuse)
         with pytest.raises(LostError, match="a message of the tester could not be sent"):
-            await bench.begin()
-        assert bench.stage.complaints == ["a `prepare` is lost: full", "a `abandon` is lost: full"]
+            await harness.begin()
+        assert harness.stage.complaints == ["a `prepare` is lost: full", "a `abandon` is lost: full"]
 
     play(scene)
 
 
 def test_it_may_say_nothing_until_a_deadline_of_its_run_has_passed() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        _, _, task = await going(bench, loop)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        _, _, task = await going(harness, loop)
         await loop.settle(12 * SECOND_NS)
         assert not task.done()
         assert await why_lost(task) == "the controller says nothing any more"
@@ -536,31 +536,31 @@ NO_SCAN_NOW = f"{NO_SCAN.message}; the run goes on, by the deadlines of the mode
 
 
 def test_resources_that_are_lost_are_no_reason_to_stop_and_told_of() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        _, resources, task = await going(bench, loop)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        _, resources, task = await going(harness, loop)
         await resources.bus.close()
         await loop.settle(5 * SECOND_NS)
         assert not task.done()
-        assert bench.stage.complaints == [NO_SCAN_NOW]
-        bench.play("resources", "scan")
+        assert harness.stage.complaints == [NO_SCAN_NOW]
+        harness.play("resources", "scan")
         await loop.settle()
-        assert bench.stage.complaints == [NO_SCAN_NOW, "all resources are there again"]
+        assert harness.stage.complaints == [NO_SCAN_NOW, "all resources are there again"]
         task.cancel()
 
     play(scene)
 
 
 def test_a_driver_that_is_lost_in_a_run_is_told_of() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        controller = bench.play("controller", "scan")
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller = harness.play("controller", "scan")
         await loop.settle()
-        task = bench.begin()
+        task = harness.begin()
         await loop.settle()
         lacking = replace(controller.status, troubles=(UNREACHED,))
-        assert bench.said(Go) == [Go(controller.run)]
+        assert harness.said(Go) == [Go(controller.run)]
         controller.statuses.publish(encode(lacking))
         await loop.settle()
-        assert bench.stage.complaints == [f"{UNREACHED}; the run goes on, by the deadlines of the model"]
+        assert harness.stage.complaints == [f"{UNREACHED}; the run goes on, by the deadlines of the model"]
         task.cancel()
 
     play(scene)
@@ -569,13 +569,13 @@ def test_a_driver_that_is_lost_in_a_run_is_told_of() -> None:
 def test_a_run_that_ends_short_of_its_goal_while_nobody_simulates_a_resource_is_lost() -> None:
     limited = read_case("case: x\ngoal: scanned\nlimits: {time: 20 s}\n", MODEL)
 
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        stage = bench.stage
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        stage = harness.stage
         stage.controller()
         resources = stage.resources()
-        lost = stage.seats["resources"].bus
-        await bench.node.wait_for_cell(1.0)
-        task = asyncio.ensure_future(run_case(bench.node, Tester(MODEL), limited))
+        lost = stage.contexts["resources"].bus
+        await harness.node.wait_for_cell(1.0)
+        task = asyncio.ensure_future(run_case(harness.node, Tester(MODEL), limited))
         await loop.settle(SECOND_NS // 2)
         await resources.close()
         await lost.close()
@@ -586,39 +586,39 @@ def test_a_run_that_ends_short_of_its_goal_while_nobody_simulates_a_resource_is_
 
 
 def test_a_controller_that_comes_with_other_real_resources_loses_the_case() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        controller, resources = bench.cell()
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, resources = harness.cell()
         resources.is_ready = False
         await loop.settle()
-        task = bench.begin()
+        task = harness.begin()
         await loop.settle(SECOND_NS)
         await controller.bus.close()
-        bench.play("controller", "scan")
+        harness.play("controller", "scan")
         assert await why_lost(task) == "another controller came, with other real resources"
 
     play(scene)
 
 
 def test_a_node_that_joins_late_is_prepared_and_told_what_holds() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        controller, resources, task = await going(bench, loop, RESTARTS)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, resources, task = await going(harness, loop, RESTARTS)
         await loop.settle(int(2.5 * SECOND_NS))
         await resources.bus.close()
         await loop.settle()
-        late = bench.play("resources", "scan")
+        late = harness.play("resources", "scan")
         await loop.settle(SECOND_NS // 4)
         assert [prepare.run for prepare in late.prepared] == [controller.run]
         kinds = [message.kind for message in late.heard if not isinstance(message, Prepare | Note)]
         assert kinds == ["restart", "react"]
-        assert bench.said(Go) == [Go(controller.run)]
+        assert harness.said(Go) == [Go(controller.run)]
         task.cancel()
 
     play(scene)
 
 
 def test_a_node_that_has_forgotten_the_run_is_prepared_again_and_told_what_holds() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        controller, resources, task = await going(bench, loop, RESTARTS)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, resources, task = await going(harness, loop, RESTARTS)
         await loop.settle(int(2.5 * SECOND_NS))
         resources.heard.clear()
         resources.say(Forgot(controller.run, resources.status.node))
@@ -632,9 +632,9 @@ def test_a_node_that_has_forgotten_the_run_is_prepared_again_and_told_what_holds
 
 
 def test_another_controller_that_leaves_ends_nothing() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        _, _, task = await going(bench, loop)
-        late = bench.play("controller")
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        _, _, task = await going(harness, loop)
+        late = harness.play("controller")
         await loop.settle(SECOND_NS)
         await late.bus.close()
         await loop.settle(SECOND_NS)
@@ -645,22 +645,22 @@ def test_another_controller_that_leaves_ends_nothing() -> None:
 
 
 def test_an_older_tester_that_shows_up_in_a_run_ends_it() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        _, _, task = await going(bench, loop)
-        older = bench.play("tester", since_ns=0, words="process 7 on bench")
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        _, _, task = await going(harness, loop)
+        older = harness.play("tester", since_ns=0, words="process 7 on harness")
         await loop.settle()
-        assert await why_lost(task) == "another tester is at work: process 7 on bench"
+        assert await why_lost(task) == "another tester is at work: process 7 on harness"
         await older.bus.close()
 
     play(scene)
 
 
 def test_a_run_that_was_lost_restarts_nothing_any_more() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        controller, _, task = await going(bench, loop, RESTARTS)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, _, task = await going(harness, loop, RESTARTS)
         await controller.bus.close()
         await why_lost(task)
-        late = bench.play("controller")
+        late = harness.play("controller")
         await loop.settle(5 * SECOND_NS)
         assert [message for message in late.heard if isinstance(message, RestartResource | Note)] == []
 
@@ -668,25 +668,25 @@ def test_a_run_that_was_lost_restarts_nothing_any_more() -> None:
 
 
 def test_a_case_that_is_cancelled_is_abandoned() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        controller, _, task = await going(bench, loop)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, _, task = await going(harness, loop)
         task.cancel()
         with pytest.raises(asyncio.CancelledError):
             await task
         await loop.settle()
-        assert bench.said(Abandon) == [Abandon(controller.run)]
+        assert harness.said(Abandon) == [Abandon(controller.run)]
 
     play(scene)
 
 
 def test_answers_to_nothing_are_dropped_with_a_sentence() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        controller, resources, task = await going(bench, loop)
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        controller, resources, task = await going(harness, loop)
         for request, resource in ((0, "scan"), (5, "scan"), (1, "another")):
             resources.say(Answering(controller.run, request, resource, 1))
         resources.speaks.publish("what")
         await loop.settle()
-        assert bench.stage.complaints == [
+        assert harness.stage.complaints == [
             "a message was dropped: `scan` has no request 0",
             "a message was dropped: `scan` has no request 5",
             "a message was dropped: `another` has no request 1",
@@ -702,14 +702,14 @@ def test_answers_to_nothing_are_dropped_with_a_sentence() -> None:
 
 
 def test_a_resource_that_is_lost_with_a_request_leaves_it_to_the_deadline_and_the_next_comes_to_its_successor() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        stage = bench.stage
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        stage = harness.stage
         stage.controller()
         first = stage.resources()
-        lost = stage.seats["resources"].bus
-        await bench.node.wait_for_cell(1.0)
+        lost = stage.contexts["resources"].bus
+        await harness.node.wait_for_cell(1.0)
         tester = Tester(MODEL)
-        task = asyncio.ensure_future(run_case(bench.node, tester, CASE))
+        task = asyncio.ensure_future(run_case(harness.node, tester, CASE))
         await loop.settle(SECOND_NS // 2)
         await first.close()
         await lost.close()
@@ -726,33 +726,33 @@ def test_a_resource_that_is_lost_with_a_request_leaves_it_to_the_deadline_and_th
 
 
 def test_after_a_case_that_was_lost_the_next_one_runs_as_if_nothing_had_been() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
-        stage = bench.stage
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        stage = harness.stage
         stage.controller()
-        lost = stage.seats["controller"].bus
+        lost = stage.contexts["controller"].bus
         stage.resources()
-        await bench.node.wait_for_cell(1.0)
+        await harness.node.wait_for_cell(1.0)
         tester = Tester(MODEL)
-        task = asyncio.ensure_future(run_case(bench.node, tester, CASE))
+        task = asyncio.ensure_future(run_case(harness.node, tester, CASE))
         await loop.settle(SECOND_NS // 2)
         await lost.close()
         with pytest.raises(LostError, match="the controller was lost"):
             await task
         stage.controller()
-        await bench.node.wait_for_cell(1.0)
-        execution = await run_case(bench.node, tester, CASE)
+        await harness.node.wait_for_cell(1.0)
+        execution = await run_case(harness.node, tester, CASE)
         assert execution.trace == tester.execute(CASE).trace
 
     play(scene)
 
 
 def test_a_node_of_another_model_is_not_heard() -> None:
-    async def scene(bench: Bench, loop: VirtualLoop) -> None:
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
         other = scan_cell(("behavior_model: scan_cell", "behavior_model: another"))
-        stage = Stage(other, bench.stage.join, bench.stage.now_ns)
+        stage = Stage(other, harness.stage.join, harness.stage.now_ns)
         stage.controller()
         await loop.settle()
-        assert bench.node.membership.others == ()
-        assert isinstance(bench.node, TesterNode)
+        assert harness.node.membership.others == ()
+        assert isinstance(harness.node, TesterNode)
 
     play(scene)

@@ -24,7 +24,7 @@ REQUEST, REPLY = Topic("/scanner/request"), Topic("/scanner/reply")
 
 
 @dataclass
-class Bench:
+class Harness:
     """A link, what it told, and drivers that come and go."""
 
     loop: VirtualLoop
@@ -54,20 +54,20 @@ class Bench:
         self.link.cancel(Correlation("run", number))
 
 
-def play(scene: Callable[[Bench], Awaitable[None]]) -> None:
+def play(scene: Callable[[Harness], Awaitable[None]]) -> None:
     async def main(loop: VirtualLoop) -> None:
-        await scene(Bench(loop))
+        await scene(Harness(loop))
 
     run_virtually(main)
 
 
 def test_requests_and_cancellations_are_those_of_the_protocol() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.driver()
-        bench.send(7)
-        bench.cancel(7)
-        await bench.loop.settle()
-        assert bench.asked == [
+    async def scene(harness: Harness) -> None:
+        harness.driver()
+        harness.send(7)
+        harness.cancel(7)
+        await harness.loop.settle()
+        assert harness.asked == [
             {"id": "run-7", "request": {"command": "scan", "count": 2, "light": True}},
             {"id": "run-7", "cancel": True},
         ]
@@ -76,74 +76,74 @@ def test_requests_and_cancellations_are_those_of_the_protocol() -> None:
 
 
 def test_replies_and_values_are_told_with_the_time_at_which_they_came() -> None:
-    async def scene(bench: Bench) -> None:
-        _, replies = bench.driver()
+    async def scene(harness: Harness) -> None:
+        _, replies = harness.driver()
         assert replies is not None
-        came_ns = bench.loop.now_ns()
+        came_ns = harness.loop.now_ns()
         replies.publish('{"id": "run-7", "succeeded": true, "measured": {"zone": "near", "count": 3}}')
         replies.publish('{"id": "other-8", "succeeded": false}')
         replies.publish('{"measured": {"zone": "far"}}')
-        await bench.loop.settle()
-        assert bench.heard.replies == [
+        await harness.loop.settle()
+        assert harness.heard.replies == [
             ("scanner", Reply(Correlation("run", 7), True, (("zone", "near"), ("count", 3)), came_ns)),
             ("scanner", Reply(Correlation("other", 8), False, (), came_ns)),
         ]
-        assert bench.heard.values == [("scanner", Measurement((("zone", "far"),), came_ns))]
+        assert harness.heard.values == [("scanner", Measurement((("zone", "far"),), came_ns))]
 
     play(scene)
 
 
 @pytest.mark.parametrize("half", [{"hears": False}, {"answers": False}])
 def test_somebody_is_there_once_somebody_hears_and_somebody_may_answer(half: dict[str, bool]) -> None:
-    async def scene(bench: Bench) -> None:
-        bench.send(1)
-        bus, _ = bench.driver(**half)
-        await bench.loop.settle()
-        is_there = [bench.link.is_there]
-        assert (bench.asked, bench.heard.presence) == ([], [])
-        bench.driver(hears="hears" in half, answers="answers" in half)
-        await bench.loop.settle()
-        is_there.append(bench.link.is_there)
-        assert [said["id"] for said in bench.asked] == ["run-1"]
+    async def scene(harness: Harness) -> None:
+        harness.send(1)
+        bus, _ = harness.driver(**half)
+        await harness.loop.settle()
+        is_there = [harness.link.is_there]
+        assert (harness.asked, harness.heard.presence) == ([], [])
+        harness.driver(hears="hears" in half, answers="answers" in half)
+        await harness.loop.settle()
+        is_there.append(harness.link.is_there)
+        assert [said["id"] for said in harness.asked] == ["run-1"]
         await bus.close()
-        await bench.loop.settle()
-        is_there.append(bench.link.is_there)
+        await harness.loop.settle()
+        is_there.append(harness.link.is_there)
         assert is_there == [False, True, False]
-        assert bench.heard.presence == [("scanner", True), ("scanner", False)]
+        assert harness.heard.presence == [("scanner", True), ("scanner", False)]
 
     play(scene)
 
 
 def test_requests_wait_in_order_until_somebody_is_there_but_for_those_that_are_cancelled() -> None:
-    async def scene(bench: Bench) -> None:
+    async def scene(harness: Harness) -> None:
         for number in (1, 2, 3):
-            bench.send(number)
-        bench.cancel(2)
-        bench.driver()
-        await bench.loop.settle()
-        assert [said["id"] for said in bench.asked] == ["run-1", "run-3"]
-        assert all("request" in said for said in bench.asked)
+            harness.send(number)
+        harness.cancel(2)
+        harness.driver()
+        await harness.loop.settle()
+        assert [said["id"] for said in harness.asked] == ["run-1", "run-3"]
+        assert all("request" in said for said in harness.asked)
 
     play(scene)
 
 
 def test_no_request_is_sent_twice_whoever_comes_and_goes() -> None:
-    async def scene(bench: Bench) -> None:
-        bench.send(1)
-        bus, _ = bench.driver()
-        await bench.loop.settle()
+    async def scene(harness: Harness) -> None:
+        harness.send(1)
+        bus, _ = harness.driver()
+        await harness.loop.settle()
         await bus.close()
-        await bench.loop.settle()
-        bench.send(2)
-        bench.driver()
-        await bench.loop.settle()
-        assert [said["id"] for said in bench.asked] == ["run-1", "run-2"]
+        await harness.loop.settle()
+        harness.send(2)
+        harness.driver()
+        await harness.loop.settle()
+        assert [said["id"] for said in harness.asked] == ["run-1", "run-2"]
 
     play(scene)
 
 
 class Refusing:
-    """A publisher to nobody, then to somebody who does not take the first message."""
+    """A publisher without a subscriber, then with one that does not take the first message."""
 
     def __init__(self) -> None:
         self.peers = 0
@@ -165,51 +165,51 @@ def test_a_request_that_is_not_taken_keeps_none_of_those_that_wait_behind_it(mon
 
     monkeypatch.setattr(LoopbackBus, "publisher", publisher_that_refuses)
 
-    async def scene(bench: Bench) -> None:
+    async def scene(harness: Harness) -> None:
         for number in (1, 2, 3):
-            bench.send(number)
+            harness.send(number)
         requests.peers = 1
-        bench.hub.join("driver").publisher(REPLY)
-        await bench.loop.settle()
-        assert bench.complaints == ["request 1 to `scanner` is lost: full"]
+        harness.hub.join("driver").publisher(REPLY)
+        await harness.loop.settle()
+        assert harness.complaints == ["request 1 to `scanner` is lost: full"]
         assert requests.sent == ["run-2", "run-3"]
-        assert bench.heard.presence == [("scanner", True)]
+        assert harness.heard.presence == [("scanner", True)]
 
     play(scene)
 
 
 def test_what_is_missing_is_named_and_the_other_side_is_not_to_blame() -> None:
-    async def scene(bench: Bench) -> None:
-        missing = [bench.link.missing]
-        bench.driver(answers=False)
-        bench.hub.join("listener").subscribe(Topic(REQUEST.name, MessageType.BOOL), lambda _: None)
-        await bench.loop.settle()
-        assert [*missing, bench.link.missing] == [(REQUEST.name, REPLY.name), (REPLY.name,)]
-        assert bench.link.why_alone() is None
+    async def scene(harness: Harness) -> None:
+        missing = [harness.link.missing]
+        harness.driver(answers=False)
+        harness.hub.join("listener").subscribe(Topic(REQUEST.name, MessageType.BOOL), lambda _: None)
+        await harness.loop.settle()
+        assert [*missing, harness.link.missing] == [(REQUEST.name, REPLY.name), (REPLY.name,)]
+        assert harness.link.why_alone() is None
 
     play(scene)
 
 
 def test_a_cancellation_that_nobody_can_hear_is_not_kept() -> None:
-    async def scene(bench: Bench) -> None:
-        bus, _ = bench.driver()
-        bench.send(1)
-        await bench.loop.settle()
+    async def scene(harness: Harness) -> None:
+        bus, _ = harness.driver()
+        harness.send(1)
+        await harness.loop.settle()
         await bus.close()
-        bench.cancel(1)
-        bench.driver()
-        await bench.loop.settle()
-        assert len(bench.asked) == 1
+        harness.cancel(1)
+        harness.driver()
+        await harness.loop.settle()
+        assert len(harness.asked) == 1
 
     play(scene)
 
 
 def test_why_nobody_is_there_is_said_if_it_shows() -> None:
-    async def scene(bench: Bench) -> None:
-        assert bench.link.why_alone() is None
-        bench.hub.join("driver").publisher(Topic(REPLY.name, MessageType.FLOAT64))
+    async def scene(harness: Harness) -> None:
+        assert harness.link.why_alone() is None
+        harness.hub.join("driver").publisher(Topic(REPLY.name, MessageType.FLOAT64))
         why = "`/scanner/reply` is of type std_msgs/msg/Float64 there, and not of std_msgs/msg/String"
-        assert bench.link.why_alone() == Unmatched(why, is_mismatch=True)
+        assert harness.link.why_alone() == Unmatched(why, is_mismatch=True)
 
     play(scene)
 
@@ -242,18 +242,18 @@ MALFORMED = [
 
 @pytest.mark.parametrize(("said", "why"), [(said, why) for said, why in MALFORMED if why is not None])
 def test_what_is_none_of_the_protocol_is_dropped_with_a_sentence(said: str, why: str) -> None:
-    async def scene(bench: Bench) -> None:
-        _, replies = bench.driver()
+    async def scene(harness: Harness) -> None:
+        _, replies = harness.driver()
         assert replies is not None
         replies.publish(said)
         replies.publish('{"id": "run-8", "succeeded": true}')
-        await bench.loop.settle()
-        (complaint,) = bench.complaints
+        await harness.loop.settle()
+        (complaint,) = harness.complaints
         assert complaint.startswith("a message on `/scanner/reply` was dropped: ")
         assert why in complaint
         assert len(complaint) < 200
-        assert bench.heard.numbers() == [(8, True)]
-        assert bench.heard.values == []
+        assert harness.heard.numbers() == [(8, True)]
+        assert harness.heard.values == []
 
     play(scene)
 

@@ -1,4 +1,4 @@
-"""A search that nobody wants any more is stopped, and nothing is known by it."""
+"""A search that its caller cancels stops, and leaves no answer behind."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ LIMITS = PlanLimits()
 
 @dataclass
 class Patience:
-    """Whoever wants an answer, and gives up when asked so often."""
+    """A caller that cancels its search after so many questions whether it still wants the answer."""
 
     most: int
     asked: int = 0

@@ -51,7 +51,7 @@ VARIABLES = (
 )
 EXECUTING = Situation(("dark", "y", True, "executing", "light", "executing", "executing"), (), ("switch",))
 FAILED = Situation(("dark", "y", True, "failed", "light", "executing", "executing"))
-"""`light` does not look at a reply that says failed. It times out, and then waits for a reply that nobody owes it."""
+"""`light` ignores a reply that says failed. It times out, and then waits for a reply that no resource will send."""
 
 
 def lamp(*replacements: tuple[str, str], more: str = "") -> BehaviorModel:

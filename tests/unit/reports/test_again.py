@@ -1,4 +1,4 @@
-"""The commands that show stored cases again: whoever runs them gets the same run."""
+"""The commands that run stored cases again: they give the same run."""
 
 from __future__ import annotations
 

@@ -205,7 +205,7 @@ def test_the_state_of_the_plan_is_never_put_back() -> None:
 
 
 def test_what_was_changed_and_changed_back_since_an_injection_is_not_put_back() -> None:
-    """The injected value is there again, but somebody else means it."""
+    """The injected value is there again, but another action has assigned it."""
     hand = Hand(scan_cell())
     hand.inject(Injection("held", (("light", "blue"), ("count", 2)), hold_ns=5 * SECOND_NS), 0)
     hand.inject(Injection("other", (("light", "red"),)), 1)

@@ -148,7 +148,7 @@ def test_what_is_read_is_of_one_moment(path: Path, monkeypatch: pytest.MonkeyPat
         store(path, 2, results(2, 2))
         return cases(tables)
 
-    with write_store(path, cell(), a_run(3, cell())):  # in write-ahead mode nobody waits for who reads
+    with write_store(path, cell(), a_run(3, cell())):  # in write-ahead mode no writer waits for a reader
         before = read_history(path)
         monkeypatch.setattr(Tables, "cases", cases_after_another_run)
         assert read_history(path) == before

@@ -1,4 +1,4 @@
-"""What no half of a write, no other order and no copy changes: tests that mutants of the room asked for."""
+"""A store after half a write, in another order, and copied: tests that mutants of the package called for."""
 
 from __future__ import annotations
 

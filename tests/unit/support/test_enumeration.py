@@ -162,10 +162,10 @@ def test_a_fork_goes_on_by_itself() -> None:
 
 @pytest.mark.parametrize("number", range(1, 201, 200 // share(25)))
 def test_random_runs_visit_nothing_else(number: int) -> None:
-    assert strangers(random_model(number), cases=40) == []
+    assert unexpected(random_model(number), cases=40) == []
 
 
-def strangers(model: BehaviorModel, cases: int) -> list[str]:
+def unexpected(model: BehaviorModel, cases: int) -> list[str]:
     """What random cases visit though the enumeration does not, if that is complete."""
     enumeration = enumerate_runs(model, most=5_000)
     if not enumeration.complete:

@@ -1,4 +1,4 @@
-"""Why nobody is matched, next to plain endpoints of cyclonedds."""
+"""Why an endpoint has no match, next to plain endpoints of cyclonedds."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ def reader(*policies: object, name: str = "rt/cell/talk", type_: MessageType = M
 )
 def test_it_says_what_shows(domain: int, use: Use, theirs: Theirs, why: str | None) -> None:
     told = why_alone(domain, use, LATCHED if use in {publish_latched, hear_latched} else TALK, theirs)
-    is_elsewhere = why is not None and " is at " in why  # somebody may yet come to the place itself
+    is_elsewhere = why is not None and " is at " in why  # a peer may still join the place itself
     assert told == (None if why is None else Unmatched(why, is_mismatch=not is_elsewhere))
 
 

@@ -131,4 +131,4 @@ def test_work_for_a_loop_that_is_gone_is_dropped() -> None:
         return HandOver(asyncio.get_running_loop())
 
     hand_over = loops.run(scenario())
-    hand_over(lambda: pytest.fail("nobody is there to do it"))
+    hand_over(lambda: pytest.fail("no loop is there to do it"))

@@ -143,7 +143,7 @@ def test_a_machine_without_a_network_is_told(domain: int, monkeypatch: pytest.Mo
 
 
 class Watch:
-    """The participants that somebody else sees."""
+    """The participants that another participant sees."""
 
     def __init__(self, domain: int) -> None:
         self.participant = DomainParticipant(domain)

@@ -1,4 +1,4 @@
-"""What the room of exploring answers, on systems by hand; the same contract for every engine."""
+"""Answers of the exploration engines on small systems; every engine keeps the same contract."""
 
 from __future__ import annotations
 
