@@ -1,4 +1,4 @@
-"""Every obligation of a model decided: covered by a case, proved uncoverable, or undecided (semantics 8.5)."""
+"""Closing: every obligation of a model is covered by a case, proved uncoverable, or undecided (semantics 8.5)."""
 
 from scbm.closing.closer import Closer
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Suggestion, SuggestionKind

@@ -1,4 +1,4 @@
-"""Certificates in files: each names the file of its model, so that it can be checked by its name alone."""
+"""Certificate files: each names the file of its model, so that it can be checked without naming the model."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class CertificateFile:
     """A certificate and the file that it was read from.
 
     Attributes:
-        model_path: the model file that it names, if it does.
+        model_path: the model file that the certificate names; `None` if it names none.
     """
 
     certificate: Certificate
@@ -43,7 +43,7 @@ class CertificateFile:
     model_path: Path | None
 
     def required_model_path(self) -> Path:
-        """The same. Raises `InputError` if there is none."""
+        """Return `model_path`. Raises `InputError` if it is `None`."""
         if self.model_path is None:
             message = "the certificate does not say in which file its model is"
             remedy = f"name the model: `scbm close MODEL --check {self.path}`"
@@ -53,12 +53,12 @@ class CertificateFile:
 
 @dataclass(frozen=True, slots=True)
 class CheckedCertificate:
-    """What checking a certificate came to.
+    """The result of checking a certificate.
 
     Attributes:
-        file: what was checked.
-        is_of_this_model: whether it is for this version of the model; if not, nothing else was looked at.
-        flaws: why it proves nothing; empty if it is sound.
+        file: the certificate and its file.
+        is_of_this_model: whether the certificate is for this version of the model; if not, nothing else was checked.
+        flaws: why the certificate proves nothing; empty if it is sound.
     """
 
     file: CertificateFile
@@ -67,17 +67,17 @@ class CheckedCertificate:
 
     @property
     def is_sound(self) -> bool:
-        """Whether it proves what it claims, of this model."""
+        """Whether the certificate proves its claims about this model."""
         return self.is_of_this_model and not self.flaws
 
     @property
     def obligations(self) -> tuple[str, ...]:
-        """What it claims to be uncoverable."""
+        """The obligations that the certificate claims to be uncoverable."""
         return tuple(claim.obligation for claim in self.file.certificate.claims)
 
     @property
     def situations(self) -> int | None:
-        """How many situations it speaks of, if it is about all runs."""
+        """The number of situations in the certificate; `None` if its argument is not about all runs."""
         argument = self.file.certificate.argument
         if not isinstance(argument, RunsArgument):
             return None
@@ -85,18 +85,18 @@ class CheckedCertificate:
 
 
 def certificate_file_text(certificate: Certificate, model_file: str) -> str:
-    """The text of a certificate's file, which names the model's file as it is seen from there."""
+    """Return the text of a certificate file; `model_file` is the path of the model relative to it."""
     entry = f'"model_file": {json.dumps(model_file, ensure_ascii=False)},'
     return _MODEL.sub(lambda match: f"{match[0]}{entry}{match[2]}", certificate_text(certificate), count=1)
 
 
 def is_certificate_text(text: str) -> bool:
-    """Whether a text begins like a certificate."""
+    """Return whether a text begins like a certificate."""
     return _HEAD.match(text) is not None
 
 
 def find_certificates(paths: Iterable[Path]) -> tuple[Path, ...]:
-    """The certificate files that paths lead to: files as they are, and all JSON files below directories.
+    """Return the certificate files of paths: files as they are, and all JSON files below directories.
 
     Raises:
         InputError: a directory has no such file below it.
@@ -112,7 +112,7 @@ def find_certificates(paths: Iterable[Path]) -> tuple[Path, ...]:
 
 
 def open_certificate(path: Path) -> CertificateFile:
-    """The certificate in a file. Raises `InputError` if it cannot be read, or is none."""
+    """Return the certificate in a file. Raises `InputError` if the file cannot be read, or is no certificate."""
     text = _read(path)
     named = _MODEL_FILE.search(text)
     if named is None:
@@ -123,27 +123,27 @@ def open_certificate(path: Path) -> CertificateFile:
 
 
 def model_path_in(text: str, path: Path) -> Path | None:
-    """The model file that the text of a certificate names, or the beginning of it."""
+    """Return the model file that the text of a certificate names; the text may be its beginning."""
     named = _MODEL_FILE.search(text)
     return None if named is None else normalised(path.parent / json.loads(named[2]))
 
 
 def normalised(path: Path) -> Path:
-    """The path without `..` in it, unless a link would make it another one."""
+    """Return the path without `..`, unless symbolic links make that a different path."""
     short = Path(os.path.normpath(path))
     return short if short.resolve() == path.resolve() else path
 
 
 def _read(path: Path) -> str:
-    """The text of a file, which may be larger than what people write."""
+    """Return the text of a file, which may exceed the size limit of files that people write."""
     try:
         return path.read_bytes().decode("utf-8")
     except (OSError, ValueError):
-        return read_file(path)  # which tells what is wrong
+        return read_file(path)  # raises an error with the reason
 
 
 def check_file(file: CertificateFile, model: BehaviorModel) -> CheckedCertificate:
-    """Checks a certificate against a model."""
+    """Check a certificate against a model."""
     if file.certificate.digest != digest_of(model):
         return CheckedCertificate(file, is_of_this_model=False)
     return CheckedCertificate(file, is_of_this_model=True, flaws=check_certificate(file.certificate, model))

@@ -1,4 +1,4 @@
-"""Decides every obligation of a model: what is proved cheaply, what runs can visit, the cases, and what is left."""
+"""Decides every obligation of a model: cheap proofs first, then runs, cases, and what remains undecided."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 _MAX_FOR_A_GOAL = 20_000
-"""So many situations are looked at to verify a goal that is suggested."""
+"""Maximum number of situations that are explored to verify a suggested goal."""
 
 
 class Closer:
@@ -47,12 +47,12 @@ class Closer:
         limits: CloseLimits = CloseLimits(),  # noqa: B008 - an immutable value
         progress: Callable[[str], None] | None = None,
     ) -> None:
-        """Prepares closing.
+        """Prepare closing.
 
         Args:
             model: the model.
-            limits: how much may be looked at.
-            progress: is told what is done now.
+            limits: the limits of exploration and search.
+            progress: called with a description of each phase as it begins.
         """
         self.model = model
         self._limits = limits
@@ -62,14 +62,14 @@ class Closer:
         self._visited_for: dict[tuple[str, Predicate], int] = {}
 
     def close(self, suite: Campaign | None = None, wanted: Sequence[Obligation] | None = None) -> Closing:
-        """Decides everything that a suite, which was run before, leaves open; without one, everything.
+        """Decide every obligation that a suite leaves open; without a suite, every obligation.
 
         Raises `InputError` if the model has no goals, or no initial state is allowed.
 
         Args:
-            suite: what was run before.
-            wanted: the obligations that are decided, each by the shortest case that was found; `None` for all, by few
-                cases that visit much.
+            suite: the executed suite.
+            wanted: the obligations to decide, each by the shortest case found; `None` for all, by few cases that visit
+                much.
         """
         asked = tuple(self._obligations if wanted is None else wanted)
         self._refuse_without_goals()
@@ -108,7 +108,7 @@ class Closer:
         return tuple(self._finished(kept, suite, asked))
 
     def _with_inputs(self, found: Sequence[Execution], runs: AllRuns, missing: int) -> Iterator[Execution]:
-        """Runs with an injection into inputs, for automatic transitions that no run without one takes."""
+        """Yield runs with an injection into inputs, for automatic transitions that no run without injections takes."""
         plain = [self._plain(runs, goal) for goal in runs.plannable] if runs.starts else []
         for transition in self.model.automatic_transitions:
             bit = self._obligations.bit_of(transition.name, Aspect.TAKEN)
@@ -123,7 +123,7 @@ class Closer:
                     break
 
     def _with_changing_inputs(self, missing: int) -> list[Execution]:
-        """Runs in which inputs change again and again, for automatic transitions that need that."""
+        """Return runs in which inputs change repeatedly, for automatic transitions that need that."""
         free = with_free_inputs(self.model)
         hopeless = dict(ruled_out(free, possible_values(free)))
         automatic = [o for o in self._obligations if o.aspect is Aspect.TAKEN and o not in hopeless]
@@ -143,7 +143,7 @@ class Closer:
     def _finished(
         self, kept: Sequence[Execution], suite: Campaign, asked: Sequence[Obligation]
     ) -> Iterator[ClosingCase]:
-        """The cases with names and expectations, and what each adds to those before it."""
+        """Yield the cases with names and expectations, and what each adds to the cases before it."""
         visited = suite.coverage.visited
         taken = [name for name, _ in suite.coverage.cases]
         for execution in (without_leftovers(each, self._tester) for each in kept):
@@ -188,14 +188,14 @@ class Closer:
         return suggest(self.model, uncoverable, oracles, GoalSearch(self.model, runs.planner))
 
     def _makes_coverable(self, extended: BehaviorModel, obligations: Sequence[Obligation]) -> bool:
-        """Whether cases for the last goal of an extended model visit all of these obligations."""
+        """Return whether cases for the last goal of an extended model visit all of these obligations."""
         goal = extended.goals[-1]
         if goal not in self._visited_for:
             self._visited_for[goal] = self._visited_by_closing(replace(extended, goals=(goal,)))
         return all(self._visited_for[goal] & self._obligations.bit(obligation) for obligation in obligations)
 
     def _visited_by_closing(self, model: BehaviorModel) -> int:
-        """What cases of a model with the same operations visit."""
+        """Return what cases of a model with the same operations visit."""
         limits = replace(self._limits, situations=min(self._limits.situations, _MAX_FOR_A_GOAL), beyond=0)
         runs = AllRuns(model, limits, self._progress)
         search = CaseSearch(runs, Tester(model), runs.visits.mask, 0, limits)
@@ -207,11 +207,11 @@ def _what_stopped(runs: AllRuns, bit: int) -> str:
     if (runs.visited | runs.cut_off) & bit:
         simulated = "in a simulation planning takes no time, and deadlines pass last in their instant"
         return f"there are runs that visit it, but none of the cases that were tried is one of them: {simulated}"
-    return f"it was not met, and not all runs were looked at: {runs.stopped}"
+    return f"no run that visits it was found, and not all runs were explored: {runs.stopped}"
 
 
 def _new_name(goal: str, taken: Sequence[str]) -> str:
-    """The goal's name and a number that make a name for a case."""
+    """Return a new name for a case: the name of its goal with a number."""
     base = re.sub(r"[^A-Za-z0-9_]+", "_", goal).strip("_") or "case"
     number = 1
     while f"{base}-{number}" in taken:

@@ -1,6 +1,6 @@
-"""The directory that closing writes: cases and certificates.
+"""Writes the cases and certificates of closing into a directory.
 
-What closing did not write itself, or wrote for another model, is never lost.
+Files that closing did not write, or that it wrote for another model, are never overwritten or removed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 _CASES = "cases"
 _CERTIFICATES = "certificates"
 _OWN = "# closed by scbm: "
-"""How the first line of a case begins that closing wrote."""
+"""The beginning of the first line of a case file that closing wrote."""
 
 _COLUMNS = 110
 
@@ -34,13 +34,13 @@ _SNIFFED_BYTES = 4_096
 
 @dataclass(frozen=True, slots=True)
 class ClosingFiles:
-    """What was written.
+    """The files that were written.
 
     Attributes:
-        directory: where to.
-        cases: the files of the new cases, by their names.
-        certificates: the files of the certificates, by their names.
-        removed: files of an earlier closing that are no longer true.
+        directory: the directory.
+        cases: the files of the new cases, by name.
+        certificates: the files of the certificates, by name.
+        removed: files of an earlier closing that are outdated.
     """
 
     directory: Path
@@ -50,17 +50,17 @@ class ClosingFiles:
 
 
 def write_output(closing: Closing, directory: Path, model_file: Path, suite: Collection[Path] = ()) -> ClosingFiles:
-    """Writes cases and certificates into their directories, and removes those of an earlier closing.
+    """Write cases and certificates into their directories, and remove those of an earlier closing.
 
     Args:
-        closing: what closing came to.
-        directory: where to; it is made if it is not there.
-        model_file: the file of its model, which cases and certificates name.
-        suite: files of the suite that was closed: they are kept, even if closing wrote them itself once.
+        closing: the result of closing.
+        directory: the output directory; created if missing.
+        model_file: the model file, which cases and certificates name.
+        suite: the files of the closed suite: they are kept, even if an earlier closing wrote them.
 
     Raises:
-        InputError: a file cannot be written, or one of the same name is there that closing did not write, or wrote
-            for another model. In these last cases nothing is written.
+        InputError: a file cannot be written, or a file of the same name exists that closing did not write, or wrote for
+            another model. In the last two cases nothing is written.
     """
     cases = {made.case.name: directory / _CASES / f"{made.case.name}.yaml" for made in closing.cases}
     certificates = {name: directory / _CERTIFICATES / f"{name}{SUFFIX}" for name, _ in closing.certificates}
@@ -83,7 +83,7 @@ def _case_text(made: ClosingCase, model: BehaviorModel, model_file: Path, direct
 
 
 def _comment(made: ClosingCase, model: BehaviorModel) -> Iterator[str]:
-    """What a case adds to those before it."""
+    """Yield what a case adds to the cases before it."""
     yield f"{_OWN.removeprefix('# ')}a case of {model.name} that adds"
     for words in in_few_words(made.adds):
         yield from wrap(words, _COLUMNS, initial_indent="  ", subsequent_indent="    ", break_long_words=False)
@@ -112,23 +112,23 @@ def _what_would_be_lost(path: Path, text: str, kept: Collection[Path], model_fil
 
 
 def _written_before(directory: Path, model_file: Path) -> Iterator[Path]:
-    """The files that an earlier closing of the model wrote."""
+    """Yield the files that an earlier closing of the model wrote."""
     for path in (*_entries(directory / _CASES, ".yaml"), *_entries(directory / _CERTIFICATES, SUFFIX)):
         if _is_own(path) and _other_model(path, model_file) is None:
             yield path
 
 
 def _other_model(path: Path, model_file: Path) -> Path | None:
-    """The file of the model that one of closing's own files is for, if it is not this one."""
+    """Return the model file of a file that closing wrote, if it is a different one."""
     try:
         named = _model_in(path)
         return None if named is None or named.resolve() == model_file.resolve() else named
     except (InputError, OSError, ValueError):
-        return None  # it is damaged, and nobody's any more
+        return None  # damaged: it belongs to no model
 
 
 def _model_in(path: Path) -> Path | None:
-    """The model that a case or a certificate names."""
+    """Return the model file that a case or a certificate names."""
     if path.suffix == SUFFIX:
         return model_path_in(_text_of(path, _SNIFFED_BYTES) or "", path)
     named = open_case(path).model_path
@@ -139,11 +139,11 @@ def _entries(directory: Path, suffix: str) -> Sequence[Path]:
     try:
         return sorted(path for path in directory.iterdir() if path.suffix == suffix)
     except OSError:
-        return ()  # if it cannot be read, it cannot be written, which tells why
+        return ()  # writing will fail, too, with the reason
 
 
 def _is_own(path: Path) -> bool:
-    """Whether closing wrote the file: a case with its comment, a certificate with its format."""
+    """Return whether closing wrote the file: a case with its comment, or a certificate with its format."""
     text = _text_of(path, _SNIFFED_BYTES)
     if text is None:
         return False
@@ -151,7 +151,7 @@ def _is_own(path: Path) -> bool:
 
 
 def _text_of(path: Path, most: int = -1) -> str | None:
-    """The text of a file, or its beginning; `None` if it is none, or cannot be read."""
+    """Return the text of a file, or its beginning; `None` if it is no file, or cannot be read."""
     try:
         with path.open("rb") as stream:
             return stream.read(most).decode("utf-8", errors="strict" if most < 0 else "replace")

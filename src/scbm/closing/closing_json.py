@@ -1,4 +1,4 @@
-"""What closing came to as JSON, for machines. `docs/reference/formats.md` describes it field by field."""
+"""The result of closing as JSON. `docs/reference/formats.md` describes it field by field."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ FORMAT_VERSION = 1
 
 
 def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[str, Any]:
-    """The closing as data that `json` can write; equal closings give equal bytes.
+    """Return the result of closing as data for `json`; equal results give equal bytes.
 
     Args:
-        closing: what closing came to.
-        output: where its cases and certificates were written, if they were.
+        closing: the result of closing.
+        output: the files of its cases and certificates, if they were written.
     """
     counted = [decided for decided in closing.decided if decided.obligation.counts]
     queued = [decided for decided in closing.decided if not decided.obligation.counts]
@@ -41,17 +41,17 @@ def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[s
 
 
 def decided_json(decided: Decided, output: ClosingFiles | None = None) -> dict[str, Any]:
-    """One decision: the key `case` if it is covered, `certificate` if it is uncoverable."""
-    told: dict[str, Any] = {"name": str(decided.obligation), "decision": decided.decision.value}
+    """Return one decision; it has the key `case` if it is covered, and `certificate` if it is uncoverable."""
+    data: dict[str, Any] = {"name": str(decided.obligation), "decision": decided.decision.value}
     if decided.case is not None:
-        told["case"] = decided.case
+        data["case"] = decided.case
     if decided.certificate is not None:
-        told["certificate"] = decided.certificate if output is None else str(output.certificates[decided.certificate])
-    return told | {"reason": decided.reason}
+        data["certificate"] = decided.certificate if output is None else str(output.certificates[decided.certificate])
+    return data | {"reason": decided.reason}
 
 
 def suggestion_json(suggestion: Suggestion) -> dict[str, Any]:
-    """One suggestion; `obligation` is the first one that it is about."""
+    """Return one suggestion; `obligation` is the first obligation that it is about."""
     names = [str(obligation) for obligation in suggestion.obligations]
     return {
         "obligation": names[0],

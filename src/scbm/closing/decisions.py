@@ -1,4 +1,4 @@
-"""What closing comes to: for every obligation a decision, and the cases, certificates and suggestions behind it."""
+"""The result of closing: a decision for each obligation, with its cases, certificates and suggestions."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Decision(StrEnum):
-    """How an obligation ends (semantics 8.5)."""
+    """The decision about an obligation (semantics 8.5)."""
 
     COVERED = "covered"
     UNCOVERABLE = "uncoverable"
@@ -24,12 +24,12 @@ class Decision(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Decided:
-    """The decision of one obligation.
+    """The decision about one obligation.
 
     Attributes:
         case: the name of the first case that covers it, if it is covered.
         certificate: the name of the certificate, if it is uncoverable; a key of `Closing.certificates`.
-        reason: one sentence: how the case covers it, why nothing does, or what stopped the search.
+        reason: one sentence: how the case covers it, why nothing does, or what ended the search.
     """
 
     obligation: Obligation
@@ -44,9 +44,9 @@ class ClosingCase:
     """A case that closing made.
 
     Attributes:
-        case: with its expectations (verdict, visits), and nothing recorded.
+        case: the case with its expectations (verdict, visits), without recorded choices.
         execution: its run.
-        adds: the obligations that no case before it visits, those beside the figure (queued) among them.
+        adds: the obligations that no case before it visits, *queued* included.
     """
 
     case: Case
@@ -55,7 +55,7 @@ class ClosingCase:
 
 
 class SuggestionKind(StrEnum):
-    """What a suggestion would change."""
+    """The part of the model that a suggestion would change."""
 
     GOAL = "goal"
     GUARD = "guard"
@@ -66,15 +66,16 @@ class SuggestionKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Suggestion:
-    """What would make uncoverable obligations coverable, or why they are not.
+    """A change that would make uncoverable obligations coverable, or the reason why they are not.
 
     Attributes:
-        obligations: what it is about.
-        kind: what it would change.
+        obligations: the obligations that it is about.
+        kind: the part of the model that it would change.
         text: one sentence.
         name: for a goal, the name that it would have in the model.
         goal: for a goal, the goal; it was found by search and verified by a run.
-        blamed: for a guard, the conjuncts that never hold together; for a shadowed transition, the ones before it.
+        blamed: for a guard, the conjuncts that never hold together; for a shadowed transition, the transitions that
+            shadow it.
     """
 
     obligations: tuple[Obligation, ...]
@@ -87,12 +88,12 @@ class Suggestion:
 
 @dataclass(frozen=True, slots=True)
 class Closing:
-    """Everything that closing a model came to.
+    """The result of closing a model.
 
     Attributes:
-        before: what the given suite visits.
-        after: what the suite and the new cases visit.
-        decided: one for each obligation of the model in the order of `Obligations`, *queued* among them.
+        before: the coverage of the given suite.
+        after: the coverage of the suite and the new cases.
+        decided: one decision for each obligation of the model, in the order of `Obligations`, *queued* included.
         cases: the new cases, in order; each adds something.
         certificates: by name: `structure`, `values`, `runs`.
         suggestions: in the order of the obligations that they are about.

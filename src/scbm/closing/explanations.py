@@ -1,4 +1,4 @@
-"""Why an obligation ended as it did: the run that visits it, or what was looked at in vain."""
+"""Explanations of decisions: the run that visits an obligation, or the exploration that found no such run."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scbm.testing import Execution
 
 _MAX_STATES = 100_000
-"""So many combinations of random values are gone through to count the initial states."""
+"""Maximum number of combinations of random values that are enumerated to count the initial states."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,9 +30,9 @@ class Visit:
     Attributes:
         execution: the run.
         record: the index of the record that visits it.
-        at_ns: when.
-        plan: the plan that is carried out then.
-        wrong: what went wrong until then, in words, in order.
+        at_ns: the time of the visit.
+        plan: the plan that is carried out at that time.
+        wrong: the faults until then, as sentences, in order.
     """
 
     execution: Execution
@@ -44,12 +44,12 @@ class Visit:
 
 @dataclass(frozen=True, slots=True)
 class SearchedRuns:
-    """What a proof about all runs looked at.
+    """The exploration behind a proof about all runs.
 
     Attributes:
-        initial_states: how many initial states are allowed; `None` if there are too many to count.
-        goals: how many goals there are.
-        situations: how many situations runs can be in between two events.
+        initial_states: the number of allowed initial states; `None` if there are too many to count.
+        goals: the number of goals.
+        situations: the number of situations that runs can be in between two events.
     """
 
     initial_states: int | None
@@ -59,13 +59,13 @@ class SearchedRuns:
 
 @dataclass(frozen=True, slots=True)
 class Explanation:
-    """Why one obligation ended as it did.
+    """Why one obligation was decided as it was.
 
     Attributes:
-        decided: how it ended.
+        decided: the decision.
         visit: if it is covered, the visit of the first case that covers it.
-        looked_at: if all runs had to be looked at to prove it uncoverable, what that was.
-        suggestions: what would change it.
+        looked_at: if it is proved uncoverable by exploring all runs, the size of that exploration.
+        suggestions: the changes that would make it coverable.
     """
 
     decided: Decided
@@ -77,12 +77,12 @@ class Explanation:
 def explain(
     closing: Closing, asked: Iterable[Obligation], executions: Mapping[str, Execution]
 ) -> tuple[Explanation, ...]:
-    """An explanation for each obligation that is asked for, in the order of `Closing.decided`.
+    """Return an explanation for each requested obligation, in the order of `Closing.decided`.
 
     Args:
-        closing: what closing came to.
+        closing: the result of closing.
         asked: obligations of its model.
-        executions: the runs of the cases that cover them, by name.
+        executions: the runs of the covering cases, by name.
     """
     wanted = frozenset(asked)
     return tuple(
@@ -121,13 +121,13 @@ def _what_goes_wrong(execution: Execution, records: Iterable[Record]) -> Iterato
 
 
 def _is_answered(execution: Execution, request: int) -> bool:
-    """Whether a resource answers a request, if the answer is not lost and nobody gives up waiting for it."""
+    """Return whether a resource answers a request, the reply is not lost, and the request is not cancelled before."""
     reactions = execution.reactions[request - 1 : request]
     return all(reaction.outcome is not Outcome.TIMEOUT for reaction in reactions)
 
 
 def _looked_at(closing: Closing, decided: Decided) -> SearchedRuns | None:
-    """What the proof of an obligation looked at, if it is one about all runs."""
+    """Return the size of the exploration behind the proof of an obligation, if it is a proof about all runs."""
     certificate = dict(closing.certificates).get(decided.certificate or "")
     if certificate is None or not isinstance(certificate.argument, RunsArgument):
         return None

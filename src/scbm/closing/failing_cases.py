@@ -1,4 +1,4 @@
-"""The cases that show a fault: those that failed, and new ones that end as no run of a good model does."""
+"""The cases that show a fault: failed cases, and new cases that end as no run of a correct model does."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class FailedCase:
     """A case that failed.
 
     Attributes:
-        name: of the case.
-        failures: why, a sentence each.
-        again: the command that shows it again.
+        name: the name of the case.
+        failures: one sentence for each reason.
+        again: the command that reproduces the failure.
     """
 
     name: str
@@ -31,7 +31,7 @@ class FailedCase:
 
 
 def failed_cases(suite: Campaign, closing: Closing, again: Callable[[str], str]) -> tuple[FailedCase, ...]:
-    """The failed cases, those of the suite first; `again` says for a name the command that shows that case again."""
+    """Return the failed cases, those of the suite first; `again` returns the command that runs a case, by its name."""
     verdicts = [(result.case.name, result.verdict) for result in suite.results]
     verdicts += [(made.case.name, made.execution.verdict) for made in closing.cases]
     return tuple(
@@ -43,13 +43,13 @@ def failed_cases(suite: Campaign, closing: Closing, again: Callable[[str], str])
 
 @dataclass(frozen=True, slots=True)
 class FoundFault:
-    """A new case that passes, as it expects its end, but ends as no run of a good model does.
+    """A new case that passes, because it expects its end, but ends as no run of a correct model does.
 
     Attributes:
-        name: of the case.
+        name: the name of the case.
         end: the end of its run.
-        message: what is wrong, as what the case does.
-        again: the command that shows it again.
+        message: the fault, as what the case does.
+        again: the command that reproduces it.
     """
 
     name: str
@@ -59,16 +59,16 @@ class FoundFault:
 
 
 def found_faults(closing: Closing, again: Callable[[str], str]) -> tuple[FoundFault, ...]:
-    """What new cases found on their way to obligations; `again` as in `failed_cases`."""
+    """Return the faults that new cases found; `again` as in `failed_cases`."""
     ends = [(made.case.name, made.execution.verdict.end, made.execution) for made in closing.cases]
     return tuple(
-        FoundFault(name, end, _told_end(end, execution), again(name))
+        FoundFault(name, end, _end_sentence(end, execution), again(name))
         for name, end, execution in ends
         if end in (End.LIVELOCK, End.MODEL_ERROR, End.TIME_LIMIT)
     )
 
 
-def _told_end(end: End, execution: Execution) -> str:
+def _end_sentence(end: End, execution: Execution) -> str:
     if end is End.TIME_LIMIT:
         return "ends at the time limit: neither is the goal reached nor is the run given up before"
     last = run_end(execution.trace.records)

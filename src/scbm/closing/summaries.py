@@ -1,4 +1,4 @@
-"""Many obligations in few words."""
+"""Short texts for many obligations, plans and lists."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _TIMES = "\N{MULTIPLICATION SIGN}"
 
 
 def in_few_words(obligations: Iterable[Obligation]) -> tuple[str, ...]:
-    """The obligations, operations with equal aspects together: `scan, pick: failed, timedout`; automatic ones last."""
+    """Return the obligations, grouped by equal aspects: `scan, pick: failed, timedout`; automatic transitions last."""
     by_subject: dict[str, list[Aspect]] = {}
     taken: list[str] = []
     for obligation in obligations:
@@ -28,18 +28,18 @@ def in_few_words(obligations: Iterable[Obligation]) -> tuple[str, ...]:
     by_aspects: dict[str, list[str]] = {}
     for subject, aspects in by_subject.items():
         by_aspects.setdefault(aspects_in_words(aspects), []).append(subject)
-    told = [f"{', '.join(subjects)}: {aspects}" for aspects, subjects in by_aspects.items()]
-    return (*told, ", ".join(taken)) if taken else tuple(told)
+    groups = [f"{', '.join(subjects)}: {aspects}" for aspects, subjects in by_aspects.items()]
+    return (*groups, ", ".join(taken)) if taken else tuple(groups)
 
 
 def plan_in_words(plan: Iterable[str], arrow: str) -> str:
-    """The operations of a plan, an arrow between them; what is done several times in a row is told once."""
+    """Return the operations of a plan with an arrow between them; an operation repeated in a row is named once."""
     rows = ((name, sum(1 for _ in row)) for name, row in groupby(plan))
     return arrow.join(name if count == 1 else f"{name} {_TIMES}{count}" for name, count in rows)
 
 
 def aspects_in_words(aspects: Iterable[Aspect]) -> str:
-    """The aspects in the order of the paper's report: `executing, failed`, or `every state`."""
+    """Return the aspects in the order of the paper's report: `executing, failed`, or `every state`."""
     there = frozenset(aspects)
     states = [aspect.value for aspect in STATE_ASPECTS if aspect in there]
     others = [aspect.value for aspect in Aspect if aspect in there and aspect not in STATE_ASPECTS]
@@ -47,5 +47,5 @@ def aspects_in_words(aspects: Iterable[Aspect]) -> str:
 
 
 def listed(parts: Sequence[str], word: str = "and") -> str:
-    """`a, b and c`."""
+    """Return the parts as `a, b and c`."""
     return parts[0] if len(parts) == 1 else f"{', '.join(parts[:-1])} {word} {parts[-1]}"

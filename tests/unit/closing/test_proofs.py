@@ -10,7 +10,7 @@ from scbm.model import BehaviorModel
 from support.closings import obligation
 from support.models import scan_cell
 
-FOLLOWED = "all runs to the only goal were followed"
+FOLLOWED = "all runs to the only goal were explored"
 
 
 def _reason(model: BehaviorModel, name: str) -> str:
@@ -23,7 +23,7 @@ def _reason(model: BehaviorModel, name: str) -> str:
     ("guard", "followed"),
     [
         ("", FOLLOWED),
-        ("  again: box_is_scanned == true\n", "all runs to the 2 goals were followed"),
+        ("  again: box_is_scanned == true\n", "all runs to the 2 goals were explored"),
     ],
 )
 def test_no_situations_are_counted(guard: str, followed: str) -> None:
@@ -41,6 +41,6 @@ def test_an_operation_that_never_ends_so_is_told_so() -> None:
 
 def test_a_precondition_that_never_holds_is_told_so() -> None:
     model = scan_cell(("gr: light != red", "gr: scan_req_trigger == true"))
-    told = f"scan_box comes to the head of the queue, but its precondition never holds then; {FOLLOWED}"
+    told = f"scan_box becomes current, but its precondition never holds then; {FOLLOWED}"
     assert _reason(model, "scan_box/executing") == told
     assert _reason(model, "scan_box/failed") == told

@@ -130,7 +130,7 @@ def test_a_guard_that_holds_in_no_state_is_told_so() -> None:
 def test_what_holds_but_never_when_it_is_looked_at_is_told_so() -> None:
     other = "operations:\n  other: {pre: {g: true}, post: {g: true}}\n"
     model = scan_cell(("operations:\n", other), ("light != red", "current.name == other"))
-    why = "it never executes: its precondition needs current.name == other, which never holds when it is looked at"
+    why = "it never executes: its precondition needs current.name == other, which never holds when it is evaluated"
     assert _ruled_out(model)["scan_box/executing"] == why
 
 

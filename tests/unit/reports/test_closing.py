@@ -105,7 +105,7 @@ def test_the_same_reason_of_several_automatic_transitions_is_told_once(wording: 
         scan_cell(("automatic_transitions:\n", "automatic_transitions:\n  x: {g: true, a: [count += 1]}\n"))
     )
     decided = [
-        replace(each, reason=f"no run takes {each.obligation}; all runs to the only goal were followed")
+        replace(each, reason=f"no run takes {each.obligation}; all runs to the only goal were explored")
         for each in closing.decided
         if each.obligation.aspect is Aspect.TAKEN
     ]

@@ -1,6 +1,6 @@
-"""Doubts about a model that loads: what can never happen, what goes round, what leaves a domain.
+"""Advice: doubts about a model that loads, and suggestions that make uncoverable obligations coverable.
 
-Looks at a model as planner and runner do, without running cases. What it cannot decide within its limits it says.
+Checks read a model like planner and runner do, without running cases. A check that meets its limit says so.
 """
 
 from scbm.closing.advice.doubts import Doubt

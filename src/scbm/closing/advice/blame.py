@@ -1,6 +1,6 @@
-"""Which parts of a guard keep it from ever holding, and which transitions always come before another one.
+"""Blame: the conjuncts that keep a guard from ever holding, and the transitions that shadow another one.
 
-Knows predicates and automatic transitions; what can hold in runs is said by an oracle or by states.
+This module knows predicates and automatic transitions; an oracle or the reachable states say what can hold in runs.
 """
 
 from __future__ import annotations
@@ -17,21 +17,22 @@ if TYPE_CHECKING:
 
 
 def conjuncts(predicate: Predicate) -> tuple[Predicate, ...]:
-    """The parts that must all hold, those of nested conjunctions among them; the predicate itself if it is none."""
+    """Return the conjuncts of a predicate, those of nested conjunctions included."""
     if not isinstance(predicate, And):
         return (predicate,)
     return tuple(part for operand in predicate.operands for part in conjuncts(operand))
 
 
 def blame(predicates: Sequence[Predicate], can_hold: Callable[[Predicate], bool]) -> tuple[Predicate, ...]:
-    """Conjuncts of the predicates that never hold together, none of which can be left out.
+    """Return a minimal set of conjuncts of the predicates that never hold together.
 
-    It is a single one if there is such a one, and nothing if all of them can hold together. In doubt the later
-    conjuncts are blamed, as the first ones of a guard tend to be the same everywhere.
+    The set has a single conjunct if one never holds, and is empty if all of them can hold together. Of several minimal
+    sets
+    one with later conjuncts is returned, as guards tend to begin alike.
 
     Args:
         predicates: what should hold together.
-        can_hold: whether a predicate holds anywhere.
+        can_hold: whether a predicate holds in any state.
     """
     parts = tuple(dict.fromkeys(part for predicate in predicates for part in conjuncts(predicate)))
     if can_hold(conjunction(parts)):
@@ -48,7 +49,7 @@ def blame(predicates: Sequence[Predicate], can_hold: Callable[[Predicate], bool]
 
 
 def contradiction(predicates: Sequence[Predicate], model: BehaviorModel) -> tuple[Predicate, ...]:
-    """Conjuncts of the predicates that hold together in no state at all; nothing if there are none, or in doubt."""
+    """Return conjuncts of the predicates that hold together in no state; nothing if there are none, or if unknown."""
     space = model.running_space
     if is_satisfiable(conjunction(predicates), space) is not False:
         return ()
@@ -56,19 +57,19 @@ def contradiction(predicates: Sequence[Predicate], model: BehaviorModel) -> tupl
 
 
 def contradicting(what: str, parts: Sequence[Predicate]) -> str:
-    """What to say of a guard that has such conjuncts."""
-    told = conjunction(parts)
-    return f"{what} contradicts itself: {told}" if len(parts) > 1 else f"{what} needs {told}, which holds in no state"
+    """Return the sentence about a guard with such conjuncts."""
+    shown = conjunction(parts)
+    return f"{what} contradicts itself: {shown}" if len(parts) > 1 else f"{what} needs {shown}, which holds in no state"
 
 
 def shadowing(model: BehaviorModel, transition: Transition, states: Iterable[Mapping[str, Value]]) -> tuple[str, ...]:
-    """The earlier automatic transitions that always go first where this one could be taken.
+    """Return the earlier automatic transitions that are always taken where this one could be.
 
-    Of each state it is the first one that can be taken there, and they are named in the order of the file. Nothing is
-    named if some state has no such one, or if this transition can be taken in none of the states.
+    They are in the order of the file. Nothing is returned if this transition is taken in some state, or is enabled in
+    none.
 
     Args:
-        model: where both stand.
+        model: the model of the transitions.
         transition: an automatic transition of the model.
         states: values for all variables of the running space.
     """
@@ -85,7 +86,7 @@ def shadowing(model: BehaviorModel, transition: Transition, states: Iterable[Map
 
 
 def _applies(model: BehaviorModel, transition: Transition, state: Mapping[str, Value]) -> bool:
-    """Whether the runner could take an automatic transition in a state (semantics 1.3, 2.4, 5.1)."""
+    """Return whether the runner could take an automatic transition in a state (semantics 1.3, 2.4, 5.1)."""
     if not transition.running_guard.holds(state):
         return False
     changed = False

@@ -1,4 +1,4 @@
-"""A doubt: what is odd about a model, and in which part of its file."""
+"""Doubts: what is suspicious about a model, and in which part of its file."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ class Doubt:
     """One doubt.
 
     Attributes:
-        slug: its name, documented in `docs/reference/messages.md`.
+        slug: its identifier, documented in `docs/reference/messages.md`.
         message: one sentence.
-        path: the keys that lead to the part of the model file that it is about.
-        remedy: what to look at or to change.
+        path: the keys that lead to the part of the model file.
+        remedy: what to inspect or to change.
     """
 
     slug: Slug

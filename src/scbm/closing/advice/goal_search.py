@@ -1,11 +1,11 @@
-"""Goals that an operation is needed for: found by looking at plans, never guessed.
+"""The search for goals whose canonical plan needs an operation; each is found in plans, none is guessed.
 
-Breadth-first search finds the canonical path to every planning state, and it finds the states in an order in which the
-first one that satisfies a goal ends the goal's canonical plan (`planning.search`). So one exploration of an initial
-state tells of every goal whether its plan has the operation: the states in which a variable has a value are the bits of
-an integer, those of a conjunction an AND, and at the lowest bit the plan ends.
+Breadth-first search finds the canonical path to every planning state, in an order in which the first state that
+satisfies a goal ends the goal's canonical plan (`planning.plan_search`). So one exploration from an initial state
+decides for every goal whether its plan has the operation: the states in which a variable has a value are the bits of
+an integer, those of a conjunction are an AND, and the plan ends at the lowest bit.
 
-Knows the model and the planner; whether runs for such a goal come to the operation is for the caller to verify.
+This module knows the model and the planner; the caller verifies that runs for such a goal execute the operation.
 """
 
 from __future__ import annotations
@@ -27,29 +27,30 @@ if TYPE_CHECKING:
     """A variable and the value that it should have."""
 
 _MAX_COMBINATIONS = 5_000
-"""So many combinations of random values are gone through to find initial states."""
+"""Maximum number of combinations of random values that are enumerated for initial states."""
 
 _MAX_STARTS = 50
-"""From so many initial states that differ for planning is explored."""
+"""Maximum number of initial states that differ for planning and are explored from."""
 
 _MAX_EXPANSIONS = 20_000
-"""So many planning states are expanded, from all initial states together."""
+"""Maximum number of planning states that are expanded, from all initial states together."""
 
 _MAX_LOOKS = 100_000
-"""So many conjunctions of one size are looked at for an operation, each once for every initial state: so many of those
-with a value that the operation itself brings about, and so many of the others."""
+"""Maximum number of conjunctions of one size that are tested for an operation, each once for every initial state; this
+holds for conjunctions with a value that the operation assigns, and again for the others.
+"""
 
 _MAX_CONJUNCTS = 3
 
 
 class GoalSearch:
-    """Finds goals for the operations of one model. What it has explored serves all of them."""
+    """Finds goals for the operations of one model. Its explorations are shared by all operations."""
 
     def __init__(self, model: BehaviorModel, planner: Planner) -> None:
-        """Prepares a search.
+        """Prepare a search.
 
         Args:
-            model: where the operations stand.
+            model: the model.
             planner: a planner of this model.
         """
         self._model = model
@@ -58,10 +59,11 @@ class GoalSearch:
         self._explored: dict[tuple[str, ...], tuple[_Paths, ...]] = {}
 
     def candidates(self, operation: str) -> Iterator[Predicate]:
-        """Goals whose canonical plan from some allowed initial state has the operation, those to be preferred first.
+        """Yield goals whose canonical plan from some allowed initial state has the operation, preferred goals first.
 
-        Goals with fewer conjuncts come first; of these, those with a value that the operation itself brings about; then
-        those with shorter plans; then the order of the file decides. Raises `KeyError` if there is no such operation.
+        Preferred are goals with fewer conjuncts; of these, goals with a value that the operation assigns; then goals
+        with
+        shorter plans; then the order of the file decides. Raises `KeyError` if there is no such operation.
         """
         paths = self._paths(operation)
         file_order = {conjunct: index for index, conjunct in enumerate(self._conjuncts(paths))}
@@ -75,7 +77,7 @@ class GoalSearch:
             yield from (_predicate(goal, file_order) for _, _, goal in sorted(found))
 
     def example(self, operation: str, goal: Predicate) -> tuple[State, tuple[str, ...]] | None:
-        """An initial state from which the canonical plan to a goal has an operation, and that plan, a shortest one."""
+        """Return an initial state whose canonical plan to a goal has an operation, with a shortest such plan."""
         limits = PlanLimits(expansions=_MAX_EXPANSIONS)
         found: list[tuple[State, tuple[str, ...]]] = []
         for start in self._allowed_starts(self._planner.task(goal)):
@@ -85,7 +87,7 @@ class GoalSearch:
         return min(found, key=lambda example: len(example[1]), default=None)
 
     def _paths(self, operation: str) -> tuple[_Paths, ...]:
-        """The paths from those initial states that lead to the operation."""
+        """Return the paths from those initial states from which the operation is reachable."""
         also = self._also(operation)
         if also not in self._explored:
             task = Task(self._model, also) if also else self._planner.base_task
@@ -94,9 +96,9 @@ class GoalSearch:
         return tuple(paths for paths in self._explored[also] if paths.using(operation))
 
     def _also(self, operation: str) -> tuple[str, ...]:
-        """What the operation sets and no other one looks at, such as the lamp at its end; commands of requests are not.
+        """Return what the operation sets and no other one reads, such as a lamp at its end, without request parameters.
 
-        The planner need not tell it apart, but a goal may speak of it.
+        The planner need not distinguish these variables, but a goal may read them.
         """
         subject = self._model.operation(operation)
         targets = dict.fromkeys(action.target for action in (*subject.pre.a, *subject.post.a))
@@ -109,7 +111,7 @@ class GoalSearch:
         )
 
     def _allowed_starts(self, task: Task) -> tuple[State, ...]:
-        """The allowed initial states that the task tells apart, the most nominal one first."""
+        """Return the allowed initial states that differ in variables of the task, the most nominal one first."""
         key = task.packing.space.names
         if key not in self._starts:
             found: dict[int, State] = {}
@@ -123,7 +125,7 @@ class GoalSearch:
         return self._starts[key]
 
     def _combinations(self, task: Task) -> Iterator[dict[str, Value]]:
-        """Combinations of random values of the variables that decide, those with more nominal values first."""
+        """Yield combinations of random values of the relevant variables, those with more nominal values first."""
         space = self._model.space
         plain = {v.name: v.initial if v.initial in v.random else v.random[0] for v in space}
         decides = dict.fromkeys((*task.packing.space.names, *self._model.initial_states.reads()))
@@ -135,7 +137,7 @@ class GoalSearch:
                     yield plain | dict(zip(names, values, strict=True))
 
     def _conjuncts(self, paths: Sequence[_Paths]) -> Iterator[Conjunct]:
-        """What goals are made of, in the order of the file: values of variables that operations change."""
+        """Yield the conjuncts of goals, in the order of the file: values of variables that operations change."""
         for variable in self._model.variables:
             if any(each.changes(variable.name) for each in paths):
                 for value in variable.domain.values:
@@ -143,7 +145,7 @@ class GoalSearch:
                         yield variable.name, value
 
     def _brought_about(self, operation: str, paths: Sequence[_Paths]) -> dict[Conjunct, None]:
-        """The conjuncts that the operation itself makes hold."""
+        """Return the conjuncts that hold because the operation assigns them."""
         subject = self._model.operation(operation)
         targets = dict.fromkeys(action.target for action in (*subject.pre.a, *subject.post.a))
         return dict.fromkeys(
@@ -155,7 +157,7 @@ class GoalSearch:
 
 
 def goal_name(model: BehaviorModel, operation: str) -> str:
-    """A name for a goal that an operation is needed for, such as `needs_scan`; nothing in the model has it yet."""
+    """Return a name, unique in the model, for a goal that an operation is needed for, such as `needs_scan`."""
     taken = dict.fromkeys(
         (
             *(name for name, _ in model.goals),
@@ -177,11 +179,11 @@ class _Paths:
     """The canonical paths from one initial state, in the order of search; bit i of a set stands for path i.
 
     Attributes:
-        holds: for each value of a declared variable the paths at whose end the variable has it.
+        holds: for each value of a declared variable the paths that end in a state with this value.
     """
 
     def __init__(self, task: Task, start: int, most: int) -> None:
-        """Goes on until every state is found, or the successors of `most` were looked at."""
+        """Explore until every state is found, or `most` states are expanded."""
         self._operations = {name: number for number, name in enumerate(task.operations)}
         search = BreadthFirst((start,), task.successors)
         search.expand(most)
@@ -204,22 +206,22 @@ class _Paths:
         self._using: dict[int, int] = {}
 
     def changes(self, variable: str) -> bool:
-        """Whether a variable has several values."""
+        """Return whether a variable has several values."""
         return self._variables.count(variable) > 1
 
     def using(self, operation: str) -> int:
-        """The paths that have an operation."""
+        """Return the paths that have an operation."""
         number = self._operations[operation]
         if number not in self._using:
             self._using[number] = _bitsets([uses >> number & 1 for uses in self._uses]).get(1, 0)
         return self._using[number]
 
     def ending_with(self, operation: str) -> int:
-        """The paths that an operation is the last one of."""
+        """Return the paths that end with an operation."""
         return self._endings.get(self._operations[operation], 0)
 
     def plan_with(self, operation: str, goal: Sequence[Conjunct]) -> int | None:
-        """The length of the canonical plan to a goal, if it has the operation."""
+        """Return the length of the canonical plan to a goal, if it has the operation."""
         ends = self.holds.get(goal[0], 0)
         for conjunct in goal[1:]:
             ends &= self.holds.get(conjunct, 0)
@@ -230,7 +232,7 @@ class _Paths:
 def _conjunctions(
     conjuncts: Collection[Conjunct], own: Mapping[Conjunct, None]
 ) -> Iterator[Iterable[tuple[Conjunct, ...]]]:
-    """All conjunctions, size by size, and of each size those that have an own conjunct before the others."""
+    """Yield all conjunctions, size by size; of each size, those with an own conjunct before the others."""
     others = [conjunct for conjunct in conjuncts if conjunct not in own]
     own_first = [*(conjunct for conjunct in conjuncts if conjunct in own), *others]
     for size in range(1, _MAX_CONJUNCTS + 1):
@@ -240,7 +242,7 @@ def _conjunctions(
 
 
 def _shortest(goal: Sequence[Conjunct], operation: str, paths: Sequence[_Paths]) -> int | None:
-    """The length of the shortest of the canonical plans to a goal that have the operation."""
+    """Return the length of the shortest of the canonical plans to a goal that have the operation."""
     lengths = [length for each in paths if (length := each.plan_with(operation, goal)) is not None]
     return min(lengths, default=None)
 
@@ -251,7 +253,7 @@ def _predicate(goal: Sequence[Conjunct], file_order: Mapping[Conjunct, int]) -> 
 
 
 def _bitsets(keys: Sequence[Hashable]) -> dict[Hashable, int]:
-    """For each key the places at which it stands, as bits."""
+    """Return for each key the places at which it occurs, as bits."""
     places: dict[Hashable, bytearray] = {}
     size = len(keys) // 8 + 1
     for index, key in enumerate(keys):

@@ -1,4 +1,4 @@
-"""Guards and goals that no state at all satisfies, and guards that look at what the planner cannot see."""
+"""Doubts about guards: predicates that are unsatisfiable, and planning guards that read the runner's variables."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def doubts_about_guards(model: BehaviorModel) -> Iterator[Doubt]:
-    """Every predicate that can never hold, and every planning guard that reads the runner's variables."""
+    """Yield a doubt for every unsatisfiable predicate, and for planning guards that read the runner's variables."""
     for path, transition in _transitions(model):
         yield from _doubts_about(transition, path, model)
     for name, goal in model.goals:
@@ -47,11 +47,11 @@ def _never(predicate: Predicate, what: str, path: tuple[str, ...], model: Behavi
     if satisfiable is False:
         yield Doubt(Slug.GUARD_NEVER_HOLDS, f"{what} holds in no state: {predicate}", path)
     elif satisfiable is None:
-        yield Doubt(Slug.CHECK_INCOMPLETE, f"it was not found out whether {what} can hold", path)
+        yield Doubt(Slug.CHECK_INCOMPLETE, f"it is unknown whether {what} can hold: the search met its limit", path)
 
 
 def _reads_runner(transition: Transition, path: tuple[str, ...], model: BehaviorModel) -> Iterator[Doubt]:
     read = [name for name in transition.g.reads() if model.running_space[name].role.is_runner]
     if read:
-        message = f"`g` of {transition.name} reads {', '.join(read)}, which stands still while a plan is made"
+        message = f"`g` of {transition.name} reads {', '.join(read)}, which is constant while a plan is made"
         yield Doubt(Slug.PLANNER_READS_RUNNER, message, (*path, "g"), "move that part of the guard to `gr`")

@@ -1,7 +1,7 @@
-"""Automatic transitions that go round without end, looked for where runs can come to.
+"""Doubts about livelocks: cycles of automatic transitions.
 
-Where runs come to is not explored here (that is `scbm close`): each planning state is taken at rest, and with each
-of its operations executing and the requests of that operation running, succeeded and failed.
+Runs are not explored here (`scbm close` does that). Each planning state is taken at rest, and with each of its
+operations executing and the requests of that operation executing, succeeded and failed.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ _BOUND = 1_000
 
 
 def doubts_about_livelocks(model: BehaviorModel, exploration: PlanningExploration) -> Iterator[Doubt]:
-    """Each cycle of automatic transitions once, with the state that it was met in."""
+    """Yield each cycle of automatic transitions once, with a state in which it begins."""
     program = Program(model)
-    told: dict[frozenset[str], None] = {}
+    reported: dict[frozenset[str], None] = {}
     for chains, state in enumerate(_running_states(program, exploration)):
         if chains == _MAX_CHAINS:
-            message = f"automatic transitions were looked at in {_MAX_CHAINS} states only"
+            message = f"automatic transitions were checked in {_MAX_CHAINS} states only"
             yield Doubt(Slug.CHECK_INCOMPLETE, message, ("automatic_transitions",))
             return
         cycle = find_cycle(program, state, _BOUND)
-        if cycle and frozenset(cycle) not in told:
-            told[frozenset(cycle)] = None
-            remedy = f"met where {_where(program, state, cycle)}"
+        if cycle and frozenset(cycle) not in reported:
+            reported[frozenset(cycle)] = None
+            remedy = f"this happens where {_where(program, state, cycle)}"
             path = ("automatic_transitions", cycle[0])
             yield Doubt(Slug.AUTOMATIC_LIVELOCK, describe_cycle(cycle), path, remedy)
 
 
 def _running_states(program: Program, exploration: PlanningExploration) -> Iterator[int]:
-    """States that runs can come to, packed for running."""
+    """Yield states that runs can reach, packed for running."""
     task = exploration.planner.base_task
     pack = program.packing.pack
     rest = {variable.name: variable.initial for variable in program.packing.space}
@@ -78,7 +78,7 @@ def _executing(program: Program, state: int, name: str) -> Iterator[int]:
 
 
 def _where(program: Program, state: int, cycle: tuple[str, ...]) -> str:
-    """The values that the guards of the cycle read."""
+    """Return the values that the guards of the cycle read."""
     values = program.packing.values(state)
     transitions = [t for t in program.model.automatic_transitions if t.name in cycle]
     read = dict.fromkeys(name for transition in transitions for name in transition.running_guard.reads())

@@ -1,4 +1,4 @@
-"""All checks of a model, in the order in which their findings are told."""
+"""The checks of a model, in the order in which doubts are reported."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """What a check found.
+    """The result of a check.
 
     Attributes:
-        doubts: what is odd, in the order of the checks.
-        initial_states: how many allowed initial states there are, or were looked at.
-        reachable: how many planning states the operations reach from the nominal state.
+        doubts: the doubts, in the order of the checks.
+        initial_states: the number of allowed initial states, or of those that were explored from.
+        reachable: the number of planning states that are reachable from the nominal state.
         complete: whether these numbers are exact, and not cut off by a limit.
     """
 
@@ -34,16 +34,16 @@ class Checked:
 
 
 def check_model(model: BehaviorModel) -> Checked:
-    """Everything that is doubtful about a model."""
+    """Return all doubts about a model."""
     exploration = explore_model(model)
     guards = tuple(doubts_about_guards(model))
-    told = [doubt.path for doubt in guards]
+    reported = [doubt.path for doubt in guards]
     doubts = (
         *doubts_about_variables(model),
         *doubts_about_resources(model),
         *guards,
         # A guard that can never hold explains that its operation is never enabled, or its goal never reached.
-        *(doubt for doubt in doubts_about_plans(model, exploration) if doubt.path not in told),
+        *(doubt for doubt in doubts_about_plans(model, exploration) if doubt.path not in reported),
         *doubts_about_livelocks(model, exploration),
     )
     task = exploration.planner.base_task

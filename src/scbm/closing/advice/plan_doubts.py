@@ -1,4 +1,4 @@
-"""What planning reaches from the initial states: operations never enabled, goals out of reach, domains left."""
+"""Doubts about plans: operations that are never enabled, unreachable goals, and actions that leave a domain."""
 
 from __future__ import annotations
 
@@ -17,27 +17,27 @@ if TYPE_CHECKING:
     from scbm.planning import Task
 
 MAX_STATES = 50_000
-"""So many planning states are explored."""
+"""Maximum number of planning states that are explored."""
 
 _MAX_STARTS = 200
-"""From so many initial states is explored."""
+"""Maximum number of initial states that are explored from."""
 
 _MAX_EXPANSIONS = 100_000
-"""So many states may be expanded to find out from which initial states a goal can be reached."""
+"""Maximum number of expanded states to find out from which initial states a goal is reachable."""
 
 _MAX_COMBINATIONS = 20_000
-"""So many combinations of random values are gone through to find initial states."""
+"""Maximum number of combinations of random values that are enumerated for initial states."""
 
 
 @dataclass(frozen=True, slots=True)
 class PlanningExploration:
-    """The allowed initial states, and what operations make of them.
+    """The allowed initial states, and the planning states that operations reach from them.
 
     Attributes:
-        planner: for further questions.
+        planner: the planner of the model.
         starts: allowed initial states, in order.
         all_starts: whether these are all.
-        reach: the planning states that can be reached from them, without what requests and the runner do.
+        reach: the planning states that are reachable from them, without the effects of requests and the runner.
     """
 
     planner: Planner
@@ -47,7 +47,7 @@ class PlanningExploration:
 
 
 def explore_model(model: BehaviorModel) -> PlanningExploration:
-    """Explores as far as the limits allow."""
+    """Explore the planning states of a model, within the limits."""
     planner = Planner(model)
     initial = InitialStates(model)
     starts = tuple(islice(initial.allowed(_MAX_COMBINATIONS), _MAX_STARTS + 1))
@@ -59,7 +59,7 @@ def explore_model(model: BehaviorModel) -> PlanningExploration:
 
 
 def doubts_about_plans(model: BehaviorModel, exploration: PlanningExploration) -> Iterator[Doubt]:
-    """Initial states that do not exist, operations never enabled, goals out of reach, domains left."""
+    """Yield doubts about missing initial states, operations never enabled, unreachable goals, and domains left."""
     if not exploration.starts:
         message = "no initial state was found that satisfies `initial_states`"
         slug = Slug.NO_INITIAL_STATE if exploration.all_starts else Slug.CHECK_INCOMPLETE
@@ -83,12 +83,12 @@ def _never_enabled(exploration: PlanningExploration) -> Iterator[Doubt]:
             message = f"{name} is enabled {where} that plans can reach"
             yield Doubt(Slug.OPERATION_NEVER_ENABLED, message, ("operations", name, "pre", "g"))
     if not exploration.reach.complete:
-        message = f"plans reach more than {MAX_STATES} states, and only so many were looked at"
+        message = f"plans reach more than {MAX_STATES} states, and the exploration ended there"
         yield Doubt(Slug.CHECK_INCOMPLETE, message, ("operations",))
 
 
 def _domains_left(model: BehaviorModel, exploration: PlanningExploration) -> Iterator[Doubt]:
-    """Operations whose guards hold in a state that can be reached, but whose actions do not fit (semantics 2.4)."""
+    """Yield a doubt for actions that would leave a domain in a reachable state with their guard (semantics 2.4)."""
     task = exploration.planner.base_task
     for operation in model.operations:
         here = ("operations", operation.name)
@@ -100,7 +100,7 @@ def _domains_left(model: BehaviorModel, exploration: PlanningExploration) -> Ite
 
 
 def _leaving(transition: Transition, path: tuple[str, ...], states: Sequence[int], task: Task) -> Iterator[Doubt]:
-    """The first of the states in which the actions of the transition do not fit."""
+    """Yield a doubt with the first state in which the actions of the transition would leave a domain."""
     update = task.update(transition.a)
     for state in states:
         if update(state) is None:
@@ -113,7 +113,7 @@ def _leaving(transition: Transition, path: tuple[str, ...], states: Sequence[int
 
 
 def _unreachable(name: str, goal: Predicate, exploration: PlanningExploration) -> Iterator[Doubt]:
-    """A goal that no initial state reaches, or not all of them."""
+    """Yield a doubt if a goal is unreachable from some or all initial states."""
     lost: list[State] = []
     left = _MAX_EXPANSIONS
     for tried, start in enumerate(exploration.starts):
@@ -135,6 +135,6 @@ def _unreachable(name: str, goal: Predicate, exploration: PlanningExploration) -
 
 
 def _drawn(state: State) -> str:
-    """The values that tell an initial state from the nominal one."""
+    """Return the values by which an initial state differs from the nominal one."""
     drawn = [v.name for v in state.space if state[v.name] != v.initial]
     return ", ".join(f"{name} == {format_value(state[name])}" for name in drawn) or "the nominal one"

@@ -1,7 +1,7 @@
-"""What would make uncoverable obligations coverable: a goal, a deadline, a way to fail; or which guard is in the way.
+"""Suggestions for uncoverable obligations: a goal, a deadline, a way to fail; or the guard that prevents them.
 
-Nothing is suggested that was not found: goals are verified, conjuncts blamed with what runs were seen to do. Knows the
-model and the planner; runs are known to the oracles that it is given.
+Every suggestion is based on a search: goals are verified, and conjuncts are blamed by the states of runs. This module
+knows the model and the planner; oracles answer questions about runs.
 """
 
 from __future__ import annotations
@@ -36,21 +36,22 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel, Operation, Predicate, State, Transition, Value
 
 _EXAMPLE = ", or an automatic transition like "
-"""Stands before an automatic transition that would fail an operation."""
+"""The text before an example of an automatic transition that would fail an operation."""
 
 _MAX_TRIED = 10
-"""So many goals are verified for one operation."""
+"""Maximum number of goals that are verified for one operation."""
 
 
 @dataclass(frozen=True, slots=True)
 class Oracles:
-    """What is known of the runs of a model.
+    """Answers to questions about the runs of a model.
 
     Attributes:
-        can_hold: whether a predicate holds in any state in which a run looks at guards.
-        states: all these states, with all variables of the running space, if they can be had. They are gone through
+        can_hold: whether a predicate holds in any state in which a run evaluates guards.
+        states: all these states, with all variables of the running space; `None` if they are not known. They are
+            iterated
             once for every automatic transition in question.
-        verify: whether a real case covers these obligations in a model that was extended.
+        verify: whether an executed case covers these obligations in an extended model.
     """
 
     can_hold: Callable[[Predicate], bool]
@@ -61,12 +62,12 @@ class Oracles:
 def suggest(
     model: BehaviorModel, uncoverable: Sequence[Obligation], oracles: Oracles, search: GoalSearch
 ) -> tuple[Suggestion, ...]:
-    """What would change that obligations are uncoverable, in the order of the obligations; for some it is nothing.
+    """Return suggestions, in the order of the obligations; for some obligations there is none.
 
     Args:
         model: the model.
-        uncoverable: the obligations of the model that are proved uncoverable, *queued* among them.
-        oracles: what is known of its runs.
+        uncoverable: the obligations of the model that are proved uncoverable, *queued* included.
+        oracles: answers to questions about its runs.
         search: finds goals for its operations.
     """
     order = {obligation: number for number, obligation in enumerate(Obligations.of(model))}
@@ -85,7 +86,7 @@ class _Suggestions:
         self._settled = dict.fromkeys(obligation for obligation, _, _ in structural_facts(model))
 
     def all(self) -> Iterator[Suggestion]:
-        """One after the other, operations first."""
+        """Yield the suggestions, those for operations first."""
         for operation in self._model.operations:
             if self._misses(operation, Aspect.EXECUTING):
                 yield from self._never_executes(operation)
@@ -103,7 +104,7 @@ class _Suggestions:
     # operations that lack something
 
     def _lacks(self, operation: Operation) -> Iterator[Suggestion]:
-        """A deadline, or a way to fail."""
+        """Suggest a deadline, or a way to fail."""
         name = operation.name
         if self._misses(operation, Aspect.FAILED) and not failing_transitions(operation, self._model):
             text = f"add a `failed` transition to {name}{self._like(operation)}"
@@ -113,7 +114,7 @@ class _Suggestions:
             yield Suggestion((Obligation(name, Aspect.TIMEDOUT),), SuggestionKind.DEADLINE, text)
 
     def _like(self, operation: Operation) -> str:
-        """The automatic transition that fails the operation when its request fails, if it sends one."""
+        """Return the automatic transition that would fail the operation when its request fails, if it sends one."""
         targets = [action.target for action in operation.pre.running_actions]
         for resource in self._model.resources:
             if resource.trigger in targets:
@@ -140,7 +141,7 @@ class _Suggestions:
         yield from self._guard(about, what, operation.pre, when, f"when {operation.name} is current")
 
     def _open(self, operation: Operation) -> tuple[Obligation, ...]:
-        """What is uncoverable of an operation, but for what the structure of the model settles."""
+        """Return what is uncoverable of an operation, except what the structure of the model settles."""
         return tuple(
             obligation
             for obligation in Obligations.of(self._model)
@@ -151,19 +152,19 @@ class _Suggestions:
         )
 
     def _goal(self, operation: Operation) -> Iterator[Suggestion]:
-        """The first goal for which a run comes to the operation."""
+        """Suggest the first goal for which a run executes the operation."""
         first = tuple(o for o in self._open(operation) if o.aspect in (Aspect.EXECUTING, Aspect.QUEUED))
         name = goal_name(self._model, operation.name)
         for goal in islice(self._search.candidates(operation.name), _MAX_TRIED):
             extended = replace(self._model, goals=(*self._model.goals, (name, goal)))
             if self._oracles.verify(extended, first):
                 served = tuple(o for o in self._open(operation) if o in first or self._oracles.verify(extended, (o,)))
-                text = f"add a goal that {operation.name} is needed for, such as {goal}{self._told(operation, goal)}"
+                text = f"add a goal that {operation.name} is needed for, such as {goal}{self._example(operation, goal)}"
                 yield Suggestion(served, SuggestionKind.GOAL, text, name, goal)
                 return
 
-    def _told(self, operation: Operation, goal: Predicate) -> str:
-        """A plan to the goal."""
+    def _example(self, operation: Operation, goal: Predicate) -> str:
+        """Return the text about an example of a plan to the goal."""
         example = self._search.example(operation.name, goal)
         if example is None:
             return ""
@@ -221,20 +222,20 @@ class _Suggestions:
     # guards
 
     def _guard(
-        self, about: tuple[Obligation, ...], what: str, transition: Transition, when: Predicate, told: str
+        self, about: tuple[Obligation, ...], what: str, transition: Transition, when: Predicate, where: str
     ) -> Iterator[Suggestion]:
-        """What of a guard never holds when it is looked at, if that ever happens."""
+        """Blame the conjuncts of a guard that never hold when it is evaluated, if it is ever evaluated."""
         if not self._oracles.can_hold(when):
             return
         guards = (transition.g, transition.gr)
         contradicted = contradiction(guards, self._model)
         blamed = contradicted or blame(guards, lambda part: self._oracles.can_hold(conjunction((when, part))))
         if blamed:
-            yield _blaming(about, what, blamed, told, is_contradiction=bool(contradicted))
+            yield _blaming(about, what, blamed, where, is_contradiction=bool(contradicted))
 
 
 def grouped(suggestions: Iterable[Suggestion]) -> tuple[Suggestion, ...]:
-    """Those that would add the same thing to several operations as one, for people."""
+    """Return the suggestions for people: those that would add the same thing to several operations become one."""
     groups: dict[object, list[Suggestion]] = {}
     for number, suggestion in enumerate(suggestions):
         groups.setdefault(suggestion.kind if suggestion.kind in _ALIKE else number, []).append(suggestion)
@@ -280,7 +281,7 @@ def _is_executing() -> Predicate:
 
 
 def _drawn(start: State) -> str:
-    """The values that tell an initial state from the nominal one."""
+    """Return the values by which an initial state differs from the nominal one."""
     drawn = [variable for variable in start.space if start[variable.name] != variable.initial]
     values = " && ".join(f"{variable.name} == {format_value(start[variable.name])}" for variable in drawn)
     return values or "the nominal state"

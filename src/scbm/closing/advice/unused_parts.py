@@ -1,7 +1,4 @@
-"""Variables that nothing looks at, and nominal values that are not allowed as an initial state.
-
-Simulated resources that fail or do not answer, where the model has nothing for it.
-"""
+"""Doubts about unused parts: variables that nothing reads, unhandled failures, and replies without a deadline."""
 
 from __future__ import annotations
 
@@ -17,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def doubts_about_resources(model: BehaviorModel) -> Iterator[Doubt]:
-    """Failures that nothing looks at, and replies that are awaited for ever."""
+    """Yield doubts about failures that nothing handles, and replies that are awaited without a deadline."""
     for resource in model.resources:
         outcomes = dict(resource.simulation.outcomes)
         users = [operation for operation in model.operations if _asks(operation, resource)]
@@ -30,24 +27,24 @@ def doubts_about_resources(model: BehaviorModel) -> Iterator[Doubt]:
             yield Doubt(Slug.FAILURE_UNNOTICED, message, (*path, "fail"), remedy)
         timeless = [operation.name for operation in users if operation.deadline_ns is None]
         if outcomes.get(Outcome.TIMEOUT) and timeless:
-            message = f"{resource.name} may not answer, and {', '.join(timeless)} would wait for ever"
+            message = f"{resource.name} may not answer, and {', '.join(timeless)} would wait without a deadline"
             yield Doubt(Slug.NO_DEADLINE, message, (*path, "timeout"), "give them a `deadline`")
 
 
 def _asks(operation: Operation, resource: Resource) -> bool:
-    """Whether the operation sends a request to the resource when it starts."""
+    """Return whether the operation sends a request to the resource when it starts."""
     return Assign(resource.trigger, Constant(True)) in operation.pre.running_actions
 
 
 def _watched(model: BehaviorModel) -> frozenset[str]:
-    """The variables that transitions which can fail an operation, or do anything else by themselves, read."""
+    """Return the variables that `failed` transitions and automatic transitions read."""
     failing = [operation.failed for operation in model.operations if operation.failed is not None]
     guards = [transition.running_guard for transition in (*failing, *model.automatic_transitions)]
     return frozenset(name for guard in guards for name in guard.reads())
 
 
 def doubts_about_variables(model: BehaviorModel) -> Iterator[Doubt]:
-    """Every declared variable that nothing reads, and a nominal state that `initial_states` forbids."""
+    """Yield a doubt for declared variables that nothing reads, and for nominal values that `initial_states` forbids."""
     used = frozenset(_used(model))
     for variable in model.variables:
         if variable.name not in used:

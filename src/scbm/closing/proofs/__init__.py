@@ -1,1 +1,1 @@
-"""Arguments that no run visits an obligation, and their certificates."""
+"""Proofs that no run visits an obligation, and their certificates."""

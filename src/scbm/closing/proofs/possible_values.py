@@ -1,8 +1,8 @@
-"""The values that runs can ever give each variable, and what they rule out (the delete relaxation; decision 18).
+"""The values that runs can give variables, and the obligations that these rule out (decision 18).
 
-The runner's steps (semantics 5 and 6) are read as rules: where the guard can hold, what the actions assign becomes
-possible, and nothing becomes impossible again. So there are more values here than in runs, never fewer. Knows the
-model, and nothing that runs it.
+The runner's steps (semantics 5 and 6) are rules of a delete relaxation: where the guard can hold, the values that the
+actions assign are added, and no value is ever removed. So runs have no other values. This module knows the model, and
+nothing that runs it.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel, Operation, Resource, StateSpace, Transition, Value, Variable
 
 _MAX_LISTED = 5
-"""So many values of a variable are told to people."""
+"""Maximum number of values of a variable that a reason lists."""
 
 
 def possible_values(model: BehaviorModel) -> dict[str, tuple[Value, ...]]:
-    """For every variable of the running space the values that runs without injections can give it, and perhaps more.
+    """Return, for every variable of the running space, a superset of the values that runs without injections give it.
 
-    In the order of the space and of the domains.
+    Variables are in the order of the space, values in the order of the domain.
     """
     space = model.running_space
     starts = [bits_of(map(v.domain.index, _at_first(v))) for v in space]
@@ -59,9 +59,9 @@ def possible_values(model: BehaviorModel) -> dict[str, tuple[Value, ...]]:
 
 
 def ruled_out(model: BehaviorModel, values: Mapping[str, tuple[Value, ...]]) -> tuple[tuple[Obligation, str], ...]:
-    """The obligations that the values rule out, each with a sentence that says why, in the order of `Obligations`.
+    """Return the obligations that the values rule out, in the order of `Obligations`, each with its reason.
 
-    Never *disabled* and never *queued*. What the structure of the model rules out is among them.
+    *disabled* and *queued* are never among them. Everything that the structure of the model rules out is.
     """
     reasons = _ValueReasons(model, values)
     found = [
@@ -77,7 +77,7 @@ def ruled_out(model: BehaviorModel, values: Mapping[str, tuple[Value, ...]]) -> 
 
 
 def _at_first(variable: Variable) -> tuple[Value, ...]:
-    """What a variable can be before anything happens."""
+    """Return the values that a variable can have before the first event."""
     if variable.role is Role.PLAN_STATE:
         # Automatic transitions have their turn once more when a run has ended, however it ended.
         return variable.domain.values
@@ -92,8 +92,8 @@ class _ValueRule:
     """A step of the runner.
 
     Attributes:
-        guard: where it can be taken.
-        actions: what it does; all of them have to fit.
+        guard: where the step can be taken.
+        actions: what it does; all actions have to stay in their domains.
         measured: variables that it may give any value.
     """
 
@@ -112,7 +112,7 @@ def _rules(model: BehaviorModel) -> Iterator[_ValueRule]:
 
 
 def _operation_rules(operation: Operation) -> Iterator[_ValueRule]:
-    """The life of an operation; whether a plan has it is not asked (semantics 5.5)."""
+    """Yield the lifecycle of an operation, whether a plan has it or not (semantics 5.5)."""
     state = OperationState
     yield _ValueRule(Truth(True), (_assign(CURRENT_NAME, operation.name),))
     yield _ValueRule(_is(CURRENT_NAME, operation.name), _becomes(operation.name, state.DISABLED))
@@ -131,7 +131,7 @@ def _stepping(operation: Operation, where: Predicate, transition: Transition, ta
 
 
 def _automatic_rules(transition: Transition, model: BehaviorModel) -> Iterator[_ValueRule]:
-    """One rule, or one for each operation that the transition may fail (semantics 1.3)."""
+    """Yield one rule, or one for each operation that the transition may fail (semantics 1.3)."""
     fails = _fails(transition, model)
     others = tuple(action for action in transition.running_actions if not _is_operation_state(action, model))
     if len(others) == len(transition.running_actions):
@@ -142,7 +142,7 @@ def _automatic_rules(transition: Transition, model: BehaviorModel) -> Iterator[_
 
 
 def _fails(transition: Transition, model: BehaviorModel) -> tuple[str, ...]:
-    """The operations that an automatic transition may fail."""
+    """Return the operations that an automatic transition may fail."""
     targets = dict.fromkeys(action.target for action in transition.running_actions)
     names = tuple(operation.name for operation in model.operations)
     return names if CURRENT_STATE in targets else tuple(n for n in names if operation_state_name(n) in targets)
@@ -153,7 +153,7 @@ def _is_operation_state(action: Action, model: BehaviorModel) -> bool:
 
 
 def _request_rules(resource: Resource) -> Iterator[_ValueRule]:
-    """A request is sent, answered, or cancelled (semantics 6.2). What it was before it was sent is possible anyway."""
+    """Yield the rules of a request: sent and answered (semantics 6.2). Cancelling restores an earlier value."""
     trigger, state = resource.trigger, resource.request_state
     executing = _is(state, RequestState.EXECUTING.value)
     sent = And((_is(trigger, True), _is(state, RequestState.INITIAL.value)))
@@ -163,7 +163,7 @@ def _request_rules(resource: Resource) -> Iterator[_ValueRule]:
 
 
 def _waits(operation: Operation) -> Predicate:
-    """The operation is current, and its precondition is looked at."""
+    """Return the condition that the operation is current and its precondition is evaluated."""
     states = (OperationState.INITIAL, OperationState.DISABLED)
     waiting = Member(Reference(CURRENT_STATE), tuple(Constant(state.value) for state in states))
     return And((_is(CURRENT_NAME, operation.name), waiting))
@@ -202,7 +202,7 @@ def _relaxed(rule: _ValueRule, space: StateSpace) -> RelaxedRule:
 
 
 def _effect(action: Action, space: StateSpace) -> Effect:
-    """What an action gives its variable, if it is taken as often as one likes."""
+    """Return the values that an action can give its variable when it is taken any number of times."""
     if isinstance(action, Add):
         target, size, amount = space.position(action.target), len(space[action.target].domain), action.amount
         return Effect(target, target, lambda bits: _shifted(bits, amount, size))
@@ -224,7 +224,7 @@ class ValueSets:
     """For each variable the set of values that it can have."""
 
     def __init__(self, space: StateSpace, values: Mapping[str, Sequence[Value]]) -> None:
-        """Raises `KeyError` for a variable of the space without values, and for a value outside its domain."""
+        """Raise `KeyError` for a variable of the space without values, and for a value outside its domain."""
         self._space = space
         self._bits = tuple(bits_of(map(v.domain.index, values[v.name])) for v in space)
 
@@ -239,7 +239,7 @@ class ValueSets:
 
 
 def _shifted(bits: int, amount: int, size: int) -> int:
-    """The values of a range of `size` that are one amount or more of them away; each round doubles how many."""
+    """Return the values of a range of `size` that are one `amount` or more from the given ones, by doubling."""
     whole = (1 << size) - 1
 
     def moved(values: int, by: int) -> int:
@@ -256,7 +256,7 @@ def _shifted(bits: int, amount: int, size: int) -> int:
 
 
 class _ValueReasons:
-    """Why the values of a model rule obligations out."""
+    """The reasons why the values of a model rule obligations out."""
 
     def __init__(self, model: BehaviorModel, values: Mapping[str, tuple[Value, ...]]) -> None:
         self._model = model
@@ -264,7 +264,7 @@ class _ValueReasons:
         self._sets = ValueSets(model.running_space, values)
 
     def of_operation(self, operation: Operation) -> Iterator[tuple[Aspect, str]]:
-        """The aspects that are ruled out, each with the reason."""
+        """Yield the aspects that are ruled out, each with the reason."""
         states = self._values[operation_state_name(operation.name)]
         never = None
         if OperationState.EXECUTING.value not in states:
@@ -288,7 +288,7 @@ class _ValueReasons:
         return "; ".join(reasons) or "nothing fails it: it has no `failed` transition, and no automatic one fails it"
 
     def of_automatic(self, transition: Transition) -> str | None:
-        """Why an automatic transition is never taken; `None` if the values allow it."""
+        """Return why an automatic transition is never taken; `None` if the values allow it."""
         if any(self._can_take(rule) for rule in _automatic_rules(transition, self._model)):
             changes = conjunction((transition.running_guard, _changes(transition)))
             return None if self._sets.can_hold(changes) else "wherever its guard can hold, it would change nothing"
@@ -300,18 +300,18 @@ class _ValueReasons:
         return self._sets.can_hold(rule.guard) and self._sets.can_do(rule.actions)
 
     def _blocked(self, what: str, transition: Transition, where: Predicate) -> str:
-        """Why a transition cannot be taken where it is looked at."""
+        """Return why a transition cannot be taken where it is evaluated."""
         parts = contradiction((transition.running_guard,), self._model)
         if parts:
             return contradicting(what, parts)
         blamed = blame((transition.running_guard,), lambda part: self._sets.can_hold(And((where, part))))
         if not blamed:
             misfits = [action for action in transition.running_actions if not self._sets.can_do((action,))]
-            return f"{what} would leave a domain: {misfits[0]}" if misfits else f"{what} is never looked at"
+            return f"{what} would leave a domain: {misfits[0]}" if misfits else f"{what} is never evaluated"
         needed = conjunction(blamed)
         read = needed.reads()
         if self._sets.can_hold(needed):
-            return f"{what} needs {needed}, which never holds when it is looked at"
+            return f"{what} needs {needed}, which never holds when it is evaluated"
         if len(read) == 1:
             wanted = "that value" if isinstance(needed, Equal) else "such a value"
             return f"{what} needs {needed}, and no run gives {read[0]} {wanted}{self._known(read[0])}"
@@ -332,7 +332,7 @@ def _never_timedout(operation: Operation) -> str:
 
 
 def _changes(transition: Transition) -> Predicate:
-    """Where the actions of a transition change the state; what `+=` adds is never 0."""
+    """Return the condition under which the actions of a transition change the state; `+=` never adds 0."""
     changes: list[Predicate] = []
     for action in transition.running_actions:
         if isinstance(action, Add):

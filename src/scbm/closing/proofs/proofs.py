@@ -1,4 +1,4 @@
-"""Why nothing visits an obligation, cheap arguments first, and the certificates that say so (decision 18)."""
+"""Proofs that nothing visits an obligation, cheap arguments first, and their certificates (decision 18)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Proof:
-    """Why nothing visits one obligation.
+    """The proof that nothing visits one obligation.
 
     Attributes:
         kind: the kind of its argument, which is the name of its certificate.
@@ -45,7 +45,7 @@ class Proofs:
         self._ruled_out = dict(ruled_out(model, self._values))
 
     def cheap(self, obligation: Obligation) -> Proof | None:
-        """A proof that needs no exploration of runs."""
+        """Return a proof that needs no exploration of runs; `None` if there is none."""
         if obligation in self._facts:
             return Proof(StructureArgument.kind, self._facts[obligation][1])
         if obligation in self._ruled_out:
@@ -53,21 +53,21 @@ class Proofs:
         return None
 
     def by_runs(self, obligation: Obligation, runs: AllRuns) -> Proof | None:
-        """A proof that all runs were looked at, and none visits it; `None` if one does, or not all were."""
+        """Return a proof by exploration of all runs; `None` if a run visits the obligation, or they are incomplete."""
         bit = runs.visits.bit(obligation.subject, obligation.aspect)
         if runs.stopped is not None or (runs.visited | runs.cut_off) & bit:
             return None
         return Proof(RunsArgument.kind, _reason(obligation, runs))
 
     def certificates(self, proved: Sequence[tuple[Obligation, Proof]], runs: AllRuns | None) -> Iterator[Certificate]:
-        """One certificate for each kind of argument that is needed."""
+        """Yield one certificate for each kind of argument that is needed."""
         digest = digest_of(self._model)
         for kind in (StructureArgument.kind, ValuesArgument.kind, RunsArgument.kind):
             claims = tuple((obligation, proof) for obligation, proof in proved if proof.kind == kind)
             if claims:
                 argument = self._argument(kind, [obligation for obligation, _ in claims], runs)
-                told = tuple(Claim(str(obligation), proof.reason) for obligation, proof in claims)
-                yield Certificate(self._model.name, digest, told, argument)
+                claimed = tuple(Claim(str(obligation), proof.reason) for obligation, proof in claims)
+                yield Certificate(self._model.name, digest, claimed, argument)
 
     def _argument(self, kind: str, claimed: Sequence[Obligation], runs: AllRuns | None) -> Argument:
         if kind == StructureArgument.kind:
@@ -81,20 +81,20 @@ class Proofs:
 def _reason(obligation: Obligation, runs: AllRuns) -> str:
     name, visits, visited = obligation.subject, runs.visits, runs.visited
     is_only = len(runs.graphs) == 1
-    followed = f"all runs to {'the only goal' if is_only else f'the {len(runs.graphs)} goals'} were followed"
+    explored = f"all runs to {'the only goal' if is_only else f'the {len(runs.graphs)} goals'} were explored"
     if obligation.aspect is Aspect.TAKEN:
-        return f"no run takes {obligation}; {followed}"
+        return f"no run takes {obligation}; {explored}"
     if not visited & visits.bit(name, Aspect.QUEUED):
         goals = "the only goal" if is_only else f"any of the {len(runs.graphs)} goals"
-        return f"{name} is in no plan to {goals}, from no state in which a run asks for one"
+        return f"{name} is in no plan to {goals} that a run asks for"
     if not visited & visits.current(name):
-        return f"{name} is planned, but the runs for which it is are over before its turn comes"
+        return f"{name} is planned, but every such run ends before the operation becomes current"
     if obligation.aspect is Aspect.DISABLED:
         return f"{name} is never disabled without injections, nor by any injection that was tried"
-    told = "comes to the head of the queue, but its precondition never holds then"
+    what = "becomes current, but its precondition never holds then"
     if obligation.aspect is not Aspect.EXECUTING and visited & visits.bit(name, Aspect.EXECUTING):
-        told = f"executes, but it never {_ENDS[obligation.aspect]}"
-    return f"{name} {told}; {followed}"
+        what = f"executes, but it never {_ENDS[obligation.aspect]}"
+    return f"{name} {what}; {explored}"
 
 
 _ENDS = {Aspect.FAILED: "fails", Aspect.TIMEDOUT: "times out", Aspect.COMPLETED: "completes"}
@@ -103,8 +103,8 @@ _ENDS = {Aspect.FAILED: "fails", Aspect.TIMEDOUT: "times out", Aspect.COMPLETED:
 def _runs_argument(runs: AllRuns) -> RunsArgument:
     space = runs.program.packing.space
     names = tuple(name for name in runs.relevance.names if space[name].role is not Role.OPERATION_STATE)
-    told = tuple((graph.goal[0], tuple(_situations(graph, names, runs))) for graph in runs.graphs)
-    return RunsArgument(names, told)
+    situations = tuple((graph.goal[0], tuple(_situations(graph, names, runs))) for graph in runs.graphs)
+    return RunsArgument(names, situations)
 
 
 def _situations(graph: RunGraph, names: Sequence[str], runs: AllRuns) -> Iterator[Situation]:

@@ -1,6 +1,6 @@
-"""What the model file alone shows to be uncoverable: no deadline, nothing that fails, a precondition that always holds.
+"""Facts of the model file that make obligations uncoverable: no deadline, no way to fail, a precondition that is true.
 
-Looks at one operation after the other, and at nothing that happens in runs.
+Each operation is taken by itself; nothing that happens in runs is used.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ if TYPE_CHECKING:
 
 
 def structural_facts(model: BehaviorModel) -> tuple[tuple[Obligation, Fact, str], ...]:
-    """The obligations that facts of the model file settle, each with its fact and a sentence for people.
+    """Return the obligations that facts of the model file settle, each with its fact and a sentence for people.
 
-    They come in the order of the operations; of one operation *disabled*, *failed*, *timedout*.
+    They are in the order of the operations; of one operation *disabled*, *failed*, *timedout*.
     """
     return tuple(found for operation in model.operations for found in _facts(operation, model))
 
 
 def failing_transitions(operation: Operation, model: BehaviorModel) -> tuple[str, ...]:
-    """The names of all transitions that may fail an operation: its own `failed`, then automatic ones."""
+    """Return the names of all transitions that may fail an operation: its own `failed`, then automatic ones."""
     own = [operation.failed.name] if operation.failed is not None else []
     states = (operation_state_name(operation.name), CURRENT_STATE)
     automatic = [
@@ -53,7 +53,7 @@ def _facts(operation: Operation, model: BehaviorModel) -> Iterator[tuple[Obligat
 
 
 def _is_always_enabled(operation: Operation, space: StateSpace) -> bool:
-    """Whether the precondition can be taken in every state; `False` also where the search for one was given up."""
+    """Return whether the precondition is enabled in every state; `False` also if that is unknown."""
     if any(may_leave(action, space) for action in operation.pre.running_actions):
         return False
     guard = operation.pre.running_guard

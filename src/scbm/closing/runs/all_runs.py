@@ -1,4 +1,4 @@
-"""All runs of a model without injections: one graph for each goal, and what they visit together."""
+"""All runs of a model without injections: one graph for each goal."""
 
 from __future__ import annotations
 
@@ -23,16 +23,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class CloseLimits:
-    """How much may be looked at. Never a time: the same model is decided alike on every machine.
+    """The limits of closing. None is a time: the same model is decided alike on every machine.
 
     Attributes:
-        situations: of runs, over all goals together.
-        starts: combinations of random values that are gone through for initial states.
-        planning: states of the world that are looked at to plan for one goal, where they are not few enough to be
-            planned for all at once.
-        candidates: cases that are tried for one obligation that a walk did not bring about.
-        beyond: situations that are looked at once more, nearest to what is missed first, where not all were explored.
-        inputs: situations of runs in which inputs change.
+        situations: the maximum number of situations of runs, over all goals together.
+        starts: the maximum number of combinations of random values that are enumerated for initial states.
+        planning: the maximum number of states of the world that are expanded to plan for one goal, where planning for
+            all of them at once is not possible.
+        candidates: the maximum number of cases that are tried for one obligation whose walk did not lead to it.
+        beyond: the maximum number of situations of the guided search, where not all situations were explored.
+        inputs: the maximum number of situations of runs in which inputs change.
     """
 
     situations: int = 300_000
@@ -45,21 +45,21 @@ class CloseLimits:
 
 _ANY_LENGTH = 10_000_000
 _WHOLE_WORLD = PlanLimits().expansions
-"""So many states the world may have to be planned for at once: the planner of a run finds these plans, too."""
+"""Maximum number of states of the world for planning from all of them at once: what the planner of a run may expand."""
 
 
 class AllRuns:
-    """The graphs.
+    """The graphs of all runs.
 
     Attributes:
         program: the compiled model.
-        planner: makes the plans of all runs.
-        relevance: which variables tell situations apart.
-        visits: what the bits of visits mean.
+        planner: the planner of all runs.
+        relevance: the variables by which situations differ.
+        visits: the meaning of the bits of visits.
         starts: the initial states, the nominal one first.
-        graphs: one for each goal.
-        looked_at: the packed states in which guards were looked at.
-        stopped: why not everything was explored, in words; `None` if everything was.
+        graphs: one graph for each goal.
+        looked_at: the packed states in which guards were evaluated.
+        stopped: why the exploration is incomplete, as a sentence; `None` if it is complete.
     """
 
     def __init__(
@@ -69,13 +69,13 @@ class AllRuns:
         progress: Callable[[str], None],
         inputs: Sequence[tuple[str, Value]] = (),
     ) -> None:
-        """Explores all runs.
+        """Explore all runs.
 
         Args:
             model: the model.
-            limits: how much is looked at.
-            progress: is told what is done now.
-            inputs: what the world outside may change at any moment, and to what; nothing in runs without injections.
+            limits: the limits of the exploration.
+            progress: called with a description of each phase as it begins.
+            inputs: the values that the environment may give to inputs at any moment; empty for runs without injections.
         """
         self.model = model
         self.program = Program(model)
@@ -94,12 +94,12 @@ class AllRuns:
 
     @property
     def situations(self) -> int:
-        """How many situations were looked at."""
+        """The number of explored situations."""
         return sum(len(graph.positions) for graph in self.graphs)
 
     @property
     def plannable(self) -> tuple[tuple[str, Predicate], ...]:
-        """The goals to which plans are found within the limits, as far as is known."""
+        """The goals whose plans are found within the limits, as far as is known."""
         return tuple(graph.goal for graph in self.graphs if not graph.planning_too_large)
 
     @property
@@ -112,7 +112,7 @@ class AllRuns:
 
     @property
     def cut_off(self) -> int:
-        """What runs visit that a limit of plans cuts off."""
+        """What runs visit only if a limit of plans ends them."""
         cut_off = 0
         for graph in self.graphs:
             for _, _, visits in graph.cut_offs:
@@ -130,22 +130,20 @@ class AllRuns:
             try:
                 steps = self.steps(goal)
             except TooManyRepliesError:
-                self.stopped = "a reply can measure values in too many ways"
+                self.stopped = "a reply has too many combinations of measured values"
                 return
             graph = explore_runs((name, goal), steps, self.starts, left)
             graphs.append(graph)
             self.looked_at |= steps.looked_at
             left -= len(graph.positions)
             if graph.planning_too_large:
-                self.stopped = (
-                    f"plans to {name} would have to look at more than {limits.planning:,} states of the world"
-                )
+                self.stopped = f"planning for {name} would expand more than {limits.planning:,} states of the world"
             elif not graph.complete:
                 self.stopped = f"runs can be in more than {limits.situations:,} situations"
         self.graphs = tuple(graphs)
 
     def steps(self, goal: Predicate) -> RunSteps:
-        """The steps of the runs for a goal."""
+        """Return the steps of the runs for a goal."""
         if goal not in self._policies:
             plans = PlanLimits(_ANY_LENGTH, self._limits.planning)
             self._policies[goal] = self.planner.policy(goal, plans, whole=_WHOLE_WORLD)
@@ -156,7 +154,7 @@ class AllRuns:
 
 
 class _Translation:
-    """From the packed states of the runner to those of the planner."""
+    """Translates packed states of the runner into packed states of the planner."""
 
     def __init__(self, program: Program, policy: Policy) -> None:
         self.policy = policy
@@ -171,7 +169,7 @@ class _Translation:
         )
 
     def translate(self, state: int) -> int:
-        """The state of the world as the planner packs it; the runner's variables are at rest."""
+        """Return the state of the world as the planner packs it; the runner's variables are at rest."""
         packed = self._base
         for mask, source, target in self._moves:
             packed |= (state & mask) >> source << target
@@ -180,7 +178,7 @@ class _Translation:
 
 def _plan(translation: _Translation, state: int) -> Answer:
     answer = translation.policy.plan(translation.translate(state))
-    # A runner's planner may have more patience, or less: what follows is not known.
+    # The planner of a run may have other limits, so its answer is unknown.
     if isinstance(answer, LimitReached) or (isinstance(answer, Solved) and len(answer.plan) > PlanLimits().length):
         raise PlanningTooLargeError
     return answer

@@ -1,4 +1,4 @@
-"""The states in which the runner looks at guards, micro-steps included: what can ever hold when it matters."""
+"""The states in which the runner evaluates guards, micro-steps included."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class ObservedStates:
-    """All such states of the runs of a model; if they are too many, what the values of variables allow."""
+    """All such states of the runs of a model; if they are too many, the values that the delete relaxation allows."""
 
     def __init__(self, runs: AllRuns) -> None:
         self._runs = runs
@@ -23,11 +23,11 @@ class ObservedStates:
 
     @property
     def are_known(self) -> bool:
-        """Whether the states can be had."""
+        """Whether all states were explored."""
         return self._runs.stopped is None
 
     def can_hold(self, predicate: Predicate) -> bool:
-        """Whether a predicate holds in one of the states; also if that is not known."""
+        """Return whether a predicate holds in one of the states; `True` also if that is unknown."""
         if predicate not in self._known:
             self._known[predicate] = self._holds(predicate)
         return self._known[predicate]
@@ -39,7 +39,7 @@ class ObservedStates:
         return any(test(state) for state in self._runs.looked_at)
 
     def __iter__(self) -> Iterator[Mapping[str, Value]]:
-        """The states with all their variables; those that make no difference have any value."""
+        """Yield the states with all their variables; irrelevant variables have any value."""
         for state in self._runs.looked_at:
             yield self._runs.program.packing.values(state)
 

@@ -1,4 +1,4 @@
-"""The graph of all runs for one goal: every position that a run can be in, and every event between two of them."""
+"""The graph of all runs for one goal: the positions of runs as nodes, and the events between them as edges."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class Edge(NamedTuple):
     """An event in a run.
 
     Attributes:
-        number: the edge's.
-        target: the node behind it; -1 if the run ends.
-        visits: what it visits.
+        number: the number of the edge.
+        target: the node that the event leads to; -1 if the run ends.
+        visits: what the event visits.
     """
 
     number: int
@@ -40,15 +40,15 @@ class Edge(NamedTuple):
 
 @dataclass
 class RunGraph:
-    """The graph, as far as it was explored. Node 0 is no position: its edges are the starts.
+    """The explored part of the graph. Node 0 is no position: its edges are the initial states.
 
     Attributes:
         goal: the goal's name and predicate.
         starts: the initial states.
         positions: node n + 1 is position n.
         complete: whether everything was explored.
-        planning_too_large: whether that ended because some plan was not found.
-        reach: for each node what can be visited from there on.
+        planning_too_large: whether the exploration ended because planning exceeded its limit.
+        reach: for each node everything that edges reachable from it visit.
         cut_offs: edges on which a limit of plans can end the run, each with its node and what is visited then.
     """
 
@@ -71,22 +71,22 @@ class RunGraph:
         return self.reach[0]
 
     def edges(self, node: int) -> Iterator[Edge]:
-        """The events that can come in a node; none if it was not explored."""
+        """Yield the events that can occur in a node; none if the node was not expanded."""
         if node + 1 >= len(self._first):
             return
         for number in range(self._first[node], self._first[node + 1]):
             yield Edge(number, self._targets[number], self._visits[number])
 
     def calm_edges(self, node: int) -> Iterator[Edge]:
-        """The events, but for replies that come before the planner has answered.
+        """Return the events except replies that arrive before the planner has answered.
 
-        In a simulation planning takes no time, so these come at one moment, and not in every order.
+        In a simulation planning takes no time, so such replies arrive at the same moment, and not in every order.
         """
         is_asking = node > 0 and self.positions[node - 1].is_asking
         return (edge for edge in self.edges(node) if not is_asking or self._labels[edge.number] is ANSWER)
 
     def path_to(self, node: int) -> list[Edge]:
-        """Return the edges of a shortest path from node 0: the one that the exploration found the node by."""
+        """Return the edges of a shortest path from node 0: the path by which the exploration found the node."""
         edges = []
         while (parent := self._parents[node]) is not None:
             source, number = parent
@@ -95,18 +95,18 @@ class RunGraph:
         return edges[::-1]
 
     def label(self, edge: int) -> Happening | Start:
-        """What happens on an edge; the initial state for the first one of a walk."""
+        """Return the event of an edge; the initial state for the first edge of a path."""
         return self._labels[edge]
 
 
 def explore_runs(goal: tuple[str, Predicate], steps: RunSteps, starts: Sequence[Start], most: int) -> RunGraph:
-    """Explores breadth-first, so that what is near is found even if not everything is.
+    """Explore all runs for a goal breadth-first, so that a limit cuts off the most distant positions.
 
     Args:
-        goal: what the runs are for.
-        steps: their steps.
-        starts: where they begin.
-        most: no more than so many positions are kept.
+        goal: the goal's name and predicate.
+        steps: the steps of runs.
+        starts: the initial states.
+        most: the maximum number of positions.
     """
     return _RunExploration(steps, most).explore(goal, starts)
 
@@ -184,14 +184,14 @@ class _RunExploration:
         self._targets.append(target)
         self._visits.append(self._known.setdefault(step.visits, step.visits))
         self._labels.append(label)
-        if step.cut_off & ~self._cut_off:  # the first of its kind is enough
+        if step.cut_off & ~self._cut_off:  # one edge of each kind is enough
             self._cut_off |= step.cut_off
             self._cut_offs.append((node, Edge(len(self._targets) - 1, target, step.visits), step.cut_off))
         return target
 
 
 def _reach(first: array[int], targets: array[int], visits: list[int]) -> list[int]:
-    """For each node everything that edges from there on visit: what is new is told to those before, until all know."""
+    """Return for each node what all edges reachable from it visit: a fixed point, propagated to predecessors."""
     count = len(first) - 1
     reach = [0] * count
     before: list[list[int]] = [[] for _ in range(count)]

@@ -1,6 +1,6 @@
-"""The initial states that runs can begin in, as far as they make a difference.
+"""The relevant variables of runs, and the initial states that differ in them.
 
-Which variables make a difference to runs. The others (commands that requests carry) multiply states for nothing.
+Other variables, such as the parameters of requests, would only multiply the situations.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 
 class Relevance:
-    """The variables of the running space that decide what can happen.
+    """The variables of the running space that decide what can happen in a run.
 
     Attributes:
-        packing: of the running space.
-        names: the variables, in the order of the space.
+        packing: the packing of the running space.
+        names: the relevant variables, in the order of the space.
         mask: their bits.
     """
 
@@ -39,14 +39,14 @@ class Relevance:
 
 
 def _steps(model: BehaviorModel) -> TransitionSystem:
-    """Everything that changes variables in runs, each step as a move of its own."""
+    """Return everything that changes variables in runs, each as a move of its own."""
     parts = [MovePart(transition.running_guard, transition.running_actions) for transition in model.transitions]
     parts += [MovePart(Truth(True), operation.timedout) for operation in model.operations]
     return TransitionSystem(model.running_space, tuple(Move(str(number), (part,)) for number, part in enumerate(parts)))
 
 
 def _looked_at(model: BehaviorModel) -> Iterator[str]:
-    """What goals read, what automatic transitions change, which has to be a change, and what is not declared."""
+    """Yield the variables that goals read, those that automatic transitions change, and all that are not declared."""
     for _, goal in model.goals:
         yield from goal.reads()
     for transition in model.automatic_transitions:
@@ -57,11 +57,10 @@ def _looked_at(model: BehaviorModel) -> Iterator[str]:
 def initial_states(
     model: BehaviorModel, program: Program, relevance: Relevance, most: int
 ) -> tuple[tuple[Start, ...], bool]:
-    """The allowed initial states that differ in what makes a difference, those nearest to the nominal one first.
+    """Return the allowed initial states that differ in relevant variables, those nearest to the nominal state first.
 
     Returns:
-        The states, and whether these are all: if there are more than `most` combinations of random values, so many of
-        them are gone through.
+        The states, and whether these are all: of the combinations of random values at most `most` are enumerated.
     """
     found: dict[int, Start] = {}
     choices = _choices(model, relevance)
@@ -76,7 +75,7 @@ def initial_states(
 
 
 def _choices(model: BehaviorModel, relevance: Relevance) -> list[list[Value]]:
-    """The random values of each variable, the nominal one first; one alone if it makes no difference."""
+    """Return the random values of each variable, the nominal one first; only this one if it is irrelevant."""
     looked_at = dict.fromkeys((*relevance.names, *model.initial_states.reads()))
     nominal_first = [sorted(v.random, key=partial(ne, v.initial)) for v in model.space]
     return [

@@ -1,7 +1,4 @@
-"""Walks through the graph of runs that visit much of what is missed (decision 19).
-
-The way that a run goes: where it begins, and what happens in it.
-"""
+"""Walks through the graph of runs that visit much of what is missing (decision 19)."""
 
 from __future__ import annotations
 
@@ -20,11 +17,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class RunPath:
-    """A run from its beginning, as far as it is decided.
+    """The beginning of a run.
 
     Attributes:
         start: the initial state.
-        happenings: replies, deadlines that pass, answers of the planner, in order.
+        happenings: replies, deadlines that pass, and answers of the planner, in order.
     """
 
     start: Start
@@ -32,33 +29,34 @@ class RunPath:
 
 
 _MAX_COMPARED = 2_000
-"""So many nodes are looked at behind the first edge that visits something, for one that gives up less."""
+"""Maximum number of nodes that are expanded to compare legs, once one leg was found."""
 
 
 @dataclass(frozen=True, slots=True)
 class Walk:
-    """A way through a graph.
+    """A path through a graph.
 
     Attributes:
         goal: the goal of the graph.
-        visits: what the run visits on the way.
+        path: the run.
+        visits: what the run visits on the path.
     """
 
     goal: tuple[str, Predicate]
-    way: RunPath
+    path: RunPath
     visits: int
 
 
 @dataclass(frozen=True, slots=True)
 class _Leg:
-    """A piece of a walk: edges, and what of the missed ones it keeps within reach."""
+    """A part of a walk: its edges, and the missing obligations that it visits or keeps reachable."""
 
     edges: list[Edge]
     kept: int
 
 
 def best_walk(graphs: Sequence[RunGraph], missing: int) -> Walk | None:
-    """A walk that visits much of what is missing; `None` if nothing of it can be visited."""
+    """Return a walk that visits much of what is missing; `None` if no walk visits any of it."""
     beginnings = [(graph, edge) for graph in graphs for edge in graph.edges(0)]
     promising = [(graph, edge, _promise(graph, edge, missing)) for graph, edge in beginnings]
     graph, edge, promise = max(promising, key=lambda each: each[2].bit_count(), default=(None, None, 0))
@@ -68,18 +66,18 @@ def best_walk(graphs: Sequence[RunGraph], missing: int) -> Walk | None:
 
 
 def direct_walks(graphs: Sequence[RunGraph], wanted: int) -> Iterator[Walk]:
-    """The shortest walks that visit something of what is wanted, one for each goal; calm ones first, then any."""
+    """Yield for each goal the shortest walk that visits something wanted; over calm edges first, then over all."""
     for is_calm in (True, False):
         walks = (_shortest(graph, wanted, is_calm=is_calm) for graph in graphs)
-        yield from sorted(filter(None, walks), key=lambda walk: len(walk.way.happenings))
+        yield from sorted(filter(None, walks), key=lambda walk: len(walk.path.happenings))
 
 
 _FOUND = -1
-"""A node behind each edge that visits what is wanted; no position has this number."""
+"""A virtual node behind each edge that visits what is wanted; no position has this number."""
 
 
 def _shortest(graph: RunGraph, wanted: int, *, is_calm: bool) -> Walk | None:
-    """The shortest walk from any start; of equally short ones that from the start nearest to the nominal state."""
+    """Return the shortest walk from any initial state; of equally short ones the one from the most nominal state."""
     next_edges = graph.calm_edges if is_calm else graph.edges
 
     def successors(node: int) -> Iterator[tuple[Edge, int]]:
@@ -98,18 +96,18 @@ def _is_found(node: int) -> bool:
 
 
 def walk_over(graph: RunGraph, node: int, last: Edge) -> Walk:
-    """The shortest walk that ends with an edge, which begins in a node."""
+    """Return the shortest walk that ends with the edge `last` of a node."""
     return _walk(graph, [*graph.path_to(node), last])
 
 
 def _promise(graph: RunGraph, edge: Edge, missing: int) -> int:
-    """What of the missing can be visited on an edge and behind it."""
+    """Return what of the missing is visited on an edge or reachable behind it."""
     behind = graph.reach[edge.target] if edge.target >= 0 else 0
     return (edge.visits | behind) & missing
 
 
 def _walk_on(graph: RunGraph, edge: Edge, missing: int) -> Walk:
-    """From a start to the nearest edge that visits something missing, again and again until there is none."""
+    """Return the walk that goes to the nearest edge that visits something missing until none is reachable."""
     edges = [edge]
     visits = edge.visits
     while edges[-1].target >= 0:
@@ -125,12 +123,12 @@ def _walk(graph: RunGraph, edges: Sequence[Edge]) -> Walk:
     start = graph.label(edges[0].number)
     assert isinstance(start, Start)  # noqa: S101 - the edges of node 0 are the starts
     happenings = [graph.label(each.number) for each in edges[1:]]
-    way = RunPath(start, tuple(each for each in happenings if not isinstance(each, Start)))
-    return Walk(graph.goal, way, _visits(edges))
+    path = RunPath(start, tuple(each for each in happenings if not isinstance(each, Start)))
+    return Walk(graph.goal, path, _visits(edges))
 
 
 def _next_leg(graph: RunGraph, node: int, missing: int) -> _Leg | None:
-    """The way to an edge that visits something missing: of those that keep the most within reach, the nearest."""
+    """Return the path to an edge that visits something missing: of those that keep most reachable, the nearest."""
     most = graph.reach[node] & missing
     if not most:
         return None
@@ -142,7 +140,7 @@ def _next_leg(graph: RunGraph, node: int, missing: int) -> _Leg | None:
 def _leg_along(
     graph: RunGraph, next_edges: Callable[[int], Iterable[Edge]], node: int, missing: int, most: int
 ) -> _Leg | None:
-    legs: list[_Leg] = []  # each better than the one before it
+    legs: list[_Leg] = []  # in ascending quality
 
     def successors(here: int) -> Iterator[tuple[Edge, int]]:
         for edge in next_edges(here):

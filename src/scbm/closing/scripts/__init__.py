@@ -1,1 +1,1 @@
-"""Test cases for missed obligations, made from walks and injections."""
+"""Test cases for missing obligations, made from walks and injections."""

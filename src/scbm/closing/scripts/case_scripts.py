@@ -1,7 +1,7 @@
-"""From a way that runs can go to a case: what has to be said of requests so that a run goes this way.
+"""Cases from paths: what a case has to say about requests so that its run follows a path.
 
-The way is given to a real runner, event by event, at times that a person would choose: a plain reply comes when plain
-replies come. What is plain is then left out of the case.
+A real runner follows the path, event by event, at plausible times: a default reply arrives when default replies do.
+Default behavior is then left out of the case.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ class _ScriptedRequest:
     """A request of the run.
 
     Attributes:
-        subject: what a case calls it by: the operation that executed, or the resource if none did.
-        number: which one of these, counted from 1.
-        number_of_event: the event that it was sent at, counted from the beginning of the run.
-        answer: what was replied, and when; `None` if nothing was.
-        cancelled_ns: when it was cancelled, if it was.
+        subject: its name in a case: the operation that executed, or the resource if none did.
+        number: its number among the requests of this subject, from 1.
+        number_of_event: the number of the event at which it was sent, from the beginning of the run.
+        answer: the reply and its time; `None` if there was none.
+        cancelled_ns: when it was cancelled; `None` if it was not.
     """
 
     resource: str
@@ -69,10 +69,10 @@ class _ScriptedRequest:
 
 
 class CaseScripts:
-    """Makes cases from ways.
+    """Makes cases from paths.
 
     Attributes:
-        plain: for each resource, what a plain reply of it is.
+        plain: the default reply of each resource.
     """
 
     def __init__(self, model: BehaviorModel, program: Program, plans: PlanCache) -> None:
@@ -82,17 +82,17 @@ class CaseScripts:
         plain = PlainReactions()
         self.plain = {resource.name: plain.react(resource) for resource in model.resources}
 
-    def case(self, goal: tuple[str, Predicate], way: RunPath, name: str) -> Case:
-        """The case whose run goes this way to a goal, and plainly behind it."""
-        run = _ScriptedRun(self, goal, way.start)
-        run.follow(way.happenings)
-        initial = State(self.model.space, dict(way.start.values))
+    def case(self, goal: tuple[str, Predicate], path: RunPath, name: str) -> Case:
+        """Return the case whose run follows this path to a goal, with default behavior after it."""
+        run = _ScriptedRun(self, goal, path.start)
+        run.follow(path.happenings)
+        initial = State(self.model.space, dict(path.start.values))
         injections = tuple(run.injections)
         return Case(name, *goal, initial, tuple(run.rules()), injections, limits=run.limits)
 
 
 class _ScriptedRun:
-    """A real runner that is led along a way."""
+    """A real runner that follows a path."""
 
     def __init__(self, scripts: CaseScripts, goal: tuple[str, Predicate], start: Start) -> None:
         self._planner = scripts.plans
@@ -111,7 +111,7 @@ class _ScriptedRun:
         self._perform(self._runner.handle(GoalGiven(*goal), 0))
 
     def follow(self, happenings: Iterable[Happening]) -> None:
-        """Lets everything happen, in order."""
+        """Let all events happen, in order."""
         for happening in happenings:
             self._answer_if_alone()
             self._events += 1
@@ -130,7 +130,7 @@ class _ScriptedRun:
 
     @property
     def limits(self) -> CaseLimits:
-        """The limits that the case needs beyond the usual ones."""
+        """Return the limits that the case needs beyond the default ones."""
         if self._ends_ns is not None:
             return CaseLimits(self._ends_ns, None)
         time_ns = 2 * self._now_ns if 2 * self._now_ns > _DEFAULTS.time_limit_ns else None
@@ -138,7 +138,7 @@ class _ScriptedRun:
         return CaseLimits(time_ns, plans)
 
     def rules(self) -> list[OutcomeRule]:
-        """What the case has to say of its requests: what is not plain, equal rules in a row as one."""
+        """Return the rules for requests that differ from the default; equal rules in a row become one."""
         rules: list[OutcomeRule] = []
         for subject in self._counts:
             last: OutcomeRule | None = None
@@ -154,7 +154,7 @@ class _ScriptedRun:
         return rules
 
     def _rule(self, request: _ScriptedRequest) -> OutcomeRule | None:
-        """What has to be said of one request; `None` if it is plain."""
+        """Return the rule for one request; `None` if it has the default behavior."""
         plain = self._plain[request.resource]
         plainly_ns = request.sent_ns + plain.latency_ns
         rule = OutcomeRule(request.subject, request.number, request.number)
@@ -165,7 +165,7 @@ class _ScriptedRun:
             return replace(rule, outcome=Outcome.TIMEOUT) if plainly_ns <= request.cancelled_ns else None
         if plainly_ns > self._now_ns:
             return None
-        behind_ns = self._now_ns + max(plain.latency_ns, _A_MOMENT_NS)  # all that was decided is over then
+        behind_ns = self._now_ns + max(plain.latency_ns, _A_MOMENT_NS)  # after everything that was decided
         return replace(rule, latency_ns=behind_ns - request.sent_ns)
 
     def _answered(self, rule: OutcomeRule, happening: Happening, plain: Reaction) -> OutcomeRule | None:
@@ -186,24 +186,24 @@ class _ScriptedRun:
         self._perform(self._runner.handle(reply, self._now_ns))
 
     def _reply_ns(self, request: _ScriptedRequest) -> int:
-        """When a reply comes: as plain ones do, if that is in time and in order; else soon."""
+        """Return the time of a reply: the default latency if that is in time and in order; else soon."""
         plainly_ns = request.sent_ns + self._plain[request.resource].latency_ns
         deadline_ns = self._runner.deadline_ns
         assert deadline_ns is not None  # noqa: S101 - a goal is pursued
-        # Planning takes no time, so what comes before the answer comes at once. All else can come a moment later, and
-        # has to behind a deadline that its request has seen pass, as deadlines pass last in their instant.
+        # Planning takes no time, so what precedes the answer happens at once. All else can happen a moment later,
+        # and must after a deadline that passed during its request: deadlines pass last in their instant.
         is_at_once = self._asked is not None or request.number_of_event == self._events
         soon_ns = self._now_ns if is_at_once else min(self._now_ns + _A_MOMENT_NS, deadline_ns)
         return plainly_ns if soon_ns <= plainly_ns <= deadline_ns else soon_ns
 
     def _soon_ns(self) -> int:
-        """A moment at which nothing else happens, before the next deadline if there is time."""
+        """Return a moment at which nothing else happens, before the next deadline if there is time."""
         deadline_ns = self._runner.deadline_ns
         assert deadline_ns is not None  # noqa: S101 - a goal is pursued
         return max(min(self._now_ns + _A_MOMENT_NS // 2, (self._now_ns + deadline_ns) // 2), 1)
 
     def _inject(self, happening: Happening) -> None:
-        """The world outside changes an input."""
+        """Let the environment change an input."""
         deadline_ns = self._runner.deadline_ns
         assert deadline_ns is not None  # noqa: S101 - a goal is pursued
         self._now_ns = min(self._now_ns + _A_WHILE_NS, (self._now_ns + deadline_ns) // 2)
@@ -218,7 +218,7 @@ class _ScriptedRun:
         self._perform(self._runner.handle(TimePassed(), deadline_ns))
 
     def _answer_if_alone(self) -> None:
-        """Where nothing else can come, the planner's answer is no event of the way."""
+        """Let the planner answer where nothing else can happen; that answer is no event of the path."""
         while self._asked is not None and not self._in_flight and self._plans < _DEFAULTS.plan_limit:
             self._answer()
 
@@ -250,7 +250,7 @@ class _ScriptedRun:
                     self._asked = effect
 
     def _request(self, resource: str) -> _ScriptedRequest:
-        """A request that is sent now. People think of what happens to an operation, so a case calls it by that name."""
+        """Return a request that is sent now; cases name it by its operation where one executes."""
         subjects = (resource,) if self._operation is None else (resource, self._operation)
         for subject in dict.fromkeys(subjects):
             self._counts[subject] = self._counts.get(subject, 0) + 1
@@ -260,5 +260,5 @@ class _ScriptedRun:
 
 
 def _continues(last: OutcomeRule, rule: OutcomeRule) -> bool:
-    """Whether a rule says of the next request what the last one says."""
+    """Return whether a rule has the same content as the last one, for the next request."""
     return last.last is not None and rule == replace(last, first=last.last + 1, last=last.last + 1)

@@ -1,4 +1,4 @@
-"""Cases for what is missed: walks through the graph of runs, injections where operations are to be disabled."""
+"""The search for cases: walks through the graph of runs, with injections where operations have to be disabled."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ if TYPE_CHECKING:
 _MAX_RECORDS = 200_000
 _CANDIDATE = "candidate"
 _MAX_BEYOND = 5_000
-"""So many situations are looked at for one obligation and one goal beyond what was explored."""
+"""Maximum number of situations of the guided search for one obligation and one goal."""
 
 
 class CaseSearch:
-    """Looks for cases until nothing that is missed is left that a walk could reach.
+    """Searches for cases until no walk can visit anything that is missing.
 
     Attributes:
-        found: the runs of the cases that were found, each of which visited something missed.
+        found: the runs of the cases found, each of which visited something missing.
     """
 
     def __init__(self, runs: AllRuns, tester: Tester, missing: int, hopeless: int, limits: CloseLimits) -> None:
-        """Prepares the search.
+        """Prepare the search.
 
         Args:
-            runs: where walks can go.
-            tester: runs cases.
-            missing: the obligations that are looked for.
-            hopeless: those that are known to be uncoverable by injections, too.
-            limits: how much may be looked at.
+            runs: the graphs of runs.
+            tester: runs the cases.
+            missing: the obligations to search for.
+            hopeless: the obligations that are known to be uncoverable, by injections too.
+            limits: the limits of the search.
         """
         self.found: list[Execution] = []
         self._runs = runs
@@ -59,13 +59,13 @@ class CaseSearch:
         self._operations = {operation.name: operation for operation in runs.model.operations}
 
     def run(self, *, short: bool) -> None:
-        """Looks for everything: by the shortest case for each, or by few that visit much."""
+        """Search for everything: by the shortest case for each obligation, or by few cases that visit much."""
         if not short:
             self._walk_far()
         for bit in _bits(self._wanted()):
             if bit & self._wanted():
                 self._insist(bit)
-        for bit in _bits(self._missing & self._runs.visited):  # disabled by itself, where no injection does it
+        for bit in _bits(self._missing & self._runs.visited):  # disabled without injections, where none does it
             self._insist(bit)
         for bit in _bits(self._missing & self._runs.cut_off):
             self._cut_off(bit)
@@ -73,22 +73,22 @@ class CaseSearch:
             self._search_beyond()
 
     def _walk_far(self) -> None:
-        """Walks that visit much, as long as they find something."""
+        """Take walks that visit much, as long as they find something."""
         tried = 0
         while (walk := best_walk(self._runs.graphs, self._wanted() & ~tried)) is not None:
             before = self._wanted() & walk.visits
-            self._take(self._disabling(self._execute(self._scripts.case(walk.goal, walk.way, _CANDIDATE))))
+            self._take(self._disabling(self._execute(self._scripts.case(walk.goal, walk.path, _CANDIDATE))))
             tried |= before
 
     def _wanted(self) -> int:
-        """What walks have to visit: what is missed, and instead of *disabled* that the operation is current."""
+        """Return what walks have to visit: what is missing, and instead of *disabled* that the operation is current."""
         visits = self._runs.visits
         others = self._missing & ~visits.obligations.mask(Aspect.DISABLED)
         wanted = others | sum(visits.current(name) for name in self._to_disable())
         return wanted & self._runs.visited
 
     def _to_disable(self) -> list[str]:
-        """The operations that are still to be disabled, and are not always enabled."""
+        """Return the operations that are still to be disabled, and are not always enabled."""
         open_ones = self._missing & ~self._hopeless
         return [name for name in self._operations if open_ones & self._disabled(name)]
 
@@ -96,7 +96,7 @@ class CaseSearch:
         return self._runs.visits.bit(operation, Aspect.DISABLED)
 
     def _take(self, execution: Execution | None) -> bool:
-        """Keeps a run if it visits something missed."""
+        """Keep a run if it visits something missing."""
         if execution is None or not execution.visited & self._missing:
             return False
         self._missing &= ~execution.visited
@@ -109,7 +109,7 @@ class CaseSearch:
     # injections
 
     def _disabling(self, execution: Execution | None) -> Execution | None:
-        """The run with injections that disable operations which come to the head of its queue."""
+        """Return the run with injections that disable operations as they become current."""
         if execution is None:
             return None
         execution = self._all_at_once(execution)
@@ -119,7 +119,7 @@ class CaseSearch:
         return execution
 
     def _all_at_once(self, plain: Execution) -> Execution:
-        """The run with the first change for every operation, if that is as good as the run without."""
+        """Return the run with the first change for every operation, if it visits at least as much as the plain run."""
         case, promised = plain.case, plain.visited
         for name in self._to_disable():
             if self._is_current(name, plain):
@@ -131,7 +131,7 @@ class CaseSearch:
         return execution if execution is not None and not promised & ~execution.visited else plain
 
     def _disable(self, name: str, execution: Execution) -> Execution | None:
-        """The run with an injection that disables one operation, and that visits all that it visited before."""
+        """Return the run with an injection that disables one operation, if it visits all that it visited before."""
         promised = execution.visited | self._disabled(name)
         for case in self._disabling_cases(name, execution):
             attempt = self._execute(case)
@@ -144,7 +144,7 @@ class CaseSearch:
             yield _with_injection(execution.case, name, changed)
 
     def _changes(self, name: str, execution: Execution) -> Iterator[dict[str, bool | int | str]]:
-        """What disables an operation when it is current for the first time."""
+        """Yield the changes that disable an operation when it is current for the first time."""
         records = execution.trace.records
         first = current_operations(records)[name]
         state = State(self._runs.model.running_space, state_after(records[: first + 1]))
@@ -154,26 +154,26 @@ class CaseSearch:
     def _is_current(name: str, execution: Execution) -> bool:
         return name in current_operations(execution.trace.records)
 
-    # what a walk promised and a run did not bring about
+    # what a walk promised and its run did not visit
 
     def _insist(self, bit: int) -> None:
-        """Tries the direct ways to one thing, to every goal."""
+        """Try the direct walks to one obligation, for every goal."""
         for walk in direct_walks(self._runs.graphs, bit):
             for case, needed in self._attempts(bit, walk):
                 execution = self._execute(case)
                 if execution is not None and execution.visited & needed and self._take(execution):
                     return
 
-    # ends that a limit of plans brings about
+    # runs that a limit of plans ends
 
     def _cut_off(self, bit: int) -> None:
-        """Tries limits of plans for what is visited behind the ends of runs that they bring about."""
+        """Try limits of plans for what is visited where they end a run."""
         for graph in self._runs.graphs:
             for node, edge, visits in graph.cut_offs:
                 if not visits & bit:
                     continue
                 walk = walk_over(graph, node, edge)
-                case = self._scripts.case(walk.goal, walk.way, _CANDIDATE)
+                case = self._scripts.case(walk.goal, walk.path, _CANDIDATE)
                 for plans in range(1, self._candidates):
                     execution = self._execute(replace(case, limits=CaseLimits(plans=plans)))
                     if execution is not None and execution.visited & bit:
@@ -183,7 +183,7 @@ class CaseSearch:
     # beyond what was explored
 
     def _search_beyond(self) -> None:
-        """Looks for what the explored part of the runs does not visit, one after the other, and nearest to it first."""
+        """Search, one by one, for obligations that the explored runs do not visit, with the guided search."""
         runs = self._runs
         for obligation in runs.visits.obligations:
             bit = runs.visits.bit(obligation.subject, obligation.aspect)
@@ -198,16 +198,16 @@ class CaseSearch:
         distance = distance_to(guard_of(runs.model, obligation), runs.program.packing)
         for goal in runs.plannable:
             most = min(self._beyond, _MAX_BEYOND)
-            way, looked_at = find_path(runs.steps(goal[1]), runs.starts, wanted, distance, most)
-            self._beyond -= looked_at
-            if way is not None:
-                execution = self._disabling(self._execute(self._scripts.case(goal, way, _CANDIDATE)))
+            path, visited = find_path(runs.steps(goal[1]), runs.starts, wanted, distance, most)
+            self._beyond -= visited
+            if path is not None:
+                execution = self._disabling(self._execute(self._scripts.case(goal, path, _CANDIDATE)))
                 if self._take(execution):
                     return
 
     def _attempts(self, bit: int, walk: Walk) -> Iterator[tuple[Case, int]]:
-        """Cases that may bring one thing about, each with what its run has to visit."""
-        case = self._scripts.case(walk.goal, walk.way, _CANDIDATE)
+        """Yield cases that may visit an obligation, each with what its run has to visit."""
+        case = self._scripts.case(walk.goal, walk.path, _CANDIDATE)
         names = [name for name in self._to_disable() if bit == self._runs.visits.current(name)]
         if not names:
             yield case, bit
@@ -225,7 +225,7 @@ class CaseSearch:
 
 
 def bounded(tester: Tester, case: Case) -> Execution | None:
-    """The run of a case; `None` if more happens in it than a test should be."""
+    """Return the run of a case; `None` if it has more records than a test should have."""
     try:
         return tester.execute(case, _MAX_RECORDS)
     except TooLongError:
@@ -233,7 +233,7 @@ def bounded(tester: Tester, case: Case) -> Execution | None:
 
 
 def without_leftovers(execution: Execution, tester: Tester) -> Execution:
-    """The run without what its case says and nothing came of, as far as it visits the same."""
+    """Return the run without the parts of its case that had no effect, as far as it visits the same."""
     case = execution.case
     for part in ("injections", "outcomes"):
         for said in getattr(case, part):
@@ -262,9 +262,9 @@ def _bits(mask: int) -> Iterator[int]:
 
 
 def minimal(executions: Sequence[Execution], visited: int) -> list[Execution]:
-    """Those that add something to what is visited already, without any that the others make needless; short ones first.
+    """Return the runs that add something to `visited`, without any that the others make redundant; shortest first.
 
-    Long ones are given up last, as they tend to visit most: few cases are left.
+    Runs that visit most are removed last, so that few cases remain.
     """
     kept = sorted(executions, key=lambda each: each.visited.bit_count())
     for execution in tuple(kept):

@@ -1,7 +1,7 @@
-"""Injections that disable an operation at the moment it comes to the head of the queue (paper, Section VII).
+"""Injections that disable an operation at the moment it becomes current (paper, Section VII).
 
-The smallest change of state that makes `g && gr` false: one variable, or two where none alone does. It is held for a
-moment and put back, so that the run can go on.
+Each is a smallest change of the state that makes `g && gr` false: of one variable, or of two where one is not enough.
+The change is held for a moment and then reverted, so that the run can continue.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ _MAX_NAMED = 1_000
 def changes_that_disable(
     model: BehaviorModel, operation: Operation, state: State, goal: Predicate
 ) -> Iterator[dict[str, Value]]:
-    """Changes of a state in which the precondition holds, so that it cannot be taken any more; the smallest first.
+    """Yield changes of a state in which the precondition holds, so that it is no longer enabled; the smallest first.
 
-    A resource that is in use by someone else comes before all others, as the paper does it. The goal does not hold
-    behind any of them: the run would be over.
+    A resource that another client uses comes first, as in the paper. The goal does not hold after any of the changes:
+    the run would end.
     """
     names = _names(model, operation, goal)
     found = (
@@ -51,7 +51,7 @@ def changes_that_disable(
 
 
 def _names(model: BehaviorModel, operation: Operation, goal: Predicate) -> list[str]:
-    """What a tester may assign of what the precondition looks at, request states first; then what the goal looks at."""
+    """Return what a tester may assign: variables of the precondition, request states first, then those of the goal."""
     actions = (name for action in operation.pre.running_actions for name in action.reads())
     read = dict.fromkeys((*operation.pre.running_guard.reads(), *actions))
     free = [v for v in model.space if (v.name in read or v.name in goal.reads()) and len(v.domain) > 1]
@@ -61,7 +61,7 @@ def _names(model: BehaviorModel, operation: Operation, goal: Predicate) -> list[
 
 
 def _changed(model: BehaviorModel, names: Sequence[str], state: State) -> Iterator[dict[str, Value]]:
-    """All other values of some variables; of a request state first the one of a resource that is in use."""
+    """Yield all other values of some variables; of a request state first the value of a resource in use."""
     in_use = RequestState.EXECUTING.value
     values = [sorted(model.space[name].domain.values, key=lambda value: value != in_use) for name in names]
     for chosen in product(*values):
@@ -74,7 +74,7 @@ def _can_start(operation: Operation, state: State) -> bool:
 
 
 def injection(case: Case, operation: str, changed: dict[str, Value], hold_ns: int | None = HOLD_NS) -> Injection:
-    """The injection of a change as soon as an operation is current, with a name that is new in the case."""
+    """Return the injection of a change as soon as an operation is current, with a name that is new in the case."""
     when = Equal(Reference(CURRENT_NAME), Constant(operation))
     return Injection(_new_name(case, f"{operation}_waits"), tuple(changed.items()), when, hold_ns=hold_ns)
 
@@ -86,7 +86,7 @@ def _new_name(case: Case, name: str) -> str:
 
 
 def current_operations(records: Iterable[Record]) -> dict[str, int]:
-    """The operations that came to the head of the queue, each with the number of the first record that says so."""
+    """Return the operations that became current, each with the number of the first record that says so."""
     found: dict[str, int] = {}
     for number, record in enumerate(records):
         if isinstance(record, BecameCurrent):

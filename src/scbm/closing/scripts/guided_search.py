@@ -1,7 +1,7 @@
-"""A search for one obligation where runs are too many to look at all: first what is nearest to its guard.
+"""A guided search for one obligation where runs are too many to explore: best-first, nearest to its guard first.
 
-How near a state is, is how many conjuncts of the guard it misses. Of equally near positions the one found first is
-looked at first. Positions are remembered, so a counter that has to be raised five times is raised step by step.
+The distance of a state is the number of conjuncts of the guard that do not hold in it; for a counter, the number of
+steps to a value that does. Of equally distant positions the one found first is expanded first.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True)
 class _GuidedHit:
-    """A position, with the way to it."""
+    """A position with the path to it."""
 
     position: Position
     before: _GuidedHit | None
@@ -40,17 +40,17 @@ class _GuidedHit:
 def find_path(
     steps: RunSteps, starts: Sequence[Start], wanted: int, distance: Callable[[int], int], most: int
 ) -> tuple[RunPath | None, int]:
-    """A run for the goal of `steps` that visits something of what is wanted; `None` if none was found.
+    """Return a run for the goal of `steps` that visits something of what is wanted; `None` if none was found.
 
     Args:
         steps: the steps of runs.
-        starts: where they begin.
+        starts: the initial states.
         wanted: bits of visits.
-        distance: how far a packed state is from what is wanted; 0 is near.
-        most: so many positions may be looked at.
+        distance: the distance of a packed state from what is wanted.
+        most: the maximum number of positions.
 
     Returns:
-        The run, and how many positions were looked at.
+        The run, and the number of visited positions.
     """
     guided = _GuidedSearch(steps, wanted, distance)
     try:
@@ -69,21 +69,21 @@ class _GuidedSearch:
 
     def search(self, starts: Sequence[Start], most: int) -> RunPath | None:
         for start in islice(starts, most):
-            way = self._reach(self._steps.begin(start.packed), None, start)
-            if way is not None:
-                return way
+            path = self._reach(self._steps.begin(start.packed), None, start)
+            if path is not None:
+                return path
         while self._heap and len(self.seen) < most:
             _, _, found = heapq.heappop(self._heap)
             for happening in self._steps.happenings(found.position):
-                way = self._reach(self._steps.after(found.position, happening), found, happening)
-                if way is not None:
-                    return way
+                path = self._reach(self._steps.after(found.position, happening), found, happening)
+                if path is not None:
+                    return path
         return None
 
     def _reach(self, step: RunStep, before: _GuidedHit | None, label: Happening | Start) -> RunPath | None:
-        """Goes to where a step leads; the way, if the step visits what is wanted."""
+        """Visit the target of a step; return the path if the step visits what is wanted."""
         if step.visits & self._wanted:
-            return _way(before, label)
+            return _path_to(before, label)
         if step.target is not None and step.target not in self.seen:
             self.seen[step.target] = None
             found = _GuidedHit(step.target, before, label)
@@ -91,7 +91,7 @@ class _GuidedSearch:
         return None
 
 
-def _way(before: _GuidedHit | None, label: Happening | Start) -> RunPath:
+def _path_to(before: _GuidedHit | None, label: Happening | Start) -> RunPath:
     labels = [label]
     while before is not None:
         labels.append(before.label)
@@ -102,7 +102,7 @@ def _way(before: _GuidedHit | None, label: Happening | Start) -> RunPath:
 
 
 def guard_of(model: BehaviorModel, obligation: Obligation) -> Predicate:
-    """What must hold for an obligation to be visited, or at least on the way to it."""
+    """Return the predicate that must hold for an obligation to be visited, or at least on the path to it."""
     if obligation.aspect is Aspect.TAKEN:
         transitions = model.automatic_transitions
         return next(t.running_guard for t in transitions if t.name == obligation.subject)
@@ -115,7 +115,7 @@ def guard_of(model: BehaviorModel, obligation: Obligation) -> Predicate:
 
 
 def distance_to(predicate: Predicate, packing: Packing) -> Callable[[int], int]:
-    """How many conjuncts of a predicate a packed state misses, the fewest of its alternatives."""
+    """Return a function from packed states to the number of conjuncts that do not hold; the least over alternatives."""
     return _distance(normal_form(predicate, packing.space), packing.fields)
 
 
@@ -138,7 +138,7 @@ def _distance(form: NormalForm, fields: Sequence[Field]) -> Callable[[int], int]
 
 
 def _steps_away(allowed: int, index: int) -> int:
-    """How far the next allowed value is in the order of the domain: counters come nearer step by step."""
+    """Return the distance of the nearest allowed value in the order of the domain."""
     above, below = allowed >> index, allowed & ((1 << index) - 1)
     ways = [(above & -above).bit_length() - 1] if above else []
     return min([*ways, index - below.bit_length() + 1] if below else ways)

@@ -1,6 +1,6 @@
-"""Inputs: variables that the model reads and nothing in it sets, so that only the world outside changes them.
+"""Inputs: variables that the model reads and never sets, so that only the environment changes them.
 
-What they can be is looked at value by value only as far as guards tell values apart (decision 17).
+Values of inputs are distinguished only as far as guards distinguish them (decision 17).
 """
 
 from __future__ import annotations
@@ -19,27 +19,27 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel, Predicate, StateSpace, Transition, Value
 
 _MAX_CHANGES = 4_096
-"""So many combinations of values are looked at for one transition."""
+"""Maximum number of combinations of values that are tried for one transition."""
 
 
 def inputs(model: BehaviorModel) -> tuple[str, ...]:
-    """The declared variables that no action assigns and no resource measures."""
+    """Return the declared variables that no action assigns and no resource measures."""
     kept = dict.fromkeys(action.target for action in model.actions)
     kept |= dict.fromkeys(name for resource in model.resources for name in resource.measures)
     return tuple(variable.name for variable in model.variables if variable.name not in kept)
 
 
 def with_free_inputs(model: BehaviorModel) -> BehaviorModel:
-    """The model in which inputs can be anything from the beginning; for what can be at all."""
+    """Return the model in which inputs may have any value from the beginning."""
     known = inputs(model)
     variables = (replace(v, random=v.domain.values) if v.name in known else v for v in model.variables)
     return replace(model, variables=tuple(variables))
 
 
 def telling_values(model: BehaviorModel, name: str) -> tuple[Value, ...]:
-    """Values of a variable such that guards and goals tell every other one from none of them: the first of its kind.
+    """Return the first value of each class of values that no guard or goal distinguishes.
 
-    Where it is compared with another variable, or assigned to one, all its values are told apart.
+    Where the variable is compared with another one, or assigned to one, each value is a class of its own.
     """
     if any(name in action.reads() for action in model.actions):
         return model.space[name].domain.values
@@ -67,7 +67,7 @@ def _leaves(predicate: Predicate) -> Iterator[Equal | NotEqual | Order | Member]
 
 
 def with_inputs(model: BehaviorModel, transition: Transition, case: Case) -> Iterator[Case]:
-    """The case with an injection that changes inputs as soon as nothing else keeps the transition from being taken."""
+    """Yield the case with an injection that changes inputs as soon as nothing else disables the transition."""
     known = inputs(model)
     names = [name for name in transition.running_guard.reads() if name in known]
     if not names:
@@ -86,7 +86,7 @@ def with_inputs(model: BehaviorModel, transition: Transition, case: Case) -> Ite
 
 
 def residual(predicate: Predicate, values: Mapping[str, Value], space: StateSpace) -> Predicate:
-    """What is left of a predicate where some variables have these values; the others are of the space."""
+    """Return the predicate with the values of some variables substituted."""
     match predicate:
         case Not(operand):
             rest = residual(operand, values, space)
@@ -103,7 +103,7 @@ def residual(predicate: Predicate, values: Mapping[str, Value], space: StateSpac
 
 
 def _leaf(leaf: Equal | NotEqual | Order | Member, values: Mapping[str, Value], space: StateSpace) -> Predicate:
-    """A leaf reads two variables at most: what is left of it is a set of values of the other one."""
+    """Return a leaf with values substituted: the set of values of its other variable for which it holds."""
     others = [name for name in leaf.reads() if name not in values]
     if not others:
         return Truth(leaf.holds(values))
