@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
 import pytest
 
+from scbm.files import load_model, open_case, read_bindings
 from scbm.files.codec.binding_keys import BindingsKeys
 from scbm.files.codec.case_keys import CaseKeys
 from scbm.files.codec.key_reference import json_schema, key_table, mappings_of
@@ -16,6 +19,8 @@ from scbm.files.codec.value_reader import ValueReader
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import ErrorCollector, read_tree
 from scbm.model import InputError, Slug
+
+MODELS = Path(__file__).parent.parent.parent / "models"
 
 
 @dataclass(frozen=True)
@@ -139,3 +144,27 @@ def test_every_mapping_of_a_file_has_a_table(root: type[Keys]) -> None:
 def test_every_key_has_a_help_text(root: type[Keys]) -> None:
     for keys in mappings_of(root):
         assert [name for name, key in keys.declared.items() if not key.help_text] == [], keys.title()
+
+
+def test_every_declared_key_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    read: set[tuple[type[Keys], str]] = set()
+    get = Key.__get__
+
+    def noting(key: Key[Any], keys: Keys | None, owner: type) -> object:
+        if keys is not None:
+            read.add((type(keys), key.name))
+        return get(key, keys, owner)
+
+    monkeypatch.setattr(Key, "__get__", noting)
+    models = [load_model(path) for path in sorted((MODELS / "valid").glob("*.yaml"))]
+    read_bindings(f"{{bindings_of: {models[0].name}, resources: {{}}}}", models[0])
+    cell = load_model(MODELS / "cell.yaml")
+    for path in sorted((MODELS / "valid_cases").glob("*.yaml")):
+        open_case(path).read(cell)
+    declared = {
+        (keys, name)
+        for root in (ModelKeys, CaseKeys, BindingsKeys)
+        for keys in mappings_of(root)
+        for name in keys.declared
+    }
+    assert declared - read == set()

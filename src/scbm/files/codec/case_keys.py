@@ -318,7 +318,7 @@ class CaseKeys(Keys):
         )
 
     def _goal(self, model: BehaviorModel) -> tuple[str, Predicate]:
-        node = self.node.get("goal")
+        node = self.goal
         text = None if node is None else node.text
         named = None if text is None else model.goal(text)
         if text is not None and named is not None:
@@ -332,18 +332,17 @@ class CaseKeys(Keys):
         return str(predicate), predicate
 
     def _initial(self, model: BehaviorModel) -> State:
-        node = self.node.get("initial")
         values = {}
-        for variable, value, _, place in self.reader.assignments(node):
+        for variable, value, entry in self.reader.assignments(self.initial):
             if variable.role.is_runner:
                 message = f"`{variable.name}` is a variable of the runner; initial states have none"
-                self.reader.add(Slug.RUNNER_VARIABLE, message, place)
+                self.reader.add(Slug.RUNNER_VARIABLE, message, entry.place)
             else:
                 values[variable.name] = value
         state = model.nominal_state.replace(values)
         allowed = model.initial_states
-        if len(values) == (0 if node is None else len(node.items)) and not allowed.holds(state):
-            key = "initial" if node is not None else "case"
+        if len(values) == len(self.initial or ()) and not allowed.holds(state):
+            key = "initial" if self.has("initial") else "case"
             place = self.node.key_places.get(key, self.node.place)
             read = dict.fromkeys(allowed.reads())
             here = ", ".join(f"{name} is {format_value(state[name])}" for name in read)

@@ -170,18 +170,18 @@ class InjectionKeys(Keys):
     def _assigned(self) -> Changes:
         """Return the values of the variables under `set`, all of which an automatic transition may assign."""
         values: dict[str, tuple[str, Value]] = {}
-        for variable, value, written, place in self.reader.assignments(self.node.get("set")):
+        for variable, value, entry in self.reader.assignments(self.set):
             target = self.reader.alias(variable.name)
             if not variable.assignable:
                 message = f"`{variable.name}` is kept by the runner, and a case cannot assign it"
-                self.reader.add(Slug.NOT_ASSIGNABLE, message, place)
+                self.reader.add(Slug.NOT_ASSIGNABLE, message, entry.place)
             elif variable.role.is_runner and value not in variable.assignable:
                 allowed = " or ".join(f"`{format_value(allowed)}`" for allowed in variable.assignable)
                 message = f"a case may assign only {allowed} to `{variable.name}`"
-                self.reader.add(Slug.NOT_ASSIGNABLE, message, written.place)
+                self.reader.add(Slug.NOT_ASSIGNABLE, message, entry.node.place)
             elif target in values:
                 message = f"`{variable.name}` is assigned twice; what an injection sets is set at once"
-                self.reader.add(Slug.ASSIGNED_TWICE, message, place, f"the other is `{values[target][0]}`")
+                self.reader.add(Slug.ASSIGNED_TWICE, message, entry.place, f"the other is `{values[target][0]}`")
             else:
                 values[target] = (variable.name, value)
         return tuple(values.values())
@@ -262,11 +262,9 @@ class InjectionsReader:
     # contradictions
 
     def _values_of(self, injection: Injection, keys: InjectionKeys) -> Iterator[_InjectedValue]:
-        assigned = keys.node.get("set")
-        for name, value in injection.assign if assigned is not None else ():
-            assert assigned is not None  # noqa: S101 - it has items
-            target = self._reader.alias(name)
-            place = assigned.key_places[name]
+        places = {entry.name: entry.place for entry in keys.set or ()}
+        for name, value in injection.assign:
+            target, place = self._reader.alias(name), places[name]
             yield _InjectedValue(f"variable {target}", f"`{name}`", value, format_value(value), injection, place)
         if injection.resource is not None and injection.condition is not None:
             target, condition = f"resource {injection.resource}", injection.condition

@@ -270,7 +270,7 @@ class RuleReader:
             rule = replace(
                 rule,
                 latency_ns=keys.after,
-                measured=self._measured(subject, keys.node.get("measured")),
+                measured=self._measured(subject, keys.measured),
                 request=keys.request,
                 reply=keys.reply,
                 cancel=keys.cancel,
@@ -288,21 +288,21 @@ class RuleReader:
             message = f"only a successful reply measures, and this is `outcome: {outcome}`"
             self._reader.add(Slug.CONTRADICTION, message, keys.place("measured"), "leave out `measured`")
 
-    def _measured(self, subject: str, node: YamlNode | None) -> Changes | None:
-        if node is None or not isinstance(node.plain, dict):
+    def _measured(self, subject: str, entries: tuple[Entry[YamlNode | None], ...] | None) -> Changes | None:
+        if entries is None:
             return None
         measures = [name for names in self._measures.values() for name in names]
         cannot = "no resource measures"
         if subject in self._measures:
             measures, cannot = list(self._measures[subject]), f"`{subject}` does not measure"
         values = []
-        for variable, value, _, place in self._reader.assignments(node):
+        for variable, value, entry in self._reader.assignments(entries):
             if variable.name in measures:
                 values.append((variable.name, value))
                 continue
             near = nearest(variable.name, measures)
             remedy = f"did you mean `{near}`?" if near else _measured_remedy(measures)
-            self._reader.add(Slug.UNKNOWN_VARIABLE, f"{cannot} `{variable.name}`", place, remedy)
+            self._reader.add(Slug.UNKNOWN_VARIABLE, f"{cannot} `{variable.name}`", entry.place, remedy)
         return tuple(values)
 
 

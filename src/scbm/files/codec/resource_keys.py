@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from scbm.files.codec.binding_keys import RosKeys
 from scbm.files.codec.key_types import (
@@ -16,8 +16,6 @@ from scbm.files.codec.key_types import (
     ScalarListType,
     ScalarOrMappingType,
     ScalarType,
-    node_of,
-    scalar_node,
 )
 from scbm.files.codec.keys import DefaultKey, Key, Keys
 from scbm.files.codec.variable_keys import VALUES, read_values
@@ -28,7 +26,10 @@ from scbm.model.resources import Latency, LatencyShape, Outcome, Resource, Simul
 from scbm.model.variables import Role
 
 if TYPE_CHECKING:
-    from scbm.files.codec.keys import Definitions
+    from collections.abc import Callable
+
+    from scbm.files.codec.keys import Data, Definitions
+    from scbm.files.codec.value_reader import ValueReader
     from scbm.files.yaml.document import YamlNode
     from scbm.model.values import Value
 
@@ -36,91 +37,105 @@ _NUMBER = re.compile(r"\+?(\d{1,18}(\.\d{0,18})?|\.\d{1,18})(e[-+]?\d{1,2})?", r
 _POINTS = {LatencyShape.FIXED: 1, LatencyShape.UNIFORM: 2, LatencyShape.TRIANGULAR: 3}
 _DEFAULT = Simulation()
 
-_DURATIONS = ScalarListType(
-    "list of durations",
-    "a list of durations",
-    {"type": "array", "items": DURATION_SCHEMA},
-    "a duration such as `10 s`",
-    node_of,
-)
-_DURATION_NODE = ScalarType("duration", "a duration such as `10 s`", DURATION_SCHEMA, scalar_node)
+
+# latencies
+
+
+def _read_fixed(reader: ValueReader, node: YamlNode, text: str) -> tuple[int, ...] | None:
+    latency_ns = reader.duration(node, text)
+    return None if latency_ns is None else (latency_ns,)
+
+
+def _points_type(shape: LatencyShape) -> ScalarListType[tuple[int, ...]]:
+    """Return the type of the parameters of a distribution."""
+    count = _POINTS[shape]
+
+    def read(reader: ValueReader, node: YamlNode) -> tuple[int, ...] | None:
+        points_ns = [ns for element in node.elements if (ns := DURATION.read(element, reader)) is not None]
+        if len(node.elements) != count:
+            message = f"`{shape}` takes {count} durations, and this is a list of {len(node.elements)}"
+            reader.add(Slug.BAD_LATENCY, message, node.place)
+        elif len(points_ns) == count and points_ns != sorted(points_ns):
+            message = f"the durations of `{shape}` must not fall"
+            reader.add(Slug.BAD_LATENCY, message, node.place, "write the shortest first")
+        return tuple(points_ns) if len(points_ns) == count else None
+
+    schema = {"type": "array", "items": DURATION_SCHEMA, "minItems": count, "maxItems": count}
+    element, words = "a duration such as `10 s`", f"list of {count} durations"
+    return ScalarListType(words, "a list of durations", schema, element, read, lambda ns: [*map(format_duration, ns)])
+
+
+def _points_of(shape: LatencyShape) -> Callable[[Latency], object]:
+    """Return the source of the parameters of a distribution; other distributions have none of these."""
+    return lambda latency: latency.points_ns if latency.shape is shape else None
 
 
 class LatencyKeys(Keys):
     """A distribution of latencies."""
 
-    fixed = Key(_DURATION_NODE, "Always this latency.")
-    uniform = Key(_DURATIONS, "`[lowest, highest]`: any latency between these two, each equally probable.")
-    triangular = Key(_DURATIONS, "`[lowest, most probable, highest]`: a triangular distribution.")
+    fixed = Key(
+        ScalarType(
+            "duration", "a duration such as `10 s`", DURATION_SCHEMA, _read_fixed, lambda ns: format_duration(ns[0])
+        ),
+        "Always this latency.",
+        source=_points_of(LatencyShape.FIXED),
+    )
+    uniform = Key(
+        _points_type(LatencyShape.UNIFORM),
+        "`[lowest, highest]`: any latency between these two, each equally probable.",
+        source=_points_of(LatencyShape.UNIFORM),
+    )
+    triangular = Key(
+        _points_type(LatencyShape.TRIANGULAR),
+        "`[lowest, most probable, highest]`: a triangular distribution.",
+        source=_points_of(LatencyShape.TRIANGULAR),
+    )
+
+    @classmethod
+    def schema(cls, definitions: Definitions) -> dict[str, Data]:
+        """Return the JSON Schema of the mapping, which has one key."""
+        return {**super().schema(definitions), "minProperties": 1, "maxProperties": 1}
 
     def latency(self) -> Latency:
         """Return the distribution; the default if it is wrong."""
         node = self.node
         if not isinstance(node.plain, dict):
-            value_ns = DURATION.read(node, self.reader)
-            return _DEFAULT.latency if value_ns is None else Latency(LatencyShape.FIXED, (value_ns,))
+            fixed_ns = DURATION.read(node, self.reader)
+            return _DEFAULT.latency if fixed_ns is None else Latency(LatencyShape.FIXED, (fixed_ns,))
         if len(node.items) != 1:
             found = "here are several" if node.items else "here is none"
             remedy = f"write one of {', '.join(f'`{shape}`' for shape in LatencyShape)}"
             self.reader.add(Slug.BAD_LATENCY, f"a latency has one distribution, and {found}", node.place, remedy)
             return _DEFAULT.latency
-        key, points = next(iter(node.items.items()))
-        found_latency = self._distribution(LatencyShape(key), points) if key in self.declared else None
-        return found_latency or _DEFAULT.latency
-
-    def _distribution(self, shape: LatencyShape, points: YamlNode) -> Latency | None:
-        if isinstance(points.plain, list) is (shape is LatencyShape.FIXED):
-            return None
-        nodes = [points] if shape is LatencyShape.FIXED else points.elements
-        points_ns = [point_ns for node in nodes if (point_ns := DURATION.read(node, self.reader)) is not None]
-        wanted = _POINTS[shape]
-        if len(nodes) != wanted:
-            message = f"`{shape}` takes {wanted} durations, and this is a list of {len(nodes)}"
-            self.reader.add(Slug.BAD_LATENCY, message, points.place)
-        elif len(points_ns) == wanted and points_ns != sorted(points_ns):
-            remedy = "write the shortest first"
-            self.reader.add(Slug.BAD_LATENCY, f"the durations of `{shape}` must not fall", points.place, remedy)
-        return Latency(shape, tuple(points_ns)) if len(points_ns) == wanted else None
+        points_ns = zip(LatencyShape, (self.fixed, self.uniform, self.triangular), strict=True)
+        return next((Latency(shape, ns) for shape, ns in points_ns if ns is not None), _DEFAULT.latency)
 
 
-def _latency_data(latency: Latency) -> dict[str, Any]:
-    points = [format_duration(point_ns) for point_ns in latency.points_ns]
-    return {latency.shape.value: points[0] if latency.shape is LatencyShape.FIXED else points}
-
-
-class _LatencyType(ScalarOrMappingType[LatencyKeys]):
-    """A latency: its JSON Schema also limits how many distributions there are, and their points."""
-
-    def schema(self, definitions: Definitions) -> dict[str, Any]:  # noqa: ARG002 - refers to no definition
-        """Return the JSON Schema."""
-        distributions: dict[str, Any] = {
-            shape.value: {"type": "array", "items": DURATION_SCHEMA, "minItems": points, "maxItems": points}
-            for shape, points in _POINTS.items()
-            if shape is not LatencyShape.FIXED
-        }
-        distribution = {
-            "type": "object",
-            "minProperties": 1,
-            "maxProperties": 1,
-            "additionalProperties": False,
-            "properties": {LatencyShape.FIXED.value: DURATION_SCHEMA, **distributions},
-        }
-        description = "A duration, or `{fixed: d}`, `{uniform: [low, high]}`, `{triangular: [low, mode, high]}`."
-        return {"description": description, "anyOf": [DURATION_SCHEMA, distribution]}
-
-
-_LATENCY = _LatencyType(
+_LATENCY = ScalarOrMappingType(
     LatencyKeys,
     "duration or distribution",
     "a duration or a distribution such as `{uniform: [200 ms, 1 s]}`",
-    writer=_latency_data,
+    DURATION_SCHEMA,
 )
+
+
+# outcomes
+
+
+def _read_probability(reader: ValueReader, node: YamlNode, text: str) -> Fraction | None:
+    probability = Fraction(text) if _NUMBER.fullmatch(text) else None
+    if probability is not None and probability <= 1:
+        return probability
+    reader.add(Slug.NOT_A_DISTRIBUTION, f"`{text}` is not a probability", node.place, "write a number from 0 to 1")
+    return None
+
+
 _PROBABILITY = ScalarType(
-    "probability", "a probability", {"type": "number", "minimum": 0, "maximum": 1}, scalar_node, float
+    "probability", "a probability", {"type": "number", "minimum": 0, "maximum": 1}, _read_probability, float
 )
 
 
-def _probability(outcome: Outcome) -> Any:  # noqa: ANN401 - a source of data
+def _probability(outcome: Outcome) -> Callable[[tuple[tuple[Outcome, Fraction], ...]], object]:
     return lambda outcomes: dict(outcomes).get(outcome)
 
 
@@ -137,27 +152,16 @@ class OutcomesKeys(Keys):
 
     def outcomes(self) -> tuple[tuple[Outcome, Fraction], ...]:
         """Return the probabilities of the outcomes that are named."""
-        outcomes: list[tuple[Outcome, Fraction]] = []
-        sound = self.is_clear
-        for outcome in Outcome:
-            value = self.node.get(outcome.value)
-            if value is None:
-                continue
-            if value.text is None or value.plain is None:
-                sound = False
-                continue
-            probability = Fraction(value.text) if _NUMBER.fullmatch(value.text) else None
-            if probability is None or probability > 1:
-                message = f"`{value.text}` is not a probability"
-                self.reader.add(Slug.NOT_A_DISTRIBUTION, message, value.place, "write a number from 0 to 1")
-                sound = False
-                continue
-            outcomes.append((outcome, probability))
+        named = zip(Outcome, (self.succeed, self.fail, self.timeout), strict=True)
+        outcomes = tuple((outcome, probability) for outcome, probability in named if probability is not None)
         total = sum(probability for _, probability in outcomes)
-        if sound and total != 1:
+        if self.is_clear and len(outcomes) == len(self.node.items) and total != 1:
             message = f"the probabilities add up to {float(total):g}, not to 1"
             self.reader.add(Slug.NOT_A_DISTRIBUTION, message, self.node.place)
-        return tuple(outcomes)
+        return outcomes
+
+
+# the resource
 
 
 class SimulationKeys(Keys):

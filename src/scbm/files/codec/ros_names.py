@@ -13,6 +13,7 @@ from scbm.model import Place, Slug
 from scbm.model.bindings import SET_BOOL, TRIGGER, FieldType, MessageType, ServiceType, TopicPair
 
 if TYPE_CHECKING:
+    from scbm.files.codec.key_types import Entry
     from scbm.files.codec.value_reader import ValueReader
     from scbm.files.yaml.document import YamlNode
     from scbm.model.bindings import Binding
@@ -122,7 +123,7 @@ class ServiceTypeKeys(Keys):
             if node.text is not None and node.plain is not None and node.text not in _KNOWN:
                 _refuse_service_type(self.reader, node, node.text)
             return None if node.plain is None else _KNOWN.get(node.text or "")
-        request, response = self._fields("request"), self._fields("response")
+        request, response = self._fields("request", self.request), self._fields("response", self.response)
         named = self.name
         if named is None or named.text is None:
             return None
@@ -140,24 +141,26 @@ class ServiceTypeKeys(Keys):
         self.reader.add(Slug.BAD_ROS_TYPE, message, named.place, f"write `type: {named.text}`")
         return None
 
-    def _fields(self, key: str) -> tuple[tuple[str, FieldType], ...] | None:
+    def _fields(
+        self, key: str, entries: tuple[Entry[YamlNode | None], ...] | None
+    ) -> tuple[tuple[str, FieldType], ...] | None:
         """Return the fields of a request or of a response; `None` if one of them is wrong."""
         node = self.node.get(key)
-        fields: list[tuple[str, FieldType]] = []
-        if node is None:
+        if node is None or entries is None:
             return ()
+        fields: list[tuple[str, FieldType]] = []
         known = [kind.value for kind in FieldType]
-        for name, kind in node.items.items():
-            if not _FIELD.fullmatch(name):
+        for entry in entries:
+            text = entry.value.text if entry.value is not None else None
+            if not _FIELD.fullmatch(entry.name):
                 how = "names of fields are words of small letters and digits, joined by `_`, such as `item_2`"
-                message = f"`{name}` is no name of a field"
-                self.reader.add(Slug.BAD_ROS_NAME, message, node.key_places[name], how)
-            elif kind.text is not None and kind.plain is not None and kind.text not in known:
-                remedy = suggestion(kind.text, known, "the types are")
-                self.reader.add(Slug.BAD_ROS_TYPE, f"`{kind.text}` is no type of fields", kind.place, remedy)
-            elif kind.text is not None and kind.text in known:
-                fields.append((name, FieldType(kind.text)))
-        is_whole = isinstance(node.plain, dict) and not node.incomplete and len(fields) == len(node.items)
+                self.reader.add(Slug.BAD_ROS_NAME, f"`{entry.name}` is no name of a field", entry.place, how)
+            elif text is not None and text not in known:
+                remedy = suggestion(text, known, "the types are")
+                self.reader.add(Slug.BAD_ROS_TYPE, f"`{text}` is no type of fields", entry.node.place, remedy)
+            elif text is not None:
+                fields.append((entry.name, FieldType(text)))
+        is_whole = isinstance(node.plain, dict) and not node.incomplete and len(fields) == len(entries)
         return tuple(fields) if is_whole else None
 
 

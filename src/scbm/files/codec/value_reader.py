@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from scbm.files.language.quantities import parse_duration, parse_share
 from scbm.files.language.resolver import Resolver
@@ -18,12 +18,15 @@ if TYPE_CHECKING:
     from collections.abc import Container, Iterable, Iterator
     from fractions import Fraction
 
+    from scbm.files.codec.key_types import Entry
     from scbm.files.yaml.document import YamlNode
     from scbm.files.yaml.source_text import Scalar
     from scbm.files.yaml.text_files import ErrorCollector
     from scbm.model.requirements import RequirementForm
     from scbm.model.resources import Resource
     from scbm.model.variables import Variable
+
+T = TypeVar("T")
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(\.[A-Za-z_][A-Za-z0-9_]*)*", re.ASCII)
 """The syntax of the names of variables, operations, goals and all other parts of a model."""
@@ -155,17 +158,16 @@ class ValueReader:
         self.add(slug, f"`{node.text}` is not a value of `{name}`", node.place, _value_remedy(node, domain))
         return None
 
-    def assignments(self, node: YamlNode | None) -> Iterator[tuple[Variable, Value, YamlNode, Place]]:
-        """Yield the variables of a mapping with their values, the nodes of these, and the places of the names."""
-        for name, written in node.items.items() if node is not None else ():
-            place = node.key_places[name] if node is not None else written.place
-            variable = self.scope.variables.get(name)
+    def assignments(self, entries: Iterable[Entry[T]] | None) -> Iterator[tuple[Variable, Value, Entry[T]]]:
+        """Yield the variables of a mapping with their values and entries."""
+        for entry in entries or ():
+            variable = self.scope.variables.get(entry.name)
             if variable is None:
-                self.refuse_unknown(name, place)
+                self.refuse_unknown(entry.name, entry.place)
                 continue
-            value = self.value(written, variable.domain, name, variable.domain)
+            value = self.value(entry.node, variable.domain, entry.name, variable.domain)
             if value is not None:
-                yield variable, value, written, place
+                yield variable, value, entry
 
     def duration(self, node: YamlNode, text: str) -> int | None:
         """Return a duration in nanoseconds."""
