@@ -1,4 +1,4 @@
-"""Why cases of a store failed: failures that are alike are one cause, with all of its cases."""
+"""The causes of failed cases in a store: similar failures are grouped into one cause with all of its cases."""
 
 from __future__ import annotations
 
@@ -14,46 +14,45 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """A reason to fail.
+    """A cause of failures.
 
     Attributes:
-        failure: the reason, as the first case has it.
-        case: that case.
-        told: the labels of all cases that fail for it, in the order of the store, each with what it says.
+        failure: the failure of the first case.
+        case: the first case.
+        messages: the labels of all cases with this cause, in the order of the store, each with its message.
     """
 
     failure: Failure
     case: StoredCase
-    told: tuple[tuple[str, str], ...]
+    messages: tuple[tuple[str, str], ...]
 
     @property
     def labels(self) -> tuple[str, ...]:
-        """The labels alone."""
-        return tuple(label for label, _ in self.told)
+        """The labels of all cases with this cause."""
+        return tuple(label for label, _ in self.messages)
 
 
 def causes_of(history: History) -> tuple[Cause, ...]:
-    """All causes, those first that came first.
+    """Return all causes, in the order of their first cases.
 
-    Failures are alike if kind and subject are; that a goal was not reached, also if the goal is; that a requirement of
-    a command line was broken, also if its sentence is. What a case expects is its own, and so is each expectation that
-    was not met.
+    Failures have the same cause if their kind and subject are equal. For goals that were not reached the goals must be
+    equal too, and for requirements of a command line their sentences. Each unmet expectation is a cause of its own.
     """
     found: dict[tuple[str, ...], tuple[Failure, StoredCase, dict[str, str]]] = {}
     for label, case in zip(history.labels, history.cases, strict=True):
         for failure in case.verdict.failures:
             key = (failure.kind.value, failure.subject, _scope(failure, case, label))
             found.setdefault(key, (failure, case, {}))[2].setdefault(label, failure.message)
-    return tuple(Cause(failure, case, tuple(told.items())) for failure, case, told in found.values())
+    return tuple(Cause(failure, case, tuple(messages.items())) for failure, case, messages in found.values())
 
 
 def asked_for(failure: Failure, recipe: Recipe) -> str:
-    """The sentence of a broken requirement of the command line: `required_1` is another one in each command."""
+    """Return the sentence of a violated requirement of the command line; its name, `required_1`, says nothing."""
     return dict(recipe.requirements).get(failure.subject, "")
 
 
 def _scope(failure: Failure, case: StoredCase, label: str) -> str:
-    """What besides kind and subject must be the same."""
+    """Return what must be equal besides kind and subject."""
     if failure.kind is FailureKind.EXPECTATION:
         return label
     if failure.kind is FailureKind.REQUIREMENT:

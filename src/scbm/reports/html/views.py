@@ -221,8 +221,8 @@ class ReportView:
                 number,
                 cause.failure.kind,
                 cause.failure.subject,
-                len(cause.told),
-                cause.told[:_FIRST],
+                len(cause.messages),
+                cause.messages[:_FIRST],
                 again(cause.case, self.history.source.path, self.history.runs),
                 place_of(cause.case, self.history),
             )
