@@ -1,14 +1,14 @@
 """The values that runs can give variables, and the obligations that these rule out (decision 18).
 
 The runner's steps (semantics 5 and 6) are rules of a delete relaxation: where the guard can hold, the values that the
-actions assign are added, and no value is ever removed. So runs have no other values. This module knows the model, and
-nothing that runs it.
+actions assign are added, and no value is ever removed. So runs have no other values. The lifecycle of operations is the
+table of the runner; time, plans and the order of steps are left out.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from scbm.cases.coverage import Aspect, Obligation
 from scbm.closing.advice.blame import blame, contradicting, contradiction
@@ -37,6 +37,7 @@ from scbm.model.packing import value_table
 from scbm.model.satisfiability import satisfiable
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, operation_state_name
 from scbm.planning.engines.delete_relaxation import Effect, RelaxedRule, relaxed_values
+from scbm.running.lifecycle import LIFECYCLE, OperationPart
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
@@ -112,22 +113,39 @@ def _rules(model: BehaviorModel) -> Iterator[_ValueRule]:
 
 
 def _operation_rules(operation: Operation) -> Iterator[_ValueRule]:
-    """Yield the lifecycle of an operation, whether a plan has it or not (semantics 5.5)."""
-    state = OperationState
+    """Yield the rows of the lifecycle table for an operation, whether a plan has it or not (semantics 5.5)."""
     yield _ValueRule(Truth(True), (_assign(CURRENT_NAME, operation.name),))
-    yield _ValueRule(_is(CURRENT_NAME, operation.name), _becomes(operation.name, state.DISABLED))
-    yield _stepping(operation, _waits(operation), operation.pre, state.EXECUTING)
-    yield _stepping(operation, _executes(operation.name), operation.post, state.COMPLETED)
-    if operation.failed is not None:
-        yield _stepping(operation, _executes(operation.name), operation.failed, state.FAILED)
-    if operation.deadline_ns is not None:
-        actions = (*_becomes(operation.name, state.TIMEDOUT), *operation.timedout)
-        yield _ValueRule(_executes(operation.name), actions)
+    for row in LIFECYCLE:
+        part = _part(operation, row.part)
+        if part is not None:
+            guard, actions = part
+            where = _is_current_in(operation.name, row.source)
+            yield _ValueRule(And((where, guard)), (*_becomes(operation.name, row.target), *actions))
 
 
-def _stepping(operation: Operation, where: Predicate, transition: Transition, target: OperationState) -> _ValueRule:
-    actions = (*_becomes(operation.name, target), *transition.running_actions)
-    return _ValueRule(And((where, transition.running_guard)), actions)
+def _part(operation: Operation, part: OperationPart) -> tuple[Predicate, tuple[Action, ...]] | None:
+    """Return the guard and the actions of a part; `None` if the operation does not have it."""
+    match part:
+        case OperationPart.PRE:
+            return operation.pre.running_guard, operation.pre.running_actions
+        case OperationPart.POST:
+            return operation.post.running_guard, operation.post.running_actions
+        case OperationPart.FAILED:
+            failed = operation.failed
+            return None if failed is None else (failed.running_guard, failed.running_actions)
+        case OperationPart.TIMEDOUT:
+            return None if operation.deadline_ns is None else (Truth(True), operation.timedout)
+        case OperationPart.NOTHING:
+            return Truth(True), ()
+        case _:
+            assert_never(part)
+
+
+def _is_current_in(operation: str, state: OperationState) -> Predicate:
+    """Return the condition that an operation is current and in a state."""
+    if state is OperationState.EXECUTING:
+        return _executes(operation)
+    return And((_is(CURRENT_NAME, operation), _is(CURRENT_STATE, state.value)))
 
 
 def _automatic_rules(transition: Transition, model: BehaviorModel) -> Iterator[_ValueRule]:
