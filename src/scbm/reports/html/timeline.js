@@ -185,16 +185,39 @@ const { Timelines, showTimeline } = (() => {
       return this.#lanes.get(key);
     }
 
+    /** Returns the lane of a record, and adds its mark to it. */
     #place(record) {
       const { kind, subject } = record;
-      if (kind === "run_started" || kind === "run_ended") return this.#ofRun(record);
-      if (kind.startsWith("plan_")) return this.#ofPlan(record);
-      if (kind === "became_current") return this.#lane("operations", subject);
-      if (kind === "operation") return this.#lane("operations", subject);
-      if (kind === "automatic") return this.#ofAutomatic(record);
-      if (kind.startsWith("request_") || kind.startsWith("reply_") || kind === "message") return this.#ofResource(record);
-      if (kind.startsWith("measurement")) return this.#ofMeasurement(record);
-      return this.#ofInjection(record);
+      switch (kind) {
+        case "run_started":
+        case "run_ended":
+          return this.#ofRun(record);
+        case "plan_asked":
+        case "plan_received":
+        case "plan_dropped":
+          return this.#ofPlan(record);
+        case "became_current":
+        case "operation":
+          return this.#lane("operations", subject);
+        case "automatic":
+          return this.#ofAutomatic(record);
+        case "request_sent":
+        case "request_cancelled":
+        case "reply_received":
+        case "reply_dropped":
+        case "message":
+          return this.#ofResource(record);
+        case "measurement":
+        case "measurement_refused":
+          return this.#ofMeasurement(record);
+        case "injection":
+        case "put_back":
+          return this.#ofInjection(record);
+        case "resource":
+          return this.#ofCondition(record);
+        default:
+          throw new Error(`no lane for records of the kind ${kind}`);
+      }
     }
 
     #ofRun(record) {
@@ -280,7 +303,6 @@ const { Timelines, showTimeline } = (() => {
     }
 
     #ofInjection(record) {
-      if (record.kind === "resource") return this.#ofCondition(record);
       const lane = this.#lane("injections", record.subject);
       if (record.kind === "put_back") {
         if (lane.isOpen) lane.close(record, { glyph: "↩" });

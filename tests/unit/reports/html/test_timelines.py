@@ -2,14 +2,16 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 import weakref
 from base64 import b64decode
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
+from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 from zlib import decompress
 
 import pytest
@@ -190,6 +192,12 @@ def test_the_spans_of_a_run_are_packed_with_their_outcomes() -> None:
         assert _spans(case, "plans", texts) == [
             (span.begin_record, span.end_record, span.status or "") for span in spans.plans
         ]
+
+
+def test_the_script_of_the_page_has_a_lane_for_every_kind_of_record() -> None:
+    script = (files("scbm.reports.html") / "timeline.js").read_text(encoding="utf-8")
+    places = script.partition("#place(record) {")[2].partition("default:")[0]
+    assert sorted(re.findall(r'case "(\w+)":', places)) == sorted(record.kind for record in get_args(Record))
 
 
 def test_a_case_that_cannot_be_run_again_keeps_its_place() -> None:
