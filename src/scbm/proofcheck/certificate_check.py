@@ -7,8 +7,8 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Obligations
-from scbm.proofcheck.arguments import ARGUMENTS
 from scbm.proofcheck.certificate import CertificateFlaw
+from scbm.proofcheck.certificate_arguments import ARGUMENTS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

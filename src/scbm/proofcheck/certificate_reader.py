@@ -13,8 +13,8 @@ from collections import Counter
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.proofcheck.arguments import ARGUMENTS
 from scbm.proofcheck.certificate import Certificate, Claim
+from scbm.proofcheck.certificate_arguments import ARGUMENTS
 from scbm.proofcheck.certificate_writer import FORMAT_VERSION
 
 if TYPE_CHECKING:

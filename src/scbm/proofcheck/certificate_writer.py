@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.proofcheck.arguments import ARGUMENTS, json_list, json_text
+from scbm.proofcheck.certificate_arguments import ARGUMENTS, json_list, json_text
 
 if TYPE_CHECKING:
     from scbm.proofcheck.certificate import Certificate

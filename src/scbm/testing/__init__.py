@@ -6,7 +6,6 @@ Paper, Section VI; semantics 7.
 from scbm.testing.campaign import Campaign, CaseResult
 from scbm.testing.campaign_json import FORMAT_VERSION, campaign_json, coverage_json
 from scbm.testing.case_choices import Choice
-from scbm.testing.case_files import WrittenCase, case_texts, find_case_files, load_suite
 from scbm.testing.case_sizes import Size
 from scbm.testing.findings import MAX_SHRUNK, Finding, find_causes
 from scbm.testing.node_runs import Answers
@@ -16,6 +15,7 @@ from scbm.testing.requirement_monitors import Violation, find_violations
 from scbm.testing.shrinking import Shrinker, Shrunk
 from scbm.testing.tester import Execution, Tester
 from scbm.testing.verdicts import Failure, FailureKind, Outcomes, Verdict, judge
+from scbm.testing.written_cases import WrittenCase, case_texts, find_case_files, load_suite
 
 __all__ = [
     "FORMAT_VERSION",

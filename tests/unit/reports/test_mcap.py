@@ -15,7 +15,7 @@ from mcap.records import Header
 from mcap.stream_reader import StreamReader
 
 import scbm
-from scbm.cases.trace import RequestSent, RunEnded, Severity, state_after
+from scbm.cases.trace import RecordSeverity, RequestSent, RunEnded, state_after
 from scbm.files import read_model
 from scbm.model import BehaviorModel, Value
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, PLAN_STATE
@@ -171,7 +171,9 @@ def test_the_log_is_the_timeline(name: str) -> None:
 def test_each_message_of_the_log_has_the_severity_of_its_record() -> None:
     lines = list(event_lines(*RUNS["odds"]))
     levels = [message.content["level"] for message in of("odds", "/events")][: len(lines)]
-    assert levels == [{Severity.INFO: 2, Severity.WARNING: 3, Severity.ERROR: 4}[line.severity] for line in lines]
+    assert levels == [
+        {RecordSeverity.INFO: 2, RecordSeverity.WARNING: 3, RecordSeverity.ERROR: 4}[line.severity] for line in lines
+    ]
     by_text = {line.text: level for line, level in zip(lines, levels, strict=True)}
     assert by_text["└ timedout"] == by_text["└ failed"] == 3
     assert by_text["■ reached"] == 2

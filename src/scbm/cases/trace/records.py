@@ -49,7 +49,7 @@ class End(StrEnum):
                 return PlanState.ABORTED
 
 
-class Severity(StrEnum):
+class RecordSeverity(StrEnum):
     """How serious an event is: part of the nominal course, a deviation from it, or an error of the model."""
 
     INFO = "info"
@@ -66,7 +66,7 @@ class RunStarted:
     """The runner began to pursue a goal. `state` has every variable; `changes` has what the start changed."""
 
     kind: ClassVar[str] = "run_started"
-    severity: ClassVar[Severity] = Severity.INFO
+    severity: ClassVar[RecordSeverity] = RecordSeverity.INFO
     at_ns: int
     goal: str
     predicate: str
@@ -79,7 +79,7 @@ class PlanAsked:
     """The runner asked for a plan; `ask` is the number of the question."""
 
     kind: ClassVar[str] = "plan_asked"
-    severity: ClassVar[Severity] = Severity.INFO
+    severity: ClassVar[RecordSeverity] = RecordSeverity.INFO
     at_ns: int
     ask: int
     changes: Changes
@@ -97,9 +97,9 @@ class PlanReceived:
     changes: Changes
 
     @property
-    def severity(self) -> Severity:
+    def severity(self) -> RecordSeverity:
         """A warning unless there is a plan."""
-        return Severity.INFO if self.status == "solved" else Severity.WARNING
+        return RecordSeverity.INFO if self.status == "solved" else RecordSeverity.WARNING
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +107,7 @@ class PlanDropped:
     """The planner answered a question that is out of date; the runner ignored the answer."""
 
     kind: ClassVar[str] = "plan_dropped"
-    severity: ClassVar[Severity] = Severity.INFO
+    severity: ClassVar[RecordSeverity] = RecordSeverity.INFO
     at_ns: int
     ask: int
     changes: Changes = ()
@@ -118,7 +118,7 @@ class BecameCurrent:
     """The first operation of the queue became the current operation."""
 
     kind: ClassVar[str] = "became_current"
-    severity: ClassVar[Severity] = Severity.INFO
+    severity: ClassVar[RecordSeverity] = RecordSeverity.INFO
     at_ns: int
     operation: str
     changes: Changes
@@ -137,15 +137,15 @@ class OperationStepped:
     changes: Changes
 
     @property
-    def severity(self) -> Severity:
+    def severity(self) -> RecordSeverity:
         """A warning if the operation is disabled, failed, timed out, or was given up while it was disabled."""
         match self.target:
             case OperationState.DISABLED | OperationState.FAILED | OperationState.TIMEDOUT:
-                return Severity.WARNING
+                return RecordSeverity.WARNING
             case OperationState.INITIAL if self.source is OperationState.DISABLED:
-                return Severity.WARNING
+                return RecordSeverity.WARNING
             case _:
-                return Severity.INFO
+                return RecordSeverity.INFO
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,9 +159,9 @@ class AutomaticTaken:
     changes: Changes
 
     @property
-    def severity(self) -> Severity:
+    def severity(self) -> RecordSeverity:
         """A warning if the transition made an operation fail."""
-        return Severity.INFO if self.failed is None else Severity.WARNING
+        return RecordSeverity.INFO if self.failed is None else RecordSeverity.WARNING
 
 
 @dataclass(frozen=True, slots=True)
@@ -169,7 +169,7 @@ class RequestSent:
     """The runner sent a request to a resource, with the values in `payload`."""
 
     kind: ClassVar[str] = "request_sent"
-    severity: ClassVar[Severity] = Severity.INFO
+    severity: ClassVar[RecordSeverity] = RecordSeverity.INFO
     at_ns: int
     request: int
     resource: str
@@ -182,7 +182,7 @@ class RequestCancelled:
     """The runner cancelled a request in flight."""
 
     kind: ClassVar[str] = "request_cancelled"
-    severity: ClassVar[Severity] = Severity.WARNING
+    severity: ClassVar[RecordSeverity] = RecordSeverity.WARNING
     at_ns: int
     request: int
     resource: str
@@ -201,9 +201,9 @@ class ReplyReceived:
     changes: Changes
 
     @property
-    def severity(self) -> Severity:
+    def severity(self) -> RecordSeverity:
         """A warning if the resource failed."""
-        return Severity.INFO if self.succeeded else Severity.WARNING
+        return RecordSeverity.INFO if self.succeeded else RecordSeverity.WARNING
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,7 +211,7 @@ class ReplyDropped:
     """A reply to no request in flight arrived and was ignored; `why` is `late`, `repeated` or `unknown`."""
 
     kind: ClassVar[str] = "reply_dropped"
-    severity: ClassVar[Severity] = Severity.WARNING
+    severity: ClassVar[RecordSeverity] = RecordSeverity.WARNING
     at_ns: int
     request: int
     why: str
@@ -223,7 +223,7 @@ class MeasurementReceived:
     """A resource published measured values."""
 
     kind: ClassVar[str] = "measurement"
-    severity: ClassVar[Severity] = Severity.INFO
+    severity: ClassVar[RecordSeverity] = RecordSeverity.INFO
     at_ns: int
     changes: Changes
 
@@ -233,7 +233,7 @@ class MeasurementRefused:
     """A measured value was ignored: no resource measures the variable, or the value is outside its domain."""
 
     kind: ClassVar[str] = "measurement_refused"
-    severity: ClassVar[Severity] = Severity.WARNING
+    severity: ClassVar[RecordSeverity] = RecordSeverity.WARNING
     at_ns: int
     variable: str
     value: Value
@@ -245,7 +245,7 @@ class InjectionApplied:
     """An injection acted; `failed` is the operation that it made fail, if it did."""
 
     kind: ClassVar[str] = "injection"
-    severity: ClassVar[Severity] = Severity.WARNING
+    severity: ClassVar[RecordSeverity] = RecordSeverity.WARNING
     at_ns: int
     injection: str
     failed: str | None
@@ -257,7 +257,7 @@ class PutBack:
     """A held injection ended, and restored the variables that nothing else had changed since."""
 
     kind: ClassVar[str] = "put_back"
-    severity: ClassVar[Severity] = Severity.INFO
+    severity: ClassVar[RecordSeverity] = RecordSeverity.INFO
     at_ns: int
     injection: str
     changes: Changes
@@ -275,9 +275,9 @@ class ResourceChanged:
     changes: Changes = ()
 
     @property
-    def severity(self) -> Severity:
+    def severity(self) -> RecordSeverity:
         """A warning unless the resource is well again."""
-        return Severity.INFO if self.condition == "well" else Severity.WARNING
+        return RecordSeverity.INFO if self.condition == "well" else RecordSeverity.WARNING
 
 
 @dataclass(frozen=True, slots=True)
@@ -285,7 +285,7 @@ class MessageDisturbed:
     """The simulated network loses a message that was sent now (`copies` is 0), or delivers it `copies` times."""
 
     kind: ClassVar[str] = "message"
-    severity: ClassVar[Severity] = Severity.WARNING
+    severity: ClassVar[RecordSeverity] = RecordSeverity.WARNING
     at_ns: int
     request: int
     resource: str
@@ -306,15 +306,15 @@ class RunEnded:
     changes: Changes
 
     @property
-    def severity(self) -> Severity:
+    def severity(self) -> RecordSeverity:
         """An error if the model is wrong, a warning if the goal was not reached for another reason."""
         match self.end:
             case End.REACHED:
-                return Severity.INFO
+                return RecordSeverity.INFO
             case End.LIVELOCK | End.MODEL_ERROR:
-                return Severity.ERROR
+                return RecordSeverity.ERROR
             case _:
-                return Severity.WARNING
+                return RecordSeverity.WARNING
 
 
 Record: TypeAlias = (

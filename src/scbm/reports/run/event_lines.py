@@ -22,6 +22,7 @@ from scbm.cases.trace import (
     PlanReceived,
     PutBack,
     Record,
+    RecordSeverity,
     ReplyDropped,
     ReplyReceived,
     RequestCancelled,
@@ -29,7 +30,6 @@ from scbm.cases.trace import (
     ResourceChanged,
     RunEnded,
     RunStarted,
-    Severity,
     assignments,
     differing,
 )
@@ -68,7 +68,7 @@ class EventLine:
 
     record: Record
     index: int
-    severity: Severity
+    severity: RecordSeverity
     mark: str
     label: str
     outcome: str = ""
@@ -99,12 +99,12 @@ def event_lines(
         end: the number of records to include; all of them if `None`.
         every: whether lines include the variables of resources and of the runner.
     """
-    log = _EventLog(model, execution, every=every)
+    log = _RecordLines(model, execution, every=every)
     for index, record in enumerate(execution.trace.records[:end]):
         yield from log.lines(index, record)
 
 
-class _EventLog:
+class _RecordLines:
     """Makes lines from records, one record after the other."""
 
     def __init__(self, model: BehaviorModel, execution: Execution, *, every: bool) -> None:
@@ -142,7 +142,7 @@ class _EventLog:
         for violation in self._execution.violations:
             if violation.record == index:
                 label = f"{violation.requirement}: {violation.reason}"
-                yield EventLine(record, index, Severity.ERROR, "✗ ", label)
+                yield EventLine(record, index, RecordSeverity.ERROR, "✗ ", label)
 
     def _changes(self, record: Record) -> str:
         """Return the changes that the line of a record shows; all of them where a tester acts."""

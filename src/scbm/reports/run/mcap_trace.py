@@ -29,6 +29,7 @@ from scbm.cases.trace import (
     PlanDropped,
     PlanReceived,
     PutBack,
+    RecordSeverity,
     ReplyDropped,
     ReplyReceived,
     RequestCancelled,
@@ -36,7 +37,6 @@ from scbm.cases.trace import (
     ResourceChanged,
     RunEnded,
     RunStarted,
-    Severity,
     fate_of,
 )
 from scbm.model import OperationState, PlanState, RequestState, ValueKind
@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 _LEVELS = ("UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL")
 """The names of the levels of `foxglove.Log`; a level is an index into them."""
 
-_LEVEL_OF = {severity: _LEVELS.index(severity.name) for severity in Severity}
+_LEVEL_OF = {severity: _LEVELS.index(severity.name) for severity in RecordSeverity}
 
 
 @dataclass(frozen=True, slots=True)
@@ -326,11 +326,11 @@ def _logged(model: BehaviorModel, execution: Execution) -> Iterator[McapMessage]
         yield McapMessage("/events", line.at_ns, number, content)
     at_ns, number = max(numbers.items(), default=(0, 0))  # a run that was lost has no records
     for failure in execution.verdict.failures:
-        content = _log(execution, at_ns, number, Severity.ERROR, f"FAILED  {failure}")
+        content = _log(execution, at_ns, number, RecordSeverity.ERROR, f"FAILED  {failure}")
         yield McapMessage("/events", at_ns, number, content)
 
 
-def _log(execution: Execution, at_ns: int, record: int, severity: Severity, message: str) -> Json:
+def _log(execution: Execution, at_ns: int, record: int, severity: RecordSeverity, message: str) -> Json:
     seconds, nanoseconds = divmod(at_ns, 1_000_000_000)
     timestamp = {"sec": seconds, "nsec": nanoseconds}
     about = {"name": execution.case.name, "file": execution.trace.model, "line": record}

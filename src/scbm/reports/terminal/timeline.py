@@ -13,12 +13,12 @@ from scbm.cases.trace import (
     OperationStepped,
     PlanReceived,
     Record,
+    RecordSeverity,
     ReplyReceived,
     RequestSent,
     ResourceChanged,
     RunEnded,
     RunStarted,
-    Severity,
     spans_of,
 )
 from scbm.model import OperationState, format_moment
@@ -42,7 +42,7 @@ _STATE_STYLES = {
     OperationState.TIMEDOUT: "magenta",
     OperationState.DISABLED: "yellow",
 }
-_SEVERITY_STYLES = {Severity.INFO: "", Severity.WARNING: "yellow", Severity.ERROR: "bold red"}
+_SEVERITY_STYLES = {RecordSeverity.INFO: "", RecordSeverity.WARNING: "yellow", RecordSeverity.ERROR: "bold red"}
 _LABEL_STYLES: dict[type[Record], str] = {
     RunStarted: "bold",
     PlanReceived: "bold blue",
@@ -83,12 +83,12 @@ def draw_line(line: EventLine, *, with_time: bool = False) -> Text:
 def _label_style(line: EventLine) -> str:
     """Return the style of what happened; a kind of record without a style of its own has that of its severity."""
     record = line.record
-    if line.severity is Severity.ERROR:
+    if line.severity is RecordSeverity.ERROR:
         return _SEVERITY_STYLES[line.severity]
     if isinstance(record, OperationStepped):
         return _STATE_STYLES.get(record.target, "bold")
     if isinstance(record, RunEnded):
-        return "bold green" if line.severity is Severity.INFO else "bold red"
+        return "bold green" if line.severity is RecordSeverity.INFO else "bold red"
     return _LABEL_STYLES.get(type(record), _SEVERITY_STYLES[line.severity])
 
 

@@ -16,13 +16,13 @@ from scbm.cases.trace import (
     PlanReceived,
     PutBack,
     Record,
+    RecordSeverity,
     ReplyDropped,
     ReplyReceived,
     RequestSent,
     ResourceChanged,
     RunEnded,
     RunStarted,
-    Severity,
     Trace,
     fault_in,
     sentence_of,
@@ -41,7 +41,7 @@ from support.record_kinds import record_of_each_kind
 MODEL = read_model(SCAN_CELL)
 NOMINAL = MODEL.nominal_state
 RECORDS = record_of_each_kind(MODEL)
-INFO, WARNING, ERROR = Severity.INFO, Severity.WARNING, Severity.ERROR
+INFO, WARNING, ERROR = RecordSeverity.INFO, RecordSeverity.WARNING, RecordSeverity.ERROR
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Unheard:
     """A kind of record that no view knows."""
 
     kind: ClassVar[str] = "unheard"
-    severity: ClassVar[Severity] = INFO
+    severity: ClassVar[RecordSeverity] = INFO
     at_ns: int = 0
     changes: tuple[()] = ()
 
@@ -143,5 +143,5 @@ def test_the_words_of_a_record(record: Record, text: str, label: str, outcome: s
         (RunEnded(0, "g", "livelock", (), ()), ERROR),
     ],
 )
-def test_the_severity_of_a_record(record: Record, severity: Severity) -> None:
+def test_the_severity_of_a_record(record: Record, severity: RecordSeverity) -> None:
     assert record.severity is severity

@@ -1,0 +1,88 @@
+"""The layout of the code that docs/explanation/architecture.md describes: packages, sizes of folders, names, words."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+SOURCE = ROOT / "src" / "scbm"
+MODULES = sorted(SOURCE.rglob("*.py"))
+NAMED = [path for path in MODULES if path.parent != SOURCE]
+"""Modules of packages; those beside them are deprecated names."""
+
+MAX_PACKAGES = 13
+MAX_MODULES = 20
+"""In one folder, `__init__.py` included."""
+
+HOUSE_WORDS = re.compile(
+    r"\b(rooms?|strangers?|desks?|bench|ledgers?|seats?|whoever|nobody|somebody|for ever|told of|"
+    r"what is looked at|comes? to the head)\b",
+    re.IGNORECASE,
+)
+"""Metaphors and riddles of an earlier version of the texts; CONTRIBUTING.md says what to write."""
+
+WITH_HOUSE_WORDS = Path(__file__).with_name("with_house_words.txt")
+"""Files that still have some, a line each; a file that has none any more has to leave the list."""
+
+
+def packages() -> list[str]:
+    return sorted(path.parent.name for path in SOURCE.glob("*/__init__.py"))
+
+
+def repeated(names: Iterable[str]) -> list[str]:
+    """Return the names that occur more than once."""
+    return sorted(name for name, count in Counter(names).items() if count > 1)
+
+
+def class_names(path: Path) -> Iterator[str]:
+    """Yield the names of all classes of a module, nested ones too, without underscores in front."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ClassDef):
+            yield node.name.lstrip("_")
+
+
+def texts() -> dict[str, Path]:
+    """Return the files whose words are checked, by their path from the root."""
+    folders = [(SOURCE, "*.py"), (ROOT / "docs", "*.md"), (ROOT / "tests", "*.py"), (ROOT / "benchmarks", "*.py")]
+    found = [path for folder, pattern in folders for path in sorted(folder.rglob(pattern)) if path != Path(__file__)]
+    found += [ROOT / "README.md", ROOT / "CONTRIBUTING.md"]
+    return {path.relative_to(ROOT).as_posix(): path for path in found}
+
+
+def house_words(path: Path) -> list[str]:
+    """Return the lines with house words, and where they are."""
+    lines = path.read_text(encoding="utf-8").splitlines()
+    return [f"{number}: {found[0]}" for number, line in enumerate(lines, 1) if (found := HOUSE_WORDS.search(line))]
+
+
+def test_there_are_few_packages() -> None:
+    assert len(packages()) <= MAX_PACKAGES, packages()
+
+
+def test_no_folder_has_many_modules() -> None:
+    sizes = Counter(path.parent.relative_to(SOURCE).as_posix() for path in MODULES)
+    assert {folder: size for folder, size in sizes.items() if size > MAX_MODULES} == {}
+
+
+def test_a_module_name_is_said_once() -> None:
+    assert repeated(path.stem for path in NAMED if not path.stem.startswith("__")) == []
+
+
+def test_a_class_name_is_said_once() -> None:
+    assert repeated(name for path in MODULES for name in class_names(path)) == []
+
+
+def test_texts_have_no_house_words(request: pytest.FixtureRequest) -> None:
+    found = [name for name, path in texts().items() if house_words(path)]
+    if request.config.getoption("--update-golden"):
+        WITH_HOUSE_WORDS.write_text("".join(f"{name}\n" for name in found), encoding="utf-8")
+    known = WITH_HOUSE_WORDS.read_text(encoding="utf-8").splitlines()
+    new = {name: house_words(texts()[name]) for name in found if name not in known}
+    assert new == {}
+    assert [name for name in known if name not in found] == [], "these leave the list"
