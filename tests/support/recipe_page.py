@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/how-to/recipes.md"
@@ -72,12 +73,7 @@ def followed(title: str, directory: Path) -> Iterator[Recipe]:
         (directory / name).write_text(text, encoding="utf-8")
     modules = {name: _module(name) for name, _ in recipe.modules}
     before = {name: dict(vars(module)) for name, module in modules.items()}
-    registries = [
-        (value, dict(value))
-        for names in before.values()
-        for name, value in names.items()
-        if name.isupper() and isinstance(value, dict)
-    ]
+    registries = [(registry, dict(registry)) for names in before.values() for registry in _registries(names)]
     try:
         for name, text in recipe.modules:
             code = compile(text, f"docs/how-to/recipes.md: {name}", "exec", __future__.annotations.compiler_flag)
@@ -92,6 +88,15 @@ def followed(title: str, directory: Path) -> Iterator[Recipe]:
             vars(module).update(before[name])
             if not _is_file(name):
                 _forget(name)
+
+
+def _registries(names: dict[str, Any]) -> Iterator[dict[Any, Any]]:
+    """The registries among the names of a module, and those of its classes, such as the declared keys of a file."""
+    for name, value in names.items():
+        if name.isupper() and isinstance(value, dict):
+            yield value
+        elif isinstance(value, type):
+            yield from (held for held in vars(value).values() if isinstance(held, dict))
 
 
 def _module(name: str) -> ModuleType:

@@ -183,8 +183,24 @@ class MeasuredTopic:
     is_best_effort: bool = False
 
 
+class RequestBinding:
+    """Where the requests of a resource go. Its subclasses are the kinds of bindings: frozen dataclasses."""
+
+    __slots__ = ()
+
+    @property
+    def services(self) -> tuple[ServiceCall, ...]:
+        """All services that requests go to, in order."""
+        return ()
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """All topics that carry requests or replies as texts."""
+        return ()
+
+
 @dataclass(frozen=True, slots=True)
-class ServiceCall:
+class ServiceCall(RequestBinding):
     """One service, and how a request becomes a call of it.
 
     Attributes:
@@ -202,21 +218,36 @@ class ServiceCall:
     succeeded: tuple[tuple[str, Scalar], ...] = ()
     measured: tuple[tuple[str, Reading], ...] = ()
 
+    @property
+    def services(self) -> tuple[ServiceCall, ...]:
+        """This service."""
+        return (self,)
+
 
 @dataclass(frozen=True, slots=True)
-class ServiceChoice:
+class ServiceChoice(RequestBinding):
     """One service for each value of a variable that the request carries. What has none cannot be sent."""
 
     variable: str
     calls: tuple[tuple[Value, ServiceCall], ...]
 
+    @property
+    def services(self) -> tuple[ServiceCall, ...]:
+        """The services of all values."""
+        return tuple(call for _, call in self.calls)
+
 
 @dataclass(frozen=True, slots=True)
-class TopicPair:
+class TopicPair(RequestBinding):
     """A topic of requests and one of replies, with the protocol of drivers."""
 
     request: str
     reply: str
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """Both topics."""
+        return (self.request, self.reply)
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,24 +259,17 @@ class Binding:
         measured: the topics that it measures by.
     """
 
-    requests: ServiceCall | ServiceChoice | TopicPair | None = None
+    requests: RequestBinding | None = None
     measured: tuple[MeasuredTopic, ...] = ()
 
     @property
     def calls(self) -> tuple[ServiceCall, ...]:
         """All services that requests go to, in order."""
-        match self.requests:
-            case ServiceCall():
-                return (self.requests,)
-            case ServiceChoice(_, calls):
-                return tuple(call for _, call in calls)
-            case _:
-                return ()
+        return () if self.requests is None else self.requests.services
 
     def topics(self) -> Iterator[tuple[str, MessageType]]:
         """All topics, each as often as it is named."""
-        if isinstance(self.requests, TopicPair):
-            yield self.requests.request, MessageType.STRING
-            yield self.requests.reply, MessageType.STRING
+        for topic in () if self.requests is None else self.requests.topics:
+            yield topic, MessageType.STRING
         for measured in self.measured:
             yield measured.topic, measured.type

@@ -11,13 +11,21 @@ from scbm.files.codec.ros_names import ROS_NAME, SharedNames
 from scbm.files.codec.service_keys import ServiceKeys, is_carried
 from scbm.files.spelling import suggestion
 from scbm.model import Slug
-from scbm.model.bindings import Binding, MeasuredTopic, MessageType, ServiceCall, ServiceChoice, TopicPair
+from scbm.model.bindings import (
+    Binding,
+    MeasuredTopic,
+    MessageType,
+    RequestBinding,
+    ServiceCall,
+    ServiceChoice,
+    TopicPair,
+)
 from scbm.model.operations import Assign
 from scbm.model.predicates import Constant
 from scbm.model.values import format_value
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from scbm.files.codec.key_types import Entry
     from scbm.files.codec.value_reader import ValueReader
@@ -27,9 +35,6 @@ if TYPE_CHECKING:
     from scbm.model.resources import Resource
     from scbm.model.values import Value
     from scbm.model.variables import Variable
-
-_WAYS = ("service", "services", "topics")
-"""The keys that say where requests go; a binding has one of them at most."""
 
 _MAX_SHOWN = 8
 """The maximum number of values that one message lists."""
@@ -156,33 +161,41 @@ class BindingReader:
             keys: the keys of the binding.
             place: the key that the binding stands under.
         """
-        ways = [key for key in _WAYS if keys.has(key)]
+        ways = [key for key in REQUEST_KEYS if keys.has(key)]
         for other in ways[1:]:
-            message = f"a binding has one of `service`, `services` and `topics`, and this has `{ways[0]}` and `{other}`"
+            message = f"a binding has one of {_listed('and')}, and this has `{ways[0]}` and `{other}`"
             self._reader.add(Slug.BAD_BINDING, message, keys.place(other), "keep one of them")
         if not ways and keys.is_clear:
             self._refuse_no_way(resource, keys, place)
-        call = None if keys.service is None else keys.service.call(resource, self._shared)
-        choice = self._choice(resource, keys)
-        pair = None if keys.topics is None else keys.topics.pair(self._shared)
-        return Binding(call or choice or pair, tuple(self._measured(resource, keys)))
+        read = [read_requests(self, resource, keys) for read_requests in REQUEST_KEYS.values()]
+        requests = next((request for request in read if request is not None), None)
+        return Binding(requests, tuple(self._measured(resource, keys)))
+
+    def service(self, resource: Resource, keys: RosKeys) -> ServiceCall | None:
+        """Return the service for all requests; `None` if there is none, or it is wrong."""
+        return None if keys.service is None else keys.service.call(resource, self._shared)
+
+    def pair(self, _: Resource, keys: RosKeys) -> TopicPair | None:
+        """Return the pair of topics; `None` if there is none, or it is wrong."""
+        return None if keys.topics is None else keys.topics.pair(self._shared)
 
     def _refuse_no_way(self, resource: Resource, keys: RosKeys, place: Place) -> None:
         """Note a binding that says nothing, or only what is measured although requests are sent."""
         if not keys.node.items:
-            remedy = "write `service`, `services` or `topics`; or `measured`, for what gets no requests"
+            remedy = f"write {_listed('or')}; or `measured`, for what gets no requests"
             self._reader.add(Slug.BAD_BINDING, f"the binding of `{resource.name}` is empty", place, remedy)
             return
         for sender, actions in self._sending(resource):
             if any(action.target == resource.trigger for action in actions):
                 message = f"{sender} sends requests to `{resource.name}`, and its binding does not say where"
-                remedy = "add `service`, `services` or `topics`"
+                remedy = f"add {_listed('or')}"
                 self._reader.add(Slug.UNBOUND_REQUEST, message, place, remedy)
                 return
 
     # services chosen by a variable
 
-    def _choice(self, resource: Resource, keys: RosKeys) -> ServiceChoice | None:
+    def choice(self, resource: Resource, keys: RosKeys) -> ServiceChoice | None:
+        """Return the services for the values of a variable; `None` if there are none, or they are wrong."""
         section = keys.node.get("services")
         if section is None or not isinstance(section.plain, dict):
             return None
@@ -254,6 +267,19 @@ class BindingReader:
                 remedy = "write the same `best_effort` for all variables of one topic"
                 self._reader.add(Slug.BAD_BINDING, message, entry.place, remedy)
             yield measured
+
+
+REQUEST_KEYS: dict[str, Callable[[BindingReader, Resource, RosKeys], RequestBinding | None]] = {
+    "service": BindingReader.service,
+    "services": BindingReader.choice,
+    "topics": BindingReader.pair,
+}
+"""The keys of `RosKeys` that say where requests go, with what reads them; a binding has one of them at most."""
+
+
+def _listed(conjunction: str) -> str:
+    *others, last = (f"`{key}`" for key in REQUEST_KEYS)
+    return f"{', '.join(others)} {conjunction} {last}"
 
 
 BINDINGS_OWNERS: tuple[tuple[type[Keys], str], ...] = (

@@ -10,7 +10,7 @@ from scbm.files.codec.key_types import NamesType, ScalarOrMappingType, ScalarTyp
 from scbm.files.codec.keys import Key, Keys
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import Place, Slug
-from scbm.model.bindings import SET_BOOL, TRIGGER, FieldType, MessageType, ServiceType, TopicPair
+from scbm.model.bindings import SET_BOOL, TRIGGER, FieldType, MessageType, ServiceType
 
 if TYPE_CHECKING:
     from scbm.files.codec.key_types import Entry
@@ -206,8 +206,7 @@ class SharedNames:
         for call in binding.calls:
             self._types.setdefault(("type", call.type.name), (call.type, where))
             self._types.setdefault(("service", call.name), (call.type, where))
-        requests = binding.requests
-        pair = (requests.request, requests.reply) if isinstance(requests, TopicPair) else ()
+        pair = () if binding.requests is None else binding.requests.topics
         for name, kind in binding.topics():
             self._types.setdefault(("topic", name), (kind, where))
             if kind is MessageType.STRING:

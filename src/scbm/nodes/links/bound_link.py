@@ -10,7 +10,7 @@ from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.model import TopicPair
+from scbm.model import RequestBinding, ServiceCall, ServiceChoice, TopicPair
 from scbm.nodes.buses.bus import Topic, Unmatched
 from scbm.nodes.links.link import Reply
 from scbm.nodes.links.measured_topics import MeasuredTopics
@@ -27,6 +27,25 @@ if TYPE_CHECKING:
 
 _MAX_ANSWERED = 100
 """So many answered requests are remembered: who answers twice does so soon."""
+
+
+@dataclass(frozen=True, slots=True)
+class LinkContext:
+    """What a link to a real driver is made from.
+
+    Attributes:
+        bus: carries its messages.
+        resource: a resource with a binding.
+        hearer: gets replies and changes of presence.
+        complain: gets a sentence about each message that cannot be taken or sent.
+        now_ns: the clock of the bus.
+    """
+
+    bus: Bus
+    resource: Resource
+    hearer: LinkListener
+    complain: Callable[[str], None]
+    now_ns: Callable[[], int]
 
 
 class BoundLink:
@@ -63,7 +82,7 @@ class BoundLink:
         self._answered: deque[Correlation] = deque(maxlen=_MAX_ANSWERED)
         self._answered_twice: deque[str] = deque(maxlen=_MAX_ANSWERED)
         self._measured = MeasuredTopics(bus, resource, self)
-        self._requests = _requests(bus, resource, self, complain, now_ns)
+        self._requests = _requests(LinkContext(bus, resource, self, complain, now_ns))
 
     @property
     def is_there(self) -> bool:
@@ -121,18 +140,34 @@ class BoundLink:
             self._hearer.heard_presence(resource, is_there=self._was_there)
 
 
-def _requests(
-    bus: Bus, resource: Resource, hearer: LinkListener, complain: Callable[[str], None], now_ns: Callable[[], int]
-) -> Link | None:
-    """The way of requests; `None` if there is none."""
-    assert resource.binding is not None  # noqa: S101 - whoever calls has looked
-    requests = resource.binding.requests
-    if requests is None:
+def _service_link(context: LinkContext) -> Link:
+    return ServiceLink(context.bus, context.resource, context.hearer, context.complain, context.now_ns)
+
+
+def _topic_link(context: LinkContext) -> Link:
+    binding = context.resource.binding
+    assert binding is not None  # noqa: S101 - a context is made for a resource with a binding
+    request, reply = map(Topic, binding.requests.topics if binding.requests is not None else ())
+    return TopicLink(context.bus, context.resource.name, (request, reply), context.hearer, context.complain)
+
+
+LINKS: dict[type[RequestBinding], Callable[[LinkContext], Link]] = {
+    ServiceCall: _service_link,
+    ServiceChoice: _service_link,
+    TopicPair: _topic_link,
+}
+"""What makes the link to the driver of a resource, for each kind of binding."""
+
+
+def _requests(context: LinkContext) -> Link | None:
+    """Return the link that carries requests; `None` if the resource only measures."""
+    binding = context.resource.binding
+    if binding is None or binding.requests is None:
         return None
-    if isinstance(requests, TopicPair):
-        topics = (Topic(requests.request), Topic(requests.reply))
-        return TopicLink(bus, resource.name, topics, hearer, complain)
-    return ServiceLink(bus, resource, hearer, complain, now_ns)
+    kind = type(binding.requests)
+    if kind not in LINKS:
+        raise TypeError(f"no link reaches a resource by a {kind.__name__}: add one to LINKS")
+    return LINKS[kind](context)
 
 
 @dataclass

@@ -1,0 +1,86 @@
+"""A kind of binding, added as docs/how-to/recipes.md says."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from scbm.files import load_model, read_model, write_model
+from scbm.nodes import Bus
+from scbm.nodes.buses.loopback import LoopbackHub
+from scbm.nodes.buses.transports import TRANSPORTS, Join, Transport
+from scbm.nodes.links import bound_link
+from scbm.nodes.links.link import Correlation, Reply
+from support.recipe_page import followed
+
+TITLE = "A kind of binding"
+
+
+def connect_for_a_moment(_: int, __: Callable[[str], None]) -> Join:
+    """A transport whose node is stopped as soon as it is there."""
+    hub = LoopbackHub()
+
+    def join(node: str) -> Bus:
+        asyncio.get_running_loop().call_soon(os.kill, os.getpid(), signal.SIGINT)
+        return hub.join(node)
+
+    return join
+
+
+def test_a_new_binding_is_read_written_and_reached_by_a_controller(
+    scbm: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(TRANSPORTS, "moment", Transport(connect_for_a_moment, "a moment", joins_processes=True))
+    with followed(TITLE, tmp_path) as recipe:
+        check, serve = (recipe.in_directory(command, tmp_path) for command in recipe.commands)
+        ran = scbm(*check)
+        assert (ran.code, "lamp" in ran.out) == (0, True)
+        model = load_model(tmp_path / "lamp.yaml")
+        assert read_model(write_model(model)) == model
+        served = scbm(*serve, "--transport", "moment")
+        assert (served.code, "controller of `lamp`, " in served.out) == (0, True)
+        assert "is not reached" not in served.out
+    unknown = scbm(*check)
+    assert (unknown.code, "unknown key `timer`" in unknown.err) == (2, True)
+
+
+class Heard:
+    """Keeps replies."""
+
+    def __init__(self) -> None:
+        self.replies: list[tuple[str, Reply]] = []
+        self.is_there = asyncio.Event()
+
+    def heard_reply(self, resource: str, reply: Reply) -> None:
+        self.replies.append((resource, reply))
+        self.is_there.set()
+
+    def heard_values(self, resource: str, measurement: object) -> None:
+        raise AssertionError(resource, measurement)
+
+    def heard_presence(self, resource: str, *, is_there: bool) -> None:
+        raise AssertionError(resource, is_there)
+
+
+def test_requests_go_by_the_new_link_and_a_kind_without_one_is_refused(tmp_path: Path) -> None:
+    async def scenario() -> list[tuple[str, Reply]]:
+        heard, bus = Heard(), LoopbackHub().join("controller")
+        link = bound_link.BoundLink(bus, model.resources[0], heard, print, lambda: 7)
+        assert link.is_there
+        link.send(Correlation("run", 1), ())
+        await heard.is_there.wait()
+        return heard.replies
+
+    with followed(TITLE, tmp_path):
+        model = load_model(tmp_path / "lamp.yaml")
+        reply = Reply(Correlation("run", 1), succeeded=True, measured=(), stamp_ns=1_000_007)
+        assert asyncio.run(scenario()) == [("bulb", reply)]
+        bound_link.LINKS.popitem()
+        with pytest.raises(TypeError, match="no link reaches a resource by a TimedSuccess: add one to LINKS"):
+            asyncio.run(scenario())
