@@ -1,6 +1,6 @@
-"""What a system is: variables, operations, transitions, goals. Immutable, without time and without I/O.
+"""The model of a system: variables, operations, transitions, goals. Immutable, without time and without I/O.
 
-Everything here prints back to the notation that it is written in; `scbm.files` reads that notation.
+Every object prints itself in the notation of model files; `scbm.files` reads that notation.
 """
 
 from scbm.model.behavior import BehaviorModel, InitialStates

@@ -1,7 +1,4 @@
-"""A behavior model: variables, operations and automatic transitions (paper, Section II), and what is asked of it.
-
-The initial states that tests may start from: combinations of the random values that satisfy `initial_states`.
-"""
+"""Behavior models: variables, operations and automatic transitions (paper, Section II), and their initial states."""
 
 from __future__ import annotations
 
@@ -25,17 +22,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BehaviorModel:
-    """Everything that a model file says. All orders are those of the file, and they matter.
+    """The content of a model file. All orders are those of the file, and they matter.
 
     Attributes:
         name: an identifier.
-        variables: the variables that the file declares.
-        resources: what requests are sent to.
-        operations: what can be planned; the order decides between plans of one length (semantics 4.2).
-        automatic_transitions: taken as soon as they can be, the first in order first (semantics 5.1).
-        initial_states: what every initial state must satisfy.
-        goals: what runs are for, by name.
-        requirements: what must hold during runs.
+        variables: the declared variables.
+        resources: the resources that requests are sent to.
+        operations: the operations to plan with; their order decides between plans of the same length (semantics 4.2).
+        automatic_transitions: the transitions that are taken as soon as they are enabled, the first in order first
+            (semantics 5.1).
+        initial_states: the predicate that every initial state satisfies.
+        goals: the goals of runs, by name.
+        requirements: the requirements that hold during runs.
     """
 
     name: str
@@ -49,25 +47,25 @@ class BehaviorModel:
 
     @cached_property
     def space(self) -> StateSpace:
-        """The variables of the world: those declared, then two for each resource."""
+        """The variables of the world: the declared ones, then two for each resource."""
         owned = (variable for resource in self.resources for variable in resource_variables(resource.name))
         return StateSpace((*self.variables, *owned))
 
     @cached_property
     def running_space(self) -> StateSpace:
-        """The variables of the world, then those that the runner keeps (semantics 1.3)."""
+        """The variables of the world, then those of the runner (semantics 1.3)."""
         return StateSpace((*self.space, *runner_variables(operation.name for operation in self.operations)))
 
     @cached_property
     def transitions(self) -> tuple[Transition, ...]:
-        """All transitions: of each operation `pre`, `post` and `failed`, then the automatic ones."""
+        """All transitions: `pre`, `post` and `failed` of each operation, then the automatic ones."""
         lives = ((operation.pre, operation.post, operation.failed) for operation in self.operations)
         own = (transition for life in lives for transition in life if transition is not None)
         return (*own, *self.automatic_transitions)
 
     @cached_property
     def actions(self) -> tuple[Action, ...]:
-        """All actions of all transitions, then those of operations that time out."""
+        """All actions of all transitions, then the `timedout` actions of operations."""
         taken = (action for transition in self.transitions for action in transition.running_actions)
         return (*taken, *(action for operation in self.operations for action in operation.timedout))
 
@@ -77,11 +75,11 @@ class BehaviorModel:
         return State.nominal(self.space)
 
     def goal(self, name: str) -> Predicate | None:
-        """The goal of that name, if there is one."""
+        """Return the goal with this name; `None` if there is none."""
         return dict(self.goals).get(name)
 
     def operation(self, name: str) -> Operation:
-        """The operation of that name. Raises `KeyError` if there is none."""
+        """Return the operation with this name. Raises `KeyError` if there is none."""
         for operation in self.operations:
             if operation.name == name:
                 return operation
@@ -89,14 +87,14 @@ class BehaviorModel:
 
 
 class InitialStates:
-    """The combinations of random values of a model, by number, in the order of variables and values."""
+    """The combinations of random values of a model, numbered in the order of variables and values."""
 
     def __init__(self, model: BehaviorModel) -> None:
         self._model = model
         self.combinations = prod(len(variable.random) for variable in model.space)
 
     def combination(self, number: int) -> dict[str, Value]:
-        """Combination `number`, whether it is allowed or not; the last variable runs fastest."""
+        """Return combination `number`, whether it is allowed or not; the last variable changes fastest."""
         values: dict[str, Value] = {}
         for variable in reversed(self._model.space.variables):
             number, index = divmod(number, len(variable.random))
@@ -104,11 +102,11 @@ class InitialStates:
         return values
 
     def allows(self, values: dict[str, Value]) -> bool:
-        """Whether the model's `initial_states` predicate holds."""
+        """Return whether the model's `initial_states` predicate holds."""
         return self._model.initial_states.holds(values)
 
     def allowed(self, most: int) -> Iterator[State]:
-        """The allowed states among the first `most` combinations, in order."""
+        """Yield the allowed states among the first `most` combinations, in order."""
         for number in range(min(most, self.combinations)):
             values = self.combination(number)
             if self.allows(values):

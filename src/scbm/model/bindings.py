@@ -1,4 +1,4 @@
-"""Bindings: how the requests and the measured values of a resource reach a real driver, in the names of ROS 2."""
+"""Bindings: how the requests and measured values of a resource reach a real driver, in the terms of ROS 2."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from scbm.model.values import Value
 
 Scalar: TypeAlias = bool | int | float | str
-"""What a field of a message or of a service holds."""
+"""The value of a field of a message or a service."""
 
 _FLOAT32_MAX = (2 - 2**-23) * 2.0**127
 _FLOAT32_MIN = 2.0**-149
 
 
 class MessageType(StrEnum):
-    """The types of topics: one field, `data`."""
+    """The supported types of topics; each has one field, `data`."""
 
     STRING = "std_msgs/msg/String"
     BOOL = "std_msgs/msg/Bool"
@@ -38,7 +38,7 @@ class MessageType(StrEnum):
 
 
 class FieldType(StrEnum):
-    """The types of the fields of services."""
+    """The supported types of fields of services."""
 
     BOOL = "bool"
     INT8 = "int8"
@@ -55,17 +55,17 @@ class FieldType(StrEnum):
 
     @property
     def is_float(self) -> bool:
-        """Whether it holds numbers with fractions."""
+        """Whether the type holds numbers with fractions."""
         return self in (FieldType.FLOAT32, FieldType.FLOAT64)
 
     @property
     def is_number(self) -> bool:
-        """Whether it holds numbers."""
+        """Whether the type holds numbers."""
         return self not in (FieldType.BOOL, FieldType.STRING)
 
     @property
     def kind(self) -> ValueKind | None:
-        """The kind of the values of variables that it holds as they are; `None` for numbers with fractions."""
+        """The kind of variable whose values the type holds unchanged; `None` for numbers with fractions."""
         match self:
             case FieldType.BOOL:
                 return ValueKind.BOOLEAN
@@ -76,16 +76,16 @@ class FieldType(StrEnum):
 
     @property
     def integers(self) -> range:
-        """The whole numbers that it holds, if it holds no others."""
+        """The whole numbers that the type holds, if it holds no others."""
         if self.kind is not ValueKind.INTEGER:
             return range(0)
         bits = int(self.value.partition("int")[2])
         return range(2**bits) if self.value.startswith("u") else range(-(2 ** (bits - 1)), 2 ** (bits - 1))
 
     def holds(self, value: Scalar) -> bool:
-        """Whether a field of this type can have the value. A whole number is also one with a fraction, of 0.
+        """Return whether a field of this type can have the value. A whole number is also a number with fraction 0.
 
-        A text with a NUL would end there on the wire; what is closer to 0 than any `float32` would be 0.
+        A text with a NUL would end there on the wire; a number too close to 0 for a `float32` would become 0.
         """
         if isinstance(value, bool):
             return self is FieldType.BOOL
@@ -108,10 +108,10 @@ _DATA = {
 
 @dataclass(frozen=True, slots=True)
 class ServiceType:
-    """A type of services, with scalar fields.
+    """A service type with scalar fields.
 
     Attributes:
-        name: as ROS 2 writes it: `std_srvs/srv/Trigger`.
+        name: as in ROS 2: `std_srvs/srv/Trigger`.
         request, response: the fields in their order.
     """
 
@@ -127,7 +127,7 @@ SET_BOOL = ServiceType("std_srvs/srv/SetBool", (("data", FieldType.BOOL),), _RES
 
 @dataclass(frozen=True, slots=True)
 class Interval:
-    """The numbers from `low` on and below `high`, in units of a message; an end that is `None` is not there."""
+    """The numbers from `low` (inclusive) to `high` (exclusive), in units of a message; `None` is an open end."""
 
     low: int | float | None
     high: int | float | None
@@ -138,11 +138,11 @@ class Interval:
 
     @property
     def is_empty(self) -> bool:
-        """Whether no number lies in it."""
+        """Whether the interval contains no number."""
         return self.low is not None and self.high is not None and self.low >= self.high
 
     def overlaps(self, other: Interval) -> bool:
-        """Whether some number lies in both; neither is empty."""
+        """Return whether a number lies in both intervals; neither is empty."""
         lows = [end for end in (self.low, other.low) if end is not None]
         highs = [end for end in (self.high, other.high) if end is not None]
         return not lows or not highs or max(lows) < min(highs)
@@ -153,12 +153,12 @@ class Interval:
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """How data becomes a value of a variable.
+    """How data is converted into a value of a variable.
 
     Attributes:
         variable: the variable.
-        ranges: for numbers, which of them mean which value; no two overlap.
-        texts: for texts, which of them mean which value. Without these and without ranges data is the value itself.
+        ranges: for numbers, the ranges with their values; no two overlap.
+        texts: for texts, the texts with their values. Without texts and ranges, data is the value itself.
     """
 
     variable: str
@@ -168,13 +168,13 @@ class Reading:
 
 @dataclass(frozen=True, slots=True)
 class MeasuredTopic:
-    """A topic of values of one variable.
+    """A topic with values of one variable.
 
     Attributes:
-        topic: its name, from the root: `/scanner/distance`.
-        type: what its messages carry.
-        reading: how they become values.
-        is_best_effort: whether publishers are heard that do not repeat what was lost.
+        topic: its absolute name: `/scanner/distance`.
+        type: the type of its messages.
+        reading: how messages are converted into values.
+        is_best_effort: whether best-effort publishers match as well.
     """
 
     topic: str
@@ -201,15 +201,15 @@ class RequestBinding:
 
 @dataclass(frozen=True, slots=True)
 class ServiceCall(RequestBinding):
-    """One service, and how a request becomes a call of it.
+    """A service, and how a request is converted into a call of it.
 
     Attributes:
-        name: of the service, from the root: `/scanner/scan`.
+        name: the absolute name of the service: `/scanner/scan`.
         type: its type.
-        request: each field of its request in the order of the type, with what it gets: a value, or that of a variable
-            which the request carries.
-        succeeded: the fields of a response that says succeeded, with their values; any other says failed.
-        measured: fields of such a response, and how they are read.
+        request: each field of its request in the order of the type, with its content: a constant, or the value of a
+            variable that the request carries.
+        succeeded: the fields of a response that means success, with their values; any other response means failure.
+        measured: the fields of a successful response that are measured, and how they are converted.
     """
 
     name: str
@@ -226,7 +226,7 @@ class ServiceCall(RequestBinding):
 
 @dataclass(frozen=True, slots=True)
 class ServiceChoice(RequestBinding):
-    """One service for each value of a variable that the request carries. What has none cannot be sent."""
+    """One service for each value of a variable that the request carries. A value without a service cannot be sent."""
 
     variable: str
     calls: tuple[tuple[Value, ServiceCall], ...]
@@ -239,7 +239,7 @@ class ServiceChoice(RequestBinding):
 
 @dataclass(frozen=True, slots=True)
 class TopicPair(RequestBinding):
-    """A topic of requests and one of replies, with the protocol of drivers."""
+    """A topic of requests and a topic of replies, with the protocol of drivers."""
 
     request: str
     reply: str
@@ -252,11 +252,11 @@ class TopicPair(RequestBinding):
 
 @dataclass(frozen=True, slots=True)
 class Binding:
-    """How a resource is reached when it is real.
+    """How a real resource is reached.
 
     Attributes:
-        requests: where requests go; `None` for a resource that only measures.
-        measured: the topics that it measures by.
+        requests: the target of requests; `None` for a resource that only measures.
+        measured: the topics with its measured values.
     """
 
     requests: RequestBinding | None = None
@@ -264,11 +264,11 @@ class Binding:
 
     @property
     def calls(self) -> tuple[ServiceCall, ...]:
-        """All services that requests go to, in order."""
+        """All services that requests call, in order."""
         return () if self.requests is None else self.requests.services
 
     def topics(self) -> Iterator[tuple[str, MessageType]]:
-        """All topics, each as often as it is named."""
+        """Yield all topics, each as often as the binding names it."""
         for topic in () if self.requests is None else self.requests.topics:
             yield topic, MessageType.STRING
         for measured in self.measured:

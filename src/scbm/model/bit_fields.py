@@ -1,4 +1,4 @@
-"""Where each variable lies in a packed state: a field of bits that holds the index of its value in its domain."""
+"""Bit fields: the layout of packed states. Each variable has a field with the index of its value in its domain."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Field(BitRange):
 
 
 def bit_width(count: int) -> int:
-    """Return how many bits tell `count` numbers apart."""
+    """Return the number of bits that `count` different numbers need."""
     return max(count - 1, 0).bit_length()
 
 

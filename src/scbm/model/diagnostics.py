@@ -1,6 +1,6 @@
-"""A diagnostic: what is wrong, where, and what would be right. Immutable, and able to show itself.
+"""Diagnostics: what is wrong, where, and what would be right; and the exceptions that carry them.
 
-The one family of exceptions. Everything that a user can cause is an `InputError`.
+There is one family of exceptions. Every error that a user can cause is an `InputError`.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from scbm.model.slugs import Slug
 
 _EXCERPT_WIDTH = 100
-"""Columns of a source line that are shown; longer ones are cut around the caret."""
+"""Maximum number of columns of a source line that are shown; longer lines are cut around the caret."""
 
 
 class Severity(StrEnum):
-    """An error stops; a warning does not."""
+    """The severity of a diagnostic: an error ends the command, a warning does not."""
 
     ERROR = "error"
     WARNING = "warning"
@@ -27,13 +27,13 @@ class Severity(StrEnum):
 
 @dataclass(frozen=True, slots=True, order=True)
 class Place:
-    """A stretch of one line of a text.
+    """A range of one line of a text.
 
     Attributes:
-        file: the path as the user wrote it, or the option whose text this is (`--goal`).
-        line: counted from 1; 0 means the text as a whole.
-        column: counted from 1, in characters; 0 means the line as a whole.
-        length: characters that the caret underlines.
+        file: the path as the user wrote it, or the option with the text (`--goal`).
+        line: counted from 1; 0 means the whole text.
+        column: counted from 1, in characters; 0 means the whole line.
+        length: the number of characters that the caret underlines.
     """
 
     file: str
@@ -49,15 +49,15 @@ class Place:
 
 @dataclass(frozen=True, slots=True)
 class Diagnostic:
-    """One thing that is wrong or doubtful.
+    """One error or warning.
 
     Attributes:
-        slug: its stable name, documented in `docs/reference/messages.md`.
+        slug: its stable identifier, documented in `docs/reference/messages.md`.
         message: one sentence, lower case, without a full stop.
-        place: where.
-        remedy: what to write instead, if that is known.
+        place: where it is.
+        remedy: what to write instead, if known.
         source_line: the line of text at `place`, for the caret.
-        severity: an error, if nothing is said.
+        severity: an error by default.
     """
 
     slug: Slug
@@ -68,7 +68,7 @@ class Diagnostic:
     severity: Severity = Severity.ERROR
 
     def __str__(self) -> str:
-        """`file:line:column: error[slug]: message`, the line with a caret, and the remedy."""
+        """Return `file:line:column: error[slug]: message`, the line with a caret, and the remedy."""
         lines = [f"{self.place}: {self.severity}[{self.slug}]: {self.message}"]
         if self.source_line is not None and self.place.column:
             lines += _excerpt(self.source_line, self.place)
@@ -78,12 +78,12 @@ class Diagnostic:
 
     @property
     def order(self) -> tuple[int, int]:
-        """Sorts diagnostics of one file as they are read: from the top."""
+        """The sort key of diagnostics of one file: from the top."""
         return (self.place.line, self.place.column)
 
 
 def _excerpt(source_line: str, place: Place) -> list[str]:
-    """The source line and a caret line under it, both cut to `_EXCERPT_WIDTH` around the caret."""
+    """Return the source line and a caret line, both cut to `_EXCERPT_WIDTH` around the caret."""
     begin = 0
     if len(source_line) > _EXCERPT_WIDTH:
         begin = max(0, place.column - 1 - _EXCERPT_WIDTH // 2)
@@ -97,7 +97,7 @@ def _excerpt(source_line: str, place: Place) -> list[str]:
 
 
 class ScbmError(Exception):
-    """Anything that `scbm` itself raises. Carries at least one diagnostic."""
+    """The base class of exceptions of `scbm`. Carries at least one diagnostic."""
 
     def __init__(self, diagnostics: Sequence[Diagnostic]) -> None:
         self.diagnostics = tuple(diagnostics)
@@ -105,4 +105,4 @@ class ScbmError(Exception):
 
 
 class InputError(ScbmError):
-    """A file, an option or a value that the user gave is wrong. Holds all that is wrong with it."""
+    """A file, an option or a value from the user is wrong. Carries all diagnostics about it."""

@@ -1,4 +1,4 @@
-"""How long something takes: whole nanoseconds inside, a number with a unit where people look."""
+"""Durations: whole nanoseconds inside the program, a number with a unit for people."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ UNITS_NS = {
 
 
 _MAX_WHOLE = 9_999
-"""Up to this a whole number is easier to read than decimals of a larger unit: `1500 ms`, but `523.123 ms`."""
+"""The largest whole number that is easier to read than decimals of a larger unit: `1500 ms`, but `523.123 ms`."""
 
 _DECIMAL_UNITS = ("s", "ms", "us")
-"""Units that nanoseconds are decimals of."""
+"""The units in which nanoseconds are written as decimals."""
 
 
 def format_moment(time_ns: int) -> str:
-    """A moment of a run, in seconds with three decimals."""
+    """Return a moment of a run, in seconds with three decimals."""
     return f"{time_ns / 1e9:.3f} s"
 
 
 def format_duration(duration_ns: int) -> str:
-    """The duration, exactly: as `10 s` or `1500 ms` in the largest unit that gives a whole number, or as `523.123 ms`.
+    """Return the exact duration: `10 s` or `1500 ms` in the largest unit that gives a whole number, or `523.123 ms`.
 
-    If the whole number would be long, it is a number with decimals, in the largest unit that it is 1 or more of.
+    If the whole number would be long, it is a decimal number in the largest unit in which it is at least 1.
     """
     if not duration_ns:
         return "0 s"

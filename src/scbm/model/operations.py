@@ -1,8 +1,6 @@
-"""Actions: what a transition assigns (semantics 2.3). The actions of one transition happen at once.
+"""Actions, running transitions and operations (paper, Sections II and IV; semantics 2.3, 3.1 and 3.2).
 
-Operations: tasks that take time, with a pre- and a postcondition (paper, Sections II and IV; semantics 3.2).
-
-Running transitions `g / gr / a / ar` (paper, Section II; semantics 3.1).
+The actions of one transition happen at once.
 """
 
 from __future__ import annotations
@@ -28,11 +26,11 @@ class Assign:
     source: Term
 
     def value(self, state: Mapping[str, Value]) -> Value:
-        """What is assigned, read from the state before the transition."""
+        """Return the assigned value, read from the state before the transition."""
         return self.source.value(state)
 
     def reads(self) -> tuple[str, ...]:
-        """The variables that the right-hand side reads."""
+        """Return the variables of the right-hand side."""
         return self.source.reads()
 
     def __str__(self) -> str:
@@ -41,17 +39,17 @@ class Assign:
 
 @dataclass(frozen=True, slots=True)
 class Add:
-    """`target += amount`; a negative amount is written `target -= …`. Integer ranges only; never 0."""
+    """`target += amount`; a negative amount is written `target -= …`. For integer ranges only; never 0."""
 
     target: str
     amount: int
 
     def value(self, state: Mapping[str, Value]) -> Value:
-        """What is assigned, read from the state before the transition; may be outside the domain."""
+        """Return the assigned value, read from the state before the transition; it may be outside the domain."""
         return int(state[self.target]) + self.amount
 
     def reads(self) -> tuple[str, ...]:
-        """The target itself."""
+        """Return the target."""
         return (self.target,)
 
     def __str__(self) -> str:
@@ -62,7 +60,7 @@ Action: TypeAlias = Assign | Add
 
 
 def apply(actions: Iterable[Action], state: State) -> State | None:
-    """The state after all `actions` at once, or `None` if one of them would leave a domain (semantics 2.4)."""
+    """Return the state after all `actions` at once; `None` if one of them would leave a domain (semantics 2.4)."""
     changes = {action.target: action.value(state) for action in actions}
     for name, value in changes.items():
         if value not in state.space[name].domain:
@@ -72,16 +70,16 @@ def apply(actions: Iterable[Action], state: State) -> State | None:
 
 @dataclass(frozen=True, slots=True)
 class Operation:
-    """One operation.
+    """An operation: a task that takes time, with a pre- and a postcondition.
 
     Attributes:
         name: an identifier.
-        pre: taken when the operation starts.
-        post: taken when it completes.
-        deadline_ns: how long it may execute; `None` means for ever.
+        pre: the transition that starts the operation.
+        post: the transition that completes it.
+        deadline_ns: the maximum duration of its execution; `None` for no limit.
         failed: a transition that fails the operation while it executes.
-        timedout: the actions taken when the deadline passes.
-        disabled_deadline_ns: how long it may stay disabled before a new plan is asked for; `None` means for ever.
+        timedout: the actions that are taken when the deadline passes.
+        disabled_deadline_ns: the maximum time that it may be disabled before replanning; `None` for no limit.
     """
 
     name: str
@@ -98,14 +96,14 @@ class Operation:
 
 @dataclass(frozen=True, slots=True)
 class Transition:
-    """A guard and actions that planner and runner see, and more of both that only the runner sees.
+    """A running transition: a guard and actions for planner and runner, and additional ones for the runner.
 
     Attributes:
-        name: what reports call it.
+        name: its name in reports.
         g: the guard for planner and runner.
-        gr: the guard that only the runner adds.
-        a: the actions of planner and runner.
-        ar: the actions that only the runner adds.
+        gr: the additional guard for the runner.
+        a: the actions for planner and runner.
+        ar: the additional actions for the runner.
     """
 
     name: str
@@ -116,12 +114,12 @@ class Transition:
 
     @property
     def running_guard(self) -> Predicate:
-        """`g && gr`, what the runner sees."""
+        """`g && gr`, the guard of the runner."""
         return conjunction(part for part in (self.g, self.gr) if part != TRUE)
 
     @property
     def running_actions(self) -> tuple[Action, ...]:
-        """`a` and `ar`, what the runner takes."""
+        """`a` and `ar`, the actions of the runner."""
         return self.a + self.ar
 
     def __str__(self) -> str:

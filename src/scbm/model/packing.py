@@ -1,8 +1,8 @@
-"""States as integers, and predicates and actions as functions on them.
+"""Packed states: states as integers, and predicates and actions compiled to functions on them.
 
-Each variable of a space gets a field of bits that holds the index of its value in its domain. A conjunction of
-equalities then becomes one AND and one comparison, the assignments of a transition one AND and one OR. Exact:
-a packed function gives what the predicate or the actions give on the named state (held by property tests).
+Each variable has a field of bits with the index of its value in its domain. A conjunction of equalities is one AND and
+one comparison; the assignments of a transition are one AND and one OR. A compiled function gives exactly what the
+predicate or the actions give on the named state (checked by property tests).
 """
 
 from __future__ import annotations
@@ -44,27 +44,27 @@ class Packing:
         return self.fields[self.space.position(name)]
 
     def pack(self, state: Mapping[str, Value]) -> int:
-        """The state as an integer. `state` may have more variables than the space."""
+        """Return the state as an integer. `state` may have more variables than the space."""
         packed = 0
         for name, bits in self._writers:
             packed |= bits[state[name]]
         return packed
 
     def value(self, packed: int, name: str) -> Value:
-        """What the variable is in the packed state."""
+        """Return the value of a variable in the packed state."""
         field = self[name]
         return field.variable.domain.values[field.index(packed)]
 
     def values(self, packed: int) -> dict[str, Value]:
-        """All variables of the packed state by name, in order."""
+        """Return all variables of the packed state by name, in order."""
         return {name: values[(packed & mask) >> shift] for name, values, mask, shift in self._readers}
 
     def unpack(self, packed: int) -> State:
-        """The packed state, with names."""
+        """Return the packed state as a named state."""
         return State(self.space, self.values(packed))
 
     def changes(self, before: int, after: int) -> tuple[tuple[str, Value], ...]:
-        """The variables that differ, in order, with what they are in `after`."""
+        """Return the variables that differ, in order, with their values in `after`."""
         changes = []
         difference = before ^ after
         while difference:
@@ -74,7 +74,7 @@ class Packing:
         return tuple(changes)
 
     def assignment(self, values: Mapping[str, Value]) -> tuple[int, int]:
-        """`(keep, bits)`, so that `packed & keep | bits` has these values and all others as before."""
+        """Return `(keep, bits)`, so that `packed & keep | bits` assigns these values and keeps all others."""
         mask = bits = 0
         for name, value in values.items():
             mask |= self[name].mask
@@ -82,16 +82,16 @@ class Packing:
         return ~mask, bits
 
     def test(self, predicate: Predicate) -> Test:
-        """The predicate as a function of packed states."""
+        """Return the predicate as a function of packed states."""
         return compile_test(normal_form(predicate, self.space), self.fields)
 
     def cube(self, predicate: Predicate) -> tuple[int, int]:
-        """`(mask, bits)`, so that `packed & mask == bits` wherever the predicate holds: a first look without a call."""
+        """Return `(mask, bits)`, so that `packed & mask == bits` wherever the predicate holds: a cheap first test."""
         form = normal_form(predicate, self.space)
         return _cube(form.parts if isinstance(form, AllOf) else (form,), self.fields)
 
     def update(self, actions: Iterable[Action]) -> Update:
-        """The actions, at once, as a function of packed states; it gives `None` if a domain would be left."""
+        """Return the actions, at once, as a function of packed states; it gives `None` if a domain would be left."""
         fixed: dict[str, Value] = {}
         moves: list[ValueTable] = []
         for action in actions:
@@ -104,7 +104,7 @@ class Packing:
 
 @dataclass(frozen=True, slots=True)
 class ValueTable:
-    """A variable that is set, as a function of one variable before that.
+    """A variable that is set, as a function of one variable before the assignment.
 
     Attributes:
         target: the position of the variable that is set.
@@ -118,12 +118,12 @@ class ValueTable:
 
     @property
     def is_identity(self) -> bool:
-        """Whether the variable stays as it is, wherever the new value is inside the domain."""
+        """Whether the variable keeps its value, wherever the new value is inside the domain."""
         return self.target == self.source and all(new in (None, old) for old, new in enumerate(self.indices))
 
 
 def value_table(action: Action, space: StateSpace) -> ValueTable:
-    """Return what an action does as a table; for a constant, the source is the target itself."""
+    """Return an action as a table; for a constant, the source is the target itself."""
     target, domain = space.position(action.target), space[action.target].domain
     if isinstance(action, Add):
         moved = (int(value) + action.amount for value in domain.values)
@@ -135,7 +135,7 @@ def value_table(action: Action, space: StateSpace) -> ValueTable:
 
 
 def _located(values: Iterable[Value], domain: Domain) -> tuple[int | None, ...]:
-    """The index of each value, where it is inside the domain."""
+    """Return the index of each value; `None` outside the domain."""
     return tuple(domain.index(value) if value in domain else None for value in values)
 
 
@@ -143,9 +143,9 @@ def compile_update(moves: Sequence[ValueTable], fields: Sequence[BitRange], fixe
     """Return a function of packed states that sets variables at once; it gives `None` where a table does.
 
     Args:
-        moves: what is set as a function of another variable.
-        fields: where each variable lies.
-        fixed: `(keep, bits)` of what is set to constants.
+        moves: the variables that are set as functions of a variable.
+        fields: the field of each variable.
+        fixed: `(keep, bits)` of the variables that are set to constants.
     """
     keep, bits = fixed
     if not moves:
@@ -156,7 +156,7 @@ def compile_update(moves: Sequence[ValueTable], fields: Sequence[BitRange], fixe
 
 
 def _compile_move(move: ValueTable, fields: Sequence[BitRange]) -> Update:
-    """The new bits of the target."""
+    """Return the function to the new bits of the target."""
     place = fields[move.target].shift
     table = [None if index is None else index << place for index in move.indices]
     shift, mask = fields[move.source].shift, fields[move.source].mask
@@ -177,7 +177,7 @@ def _combined(keep: int, bits: int, moves: tuple[Update, ...]) -> Update:
 
 
 def compile_test(form: NormalForm, fields: Sequence[BitRange]) -> Test:
-    """Return a normal form as a function of packed states, in which `fields` has the place of each variable."""
+    """Return a normal form as a function of packed states; `fields` has the field of each variable."""
     match form:
         case bool():
             return lambda _: form
@@ -219,7 +219,7 @@ def _compile_pair(pair: Pair, left: BitRange, right: BitRange) -> Test:
 
 
 def _compile_all(parts: tuple[NormalForm, ...], fields: Sequence[BitRange]) -> Test:
-    """All single values as one cube (mask and bits), the rest one after the other behind it."""
+    """Compile literals with one value as one cube (mask and bits), and the other parts as tests after it."""
     mask, bits = _cube(parts, fields)
     rest = [compile_test(part, fields) for part in parts if not _is_single(part)]
     if not mask:
@@ -231,7 +231,7 @@ def _compile_all(parts: tuple[NormalForm, ...], fields: Sequence[BitRange]) -> T
 
 
 def _cube(parts: tuple[NormalForm, ...], fields: Sequence[BitRange]) -> tuple[int, int]:
-    """The mask and bits of those parts that allow a field only one value."""
+    """Return the mask and bits of the literals that allow only one value."""
     mask = bits = 0
     for part in parts:
         if isinstance(part, OneOf) and _is_single(part):
@@ -244,17 +244,17 @@ def _is_single(part: NormalForm) -> bool:
     return isinstance(part, OneOf) and part.allowed.bit_count() == 1
 
 
-_MOST_NESTED = 4
-"""Up to so many tests are called one inside the other, which is fastest; more of them in a loop."""
+_MAX_NESTED = 4
+"""Maximum number of tests that call each other, which is fastest; more tests are called in a loop."""
 
 
 def _all_of(tests: list[Test]) -> Test:
-    if len(tests) > _MOST_NESTED:
+    if len(tests) > _MAX_NESTED:
         return lambda packed: all(test(packed) for test in tests)
     return reduce(lambda first, second: lambda packed: first(packed) and second(packed), tests)
 
 
 def _any_of(tests: list[Test]) -> Test:
-    if len(tests) > _MOST_NESTED:
+    if len(tests) > _MAX_NESTED:
         return lambda packed: any(test(packed) for test in tests)
     return reduce(lambda first, second: lambda packed: first(packed) or second(packed), tests)

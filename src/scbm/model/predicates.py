@@ -1,9 +1,9 @@
-"""Predicates: the paper's equality logic and the sugar that expands to it (paper, Section II; semantics 2).
+"""Predicates: the paper's equality logic, and the notation that expands to it (paper, Section II; semantics 2).
 
 The grammar of the paper is `F: F && F | F || F | !F | atom`, `atom: term == term | true | false`,
-`term: variable | value`. `!=`, `->`, `in {…}` and the order on integers can be written with these; they are kept
-as they were written so that a predicate prints back to its source. Precedence, tightest first: comparison, `!`, `&&`,
-`||`, `->` (to the right).
+`term: variable | value`. `!=`, `->`, `in {…}` and the order on integers can be expressed in it; they are kept as
+written, so that a predicate prints back to its source. Precedence, tightest first: comparison, `!`, `&&`, `||`, `->`
+(to the right).
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ class Reference:
     name: str
 
     def value(self, state: Valuation) -> Value:
-        """What the variable is in `state`."""
+        """Return the value of the variable in `state`."""
         return state[self.name]
 
     def reads(self) -> tuple[str, ...]:
-        """The names that it reads."""
+        """Return the name of the variable."""
         return (self.name,)
 
     def __str__(self) -> str:
@@ -46,11 +46,11 @@ class Constant:
     constant: Value
 
     def value(self, _: Valuation) -> Value:
-        """The value itself."""
+        """Return the constant."""
         return self.constant
 
     def reads(self) -> tuple[str, ...]:
-        """Nothing."""
+        """Return no names."""
         return ()
 
     def __eq__(self, other: object) -> bool:
@@ -78,11 +78,11 @@ class Truth:
     truth: bool
 
     def holds(self, _: Valuation) -> bool:
-        """Always the same."""
+        """Return the truth value."""
         return self.truth
 
     def reads(self) -> tuple[str, ...]:
-        """Nothing."""
+        """Return no names."""
         return ()
 
     def __str__(self) -> str:
@@ -102,11 +102,11 @@ class Equal:
         return operator.eq
 
     def holds(self, state: Valuation) -> bool:
-        """Whether both terms have the same value."""
+        """Return whether both terms have the same value."""
         return self.left.value(state) == self.right.value(state)
 
     def reads(self) -> tuple[str, ...]:
-        """The variables on both sides."""
+        """Return the variables on both sides."""
         return _merge((self.left, self.right))
 
     def __str__(self) -> str:
@@ -126,11 +126,11 @@ class NotEqual:
         return operator.ne
 
     def holds(self, state: Valuation) -> bool:
-        """Whether the terms have different values."""
+        """Return whether the terms have different values."""
         return self.left.value(state) != self.right.value(state)
 
     def reads(self) -> tuple[str, ...]:
-        """The variables on both sides."""
+        """Return the variables on both sides."""
         return _merge((self.left, self.right))
 
     def __str__(self) -> str:
@@ -161,7 +161,7 @@ _RELATIONS: dict[Relation, Callable[[Value, Value], bool]] = {
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """`left < right` and its like, short for the disjunction of the pairs of integers that satisfy it."""
+    """`left < right`, `<=`, `>` or `>=`: short for the disjunction of the pairs of integers that satisfy it."""
 
     left: Term
     relation: Relation
@@ -173,11 +173,11 @@ class Order:
         return self.relation.function
 
     def holds(self, state: Valuation) -> bool:
-        """Whether the relation holds."""
+        """Return whether the relation holds."""
         return self.relation.function(self.left.value(state), self.right.value(state))
 
     def reads(self) -> tuple[str, ...]:
-        """The variables on both sides."""
+        """Return the variables on both sides."""
         return _merge((self.left, self.right))
 
     def __str__(self) -> str:
@@ -192,12 +192,12 @@ class Member:
     members: tuple[Constant, ...]
 
     def holds(self, state: Valuation) -> bool:
-        """Whether the variable has one of the values."""
+        """Return whether the variable has one of the values."""
         value = self.variable.value(state)
         return any(value == member.constant for member in self.members)
 
     def reads(self) -> tuple[str, ...]:
-        """The variable."""
+        """Return the name of the variable."""
         return self.variable.reads()
 
     def __str__(self) -> str:
@@ -211,11 +211,11 @@ class Not:
     operand: Predicate
 
     def holds(self, state: Valuation) -> bool:
-        """Whether the operand does not."""
+        """Return whether the operand does not hold."""
         return not self.operand.holds(state)
 
     def reads(self) -> tuple[str, ...]:
-        """What the operand reads."""
+        """Return the variables of the operand."""
         return self.operand.reads()
 
     def __str__(self) -> str:
@@ -231,11 +231,11 @@ class And:
     operands: tuple[Predicate, ...]
 
     def holds(self, state: Valuation) -> bool:
-        """Whether all operands hold."""
+        """Return whether all operands hold."""
         return all(operand.holds(state) for operand in self.operands)
 
     def reads(self) -> tuple[str, ...]:
-        """What the operands read."""
+        """Return the variables of the operands."""
         return _merge(self.operands)
 
     def __str__(self) -> str:
@@ -249,11 +249,11 @@ class Or:
     operands: tuple[Predicate, ...]
 
     def holds(self, state: Valuation) -> bool:
-        """Whether one operand holds."""
+        """Return whether an operand holds."""
         return any(operand.holds(state) for operand in self.operands)
 
     def reads(self) -> tuple[str, ...]:
-        """What the operands read."""
+        """Return the variables of the operands."""
         return _merge(self.operands)
 
     def __str__(self) -> str:
@@ -268,11 +268,11 @@ class Implies:
     consequence: Predicate
 
     def holds(self, state: Valuation) -> bool:
-        """Whether the consequence holds wherever the condition does."""
+        """Return whether the condition does not hold or the consequence does."""
         return not self.condition.holds(state) or self.consequence.holds(state)
 
     def reads(self) -> tuple[str, ...]:
-        """What both sides read."""
+        """Return the variables of both sides."""
         return _merge((self.condition, self.consequence))
 
     def __str__(self) -> str:
@@ -286,7 +286,7 @@ FALSE = Truth(False)
 
 
 def conjunction(predicates: Iterable[Predicate]) -> Predicate:
-    """All of them: `true` for none, the one itself for one."""
+    """Return the conjunction of the predicates: `true` for none, the predicate itself for one."""
     operands = tuple(predicates)
     if not operands:
         return TRUE
@@ -298,5 +298,5 @@ def _bracket(operand: Predicate, looser: tuple[type, ...]) -> str:
 
 
 def _merge(parts: Iterable[Predicate | Term]) -> tuple[str, ...]:
-    """The names that the parts read, each once, in the order of first sight."""
+    """Return the names that the parts read, each once, in order of first occurrence."""
     return tuple(dict.fromkeys(name for part in parts for name in part.reads()))

@@ -58,7 +58,7 @@ class RequirementForm:
 
 
 def _written(words: list[str], values: Iterator[object]) -> Iterator[str]:
-    """The words with values in the places of `p`, `q`, `r` and `d`."""
+    """Yield the words with values in the places of `p`, `q`, `r` and `d`."""
     for word in words:
         if word in PREDICATES:
             yield str(next(values))

@@ -1,4 +1,4 @@
-"""Resources: what carries out requests, and how a simulated one behaves (semantics 6)."""
+"""Resources: what carries out requests, and how a simulated resource behaves (semantics 6)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Outcome(StrEnum):
-    """How a request ends: a reply that says succeeded, a reply that says failed, or no reply."""
+    """The outcome of a request: a reply of success, a reply of failure, or no reply."""
 
     SUCCEED = "succeed"
     FAIL = "fail"
@@ -23,7 +23,7 @@ class Outcome(StrEnum):
 
 
 class LatencyShape(StrEnum):
-    """How latencies are distributed."""
+    """The distribution of latencies."""
 
     FIXED = "fixed"
     UNIFORM = "uniform"
@@ -45,12 +45,12 @@ class Latency:
 
 @dataclass(frozen=True, slots=True)
 class Simulation:
-    """How a simulated resource answers.
+    """The behavior of a simulated resource.
 
     Attributes:
         latency: the time to its reply.
         outcomes: the probability of each outcome; they add up to 1.
-        measured: for each variable that the resource measures, the values a successful reply draws from.
+        measured: for each measured variable the values that a successful reply draws from.
     """
 
     latency: Latency = Latency(LatencyShape.FIXED, (0,))
@@ -65,9 +65,9 @@ class Resource:
     Attributes:
         name: an identifier; the resource owns `<name>_req_trigger` and `<name>_req_state`.
         request: the variables whose values a request carries.
-        measures: the variables whose values a reply, or a message of its own, may carry.
-        simulation: how it answers when simulated.
-        binding: how it is reached when it is real, if that is said.
+        measures: the variables whose values a reply, or a separate message, may carry.
+        simulation: its simulated behavior.
+        binding: how the real resource is reached; `None` if the model does not say.
     """
 
     name: str
@@ -78,10 +78,10 @@ class Resource:
 
     @property
     def trigger(self) -> str:
-        """The variable that asks for a request."""
+        """The variable that triggers a request."""
         return trigger_name(self.name)
 
     @property
     def request_state(self) -> str:
-        """The variable that follows the request."""
+        """The variable with the state of the request."""
         return request_state_name(self.name)

@@ -1,10 +1,10 @@
-"""The names of all errors and warnings. `docs/reference/messages.md` says of each what it means and what to do."""
+"""The identifiers of all errors and warnings. `docs/reference/messages.md` describes each with its remedy."""
 
 from enum import StrEnum
 
 
 class Slug(StrEnum):
-    """A short stable name to search for; part of the interface, so never renamed lightly."""
+    """A short stable identifier; part of the interface, so renaming one breaks users."""
 
     # the file
     FILE_MISSING = "file-missing"

@@ -17,7 +17,7 @@ class State(Mapping[str, Value]):
     __slots__ = ("_values", "space")
 
     def __init__(self, space: StateSpace, values: Mapping[str, Value]) -> None:
-        """Raises `ValueError` for a variable without a value, a value without a variable or outside its domain."""
+        """Raise `ValueError` for a variable without a value, and a value without a variable or outside its domain."""
         unknown = [name for name in values if name not in space]
         if unknown:
             raise ValueError(f"no such variable: {', '.join(unknown)}")
@@ -32,7 +32,7 @@ class State(Mapping[str, Value]):
 
     @staticmethod
     def nominal(space: StateSpace) -> State:
-        """The state in which every variable has its nominal initial value."""
+        """Return the state in which every variable has its nominal value."""
         return State(space, {variable.name: variable.initial for variable in space})
 
     def __getitem__(self, name: str) -> Value:
@@ -57,5 +57,5 @@ class State(Mapping[str, Value]):
         return f"State({self})"
 
     def replace(self, changes: Mapping[str, Value]) -> State:
-        """The same state but for `changes`. Raises `ValueError` as `State(…)` does."""
+        """Return the state with `changes`. Raises `ValueError` as `State(…)` does."""
         return State(self.space, {**self, **changes})

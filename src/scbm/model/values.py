@@ -1,4 +1,4 @@
-"""Values and the finite domains they come from (paper, Section II: a variable has a finite domain)."""
+"""Values and their finite domains (paper, Section II)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Value: TypeAlias = bool | int | str
 
 
 class ValueKind(StrEnum):
-    """What sort of values a domain has. Values of different kinds are never compared."""
+    """The kind of values of a domain. Values of different kinds are never compared."""
 
     BOOLEAN = "bool"
     SYMBOL = "symbol"
@@ -20,14 +20,14 @@ class ValueKind(StrEnum):
 
 
 def kind_of(value: Value) -> ValueKind:
-    """The kind of one value. Booleans are asked for first, as `True` is an `int` to Python."""
+    """Return the kind of a value. Booleans are tested first, because `True` is an `int` in Python."""
     if isinstance(value, bool):
         return ValueKind.BOOLEAN
     return ValueKind.INTEGER if isinstance(value, int) else ValueKind.SYMBOL
 
 
 def format_value(value: Value) -> str:
-    """The value as it is written in a model file."""
+    """Return the value as it is written in a model file."""
     if isinstance(value, bool):
         return "true" if value else "false"
     return str(value)
@@ -35,28 +35,28 @@ def format_value(value: Value) -> str:
 
 @dataclass(frozen=True)
 class Domain:
-    """The finite, ordered set of values that a variable can have. Never empty, all of one kind."""
+    """The finite, ordered set of values of a variable. Never empty, all values of one kind."""
 
     values: tuple[Value, ...]
 
     @staticmethod
     def boolean() -> Domain:
-        """`bool`: false, then true."""
+        """Return `bool`: false, then true."""
         return Domain((False, True))
 
     @staticmethod
     def symbols(*symbols: str) -> Domain:
-        """`[a, b, c]`, in the order given."""
+        """Return `[a, b, c]`, in this order."""
         return Domain(symbols)
 
     @staticmethod
     def integers(low: int, high: int) -> Domain:
-        """`low..high`, both ends included."""
+        """Return `low..high`, both ends included."""
         return Domain(tuple(range(low, high + 1)))
 
     @property
     def kind(self) -> ValueKind:
-        """The kind that all values share."""
+        """The kind of all values."""
         return kind_of(self.values[0])
 
     def __len__(self) -> int:
@@ -70,7 +70,7 @@ class Domain:
         return {value: position for position, value in enumerate(self.values)}
 
     def index(self, value: Value) -> int:
-        """Which of the values it is, counted from 0. Raises `KeyError` for a value that is none of them."""
+        """Return the index of a value, from 0. Raises `KeyError` for any other value."""
         return self._positions[value]
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""Variables: those a model declares, those a resource brings, and those the runner keeps (semantics 1)."""
+"""Variables: declared ones, those of resources, and those of the runner (semantics 1)."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class OperationState(StrEnum):
-    """The states of an operation while it is run (paper, Figure 4)."""
+    """The states of an operation while it runs (paper, Figure 4)."""
 
     INITIAL = "initial"
     DISABLED = "disabled"
@@ -33,7 +33,7 @@ class RequestState(StrEnum):
 
 
 class PlanState(StrEnum):
-    """What the runner does for its goal."""
+    """The states of the runner with respect to its goal."""
 
     IDLE = "idle"
     PLANNING = "planning"
@@ -44,7 +44,7 @@ class PlanState(StrEnum):
 
 
 NO_OPERATION = "none"
-"""The value of `current.name` while no operation is at the head of the queue."""
+"""The value of `current.name` while no operation is current."""
 
 CURRENT_NAME = "current.name"
 CURRENT_STATE = "current.state"
@@ -52,7 +52,7 @@ PLAN_STATE = "plan.state"
 
 
 class Role(Enum):
-    """Who a variable belongs to."""
+    """The owner of a variable."""
 
     DECLARED = "declared in the model file"
     RESOURCE = "owned by a resource"
@@ -63,7 +63,7 @@ class Role(Enum):
 
     @property
     def is_runner(self) -> bool:
-        """Whether the runner keeps it, so that planning never changes it."""
+        """Whether the runner owns the variable, so that planning never changes it."""
         return self not in (Role.DECLARED, Role.RESOURCE)
 
 
@@ -75,8 +75,8 @@ class Variable:
         name: an identifier; `.` is allowed inside.
         domain: its values.
         initial: the nominal value.
-        random: the values that random initial states draw from; `(initial,)` if nothing was said.
-        role: who it belongs to.
+        random: the values that random initial states draw from; `(initial,)` by default.
+        role: its owner.
     """
 
     name: str
@@ -87,7 +87,7 @@ class Variable:
 
     @property
     def assignable(self) -> tuple[Value, ...]:
-        """The values that a model may assign to it (semantics 1.3); empty if it may not at all."""
+        """The values that a model may assign to the variable (semantics 1.3); empty if it may not assign any."""
         match self.role:
             case Role.DECLARED | Role.RESOURCE:
                 return self.domain.values
@@ -104,22 +104,22 @@ def _fixed(name: str, values: Iterable[str], initial: str, role: Role) -> Variab
 
 
 def trigger_name(resource: str) -> str:
-    """The variable that asks for a request to be sent."""
+    """Return the name of the variable that triggers a request."""
     return f"{resource}_req_trigger"
 
 
 def request_state_name(resource: str) -> str:
-    """The variable that follows the request."""
+    """Return the name of the variable with the state of the request."""
     return f"{resource}_req_state"
 
 
 def operation_state_name(operation: str) -> str:
-    """The variable that follows the operation."""
+    """Return the name of the variable with the state of the operation."""
     return f"{operation}.state"
 
 
 def resource_variables(resource: str) -> tuple[Variable, Variable]:
-    """The two variables that a resource owns (semantics 6.1)."""
+    """Return the two variables that a resource owns (semantics 6.1)."""
     states = [state.value for state in RequestState]
     return (
         Variable(trigger_name(resource), Domain.boolean(), False, (False,), Role.RESOURCE),
@@ -128,7 +128,7 @@ def resource_variables(resource: str) -> tuple[Variable, Variable]:
 
 
 def runner_variables(operations: Iterable[str]) -> tuple[Variable, ...]:
-    """The variables that the runner keeps (semantics 1.3)."""
+    """Return the variables of the runner (semantics 1.3)."""
     names = tuple(operations)
     states = tuple(state.value for state in OperationState)
     plan_states = tuple(state.value for state in PlanState)
@@ -172,7 +172,7 @@ class StateSpace:
         return f"StateSpace({', '.join(self._by_name)})"
 
     def position(self, name: str) -> int:
-        """Where the variable stands in the order."""
+        """Return the place of the variable in the order."""
         return self._by_name[name]
 
     @property
