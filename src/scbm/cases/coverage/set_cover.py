@@ -132,14 +132,14 @@ def _lowest(bits: int) -> int:
 
 
 def _reduced(table: _Table) -> tuple[tuple[int, ...], _Table]:
-    """The sets that must be chosen, or may be, and what is left to decide then, its elements numbered anew."""
+    """Return the indices of sets that some smallest cover contains, and the table that remains."""
     forced: list[int] = []
     while table.rows:
         everything = (1 << len(table.rows)) - 1
         columns = [column for column in _transposed(table.rows, table.union.bit_length()) if column]
         # a column that is a subset of another: a set with its element has the other's too, so drop the larger column
         kept = _maximal([everything ^ column for column in columns], len(table.rows))
-        columns = sorted((columns[column] for column in kept), key=int.bit_count)  # the rarest tells most, so it leads
+        columns = sorted((columns[column] for column in kept), key=int.bit_count)  # rarest first excludes most
         only = 0
         for column in columns:
             only |= column if column.bit_count() == 1 else 0
@@ -155,7 +155,7 @@ def _reduced(table: _Table) -> tuple[tuple[int, ...], _Table]:
 
 
 def _parts(table: _Table) -> list[_Table]:
-    """The sets in groups that share no element, in the order of their first sets."""
+    """Return the independent components of the table, in the order of their first sets."""
     unions: list[int] = []
     for row in table.rows:
         merged = row

@@ -41,13 +41,13 @@ NUMBER = "{}"
 
 
 class Sentence(NamedTuple):
-    """What a record says, in a long and in a short form; neither has its time or the variables that it changed.
+    """The words for a record, in a long and in a short form, without its time and the variables that it changed.
 
     Attributes:
-        text: the whole sentence, which makes sense on its own; `{}` stands for the number.
+        text: the whole sentence; `{}` stands for the number.
         label: the short form for a line below the operation or the request that it belongs to; empty if a timeline has
             no line for the record. `{}` stands for the number.
-        outcome: what the short form says behind the label.
+        outcome: the part of the short form behind the label.
         number: the number of the request, or of the question that a plan answers; `None` if the record has none.
     """
 

@@ -67,7 +67,7 @@ def _read_record(line: str, place: Place) -> Record:
     return record
 
 
-def _value(name: str, value: Any) -> Any:  # noqa: ANN401 - JSON; each record's class says what its fields are
+def _value(name: str, value: Any) -> Any:  # noqa: ANN401 - JSON; the class of the record declares the types of its fields
     if name in PAIRED:
         return tuple(value.items())
     if name in ("source", "target"):

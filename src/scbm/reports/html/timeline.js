@@ -475,13 +475,13 @@ const { Timelines, showTimeline } = (() => {
     ["failed", "✗ failed", ["failed"]],
     ["timedout", "! timed out", ["timedout"]],
     ["disabled", "disabled", ["disabled"]],
-    ["stopped", "stopped as the run ended", ["stopped"]],
+    ["stopped", "stopped by the end of the run", ["stopped"]],
     ["cancelled", "⊘ cancelled", ["cancelled"]],
     ["unanswered", "not answered", ["unanswered"]],
     ["dropped", "◁ reply dropped", ["dropped"]],
     ["message", "∅ message lost, ×2 doubled", ["message"]],
     ["injected", "⚡ injected, ↩ put back", ["injected"]],
-    ["violated", "violated, from what it began with to ✗", ["violated"]],
+    ["violated", "violated, from its first record to ✗", ["violated"]],
   ];
   const PATTERNS = {
     failed: "M0 0 L8 8 M8 0 L0 8",
