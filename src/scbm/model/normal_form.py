@@ -11,7 +11,7 @@ are all made from it.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, assert_never
 
 from scbm.model.predicates import And, Equal, Implies, Member, Not, NotEqual, Or, Order, Predicate, Truth
 
@@ -115,6 +115,8 @@ def normal_form(predicate: Predicate, space: StateSpace, *, wanted: bool = True)
             return any_of(parts) if wanted else all_of(parts)
         case Equal() | NotEqual() | Order() | Member():
             return _literal(predicate, space, wanted=wanted)
+        case _:
+            assert_never(predicate)
 
 
 def _literal(leaf: Equal | NotEqual | Order | Member, space: StateSpace, *, wanted: bool) -> NormalForm:

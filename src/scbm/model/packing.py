@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import reduce
-from typing import TYPE_CHECKING, TypeAlias, cast
+from typing import TYPE_CHECKING, TypeAlias, assert_never, cast
 
 from scbm.model.bit_fields import BitRange, Field, lay_out
 from scbm.model.normal_form import AllOf, AnyOf, OneOf, Pair, normal_form
@@ -189,6 +189,8 @@ def compile_test(form: NormalForm, fields: Sequence[BitRange]) -> Test:
             return _any_of([compile_test(part, fields) for part in parts])
         case AllOf(parts):
             return _compile_all(parts, fields)
+        case _:
+            assert_never(form)
 
 
 def _compile_one_of(literal: OneOf, field: BitRange) -> Test:

@@ -6,7 +6,7 @@ disjunction or comparison has no choice left, and only then branches (Russell an
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from scbm.model.normal_form import AllOf, AnyOf, OneOf, Pair, indices_of, normal_form
 
@@ -100,6 +100,8 @@ def _narrow(forms: Sequence[NormalForm], values: list[int]) -> list[AnyOf | Pair
                 pending += parts
             case AnyOf() | Pair():
                 choices.append(form)
+            case _:
+                assert_never(form)
     return choices
 
 
@@ -116,6 +118,8 @@ def _may_hold(form: NormalForm, values: Sequence[int]) -> bool:
             return all(_may_hold(part, values) for part in parts)
         case AnyOf(parts):
             return any(_may_hold(part, values) for part in parts)
+        case _:
+            assert_never(form)
 
 
 def _may_compare(pair: Pair, values: Sequence[int]) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum, StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from scbm.model.values import Domain, Value
 
@@ -97,6 +97,8 @@ class Variable:
                 return (PlanState.ABORTED.value,)
             case Role.CURRENT_NAME:
                 return ()
+            case _:
+                assert_never(self.role)
 
 
 def _fixed(name: str, values: Iterable[str], initial: str, role: Role) -> Variable:

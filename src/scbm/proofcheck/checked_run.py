@@ -6,7 +6,7 @@ What can happen to a run that is settled, and what comes of it.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, assert_never
 
 from scbm.cases.coverage import Aspect, Obligation
 from scbm.model import OperationState, PlanState, RequestState, format_value
@@ -89,6 +89,8 @@ class CheckedRun:
                 self.unsolvable_in = question.asked_in
             case LimitReached():
                 self.end(PlanState.ABORTED)
+            case _:
+                assert_never(question.answer)
 
     def pass_deadline(self) -> None:
         """The current operation has been in its state for as long as it may."""

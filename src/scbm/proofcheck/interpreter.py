@@ -6,7 +6,7 @@ This is not the runner of `scbm.running`, and shares nothing with it but the sem
 from __future__ import annotations
 
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from scbm.model import PlanState
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
@@ -78,6 +78,8 @@ class Interpreter:
                 run.pass_deadline()
             case PlannerAnswer():
                 run.receive_answer()
+            case _:
+                assert_never(event)
         return self._finish(run)
 
     def cut_off(self, situation: Situation) -> tuple[str, ...]:
@@ -116,6 +118,8 @@ class Interpreter:
                 run.question = Question(None, Unsolvable(0))
             case Awaits.CHANGE:
                 run.unsolvable_in = run.values
+            case _:
+                assert_never(situation.awaits)
         return run
 
     def _situation(self, run: CheckedRun) -> Situation:

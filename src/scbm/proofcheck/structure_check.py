@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from scbm.cases.coverage import Aspect
 from scbm.model import Not
@@ -50,6 +50,8 @@ def _check(obligation: Obligation, fact: Fact, model: BehaviorModel) -> str | No
             return _what_fails(operation, model)
         case Fact.ALWAYS_ENABLED:
             return _what_disables(operation, model)
+        case _:
+            assert_never(fact)
 
 
 def _what_fails(operation: Operation, model: BehaviorModel) -> str | None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from scbm.cases import Condition
 from scbm.cases.trace import (
@@ -202,6 +202,8 @@ class Runner:
                 self._armed.append(_Armed(injection, self.program.injection(injection)))
             case TimePassed():
                 pass
+            case _:
+                assert_never(event)
 
     def _receive_reply(self, reply: ReplyArrived) -> None:
         line = self._requests.answer(reply.request)
@@ -290,6 +292,8 @@ class Runner:
                 self._end(End.REACHED)
             case RunTurn.ABORT:
                 self._end(End.ABORTED)
+            case _:
+                assert_never(step)
         return True
 
     # 0: injections
@@ -418,6 +422,8 @@ class Runner:
                 self._end(End.UNSOLVABLE)
             case PlanStep.AWAIT_ANSWER | PlanStep.AWAIT_CHANGE:
                 return False
+            case _:
+                assert_never(following)
         return True
 
     def _ask_plan(self) -> None:

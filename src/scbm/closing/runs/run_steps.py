@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from itertools import product
 from math import prod
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias, assert_never
 
 from scbm.cases.coverage import Aspect
 from scbm.closing.runs.situations import (
@@ -228,6 +228,8 @@ class RunSteps:
                 run.in_flight = tuple(line for line in run.in_flight if line.resource.name != happening.resource)
             case HappeningKind.INPUT:
                 pass
+            case _:
+                assert_never(happening.kind)
         keep, bits = self._changes[happening]
         run.state = run.state & keep | bits
         return self._settle(run)
@@ -391,6 +393,8 @@ class RunSteps:
                 return _PlanQuestion(None, None, 0)
             case Awaits.NOTHING | Awaits.CHANGE:
                 return None
+            case _:
+                assert_never(position.awaits)
 
     def _question(self, state: int | None, queue: int) -> _PlanQuestion:
         if queue not in self._queued_in:

@@ -7,7 +7,7 @@ Default behavior is then left out of the case.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from scbm.cases import Case, CaseLimits, Injection, OutcomeRule
 from scbm.cases.trace import BecameCurrent, OperationStepped
@@ -126,6 +126,8 @@ class _ScriptedRun:
                     self._answer()
                 case HappeningKind.INPUT:
                     self._inject(happening)
+                case _:
+                    assert_never(happening.kind)
         self._answer_if_alone()
 
     @property

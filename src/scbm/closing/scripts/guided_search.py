@@ -9,7 +9,7 @@ from __future__ import annotations
 import heapq
 from dataclasses import dataclass
 from itertools import islice
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from scbm.cases.coverage import Aspect
 from scbm.closing.runs.run_graph import Start
@@ -135,6 +135,8 @@ def _distance(form: NormalForm, fields: Sequence[Field]) -> Callable[[int], int]
         case AnyOf(parts):
             distances = [_distance(part, fields) for part in parts]
             return lambda state: min(distance(state) for distance in distances)
+        case _:
+            assert_never(form)
 
 
 def _steps_away(allowed: int, index: int) -> int:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from enum import Enum
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, assert_never
 
 from scbm.cases import Condition, Injection, Reaction, condition_kind
 from scbm.cases.trace import MessageDisturbed, ResourceChanged
@@ -59,6 +59,8 @@ def event_json(event: Event | Note) -> dict[str, Any]:  # noqa: PLR0911 - one fo
             if injection != NETWORK:
                 raise ValueError(f"the runner itself says what `{injection}` does to a resource")
             return {"kind": "resource", "resource": resource, "condition": condition}
+        case _:
+            assert_never(event)
 
 
 def read_event(data: object, model: BehaviorModel, at_ns: int = 0) -> Event | Note:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, assert_never
 
 from scbm.cases import AT_ONCE, Condition, Reaction, condition_kind
 from scbm.model import Outcome
@@ -312,6 +312,8 @@ class _RequestQueue:
             case RestartResource():
                 resource.downs = int(message.is_down)
                 resource.forget()
+            case _:
+                assert_never(message)
 
     def _react(self, message: React) -> None:
         measured = None if message.measured is None else tuple(message.measured.items())

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
+from typing import TYPE_CHECKING, TypeAlias, TypeVar, assert_never, cast
 
 import numpy as np
 
@@ -118,6 +118,8 @@ class Vectors:
             case AnyOf(parts):
                 tests = [self.test(part) for part in parts]
                 return lambda codes: np.logical_or.reduce([test(codes) for test in tests])
+            case _:
+                assert_never(condition)
 
     def _one_of(self, literal: OneOf) -> Test:
         if literal.allowed.bit_count() == 1:

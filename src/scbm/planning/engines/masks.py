@@ -5,7 +5,7 @@ Also sets of numbers as large integers, and bit planes for one number per state.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from scbm.model.normal_form import AllOf, AnyOf, NormalForm, OneOf, Pair
 
@@ -73,6 +73,8 @@ class Masks:
                 return self._all_of(parts)
             case AnyOf(parts):
                 return self._any_of(parts)
+            case _:
+                assert_never(condition)
 
     def among(self, variable: int, allowed: int) -> int:
         """Return the states in which a variable has one of some values: a periodic pattern of bits."""

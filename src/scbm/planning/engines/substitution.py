@@ -7,7 +7,7 @@ into a normal form gives its weakest precondition. Keeping only some values of e
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from scbm.model.normal_form import AllOf, AnyOf, OneOf, Pair, all_of, any_of, bits_of, one_of
 from scbm.model.packing import ValueTable
@@ -44,6 +44,8 @@ def substitute(form: NormalForm, tables: Sequence[ValueTable]) -> NormalForm:
             return all_of(substitute(part, tables) for part in parts)
         case AnyOf(parts):
             return any_of(substitute(part, tables) for part in parts)
+        case _:
+            assert_never(form)
 
 
 def restricted(form: NormalForm, values: Sequence[tuple[int, ...]]) -> NormalForm:

@@ -186,6 +186,8 @@ def _value_schema(domain: Domain) -> Json:
             return {"type": "integer", "minimum": domain.values[0], "maximum": domain.values[-1]}
         case ValueKind.SYMBOL:
             return _one_of(map(str, domain.values))
+        case _:
+            assert_never(domain.kind)
 
 
 # messages

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from scbm.cases import Reaction
 from scbm.model import LatencyShape, Outcome
@@ -42,6 +42,8 @@ def typical_ns(latency: Latency) -> int:
             return _rounded((low + high) / 2, low, high)
         case LatencyShape.TRIANGULAR:
             return latency.points_ns[1]
+        case _:
+            assert_never(latency.shape)
 
 
 class DrawnReactions:
@@ -84,6 +86,8 @@ class DrawnReactions:
             case LatencyShape.TRIANGULAR:
                 low, mode, high = latency.points_ns
                 return _rounded(_triangular(self._random.random(), low, mode, high), low, high)
+            case _:
+                assert_never(latency.shape)
 
     def _below(self, count: int) -> int:
         return int(self._random.random() * count)
