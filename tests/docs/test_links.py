@@ -61,3 +61,7 @@ NAMED = [
 @pytest.mark.parametrize(("path", "page"), NAMED, ids=[f"{path}: {page}" for path, page in NAMED])
 def test_pages_that_code_and_messages_name_exist(path: Path, page: str) -> None:
     assert (ROOT / page).is_file(), f"{path} names it"
+
+
+def test_the_readme_has_at_most_120_lines() -> None:
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 120
