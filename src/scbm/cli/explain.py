@@ -101,8 +101,8 @@ def _explanation(explanation: Explanation, model: BehaviorModel) -> dict[str, An
     told = decided_json(explanation.decided)
     if explanation.visit is not None:
         told["visit"] = _visit(explanation.visit, model)
-    if explanation.looked_at is not None:
-        looked_at = explanation.looked_at
+    if explanation.searched is not None:
+        looked_at = explanation.searched
         told["looked_at"] = {
             "initial_states": looked_at.initial_states,
             "goals": looked_at.goals,

@@ -18,7 +18,7 @@ from scbm.closing.proofs.proofs import Proof, Proofs
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits
 from scbm.closing.runs.observed_states import ObservedStates
 from scbm.closing.scripts.case_search import CaseSearch, bounded, minimal, without_leftovers
-from scbm.closing.scripts.inputs import inputs, telling_values, with_free_inputs, with_inputs
+from scbm.closing.scripts.inputs import distinguishing_values, inputs, with_free_inputs, with_inputs
 from scbm.model import Diagnostic, InputError, Place, Slug, State
 from scbm.testing import Campaign, Tester
 
@@ -125,10 +125,10 @@ class Closer:
     def _with_changing_inputs(self, missing: int) -> list[Execution]:
         """Return runs in which inputs change repeatedly, for automatic transitions that need that."""
         free = with_free_inputs(self.model)
-        hopeless = dict(ruled_out(free, possible_values(free)))
-        automatic = [o for o in self._obligations if o.aspect is Aspect.TAKEN and o not in hopeless]
+        impossible = dict(ruled_out(free, possible_values(free)))
+        automatic = [o for o in self._obligations if o.aspect is Aspect.TAKEN and o not in impossible]
         missing &= sum(map(self._obligations.bit, automatic))
-        changes = [(name, value) for name in inputs(self.model) for value in telling_values(self.model, name)]
+        changes = [(name, value) for name in inputs(self.model) for value in distinguishing_values(self.model, name)]
         if not missing or not changes:
             return []
         self._progress("exploring runs in which inputs change")
@@ -183,8 +183,8 @@ class Closer:
         if not uncoverable:
             return ()
         self._progress("looking for suggestions")
-        looks = ObservedStates(runs)
-        oracles = Oracles(looks.can_hold, looks if looks.are_known else None, self._makes_coverable)
+        observed = ObservedStates(runs)
+        oracles = Oracles(observed.can_hold, observed if observed.are_known else None, self._makes_coverable)
         return suggest(self.model, uncoverable, oracles, GoalSearch(self.model, runs.planner))
 
     def _makes_coverable(self, extended: BehaviorModel, obligations: Sequence[Obligation]) -> bool:

@@ -64,13 +64,13 @@ class Explanation:
     Attributes:
         decided: the decision.
         visit: if it is covered, the visit of the first case that covers it.
-        looked_at: if it is proved uncoverable by exploring all runs, the size of that exploration.
+        searched: if it is proved uncoverable by exploring all runs, the size of that exploration.
         suggestions: the changes that would make it coverable.
     """
 
     decided: Decided
     visit: Visit | None = None
-    looked_at: SearchedRuns | None = None
+    searched: SearchedRuns | None = None
     suggestions: tuple[Suggestion, ...] = ()
 
 
@@ -95,7 +95,7 @@ def _explained(closing: Closing, decided: Decided, executions: Mapping[str, Exec
     if decided.case is not None:
         visit = first_visit(executions[decided.case], decided.obligation, Obligations.of(closing.model))
         return Explanation(decided, visit, suggestions=about)
-    return Explanation(decided, looked_at=_looked_at(closing, decided), suggestions=about)
+    return Explanation(decided, searched=_searched_runs(closing, decided), suggestions=about)
 
 
 def first_visit(execution: Execution, obligation: Obligation, obligations: Obligations) -> Visit | None:
@@ -126,7 +126,7 @@ def _is_answered(execution: Execution, request: int) -> bool:
     return all(reaction.outcome is not Outcome.TIMEOUT for reaction in reactions)
 
 
-def _looked_at(closing: Closing, decided: Decided) -> SearchedRuns | None:
+def _searched_runs(closing: Closing, decided: Decided) -> SearchedRuns | None:
     """Return the size of the exploration behind the proof of an obligation, if it is a proof about all runs."""
     certificate = dict(closing.certificates).get(decided.certificate or "")
     if certificate is None or not isinstance(certificate.argument, RunsArgument):

@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 from scbm.model import Role
 from scbm.planning.engines import DistancesOnDemand, Exceeded, ExplorationLimits, Region
-from scbm.planning.engines.exploration import Distances, Exploration
 from scbm.planning.plan_answers import (
     Answer,
     Limit,
@@ -28,6 +27,7 @@ from scbm.planning.planners import PlanProblem, canonical
 from scbm.planning.planning_task import system_of
 
 if TYPE_CHECKING:
+    from scbm.planning.engines.exploration import Distances
     from scbm.planning.plan_answers import ShouldContinue
     from scbm.planning.planners import PlanFunction
     from scbm.planning.planning_task import Problem, Task
@@ -54,6 +54,9 @@ class Everywhere:
 
 def plans_everywhere(problem: Problem, most: int) -> Everywhere | None:
     """Return the plans from all states of a task; `None` if these are more than `most`, or need too much memory."""
+    # Few models are large enough to need the engines, and every start of `scbm` would load them.
+    from scbm.planning.engines.exploration import Distances, Exploration  # noqa: PLC0415
+
     model, task, goal = problem.model, problem.task, problem.goal
     rest = {variable.name: (variable.initial,) for variable in model.running_space}
     free = {v.name: v.domain.values for v in task.packing.space if v.role is Role.DECLARED}

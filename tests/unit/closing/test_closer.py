@@ -11,7 +11,7 @@ from scbm.cases.trace import End
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.runs.all_runs import AllRuns
 from scbm.closing.runs.run_relevance import Relevance
-from scbm.closing.scripts.inputs import telling_values
+from scbm.closing.scripts.inputs import distinguishing_values
 from scbm.files import load_model, read_model
 from scbm.model import InputError, Outcome
 from scbm.running import Program
@@ -165,7 +165,7 @@ def test_an_input_with_many_values_takes_those_that_guards_tell_apart() -> None:
     text = (SCAN % "  hot: {g: heat > 950 && heat != 990, a: [plan.state <- aborted]}").replace(
         "  lamp:", "  heat: {domain: 0..1000, initial: 20}\n  lamp:"
     )
-    assert telling_values(model := read_model(text, "scan.yaml"), "heat") == (0, 951, 990)
+    assert distinguishing_values(model := read_model(text, "scan.yaml"), "heat") == (0, 951, 990)
     assert decision(Closer(model).close(), "automatic/hot") is Decision.COVERED
 
 

@@ -65,9 +65,9 @@ def _with_runs(closing: Closing) -> Closing:
 def test_a_proof_about_all_runs_says_what_it_looked_at() -> None:
     asked = [obligation(CELL, "scan_box/failed")]
     (explanation,) = explain(_with_runs(closing_of(CELL)), asked, {})
-    assert explanation.looked_at == SearchedRuns(initial_states=3, goals=1, situations=5)
+    assert explanation.searched == SearchedRuns(initial_states=3, goals=1, situations=5)
     (explanation,) = explain(closing_of(CELL), asked, {})
-    assert explanation.looked_at is None, "its certificate looked at no runs"
+    assert explanation.searched is None, "its certificate looked at no runs"
 
 
 @pytest.mark.slow
@@ -77,7 +77,7 @@ def test_initial_states_are_counted_up_to_a_limit() -> None:
         ("0..2, initial: 0}", "0..2, initial: 0, random: any}"),
     )
     (explanation,) = explain(_with_runs(closing_of(many)), [obligation(many, "scan_box/failed")], {})
-    assert explanation.looked_at == SearchedRuns(initial_states=None, goals=1, situations=5)
+    assert explanation.searched == SearchedRuns(initial_states=None, goals=1, situations=5)
 
 
 def test_explanations_come_in_the_order_of_the_model() -> None:

@@ -35,7 +35,7 @@ _MAX_STARTS = 50
 _MAX_EXPANSIONS = 20_000
 """Maximum number of planning states that are expanded, from all initial states together."""
 
-_MAX_LOOKS = 100_000
+_MAX_CONJUNCTIONS = 100_000
 """Maximum number of conjunctions of one size that are tested for an operation, each once for every initial state; this
 holds for conjunctions with a value that the operation assigns, and again for the others.
 """
@@ -71,7 +71,7 @@ class GoalSearch:
         for goals in _conjunctions(file_order, own):
             found = [
                 (length, sorted(map(file_order.__getitem__, goal)), goal)
-                for goal in islice(goals, _MAX_LOOKS // max(1, len(paths)))
+                for goal in islice(goals, _MAX_CONJUNCTIONS // max(1, len(paths)))
                 if (length := _shortest(goal, operation, paths)) is not None
             ]
             yield from (_predicate(goal, file_order) for _, _, goal in sorted(found))

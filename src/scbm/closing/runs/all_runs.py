@@ -58,7 +58,7 @@ class AllRuns:
         visits: the meaning of the bits of visits.
         starts: the initial states, the nominal one first.
         graphs: one graph for each goal.
-        looked_at: the packed states in which guards were evaluated.
+        observed: the packed states in which guards were evaluated.
         stopped: why the exploration is incomplete, as a sentence; `None` if it is complete.
     """
 
@@ -85,7 +85,7 @@ class AllRuns:
         self.queues = Queues()
         self.starts: Sequence[Start] = ()
         self.graphs: tuple[RunGraph, ...] = ()
-        self.looked_at: dict[int, None] = {}
+        self.observed: dict[int, None] = {}
         self._policies: dict[Predicate, Policy] = {}
         self.stopped: str | None = None
         self._limits = limits
@@ -134,7 +134,7 @@ class AllRuns:
                 return
             graph = explore_runs((name, goal), steps, self.starts, left)
             graphs.append(graph)
-            self.looked_at |= steps.looked_at
+            self.observed |= steps.looked_at
             left -= len(graph.positions)
             if graph.planning_too_large:
                 self.stopped = f"planning for {name} would expand more than {limits.planning:,} states of the world"

@@ -36,11 +36,11 @@ class ObservedStates:
         if not self.are_known:
             return self._values.can_hold(predicate)
         test = self._runs.program.packing.test(predicate)
-        return any(test(state) for state in self._runs.looked_at)
+        return any(test(state) for state in self._runs.observed)
 
     def __iter__(self) -> Iterator[Mapping[str, Value]]:
         """Yield the states with all their variables; irrelevant variables have any value."""
-        for state in self._runs.looked_at:
+        for state in self._runs.observed:
             yield self._runs.program.packing.values(state)
 
     @cached_property

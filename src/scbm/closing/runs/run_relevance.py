@@ -34,7 +34,7 @@ class Relevance:
 
     def __init__(self, model: BehaviorModel, packing: Packing) -> None:
         self.packing = packing
-        self.names = relevant(_steps(model), _looked_at(model)).names
+        self.names = relevant(_steps(model), _observed_names(model)).names
         self.mask = sum(packing[name].mask for name in self.names)
 
 
@@ -45,7 +45,7 @@ def _steps(model: BehaviorModel) -> TransitionSystem:
     return TransitionSystem(model.running_space, tuple(Move(str(number), (part,)) for number, part in enumerate(parts)))
 
 
-def _looked_at(model: BehaviorModel) -> Iterator[str]:
+def _observed_names(model: BehaviorModel) -> Iterator[str]:
     """Yield the variables that goals read, those that automatic transitions change, and all that are not declared."""
     for _, goal in model.goals:
         yield from goal.reads()
@@ -76,9 +76,9 @@ def initial_states(
 
 def _choices(model: BehaviorModel, relevance: Relevance) -> list[list[Value]]:
     """Return the random values of each variable, the nominal one first; only this one if it is irrelevant."""
-    looked_at = dict.fromkeys((*relevance.names, *model.initial_states.reads()))
+    read = dict.fromkeys((*relevance.names, *model.initial_states.reads()))
     nominal_first = [sorted(v.random, key=partial(ne, v.initial)) for v in model.space]
     return [
-        values if variable.name in looked_at else values[:1]
+        values if variable.name in read else values[:1]
         for variable, values in zip(model.space, nominal_first, strict=True)
     ]

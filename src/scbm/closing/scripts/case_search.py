@@ -38,21 +38,21 @@ class CaseSearch:
         found: the runs of the cases found, each of which visited something missing.
     """
 
-    def __init__(self, runs: AllRuns, tester: Tester, missing: int, hopeless: int, limits: CloseLimits) -> None:
+    def __init__(self, runs: AllRuns, tester: Tester, missing: int, impossible: int, limits: CloseLimits) -> None:
         """Prepare the search.
 
         Args:
             runs: the graphs of runs.
             tester: runs the cases.
             missing: the obligations to search for.
-            hopeless: the obligations that are known to be uncoverable, by injections too.
+            impossible: the obligations that are known to be uncoverable, by injections too.
             limits: the limits of the search.
         """
         self.found: list[Execution] = []
         self._runs = runs
         self._tester = tester
         self._missing = missing
-        self._hopeless = hopeless
+        self._impossible = impossible
         self._candidates = limits.candidates
         self._beyond = limits.beyond
         self._scripts = CaseScripts(runs.model, runs.program, PlanCache(runs.planner))
@@ -89,7 +89,7 @@ class CaseSearch:
 
     def _to_disable(self) -> list[str]:
         """Return the operations that are still to be disabled, and are not always enabled."""
-        open_ones = self._missing & ~self._hopeless
+        open_ones = self._missing & ~self._impossible
         return [name for name in self._operations if open_ones & self._disabled(name)]
 
     def _disabled(self, operation: str) -> int:
@@ -188,9 +188,9 @@ class CaseSearch:
         for obligation in runs.visits.obligations:
             bit = runs.visits.bit(obligation.subject, obligation.aspect)
             wanted = bit
-            if obligation.aspect is Aspect.DISABLED and not bit & self._hopeless:
+            if obligation.aspect is Aspect.DISABLED and not bit & self._impossible:
                 wanted |= runs.visits.current(obligation.subject)
-            if bit & self._missing & ~self._hopeless & ~runs.visited:
+            if bit & self._missing & ~self._impossible & ~runs.visited:
                 self._go_beyond(obligation, wanted)
 
     def _go_beyond(self, obligation: Obligation, wanted: int) -> None:

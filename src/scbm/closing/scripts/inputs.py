@@ -36,7 +36,7 @@ def with_free_inputs(model: BehaviorModel) -> BehaviorModel:
     return replace(model, variables=tuple(variables))
 
 
-def telling_values(model: BehaviorModel, name: str) -> tuple[Value, ...]:
+def distinguishing_values(model: BehaviorModel, name: str) -> tuple[Value, ...]:
     """Return the first value of each class of values that no guard or goal distinguishes.
 
     Where the variable is compared with another one, or assigned to one, each value is a class of its own.
@@ -72,7 +72,7 @@ def with_inputs(model: BehaviorModel, transition: Transition, case: Case) -> Ite
     names = [name for name in transition.running_guard.reads() if name in known]
     if not names:
         return
-    choices = product(*(telling_values(model, name) for name in names))
+    choices = product(*(distinguishing_values(model, name) for name in names))
     for chosen in islice(choices, _MAX_CHANGES):
         values = dict(zip(names, chosen, strict=True))
         rest = residual(transition.running_guard, values, model.running_space)

@@ -113,10 +113,10 @@ class _ExplanationText:
 
     def _not_covered(self, explanation: Explanation) -> Iterator[Text]:
         yield Text(f"  {_sentence(explanation.decided.reason)}")
-        if explanation.looked_at is not None:
-            if explanation.looked_at not in self._looked_at:
-                yield Text(f"  {_looked_at(explanation.looked_at)}")
-            self._looked_at[explanation.looked_at] = None
+        if explanation.searched is not None:
+            if explanation.searched not in self._looked_at:
+                yield Text(f"  {_looked_at(explanation.searched)}")
+            self._looked_at[explanation.searched] = None
         elif explanation.decided.certificate in _FOLLOWS_FROM:
             yield Text(f"  That follows from {_FOLLOWS_FROM[explanation.decided.certificate]}; no run was looked at.")
         if explanation.decided.decision is Decision.UNDECIDED:
