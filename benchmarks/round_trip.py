@@ -187,15 +187,15 @@ class RunnerSide:
         """All is done."""
         self._over.set()
 
-    def heard_reply(self, _resource: str, reply: Reply) -> None:
+    def on_reply(self, _resource: str, reply: Reply) -> None:
         """A trip ends."""
         self.taken.append(time.perf_counter() - self._sent.pop(reply.request.number))
         self._driver.give(ReplyArrived(reply.request.number, reply.succeeded), reply.stamp_ns)
 
-    def heard_values(self, _resource: str, _measurement: Measurement) -> None:
+    def on_values(self, _resource: str, _measurement: Measurement) -> None:
         """Never comes."""
 
-    def heard_presence(self, _resource: str, *, is_there: bool) -> None:
+    def on_presence(self, _resource: str, *, is_there: bool) -> None:
         """The run can begin."""
         if is_there:
             self._there.set()

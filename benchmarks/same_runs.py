@@ -40,7 +40,7 @@ def main() -> None:
     cases = list(RandomCases(model, None, network).first(options.cases, options.seed))
     tester = Tester(model)
     session = Session(_cell(options, model), model, digest_of(model), Fraction(options.time_scale), 20.0)
-    session.complain = print
+    session.warn = print
     begun = perf_counter()
     with session:
         executions = list(NodeTester(tester, session).executions(cases))

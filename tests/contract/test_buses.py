@@ -32,7 +32,7 @@ SCAN = Service("/scanner/scan", TRIGGER)
 
 @pytest.fixture(params=list(TRANSPORTS))
 def make_bus(request: pytest.FixtureRequest) -> Iterator[MakeBus]:
-    """Makes buses that reach each other, and have nothing to complain of; called in a running event loop."""
+    """Makes buses that reach each other, and have nothing to warn of; called in a running event loop."""
     complaints: list[str] = []
     transport = TRANSPORTS[request.param]
     domain = request.getfixturevalue("domain") if transport.joins_processes else 0
@@ -310,7 +310,7 @@ def test_another_type_at_the_name_is_why_nobody_is_there(make_bus: MakeBus) -> N
         theirs.subscribe(wrong, lambda _: None)
         theirs.subscribe(other, lambda _: None)
         await met.ends_with(1)
-        why = ours.why_alone(TALK)
+        why = ours.why_unmatched(TALK)
         await closed(ours, theirs)
         return why
 
@@ -326,7 +326,7 @@ def test_nothing_shows_where_nobody_is(make_bus: MakeBus) -> None:
     async def scenario() -> Unmatched | None:
         bus = make_bus("ours")
         bus.publisher(TALK)
-        why = bus.why_alone(TALK)
+        why = bus.why_unmatched(TALK)
         await bus.close()
         return why
 
@@ -367,7 +367,7 @@ def test_another_type_of_service_is_why_nobody_serves(make_bus: MakeBus) -> None
         theirs.serve(Service(SCAN.name, SET_BOOL), lambda _: {"success": True, "message": ""})
         theirs.subscribe(TALK, lambda _: None)
         await met.ends_with(1)
-        why = ours.why_alone(SCAN)
+        why = ours.why_unmatched(SCAN)
         await closed(ours, theirs)
         return why
 

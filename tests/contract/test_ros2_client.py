@@ -170,7 +170,7 @@ def test_its_types_have_the_names_that_ours_have(domain: int, ros2_peer_program:
         with peer(ros2_peer_program, domain, "driver"):
             await told.until(lambda: requests.peers == 1 and replies.peers == 1)
             assert client.peers == 0
-            assert "std_srvs/srv/SetBool" in str(bus.why_alone(wrong))
+            assert "std_srvs/srv/SetBool" in str(bus.why_unmatched(wrong))
 
     over_bus(domain, story)
 

@@ -57,14 +57,14 @@ class Heard:
         self.replies: list[tuple[str, Reply]] = []
         self.is_there = asyncio.Event()
 
-    def heard_reply(self, resource: str, reply: Reply) -> None:
+    def on_reply(self, resource: str, reply: Reply) -> None:
         self.replies.append((resource, reply))
         self.is_there.set()
 
-    def heard_values(self, resource: str, measurement: object) -> None:
+    def on_values(self, resource: str, measurement: object) -> None:
         raise AssertionError(resource, measurement)
 
-    def heard_presence(self, resource: str, *, is_there: bool) -> None:
+    def on_presence(self, resource: str, *, is_there: bool) -> None:
         raise AssertionError(resource, is_there)
 
 

@@ -1,4 +1,4 @@
-"""A hearer of links that keeps what it hears, and waits for it."""
+"""A listener of links that keeps what it hears, and waits for it."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ class Heard:
     presence: list[tuple[str, bool]] = field(default_factory=list)
     _news: asyncio.Event = field(default_factory=asyncio.Event)
 
-    def heard_reply(self, resource: str, reply: Reply) -> None:
+    def on_reply(self, resource: str, reply: Reply) -> None:
         self.replies.append((resource, reply))
         self._news.set()
 
-    def heard_values(self, resource: str, measurement: Measurement) -> None:
+    def on_values(self, resource: str, measurement: Measurement) -> None:
         self.values.append((resource, measurement))
         self._news.set()
 
-    def heard_presence(self, resource: str, *, is_there: bool) -> None:
+    def on_presence(self, resource: str, *, is_there: bool) -> None:
         self.presence.append((resource, is_there))
         self._news.set()
 

@@ -39,8 +39,8 @@ def command(
     chosen = read_real(real or [], loaded)
     in_domain = read_domain(domain)
 
-    def make(seat: NodeContext, drivers: Bus | None) -> ControllerNode:
-        return ControllerNode(seat, drivers=drivers)
+    def make(context: NodeContext, drivers: Bus | None) -> ControllerNode:
+        return ControllerNode(context, drivers=drivers)
 
     open_drivers = partial(open_rclpy, in_domain) if read_via(via, chosen) is Via.RCLPY else None
     return serve_node(

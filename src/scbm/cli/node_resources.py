@@ -32,8 +32,8 @@ def command(
     loaded = load_model(model)
     chosen = _chosen(loaded, names or [])
 
-    def make(seat: NodeContext, _: Bus | None) -> ResourcesNode:
-        return ResourcesNode(seat, DrawnReactions(reaction_stream(Origin(seed))))
+    def make(context: NodeContext, _: Bus | None) -> ResourcesNode:
+        return ResourcesNode(context, DrawnReactions(reaction_stream(Origin(seed))))
 
     return serve_node(
         "resources",

@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 from rich.text import Text
 
-from scbm.cli.campaigns.node_setup import complain
+from scbm.cli.campaigns.node_setup import warn
 from scbm.cli.output.terminal import TerminalOutput, escaped, in_one_line, write_json
 from scbm.model import Diagnostic, Place, Slug
 
@@ -69,7 +69,7 @@ def test_a_diagnostic_shows_what_a_file_says_of_controls() -> None:
 
 
 def test_what_a_peer_says_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    complain(f"it is\nscbm: {CLEAR}all is good")
+    warn(f"it is\nscbm: {CLEAR}all is good")
     assert capsys.readouterr().err == "scbm: it is\\nscbm: \\x1b[2Jall is good\n"
     assert in_one_line("a\r\nb") == "a\\x0d\\nb"
 

@@ -141,7 +141,7 @@ def test_why_it_is_not_there_is_said_of_what_it_measures_too() -> None:
         whole.hub.join("sensor").publisher(Topic(ZONE.topic, MessageType.FLOAT64))
         await loop.settle()
         why = f"`{ZONE.topic}` is of type std_msgs/msg/Float64 there, and not of std_msgs/msg/Bool"
-        assert whole.link.why_alone() == Unmatched(why, is_mismatch=True)
+        assert whole.link.why_unmatched() == Unmatched(why, is_mismatch=True)
 
     run_virtually(scene)
 

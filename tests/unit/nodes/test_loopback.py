@@ -231,16 +231,16 @@ def test_it_says_why_nobody_is_matched_if_others_use_another_type() -> None:
     async def play(hub: LoopbackHub, settled: Settle) -> None:
         own, other = hub.join("a"), hub.join("b")
         own.publisher(TALK)
-        assert own.why_alone(TALK) is None
+        assert own.why_unmatched(TALK) is None
         other.subscribe(Topic("/talk", MessageType.FLOAT64), lambda _: None)
         other.serve(Service("/scan", SET_BOOL), lambda _: {})
         await settled()
         talk = f"`/talk` is of type {MessageType.FLOAT64.value} there, and not of {TALK.type.value}"
-        assert own.why_alone(TALK) == Unmatched(talk, is_mismatch=True)
+        assert own.why_unmatched(TALK) == Unmatched(talk, is_mismatch=True)
         scan = "`/scan` is of type std_srvs/srv/SetBool there, and not of std_srvs/srv/Trigger"
-        assert own.why_alone(SCAN) == Unmatched(scan, is_mismatch=True)
-        assert own.why_alone(Service("/scan", SET_BOOL)) is None
-        assert other.why_alone(Topic("/talk", MessageType.FLOAT64)) is not None
+        assert own.why_unmatched(SCAN) == Unmatched(scan, is_mismatch=True)
+        assert own.why_unmatched(Service("/scan", SET_BOOL)) is None
+        assert other.why_unmatched(Topic("/talk", MessageType.FLOAT64)) is not None
 
     scene(play)
 

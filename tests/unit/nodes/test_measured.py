@@ -140,9 +140,9 @@ def test_a_driver_that_publishes_as_best_effort_is_heard_if_the_binding_says_so(
         asks_for_less = MeasuredTopics(hub.join("hears"), measuring(replace(DISTANCE, is_best_effort=True)), heard)
         hub.join("driver").publisher(Topic("/distance", MessageType.FLOAT64, is_best_effort=True)).publish(0.25)
         await heard.until(lambda: bool(heard.values))
-        assert (asks_for_less.is_there, asks_for_less.why_alone()) == (True, None)
+        assert (asks_for_less.is_there, asks_for_less.why_unmatched()) == (True, None)
         assert (reliable.is_there, deaf.values) == (False, [])
-        said = reliable.why_alone()
+        said = reliable.why_unmatched()
         assert said is not None
         assert "`/distance`" in said.why
         assert "`best_effort: true`" in said.why
@@ -172,18 +172,18 @@ def test_why_nobody_publishes_is_said_for_each_topic_that_is_missing() -> None:
     async def scene() -> None:
         hub = LoopbackHub()
         topics = MeasuredTopics(hub.join("controller"), measuring(DISTANCE, LIT), Heard())
-        assert topics.why_alone() is None
+        assert topics.why_unmatched() is None
         hub.join("driver").publisher(Topic("/distance"))
-        said = topics.why_alone()
+        said = topics.why_unmatched()
         assert said is not None
         assert "`/distance`" in said.why
         assert "`/lit`" not in said.why
         hub.join("driver").publisher(Topic("/lit"))
-        said = topics.why_alone()
+        said = topics.why_unmatched()
         assert said is not None
         assert all(word in said.why for word in ("`/distance`", "; ", "`/lit`"))
         hub.join("driver").publisher(Topic("/distance", MessageType.FLOAT64))
-        said = topics.why_alone()
+        said = topics.why_unmatched()
         assert said is not None
         assert "`/distance`" not in said.why
 

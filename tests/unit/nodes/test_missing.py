@@ -26,7 +26,7 @@ class Reaching:
     def is_there(self) -> bool:
         return not self.missing
 
-    def why_alone(self) -> Unmatched | None:
+    def why_unmatched(self) -> Unmatched | None:
         return self.alone
 
     def send(self, request: Correlation, values: Changes) -> None:

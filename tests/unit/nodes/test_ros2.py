@@ -47,7 +47,7 @@ def rclpy(monkeypatch: pytest.MonkeyPatch) -> Rclpy:
 
 @pytest.fixture
 def scene() -> Iterator[Callable[[Play], None]]:
-    """Plays with a bus that has nothing to complain of, and closes it."""
+    """Plays with a bus that has nothing to warn of, and closes it."""
     complaints: list[str] = []
 
     def play_it(play: Play) -> None:
@@ -332,7 +332,7 @@ def test_why_a_driver_is_not_heard_is_told(
             bus.subscribe(what, _ignore)
         else:
             bus.client(what, _ignore)
-        assert bus.why_alone(what) == (None if why is None else Unmatched(why, is_mismatch=True))
+        assert bus.why_unmatched(what) == (None if why is None else Unmatched(why, is_mismatch=True))
 
     scene(play)
 
@@ -343,10 +343,10 @@ def test_who_publishes_best_effort_hinders_no_publisher_of_ours(rclpy: Rclpy, sc
 
     async def play(bus: RclpyBus) -> None:
         bus.publisher(TALK)
-        assert bus.why_alone(TALK) is None
+        assert bus.why_unmatched(TALK) is None
         rclpy.subscriptions = [endpoint_info("/talk", "std_msgs/msg/Int64")]
         why = "`/talk` is of type std_msgs/msg/Int64 there, and not of std_msgs/msg/String"
-        assert bus.why_alone(TALK) == Unmatched(why, is_mismatch=True)
+        assert bus.why_unmatched(TALK) == Unmatched(why, is_mismatch=True)
 
     scene(play)
 

@@ -396,14 +396,14 @@ def test_a_request_that_nobody_can_carry_out_fails_by_the_clock_of_the_bus() -> 
 def test_why_nobody_is_there_is_said_for_each_service_that_is_missing() -> None:
     async def scene() -> None:
         harness = Harness.of(LIGHT)
-        assert harness.link.why_alone() is None
+        assert harness.link.why_unmatched() is None
         harness.driver.serve("/light", TRIGGER)
         harness.driver.serve("/blink", SET_BOOL)
-        said = harness.link.why_alone()
+        said = harness.link.why_unmatched()
         assert said is not None
         assert all(word in said.why for word in ("`/light`", "`/blink`", "; "))
         harness.driver.serve("/blink")
-        said = harness.link.why_alone()
+        said = harness.link.why_unmatched()
         assert said is not None
         assert "`/light`" in said.why
         assert "`/blink`" not in said.why

@@ -205,10 +205,10 @@ def test_another_version_of_the_model_is_told_at_once() -> None:
 
 def test_a_run_that_is_lost_says_why() -> None:
     class Refusing(LoopbackCell):
-        async def open(self, model: BehaviorModel, complain: Callable[[str], None]) -> Bus:
+        async def open(self, model: BehaviorModel, warn: Callable[[str], None]) -> Bus:
             other = scan_cell(("initial: 5}", "initial: 4}"), ("scanned: box", "renamed: box"))
             assert other.name == model.name
-            return await super().open(other, complain)
+            return await super().open(other, warn)
 
     def work() -> None:
         with session(Refusing(DIGEST)) as opened:
@@ -287,7 +287,7 @@ def test_a_tester_that_was_missed_joins_again_before_the_next_case(watches: list
             return buses[-1]
 
         opened = session(RemoteCell(open_bus))
-        opened.complain = complaints.append
+        opened.warn = complaints.append
         with opened:
             tester = NodeTester(Tester(MODEL), opened)
             assert tester.execute(CASE).verdict.passed
@@ -345,7 +345,7 @@ def test_a_child_that_ended_between_cases_is_started_again_before_the_next() -> 
             return hub.join("tester")
 
         opened = session(RemoteCell(open_bus, Ending(hub, (), (), ("the controller was ended by SIGKILL",))))
-        opened.complain = complaints.append
+        opened.warn = complaints.append
         told = []
         with opened:
             tester = NodeTester(Tester(MODEL), opened)

@@ -185,7 +185,7 @@ def test_what_is_missing_is_named_and_the_other_side_is_not_to_blame() -> None:
         harness.hub.join("listener").subscribe(Topic(REQUEST.name, MessageType.BOOL), lambda _: None)
         await harness.loop.settle()
         assert [*missing, harness.link.missing] == [(REQUEST.name, REPLY.name), (REPLY.name,)]
-        assert harness.link.why_alone() is None
+        assert harness.link.why_unmatched() is None
 
     play(scene)
 
@@ -206,10 +206,10 @@ def test_a_cancellation_that_nobody_can_hear_is_not_kept() -> None:
 
 def test_why_nobody_is_there_is_said_if_it_shows() -> None:
     async def scene(harness: Harness) -> None:
-        assert harness.link.why_alone() is None
+        assert harness.link.why_unmatched() is None
         harness.hub.join("driver").publisher(Topic(REPLY.name, MessageType.FLOAT64))
         why = "`/scanner/reply` is of type std_msgs/msg/Float64 there, and not of std_msgs/msg/String"
-        assert harness.link.why_alone() == Unmatched(why, is_mismatch=True)
+        assert harness.link.why_unmatched() == Unmatched(why, is_mismatch=True)
 
     play(scene)
 

@@ -27,10 +27,10 @@ def open_rclpy(domain: int) -> Bus:
     """A bus for drivers, through the ROS 2 that is installed."""
     from scbm.nodes.buses.rclpy_bus import open_ros2  # noqa: PLC0415 - for those who ask for it
 
-    return open_ros2("scbm_controller_drivers", domain, complain)
+    return open_ros2("scbm_controller_drivers", domain, warn)
 
 
-def complain(words: str) -> None:
+def warn(words: str) -> None:
     """Tells of a message that was dropped, or a node that was lost."""
     errors().line(f"scbm: {in_one_line(words)}")
 
@@ -53,12 +53,10 @@ def serve_node(
         output.line(in_one_line(words))
         sys.stdout.flush()
 
-    def seated(drivers: Bus | None, bus: Bus) -> ServedNode:
-        return make(
-            NodeContext(bus, model, new_status(role, model, digest_of(model), resources), complain, tell), drivers
-        )
+    def with_context(drivers: Bus | None, bus: Bus) -> ServedNode:
+        return make(NodeContext(bus, model, new_status(role, model, digest_of(model), resources), warn, tell), drivers)
 
-    join = TRANSPORTS[transport].connect(domain, complain)
+    join = TRANSPORTS[transport].connect(domain, warn)
 
     async def open_bus() -> Bus:
         return join(role)
@@ -66,7 +64,7 @@ def serve_node(
     async def serve_both() -> bool:
         drivers = None if open_drivers is None else open_drivers()
         try:
-            return await serve(open_bus, partial(seated, drivers), tell=tell, until_eof=while_stdin)
+            return await serve(open_bus, partial(with_context, drivers), tell=tell, until_eof=while_stdin)
         finally:
             if drivers is not None:
                 await drivers.close()

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from scbm.cli.campaigns.node_setup import bus_error, complain
+from scbm.cli.campaigns.node_setup import bus_error, warn
 from scbm.cli.campaigns.remedies import Waiting, cell_error, silent_driver
 from scbm.cli.output.saved_logs import SavedLogs
 from scbm.files import digest_of
@@ -34,8 +34,8 @@ def over_nodes(asked: NodeOptions, tester: Tester) -> Iterator[OverNodes]:
     logs = SavedLogs(asked)
     logs.refuse_unwritable()
     session = Session(_cell(asked), asked.model, digest_of(asked.model), asked.time_scale, asked.wait_s)
-    session.complain = complain
-    session.waiting = Waiting(asked, complain)
+    session.warn = warn
+    session.waiting = Waiting(asked, warn)
     with _told(asked), session:
         yield OverNodes(asked, logs, session, NodeTester(tester, session))
 
@@ -53,7 +53,7 @@ def _told(asked: NodeOptions) -> Iterator[None]:
 
 def _cell(asked: NodeOptions) -> Cell:
     transport = TRANSPORTS[asked.transport]
-    join = transport.connect(asked.domain, complain)
+    join = transport.connect(asked.domain, warn)
     if not transport.joins_processes:
         return LoopbackCell(digest_of(asked.model), join)
 

@@ -192,7 +192,7 @@ class Bus(Protocol):
         """Serves a service: `answer` gets the fields of a request and returns those of the response."""
         ...
 
-    def why_alone(self, what: Topic | Service) -> Unmatched | None:
+    def why_unmatched(self, what: Topic | Service) -> Unmatched | None:
         """Why nobody is matched there, if it shows: another type, qualities that do not go together, a similar name."""
         ...
 

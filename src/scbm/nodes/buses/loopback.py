@@ -281,7 +281,7 @@ class LoopbackBus:
         self._hub.add_server(made)
         self._leave.append(lambda: self._hub.remove_server(made))
 
-    def why_alone(self, what: Topic | Service) -> Unmatched | None:
+    def why_unmatched(self, what: Topic | Service) -> Unmatched | None:
         """Whether others use it with another type, or are less reliable."""
         if isinstance(what, Topic):
             types = self._hub.types_of(what.name, but=self)

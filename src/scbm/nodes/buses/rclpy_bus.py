@@ -33,18 +33,18 @@ _TYPES = {FieldType.BOOL: "boolean", FieldType.FLOAT32: "float", FieldType.FLOAT
 """What the messages of rclpy call the types of their fields, where ROS 2 itself has another word."""
 
 
-def open_ros2(node: str, domain: int, complain: Callable[[str], None]) -> RclpyBus:
+def open_ros2(node: str, domain: int, warn: Callable[[str], None]) -> RclpyBus:
     """A bus on the running event loop.
 
     Args:
         node: the name that tools show.
         domain: of ROS 2.
-        complain: gets a sentence about what rclpy cannot do later. It is called on the loop.
+        warn: gets a sentence about what rclpy cannot do later. It is called on the loop.
 
     Raises:
         BusError: there is no rclpy, or it does not start.
     """
-    return RclpyBus(_rclpy(), node, domain, complain)
+    return RclpyBus(_rclpy(), node, domain, warn)
 
 
 def _rclpy() -> ModuleType:
@@ -82,11 +82,11 @@ class RclpyBus:
     - Who is there is looked at ten times a second.
     """
 
-    def __init__(self, rclpy: ModuleType, node: str, domain: int, complain: Callable[[str], None]) -> None:
+    def __init__(self, rclpy: ModuleType, node: str, domain: int, warn: Callable[[str], None]) -> None:
         """See `open_ros2`."""
         self._rclpy = rclpy
         self._loop = asyncio.get_running_loop()
-        self._complain = complain
+        self._warn = warn
         self._peers: list[_RclpyPeers] = []
         self._sent: list[tuple[Topic, Foreign]] = []
         self._heard: list[Topic] = []
@@ -157,7 +157,7 @@ class RclpyBus:
             durability=qos.DurabilityPolicy.VOLATILE,
         )
 
-    def why_alone(self, what: Topic | Service) -> Unmatched | None:
+    def why_unmatched(self, what: Topic | Service) -> Unmatched | None:
         """Whether others use it with another type, or are less reliable."""
         if isinstance(what, Service):
             types = dict(self._node.get_service_names_and_types()).get(what.name, [])
@@ -195,7 +195,7 @@ class RclpyBus:
                     self._look()
                     looks_s = monotonic() + _LOOK_S
             except Exception as error:  # noqa: BLE001 - there is nobody above to raise it to
-                self._later(self._complain, f"rclpy: {error}")
+                self._later(self._warn, f"rclpy: {error}")
         for peers in tuple(self._peers):  # somebody has shut the context down: nobody is reached any more
             self._later(peers.are, 0)
 

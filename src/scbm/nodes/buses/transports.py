@@ -44,9 +44,9 @@ def connect_loopback(_: int, __: Callable[[str], None]) -> Join:
     return LoopbackHub().join
 
 
-def connect_dds(domain: int, complain: Callable[[str], None]) -> Join:
+def connect_dds(domain: int, warn: Callable[[str], None]) -> Join:
     """Connect nodes by Cyclone DDS, which is loaded with the first bus."""
-    return lambda node: open_dds(f"scbm_{node}", domain, complain)
+    return lambda node: open_dds(f"scbm_{node}", domain, warn)
 
 
 TRANSPORTS: dict[str, Transport] = {

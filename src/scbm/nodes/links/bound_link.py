@@ -36,15 +36,15 @@ class LinkContext:
     Attributes:
         bus: carries its messages.
         resource: a resource with a binding.
-        hearer: gets replies and changes of presence.
-        complain: gets a sentence about each message that cannot be taken or sent.
+        listener: gets replies and changes of presence.
+        warn: gets a sentence about each message that cannot be taken or sent.
         now_ns: the clock of the bus.
     """
 
     bus: Bus
     resource: Resource
-    hearer: LinkListener
-    complain: Callable[[str], None]
+    listener: LinkListener
+    warn: Callable[[str], None]
     now_ns: Callable[[], int]
 
 
@@ -61,8 +61,8 @@ class BoundLink:
         self,
         bus: Bus,
         resource: Resource,
-        hearer: LinkListener,
-        complain: Callable[[str], None],
+        listener: LinkListener,
+        warn: Callable[[str], None],
         now_ns: Callable[[], int],
     ) -> None:
         """Made once for each resource, on the event loop of the bus.
@@ -70,19 +70,19 @@ class BoundLink:
         Args:
             bus: what drivers are reached by.
             resource: one with a binding.
-            hearer: whom it tells what comes.
-            complain: gets a sentence about each message that cannot be taken or sent.
+            listener: whom it tells what comes.
+            warn: gets a sentence about each message that cannot be taken or sent.
             now_ns: the clock that the bus stamps messages by.
         """
         self._resource = resource.name
-        self._hearer = hearer
+        self._listener = listener
         self._now_ns = now_ns
-        self._complain = complain
+        self._warn = warn
         self._was_there = False
         self._answered: deque[Correlation] = deque(maxlen=_MAX_ANSWERED)
         self._answered_twice: deque[str] = deque(maxlen=_MAX_ANSWERED)
         self._measured = MeasuredTopics(bus, resource, self)
-        self._requests = _requests(LinkContext(bus, resource, self, complain, now_ns))
+        self._requests = _requests(LinkContext(bus, resource, self, warn, now_ns))
 
     @property
     def is_there(self) -> bool:
@@ -101,54 +101,54 @@ class BoundLink:
             self._requests.send(request, values)
             return
         reply = Reply(request, succeeded=False, measured=(), stamp_ns=self._now_ns())
-        asyncio.get_running_loop().call_soon(self._hearer.heard_reply, self._resource, reply)
+        asyncio.get_running_loop().call_soon(self._listener.on_reply, self._resource, reply)
 
     def cancel(self, request: Correlation) -> None:
         """Nobody waits for this request any more."""
         if self._requests is not None:
             self._requests.cancel(request)
 
-    def why_alone(self) -> Unmatched | None:
+    def why_unmatched(self) -> Unmatched | None:
         """Why some of it is not there, if it shows."""
-        requests = None if self._requests is None else self._requests.why_alone()
-        return Unmatched.by_all([requests, self._measured.why_alone()])
+        requests = None if self._requests is None else self._requests.why_unmatched()
+        return Unmatched.by_all([requests, self._measured.why_unmatched()])
 
     # what its parts tell
 
-    def heard_reply(self, resource: str, reply: Reply) -> None:
+    def on_reply(self, resource: str, reply: Reply) -> None:
         """A reply came."""
         if reply.request in self._answered:
             self._tell_second(reply.request)
         else:
             self._answered.append(reply.request)
-        self._hearer.heard_reply(resource, reply)
+        self._listener.on_reply(resource, reply)
 
     def _tell_second(self, request: Correlation) -> None:
         if request.run not in self._answered_twice:
             self._answered_twice.append(request.run)
             which = f"a second reply of `{self._resource}` to request {request.number} is dropped"
-            self._complain(f"{which}: a driver answers twice, or two drivers answer")
+            self._warn(f"{which}: a driver answers twice, or two drivers answer")
 
-    def heard_values(self, resource: str, measurement: Measurement) -> None:
+    def on_values(self, resource: str, measurement: Measurement) -> None:
         """Values came unasked."""
-        self._hearer.heard_values(resource, measurement)
+        self._listener.on_values(resource, measurement)
 
-    def heard_presence(self, resource: str, *, is_there: bool) -> None:  # noqa: ARG002 - of a part
+    def on_presence(self, resource: str, *, is_there: bool) -> None:  # noqa: ARG002 - of a part
         """A part of it came, or was lost."""
         if self.is_there != self._was_there:
             self._was_there = self.is_there
-            self._hearer.heard_presence(resource, is_there=self._was_there)
+            self._listener.on_presence(resource, is_there=self._was_there)
 
 
 def _service_link(context: LinkContext) -> Link:
-    return ServiceLink(context.bus, context.resource, context.hearer, context.complain, context.now_ns)
+    return ServiceLink(context.bus, context.resource, context.listener, context.warn, context.now_ns)
 
 
 def _topic_link(context: LinkContext) -> Link:
     binding = context.resource.binding
     assert binding is not None  # noqa: S101 - a context is made for a resource with a binding
     request, reply = map(Topic, binding.requests.topics if binding.requests is not None else ())
-    return TopicLink(context.bus, context.resource.name, (request, reply), context.hearer, context.complain)
+    return TopicLink(context.bus, context.resource.name, (request, reply), context.listener, context.warn)
 
 
 LINKS: dict[type[RequestBinding], Callable[[LinkContext], Link]] = {
@@ -191,7 +191,7 @@ class MissingDrivers:
         for name, link in self.links.items():
             if link.is_there:
                 continue
-            alone = link.why_alone()
+            alone = link.why_unmatched()
             why = f"nobody is at {_listed(link.missing)}" if alone is None else alone.why
             troubles.append(f"`{name}` is not reached: {why}")
             if alone is not None and alone.is_mismatch:

@@ -39,15 +39,15 @@ class Measurement:
 class LinkListener(Protocol):
     """Whom a link tells what comes."""
 
-    def heard_reply(self, resource: str, reply: Reply) -> None:
+    def on_reply(self, resource: str, reply: Reply) -> None:
         """A reply came, perhaps to a request of another run."""
         ...
 
-    def heard_values(self, resource: str, measurement: Measurement) -> None:
+    def on_values(self, resource: str, measurement: Measurement) -> None:
         """Values came unasked."""
         ...
 
-    def heard_presence(self, resource: str, *, is_there: bool) -> None:
+    def on_presence(self, resource: str, *, is_there: bool) -> None:
         """The resource came, or was lost."""
         ...
 
@@ -73,6 +73,6 @@ class Link(Protocol):
         """Nobody waits for this request any more; one that still waits here is forgotten."""
         ...
 
-    def why_alone(self) -> Unmatched | None:
+    def why_unmatched(self) -> Unmatched | None:
         """Why the resource is not there, if it shows."""
         ...

@@ -27,18 +27,18 @@ if TYPE_CHECKING:
 class MeasuredTopics:
     """Hears the topics that a resource measures by. Each message is one measurement, of all that it is read into."""
 
-    def __init__(self, bus: Bus, resource: Resource, hearer: LinkListener) -> None:
+    def __init__(self, bus: Bus, resource: Resource, listener: LinkListener) -> None:
         """Made once for each resource.
 
         Args:
             bus: what carries the topics.
             resource: one with a binding.
-            hearer: whom it tells what comes.
+            listener: whom it tells what comes.
         """
         assert resource.binding is not None  # noqa: S101 - whoever makes this has looked
         self._bus = bus
         self._resource = resource.name
-        self._hearer = hearer
+        self._listener = listener
         self._was_there = False
         grouped: dict[Topic, list[MeasuredTopic]] = {}
         for measured in resource.binding.measured:
@@ -60,22 +60,22 @@ class MeasuredTopics:
         """The topics that nobody publishes on."""
         return tuple(topic.name for topic in self._silent())
 
-    def why_alone(self) -> Unmatched | None:
+    def why_unmatched(self) -> Unmatched | None:
         """Why some topic has nobody who publishes on it, if it shows."""
-        return Unmatched.by_all(map(self._bus.why_alone, self._silent()))
+        return Unmatched.by_all(map(self._bus.why_unmatched, self._silent()))
 
     def _silent(self) -> list[Topic]:
         return [topic for topic, heard in zip(self._topics, self._subscriptions, strict=True) if not heard.peers]
 
     def _receive(self, readings: tuple[Reading, ...], received: Received) -> None:
         values = tuple((reading.variable, value_of(reading, received.data)) for reading in readings)
-        self._hearer.heard_values(self._resource, Measurement(values, received.stamp_ns))
+        self._listener.on_values(self._resource, Measurement(values, received.stamp_ns))
 
     def _matched(self, _: int) -> None:
         is_there = self.is_there
         if is_there != self._was_there:
             self._was_there = is_there
-            self._hearer.heard_presence(self._resource, is_there=is_there)
+            self._listener.on_presence(self._resource, is_there=is_there)
 
 
 def value_of(reading: Reading, data: Scalar) -> Value:
@@ -110,16 +110,16 @@ class Refusals:
     The runner refuses by the same rules, and its trace has all of them; but not what comes between runs.
     """
 
-    def __init__(self, program: Program, complain: Callable[[str], None]) -> None:
+    def __init__(self, program: Program, warn: Callable[[str], None]) -> None:
         """Before any value has come.
 
         Args:
             program: of the model.
-            complain: gets the sentences.
+            warn: gets the sentences.
         """
         self._program = program
         self._bindings = {resource.name: resource.binding or Binding() for resource in program.model.resources}
-        self._complain = complain
+        self._warn = warn
         self._told: list[tuple[str, str]] = []
 
     def look(self, resource: str, values: Changes, measurable: tuple[str, ...]) -> None:
@@ -128,7 +128,7 @@ class Refusals:
             why = self._why_not(resource, name, value, measurable)
             if why is not None and (resource, name) not in self._told and len(self._told) < _MAX_TOLD:
                 self._told.append((resource, name))
-                self._complain(f"`{_shown_value(name)}`: {_shown_value(format_value(value))} is refused: {why}")
+                self._warn(f"`{_shown_value(name)}`: {_shown_value(format_value(value))} is refused: {why}")
 
     def _why_not(self, resource: str, name: str, value: Value, measurable: tuple[str, ...]) -> str | None:
         if name not in measurable:

@@ -35,8 +35,8 @@ class ServiceLink:
         self,
         bus: Bus,
         resource: Resource,
-        hearer: LinkListener,
-        complain: Callable[[str], None],
+        listener: LinkListener,
+        warn: Callable[[str], None],
         now_ns: Callable[[], int],
     ) -> None:
         """Made once for each resource, on the event loop of the bus.
@@ -44,16 +44,16 @@ class ServiceLink:
         Args:
             bus: what carries the calls.
             resource: one that is bound to services.
-            hearer: whom it tells what comes.
-            complain: gets a sentence about each call that cannot be made.
+            listener: whom it tells what comes.
+            warn: gets a sentence about each call that cannot be made.
             now_ns: the clock that the bus stamps responses by.
         """
         assert resource.binding is not None  # noqa: S101 - whoever makes this has looked
         self._bus = bus
         self._resource = resource.name
         self._requests = resource.binding.requests
-        self._hearer = hearer
-        self._complain = complain
+        self._listener = listener
+        self._warn = warn
         self._now_ns = now_ns
         self._was_there = False
         services = dict.fromkeys(Service(call.name, call.type) for call in resource.binding.calls)
@@ -77,7 +77,7 @@ class ServiceLink:
         if call is None:
             reply = Reply(request, succeeded=False, measured=(), stamp_ns=self._now_ns())
             # Later, as every reply: whoever sends is not in the midst of hearing.
-            asyncio.get_running_loop().call_soon(self._hearer.heard_reply, self._resource, reply)
+            asyncio.get_running_loop().call_soon(self._listener.on_reply, self._resource, reply)
         else:
             self._lines[call.name].send(_PendingCall(request, call, _fields(call, dict(values))))
 
@@ -86,9 +86,9 @@ class ServiceLink:
         for line in self._lines.values():
             line.forget(request)
 
-    def why_alone(self) -> Unmatched | None:
+    def why_unmatched(self) -> Unmatched | None:
         """Why some of its services are not there, if it shows."""
-        return Unmatched.by_all(map(self._bus.why_alone, self._lonely()))
+        return Unmatched.by_all(map(self._bus.why_unmatched, self._lonely()))
 
     def _lonely(self) -> list[Service]:
         return [line.service for line in self._lines.values() if not line.is_there]
@@ -106,16 +106,16 @@ class ServiceLink:
         readings = call.measured if succeeded else ()
         measured = tuple((reading.variable, value_of(reading, fields[name])) for name, reading in readings)
         reply = Reply(asked.request, succeeded, measured, answered.stamp_ns)
-        self._hearer.heard_reply(self._resource, reply)
+        self._listener.on_reply(self._resource, reply)
 
     def _lost(self, asked: _PendingCall, error: BusError) -> None:
-        self._complain(f"request {asked.request.number} to `{self._resource}` is lost: {error.message}")
+        self._warn(f"request {asked.request.number} to `{self._resource}` is lost: {error.message}")
 
     def _matched(self) -> None:
         is_there = self.is_there
         if is_there != self._was_there:
             self._was_there = is_there
-            self._hearer.heard_presence(self._resource, is_there=is_there)
+            self._listener.on_presence(self._resource, is_there=is_there)
 
 
 def _fields(call: ServiceCall, values: Mapping[str, Scalar]) -> dict[str, Scalar]:

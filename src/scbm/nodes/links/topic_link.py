@@ -28,8 +28,8 @@ class TopicLink:
         bus: Bus,
         resource: str,
         topics: tuple[Topic, Topic],
-        hearer: LinkListener,
-        complain: Callable[[str], None],
+        listener: LinkListener,
+        warn: Callable[[str], None],
     ) -> None:
         """Made once for each resource.
 
@@ -37,14 +37,14 @@ class TopicLink:
             bus: what carries it.
             resource: its name in the model.
             topics: that of requests, and that of replies.
-            hearer: whom it tells what comes.
-            complain: gets a sentence about each message that is none of the protocol, and each that cannot be sent.
+            listener: whom it tells what comes.
+            warn: gets a sentence about each message that is none of the protocol, and each that cannot be sent.
         """
         self._bus = bus
         self._resource = resource
         self._topics = topics
-        self._hearer = hearer
-        self._complain = complain
+        self._listener = listener
+        self._warn = warn
         self._waiting: dict[Correlation, str] = {}
         self._was_there = False
         self._requests = bus.publisher(topics[0], self._matched)
@@ -73,9 +73,9 @@ class TopicLink:
         if self._waiting.pop(request, None) is None and self.is_there:
             self._requests.publish(json.dumps({"id": id_text(request), "cancel": True}))
 
-    def why_alone(self) -> Unmatched | None:
+    def why_unmatched(self) -> Unmatched | None:
         """Why nobody is there, if it shows."""
-        return Unmatched.by_all(map(self._bus.why_alone, self._lonely()))
+        return Unmatched.by_all(map(self._bus.why_unmatched, self._lonely()))
 
     def _lonely(self) -> list[Topic]:
         ends = zip(self._topics, (self._requests, self._replies), strict=True)
@@ -86,7 +86,7 @@ class TopicLink:
         if is_there == self._was_there:
             return
         self._was_there = is_there
-        self._hearer.heard_presence(self._resource, is_there=is_there)
+        self._listener.on_presence(self._resource, is_there=is_there)
         if is_there:
             self._send_waiting()
 
@@ -97,18 +97,18 @@ class TopicLink:
             try:
                 self._requests.publish(text)
             except BusError as error:
-                self._complain(f"request {request.number} to `{self._resource}` is lost: {error.message}")
+                self._warn(f"request {request.number} to `{self._resource}` is lost: {error.message}")
 
     def _receive(self, received: Received) -> None:
         try:
             heard = read_reply(received.data, received.stamp_ns)
         except NotAMessageError as error:
-            self._complain(f"a message on `{self._topics[1].name}` was dropped: {error}")
+            self._warn(f"a message on `{self._topics[1].name}` was dropped: {error}")
             return
         if isinstance(heard, Reply):
-            self._hearer.heard_reply(self._resource, heard)
+            self._listener.on_reply(self._resource, heard)
         else:
-            self._hearer.heard_values(self._resource, heard)
+            self._listener.on_values(self._resource, heard)
 
 
 def id_text(request: Correlation) -> str:

@@ -27,7 +27,7 @@ class NodeContext:
         bus: what carries its messages; who opened it closes it.
         model: what the cell is for.
         status: what the node says of itself.
-        complain: gets a sentence about each message that cannot be taken.
+        warn: gets a sentence about each message that cannot be taken.
         tell: gets a line about each thing that the node does.
         now_ns: the clock that the bus stamps messages by, and that the event loop goes by.
     """
@@ -35,7 +35,7 @@ class NodeContext:
     bus: Bus
     model: BehaviorModel
     status: Status
-    complain: Callable[[str], None]
+    warn: Callable[[str], None]
     tell: Callable[[str], None] = lambda _: None
     now_ns: Callable[[], int] = monotonic_ns
 

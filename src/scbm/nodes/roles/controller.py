@@ -88,21 +88,21 @@ class _ControlledRun:
 class ControllerNode:
     """Runs one case after the other for the tester of its cell."""
 
-    def __init__(self, seat: NodeContext, plan_limits: PlanLimits | None = None, drivers: Bus | None = None) -> None:
+    def __init__(self, context: NodeContext, plan_limits: PlanLimits | None = None, drivers: Bus | None = None) -> None:
         """On the running event loop.
 
         Args:
-            seat: where it is; `resources` of its status are reached at real drivers, as they are bound.
+            context: where it is; `resources` of its status are reached at real drivers, as they are bound.
             plan_limits: when planning is given up.
             drivers: what real resources are reached by; the bus of the cell, if there is no other.
         """
-        bus, model = seat.bus, seat.model
+        bus, model = context.bus, context.model
         self._model = model
-        self._complain = seat.complain
-        self._tell = seat.tell
-        self._now_ns = seat.now_ns
+        self._warn = context.warn
+        self._tell = context.tell
+        self._now_ns = context.now_ns
         self._program = Program(model)
-        self._refusals = Refusals(self._program, seat.complain)
+        self._refusals = Refusals(self._program, context.warn)
         self._plans = PlanCache(Planner(model))
         self._plan_limits = plan_limits or PlanLimits()
         self._thread = Background("planner")
@@ -113,28 +113,28 @@ class ControllerNode:
         self._planning: asyncio.Future[PlanAnswered] | None = None
         topics = CellTopics.of(model)
         self._to_tester = bus.publisher(topics.run)
-        self._real = seat.status.resources
+        self._real = context.status.resources
         self._measured: dict[str, Value] = {}
         self._measures = {resource.name: resource.measures for resource in model.resources}
         self._drivers = drivers or bus
-        self._links = {resource.name: self._link(seat, topics, resource) for resource in model.resources}
+        self._links = {resource.name: self._link(context, topics, resource) for resource in model.resources}
         self._missing = MissingDrivers({name: self._links[name] for name in self._real})
         self._told_troubles: tuple[str, ...] | None = None
         troubles, mismatched = self._missing.look()
-        self.membership = Membership(bus, topics, replace(seat.status, troubles=troubles, mismatched=mismatched))
+        self.membership = Membership(bus, topics, replace(context.status, troubles=troubles, mismatched=mismatched))
         self._timer: asyncio.Handle | None = self._look_later() if troubles else None
         bus.subscribe(topics.case, self._receive, left=self._lose_tester)
 
-    def _link(self, seat: NodeContext, topics: CellTopics, resource: Resource) -> Link:
+    def _link(self, context: NodeContext, topics: CellTopics, resource: Resource) -> Link:
         if resource.name in self._real:
-            return BoundLink(self._drivers, resource, self, seat.complain, seat.now_ns)
+            return BoundLink(self._drivers, resource, self, context.warn, context.now_ns)
         pair = (topics.request(resource.name), topics.reply(resource.name))
-        return TopicLink(seat.bus, resource.name, pair, self, seat.complain)
+        return TopicLink(context.bus, resource.name, pair, self, context.warn)
 
     def _look_for_troubles(self) -> None:
         """Tells which real resources are not there, and why; that may show only after a while."""
         is_over = False
-        with self._complaining("what the controller lacks could not be told"):
+        with self._warning("what the controller lacks could not be told"):
             troubles, mismatched = self._missing.look()
             self._tell_troubles(troubles)
             self.membership.tell_troubles(troubles, mismatched)
@@ -162,7 +162,7 @@ class ControllerNode:
         try:
             message = decode(received.data)
         except NotAMessageError as error:
-            self._complain(f"a message of a tester was dropped: {error}")
+            self._warn(f"a message of a tester was dropped: {error}")
             return
         if isinstance(message, Prepare):
             if self.membership.own.node in message.nodes:
@@ -214,13 +214,13 @@ class ControllerNode:
         driver.give(GoalGiven(run.case.goal, run.case.predicate), stamp_ns)
         for name, link in self._links.items():
             if not link.is_there:
-                self.heard_presence(name, is_there=False)
+                self.on_presence(name, is_there=False)
 
     def _note(self, driver: Driver, message: NoteMessage, stamp_ns: int) -> None:
         try:
             note = read_note(message.note, self._model, 0)
         except ValueError as error:
-            self._complain(f"a note of the tester was dropped: {error}")
+            self._warn(f"a note of the tester was dropped: {error}")
             return
         driver.give(note, stamp_ns)
 
@@ -241,16 +241,16 @@ class ControllerNode:
         self._run = None
 
     def _say(self, message: Prepared | Refused | Stepped | Ended) -> None:
-        with self._complaining(f"a `{message.kind}` for the tester is lost"):
+        with self._warning(f"a `{message.kind}` for the tester is lost"):
             self._to_tester.publish(encode(message))
 
     @contextmanager
-    def _complaining(self, what: str) -> Iterator[None]:
+    def _warning(self, what: str) -> Iterator[None]:
         """What a bus does not take is lost and told of; the run goes on, and its deadlines pass."""
         try:
             yield
         except BusError as error:
-            self._complain(f"{what}: {error.message}")
+            self._warn(f"{what}: {error.message}")
 
     # what the driver wants
 
@@ -258,13 +258,13 @@ class ControllerNode:
         """A request goes to its resource."""
         assert self._run is not None  # noqa: S101 - only a run sends
         self._run.asked[request.request] = request.resource
-        with self._complaining(f"request {request.request} to `{request.resource}` is lost"):
+        with self._warning(f"request {request.request} to `{request.resource}` is lost"):
             self._links[request.resource].send(Correlation(self._run.id, request.request), request.payload)
 
     def cancel(self, request: CancelRequest) -> None:
         """The resource learns that nobody waits for a request."""
         assert self._run is not None  # noqa: S101 - only a run cancels
-        with self._complaining(f"that request {request.request} to `{request.resource}` is cancelled is lost"):
+        with self._warning(f"that request {request.request} to `{request.resource}` is cancelled is lost"):
             self._links[request.resource].cancel(Correlation(self._run.id, request.request))
 
     def plan(self, asked: AskPlan) -> None:
@@ -286,7 +286,7 @@ class ControllerNode:
         if error is None:
             run.driver.give(done.result(), self._now_ns())
         else:
-            self._complain(f"planning failed: {error!r}")
+            self._warn(f"planning failed: {error!r}")
             self._say(Refused(run.id, self.membership.own.node, f"planning failed: {error!r}"))
             self._give_up()
 
@@ -311,24 +311,22 @@ class ControllerNode:
 
     # what links tell
 
-    def heard_reply(self, resource: str, reply: Reply) -> None:
+    def on_reply(self, resource: str, reply: Reply) -> None:
         """A reply came; one of another run is not for this one, nor one of somebody who was not asked."""
         run, number = self._run, reply.request.number
         if run is None or run.driver is None or reply.request.run != run.id:
             if reply.request.run not in self._runs:
-                self._complain(
-                    f"a reply of `{resource}` was dropped: it is for `{id_text(reply.request)}`, not asked here"
-                )
+                self._warn(f"a reply of `{resource}` was dropped: it is for `{id_text(reply.request)}`, not asked here")
             return
         asked = run.asked.get(number, resource)  # one that nobody was asked is told by the runner
         if asked != resource:
-            self._complain(f"a reply of `{resource}` to request {number} was dropped: that went to `{asked}`")
+            self._warn(f"a reply of `{resource}` to request {number} was dropped: that went to `{asked}`")
             return
         self._refusals.look(resource, reply.measured, self._measures[resource])
         self._remember((name, value) for name, value in reply.measured if name in self._measured)
         run.driver.give(ReplyArrived(number, reply.succeeded, reply.measured), reply.stamp_ns)
 
-    def heard_values(self, resource: str, measurement: Measurement) -> None:
+    def on_values(self, resource: str, measurement: Measurement) -> None:
         """Values came unasked."""
         run = self._run
         self._refusals.look(resource, measurement.values, self._program.measured)
@@ -342,7 +340,7 @@ class ControllerNode:
         known = ((name, value) for name, value in values if name in self._program.measured)
         self._measured.update((name, value) for name, value in known if value in space[name].domain)
 
-    def heard_presence(self, resource: str, *, is_there: bool) -> None:
+    def on_presence(self, resource: str, *, is_there: bool) -> None:
         """A resource came or was lost: the trace says so, the model's deadlines decide."""
         self._tell(f"{resource} {'is there' if is_there else 'is not there'}")
         if resource in self._real and self._timer is None:

@@ -51,16 +51,16 @@ _MAX_COPIES = 1_000
 class ResourcesNode:
     """Simulates resources of one model."""
 
-    def __init__(self, seat: NodeContext, reactions: Reactions) -> None:
+    def __init__(self, context: NodeContext, reactions: Reactions) -> None:
         """On the running event loop.
 
         Args:
-            seat: where it is; `resources` of its status are those that it simulates.
+            context: where it is; `resources` of its status are those that it simulates.
             reactions: decides what becomes of requests when there is no tester.
         """
-        bus, model, status = seat.bus, seat.model, seat.status
-        self._complain = seat.complain
-        self.tell = seat.tell
+        bus, model, status = context.bus, context.model, context.status
+        self._warn = context.warn
+        self.tell = context.tell
         self._loop = asyncio.get_running_loop()
         self._reactions = reactions
         self._run: _AnsweredRun | None = None
@@ -97,9 +97,9 @@ class ResourcesNode:
         else:
             work()
 
-    def complain(self, words: str) -> None:
+    def warn(self, words: str) -> None:
         """A message cannot be taken."""
-        self._complain(words)
+        self._warn(words)
 
     # the tester
 
@@ -107,7 +107,7 @@ class ResourcesNode:
         try:
             message = decode(received.data)
         except NotAMessageError as error:
-            self._complain(f"a message of a tester was dropped: {error}")
+            self._warn(f"a message of a tester was dropped: {error}")
             return
         run = self._run
         if isinstance(message, Prepare):
@@ -130,7 +130,7 @@ class ResourcesNode:
             try:
                 clock = Clock(0, read_fraction(message.time_scale))
             except NotAMessageError as error:
-                self._complain(f"a time scale of a tester cannot be used: {error}")
+                self._warn(f"a time scale of a tester cannot be used: {error}")
                 return
             self._run = _AnsweredRun(message.run, clock, message.is_relayed, tester)
             for desk in self._desks.values():
@@ -142,7 +142,7 @@ class ResourcesNode:
         try:
             self._desks[message.resource].hear_tester(message)
         except ValueError as error:
-            self._complain(f"a `{message.kind}` of a tester was dropped: {error}")
+            self._warn(f"a `{message.kind}` of a tester was dropped: {error}")
 
     def _lose_tester(self, source: int) -> None:
         if self._run is not None and self._run.tester == source:
@@ -248,7 +248,7 @@ class _RequestQueue:
         try:
             request, is_cancel = _read_request(received.data)
         except NotAMessageError as error:
-            self._node.complain(f"a message on `{self._topic}` was dropped: {error}")
+            self._node.warn(f"a message on `{self._topic}` was dropped: {error}")
             return
         if is_cancel:
             self._early.pop(request, None)
@@ -260,7 +260,7 @@ class _RequestQueue:
             if len(self._early) < _MAX_WAITING:  # its run is announced soon
                 self._early[request] = received.source
             else:
-                self._node.complain(f"{id_text(request)} was dropped: too many requests of runs that are not announced")
+                self._node.warn(f"{id_text(request)} was dropped: too many requests of runs that are not announced")
         else:
             self._state.forget_oldest(_MAX_WAITING)  # nobody says when such a client has asked for the last time
             self._take(request, received.source)
@@ -380,7 +380,7 @@ class _RequestQueue:
         elif len(self._unheard) < _MAX_WAITING:
             self._unheard.append(text)
         else:
-            self._node.complain(f"the answer to {id_text(request)} was dropped: too many that nobody hears")
+            self._node.warn(f"the answer to {id_text(request)} was dropped: too many that nobody hears")
 
     def _matched(self, _: int) -> None:
         if self._replies.peers:

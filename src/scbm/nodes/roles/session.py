@@ -38,7 +38,7 @@ T = TypeVar("T")
 class Cell(Protocol):
     """What a tester finds itself in."""
 
-    async def open(self, model: BehaviorModel, complain: Callable[[str], None]) -> Bus:
+    async def open(self, model: BehaviorModel, warn: Callable[[str], None]) -> Bus:
         """Joins it."""
         ...
 
@@ -79,15 +79,15 @@ class LoopbackCell:
         self._nodes: list[ControllerNode | ResourcesNode] = []
         self._buses: list[Bus] = []
 
-    async def open(self, model: BehaviorModel, complain: Callable[[str], None]) -> Bus:
+    async def open(self, model: BehaviorModel, warn: Callable[[str], None]) -> Bus:
         """Makes them."""
         names = [resource.name for resource in model.resources]
-        seats = []
+        contexts = []
         for role, resources in (("controller", []), ("resources", names)):
             bus = self._join(role)
             self._buses.append(bus)
-            seats.append(NodeContext(bus, model, new_status(role, model, self._digest, resources), complain))
-        self._nodes = [ControllerNode(seats[0]), ResourcesNode(seats[1], PlainReactions())]
+            contexts.append(NodeContext(bus, model, new_status(role, model, self._digest, resources), warn))
+        self._nodes = [ControllerNode(contexts[0]), ResourcesNode(contexts[1], PlainReactions())]
         own = self._join("tester")
         self._buses.append(own)
         return own
@@ -120,11 +120,11 @@ class RemoteCell:
         self._children = children
         self._bus: Bus | None = None
         self._watch: AbsenceWatch | None = None
-        self._complain: Callable[[str], None] = lambda _: None
+        self._warn: Callable[[str], None] = lambda _: None
 
-    async def open(self, model: BehaviorModel, complain: Callable[[str], None]) -> Bus:  # noqa: ARG002 - as all cells
+    async def open(self, model: BehaviorModel, warn: Callable[[str], None]) -> Bus:  # noqa: ARG002 - as all cells
         """Joins first, so that what keeps everybody out is told once."""
-        self._complain = complain
+        self._warn = warn
         bus = await self._join()
         await self._start_children()
         return bus
@@ -150,7 +150,7 @@ class RemoteCell:
         return bus
 
     async def _join_again(self) -> Bus:
-        self._complain("the tester was stopped for a while, and joins again")
+        self._warn("the tester was stopped for a while, and joins again")
         await self._leave()
         return await self._join()
 
@@ -166,7 +166,7 @@ class RemoteCell:
         if self._children.broken is not None:
             raise NotReadyError([Reason(Lack.CHILD, self._children.broken)])
         for ended in await self._children.start():
-            self._complain(f"{ended}, and was started again")
+            self._warn(f"{ended}, and was started again")
 
     async def keep(self) -> None:
         """Starts children again whenever they end."""
@@ -193,7 +193,7 @@ class Session:
     """Runs cases over nodes. SIGINT ends it by `KeyboardInterrupt`, with the run given up.
 
     Attributes:
-        complain: gets sentences about what went wrong and is mended.
+        warn: gets sentences about what went wrong and is mended.
         waiting: gets what a case waits for before it begins, once that takes long.
     """
 
@@ -217,7 +217,7 @@ class Session:
         self._was_lost = False
         self._work: asyncio.Task[Any] | None = None
         self._before: Any = None
-        self.complain: Callable[[str], None] = lambda _: None
+        self.warn: Callable[[str], None] = lambda _: None
         self.waiting: Callable[[tuple[Reason, ...]], None] = lambda _: None
 
     def __enter__(self) -> Self:
@@ -252,13 +252,13 @@ class Session:
 
     async def _open(self) -> None:
         status = new_status("tester", self._model, self._digest)  # before others begin here: it is older than they
-        bus = await self._cell.open(self._model, self.complain)
-        tester = self._sit(bus, status)
+        bus = await self._cell.open(self._model, self.warn)
+        tester = self._make_tester(bus, status)
         await _beside(self._cell.keep(), tester.wait_for_cell(self._wait_s, self.waiting))
 
-    def _sit(self, bus: Bus, status: Status) -> TesterNode:
-        seat = NodeContext(bus, self._model, status, self.complain)
-        self._tester = TesterNode(seat, self._time_scale, is_first=self._cell.is_own)
+    def _make_tester(self, bus: Bus, status: Status) -> TesterNode:
+        context = NodeContext(bus, self._model, status, self.warn)
+        self._tester = TesterNode(context, self._time_scale, is_first=self._cell.is_own)
         return self._tester
 
     async def _run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
@@ -266,7 +266,7 @@ class Session:
         tester = self._tester
         bus = await self._cell.mend()
         if bus is not None:
-            tester = self._sit(bus, self._status_again(tester.membership.own))
+            tester = self._make_tester(bus, self._status_again(tester.membership.own))
             self._was_lost = False
         try:
             wait_s = 0.0 if self._was_lost else self._wait_s

@@ -85,24 +85,24 @@ class TesterNode:
 
     Attributes:
         program: the compiled model.
-        complain, now_ns: those of its seat.
+        warn, now_ns: those of its context.
     """
 
     __test__ = False  # its name looks to pytest like that of a class of tests
 
-    def __init__(self, seat: NodeContext, time_scale: Fraction, *, is_first: bool = False) -> None:
+    def __init__(self, context: NodeContext, time_scale: Fraction, *, is_first: bool = False) -> None:
         """On the running event loop.
 
         Args:
-            seat: where it is.
+            context: where it is.
             time_scale: how many seconds of a run pass in one of the wall.
             is_first: whether the others are started for this one: those that are older are not its own.
         """
-        bus, model = seat.bus, seat.model
+        bus, model = context.bus, context.model
         self._bus = bus
         self._model = model
-        self.complain = seat.complain
-        self.now_ns = seat.now_ns
+        self.warn = context.warn
+        self.now_ns = context.now_ns
         self._time_scale = time_scale
         self._is_first = is_first
         self.program = Program(model)
@@ -111,7 +111,7 @@ class TesterNode:
         self._run: _DirectedRun | None = None
         self._told: tuple[str, ...] = ()
         self._changed = asyncio.Event()
-        self.membership = Membership(bus, topics, seat.status)
+        self.membership = Membership(bus, topics, context.status)
         self.membership.changed = self._look
         self._to_all = bus.publisher(topics.case)
         bus.subscribe(topics.run, self._hear, left=self._lose)
@@ -185,7 +185,7 @@ class TesterNode:
         controller = self.membership.controller()
         names = tuple(name for name in self._simulated() if not self.membership.node_of(name))
         if controller is None:
-            alone = self._bus.why_alone(self._topics.status)
+            alone = self._bus.why_unmatched(self._topics.status)
             strangers = (*self.membership.strangers, *(() if alone is None else (alone.why,)))
             first = Reason(Lack.CONTROLLER, f"no controller of `{self._model.name}`", names)
             return (first, *(Reason(Lack.STRANGER, message) for message in strangers))
@@ -216,9 +216,9 @@ class TesterNode:
         lacks = self.lacks()
         for message in lacks:
             if message not in self._told:
-                self.complain(f"{message}; the run goes on, by the deadlines of the model")
+                self.warn(f"{message}; the run goes on, by the deadlines of the model")
         if self._told and not lacks:
-            self.complain("all resources are there again")
+            self.warn("all resources are there again")
         self._told = lacks
 
     def lacks(self) -> tuple[str, ...]:
@@ -257,7 +257,7 @@ class TesterNode:
         try:
             self._to_all.publish(encode(message))
         except BusError as error:
-            self.complain(f"a `{message.kind}` is lost: {error.message}")
+            self.warn(f"a `{message.kind}` is lost: {error.message}")
             if self._run is not None:
                 self._run.fail("a message of the tester could not be sent")
 
@@ -279,7 +279,7 @@ class TesterNode:
         try:
             message = decode(received.data)
         except NotAMessageError as error:
-            self.complain(f"a message was dropped: {error}")
+            self.warn(f"a message was dropped: {error}")
             return
         run = self._run
         if run is not None and getattr(message, "run", None) == run.id:
@@ -437,7 +437,7 @@ class _DirectedRun:
         try:
             self._director.answering(message, self._clock.of_run_ns(stamp_ns))
         except ValueError as error:
-            self._node.complain(f"a message was dropped: {error}")
+            self._node.warn(f"a message was dropped: {error}")
 
     def _be_ready(self, node: str, source: int) -> None:
         if self._ready.get(node, True):

@@ -8,8 +8,8 @@ import pytest
 
 
 @pytest.fixture
-def complain() -> Iterator[Callable[[str], None]]:
-    """For a bus that has nothing to complain of."""
+def warn() -> Iterator[Callable[[str], None]]:
+    """For a bus that has nothing to warn of."""
     complaints: list[str] = []
     yield complaints.append
     assert complaints == []

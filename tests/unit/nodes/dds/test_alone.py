@@ -56,7 +56,7 @@ hear_best_effort: Use = lambda bus: bus.subscribe(BEST_EFFORT, _ignore)  # noqa:
 hear_latched: Use = lambda bus: bus.subscribe(LATCHED, _ignore)  # noqa: E731 - the same
 
 
-def why_alone(domain: int, use: Use, what: Topic | Service, theirs: Theirs) -> Unmatched | None:
+def why_unmatched(domain: int, use: Use, what: Topic | Service, theirs: Theirs) -> Unmatched | None:
     """What the bus says once it knows what the others have."""
 
     async def scenario() -> Unmatched | None:
@@ -69,7 +69,7 @@ def why_alone(domain: int, use: Use, what: Topic | Service, theirs: Theirs) -> U
         # It is discovered behind the others, so they are known when it is.
         mark = DataReader(peer, _topic(peer, "rt/cell/mark"), Qos(RELIABLE))
         await matched.ends_with(1)
-        why = bus.why_alone(what)
+        why = bus.why_unmatched(what)
         await bus.close()
         entities: tuple[Entity, ...] = (mark, kept, peer)
         for entity in entities:
@@ -154,7 +154,7 @@ def reader(*policies: object, name: str = "rt/cell/talk", type_: MessageType = M
     ],
 )
 def test_it_says_what_shows(domain: int, use: Use, theirs: Theirs, why: str | None) -> None:
-    told = why_alone(domain, use, LATCHED if use in {publish_latched, hear_latched} else TALK, theirs)
+    told = why_unmatched(domain, use, LATCHED if use in {publish_latched, hear_latched} else TALK, theirs)
     is_elsewhere = why is not None and " is at " in why  # a peer may still join the place itself
     assert told == (None if why is None else Unmatched(why, is_mismatch=not is_elsewhere))
 
@@ -164,7 +164,7 @@ def test_partitions_are_named(domain: int) -> None:
         publisher = Publisher(peer, Qos(Policy.Partition(["line_1"])))
         return DataWriter(publisher, _topic(peer, "rt/cell/talk"), Qos(RELIABLE))
 
-    why = why_alone(domain, hear, TALK, theirs)
+    why = why_unmatched(domain, hear, TALK, theirs)
     assert why is not None
     assert why.why == "`/cell/talk` has a publication, but it is in partition `line_1`, and we are in no partition"
 
@@ -174,11 +174,11 @@ def test_names_that_we_use_ourselves_are_not_proposed(domain: int) -> None:
         bus.publisher(TALK)
         bus.publisher(Topic("/cell/talk_2"))
 
-    assert why_alone(domain, use, TALK, reader(name="rt/cell/talk_2")) is None
+    assert why_unmatched(domain, use, TALK, reader(name="rt/cell/talk_2")) is None
 
 
 def test_what_the_bus_does_not_use_has_no_reason(domain: int) -> None:
-    assert why_alone(domain, hear, Topic("/cell/other"), writer(name="rt/cell/other")) is None
+    assert why_unmatched(domain, hear, Topic("/cell/other"), writer(name="rt/cell/other")) is None
 
 
 def test_similar_names_of_services_are_proposed(domain: int) -> None:
@@ -192,7 +192,7 @@ def test_similar_names_of_services_are_proposed(domain: int) -> None:
         theirs.client(Service("/lamp", TRIGGER), _ignore)
         theirs.subscribe(MARK, _ignore)
         await matched.ends_with(1)
-        why = ours.why_alone(Service("/scanner/scan", TRIGGER)), ours.why_alone(Service("/lamp", SET_BOOL))
+        why = ours.why_unmatched(Service("/scanner/scan", TRIGGER)), ours.why_unmatched(Service("/lamp", SET_BOOL))
         await ours.close()
         await theirs.close()
         return why
@@ -252,5 +252,5 @@ def test_a_service_that_does_not_go_with_ours_is_a_mismatch(
         kept.extend(theirs(peer))
         return kept[0]
 
-    told = why_alone(domain, use, Service("/go", GO), keep)
+    told = why_unmatched(domain, use, Service("/go", GO), keep)
     assert told == (None if why is None else Unmatched(why, is_mismatch=True))

@@ -45,9 +45,9 @@ def speaker(domain: int, ends: str) -> subprocess.Popen[bytes]:
 
 
 @pytest.mark.parametrize("ends", ["closes", "is killed"])
-def test_a_process_is_heard_to_its_end_and_its_end_is_noticed(domain: int, complain: Complain, ends: str) -> None:
+def test_a_process_is_heard_to_its_end_and_its_end_is_noticed(domain: int, warn: Complain, ends: str) -> None:
     async def scenario() -> list[Received | int]:
-        bus = DdsBus.open("ears", domain, complain)
+        bus = DdsBus.open("ears", domain, warn)
         events = Kept[Received | int]()
         bus.subscribe(TALK, events, left=events)
         process = speaker(domain, ends)
@@ -64,9 +64,9 @@ def test_a_process_is_heard_to_its_end_and_its_end_is_noticed(domain: int, compl
     assert [last] == sorted({came.source for came in messages if isinstance(came, Received)})
 
 
-def test_a_loop_that_is_busy_loses_nothing(domain: int, complain: Complain) -> None:
+def test_a_loop_that_is_busy_loses_nothing(domain: int, warn: Complain) -> None:
     async def scenario() -> list[Received]:
-        bus = DdsBus.open("ears", domain, complain)
+        bus = DdsBus.open("ears", domain, warn)
         received = Kept[Received]()
         is_over: list[bool] = []
 
@@ -86,21 +86,21 @@ def test_a_loop_that_is_busy_loses_nothing(domain: int, complain: Complain) -> N
     assert [came.data for came in loops.run(scenario())] == [str(number) for number in range(SENT)]
 
 
-def test_it_says_where_it_is(domain: int, complain: Complain) -> None:
+def test_it_says_where_it_is(domain: int, warn: Complain) -> None:
     async def scenario() -> str:
-        bus = DdsBus.open("ours", domain, complain)
+        bus = DdsBus.open("ours", domain, warn)
         await bus.close()
         return bus.words
 
     assert loops.run(scenario()) == f"DDS domain {domain}"
 
 
-def test_a_node_has_a_name_that_ros_can_have(domain: int, complain: Complain) -> None:
+def test_a_node_has_a_name_that_ros_can_have(domain: int, warn: Complain) -> None:
     async def scenario() -> None:
         with pytest.raises(BusError, match="`no name`"):
-            DdsBus.open("no name", domain, complain)
+            DdsBus.open("no name", domain, warn)
         # Nothing is left of the first: with an index for one process alone there would be no place.
-        bus = DdsBus.open("a_name", domain, complain)
+        bus = DdsBus.open("a_name", domain, warn)
         await bus.close()
 
     loops.run(scenario())

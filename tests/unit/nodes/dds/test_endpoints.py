@@ -51,9 +51,9 @@ class Peer:
         delete(self.participant)
 
 
-def test_endpoints_look_as_those_of_ros(domain: int, complain: Complain) -> None:
+def test_endpoints_look_as_those_of_ros(domain: int, warn: Complain) -> None:
     async def scenario() -> list[Qos]:
-        bus = DdsBus.open("ours", domain, complain)
+        bus = DdsBus.open("ours", domain, warn)
         publisher, subscription = bus.publisher(TALK), bus.subscribe(TALK, _ignore)
         assert publisher.writer.topic.name == subscription.reader.topic.name == "rt/cell/talk"
         assert publisher.writer.topic.typename == subscription.reader.topic.typename == "std_msgs::msg::dds_::String_"
@@ -74,11 +74,11 @@ SENSOR_DATA = Qos(Policy.Reliability.BestEffort, Policy.History.KeepLast(5), Pol
 
 
 @pytest.mark.parametrize("qos", [SENSOR_DATA, ROS_DEFAULT], ids=["best effort", "reliable"])
-def test_who_asks_for_best_effort_hears_publishers_of_both_kinds(domain: int, complain: Complain, qos: Qos) -> None:
+def test_who_asks_for_best_effort_hears_publishers_of_both_kinds(domain: int, warn: Complain, qos: Qos) -> None:
     async def scenario() -> list[Received]:
         loop = asyncio.get_running_loop()
         received, matched = Kept[Received](), Kept[int]()
-        bus = DdsBus.open("ours", domain, complain)
+        bus = DdsBus.open("ours", domain, warn)
         subscription = bus.subscribe(Topic("/cell/talk", is_best_effort=True), received)
         assert subscription.reader.get_qos()[Policy.Reliability] == Policy.Reliability.BestEffort
         peer = Peer(domain)
@@ -120,10 +120,10 @@ def test_messages_of_others_that_are_none_are_told_and_dropped(domain: int) -> N
     ]
 
 
-def test_a_plain_reader_reads_what_is_published(domain: int, complain: Complain) -> None:
+def test_a_plain_reader_reads_what_is_published(domain: int, warn: Complain) -> None:
     async def scenario() -> list[Any]:
         matched = Kept[int]()
-        bus = DdsBus.open("ours", domain, complain)
+        bus = DdsBus.open("ours", domain, warn)
         number = Topic("/cell/talk", MessageType.INT64)
         publisher = bus.publisher(number, matched)
         peer = Peer(domain, type_=MessageType.INT64)
@@ -138,9 +138,9 @@ def test_a_plain_reader_reads_what_is_published(domain: int, complain: Complain)
     assert loops.run(scenario()) == [-7]
 
 
-def test_what_the_type_cannot_carry_is_not_sent(domain: int, complain: Complain) -> None:
+def test_what_the_type_cannot_carry_is_not_sent(domain: int, warn: Complain) -> None:
     async def scenario() -> None:
-        bus = DdsBus.open("ours", domain, complain)
+        bus = DdsBus.open("ours", domain, warn)
         publisher = bus.publisher(Topic("/cell/on", MessageType.BOOL))
         with pytest.raises(BusError, match="std_msgs/msg/Bool"):
             publisher.publish("yes")
@@ -149,9 +149,9 @@ def test_what_the_type_cannot_carry_is_not_sent(domain: int, complain: Complain)
     loops.run(scenario())
 
 
-def test_a_closed_bus_sends_nothing(domain: int, complain: Complain) -> None:
+def test_a_closed_bus_sends_nothing(domain: int, warn: Complain) -> None:
     async def scenario() -> None:
-        bus = DdsBus.open("ours", domain, complain)
+        bus = DdsBus.open("ours", domain, warn)
         publisher = bus.publisher(TALK)
         await bus.close()
         with pytest.raises(BusError, match="`/cell/talk`: nothing can be sent"):
@@ -161,13 +161,13 @@ def test_a_closed_bus_sends_nothing(domain: int, complain: Complain) -> None:
 
 
 def test_a_subscription_that_takes_nothing_is_told(
-    domain: int, complain: Complain, monkeypatch: pytest.MonkeyPatch
+    domain: int, warn: Complain, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def full(_writer: RawWriter, _payload: bytes) -> None:
         raise DDSException(DDSException.DDS_RETCODE_TIMEOUT)
 
     async def scenario() -> None:
-        bus = DdsBus.open("ours", domain, complain)
+        bus = DdsBus.open("ours", domain, warn)
         publisher = bus.publisher(TALK)
         monkeypatch.setattr(RawWriter, "write_payload", full)
         with pytest.raises(BusError, match="has not taken what was sent"):
@@ -178,9 +178,9 @@ def test_a_subscription_that_takes_nothing_is_told(
     loops.run(scenario())
 
 
-def test_names_that_ros_cannot_have_are_refused(domain: int, complain: Complain) -> None:
+def test_names_that_ros_cannot_have_are_refused(domain: int, warn: Complain) -> None:
     async def scenario() -> None:
-        bus = DdsBus.open("ours", domain, complain)
+        bus = DdsBus.open("ours", domain, warn)
         with pytest.raises(BusError, match="`no root`"):
             bus.publisher(Topic("no root"))
         with pytest.raises(BusError, match="`/a//b`"):

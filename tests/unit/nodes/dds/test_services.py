@@ -52,12 +52,12 @@ class Side:
         self._kept: list[ServiceClient | ServiceServer] = []
 
     def client(self, service: Service) -> ServiceClient:
-        made = ServiceClient(self._participant, service, self.hand_over, self._receive, self._matched, self.complain)
+        made = ServiceClient(self._participant, service, self.hand_over, self._receive, self._matched, self.warn)
         self._kept.append(made)
         return made
 
     def server(self, service: Service, answer: Callable[..., Mapping[str, Scalar]]) -> ServiceServer:
-        made = ServiceServer(self._participant, service, self.hand_over, answer, self.complain)
+        made = ServiceServer(self._participant, service, self.hand_over, answer, self.warn)
         self._kept.append(made)
         return made
 
@@ -86,7 +86,7 @@ class Side:
     def _matched(self, count: int) -> None:
         self.peers.append(count)
 
-    def complain(self, what: str) -> None:
+    def warn(self, what: str) -> None:
         self.complaints.append(what)
         self._changed.set()
 

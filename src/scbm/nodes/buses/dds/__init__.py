@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 __all__ = ["open_dds"]
 
 
-def open_dds(node: str, domain: int, complain: Callable[[str], None]) -> Bus:
+def open_dds(node: str, domain: int, warn: Callable[[str], None]) -> Bus:
     """A bus on the running event loop.
 
     Args:
         node: the name that tools show.
         domain: of DDS, from 0 to 232; in ROS 2 that is `ROS_DOMAIN_ID`.
-        complain: gets a sentence about each message that cannot be understood, and all that Cyclone DDS warns of
+        warn: gets a sentence about each message that cannot be understood, and all that Cyclone DDS warns of
             while it starts. It is called on the loop.
 
     Raises:
@@ -32,4 +32,4 @@ def open_dds(node: str, domain: int, complain: Callable[[str], None]) -> Bus:
         if error.name is None or error.name.partition(".")[0] != "cyclonedds":
             raise
         raise BusError("cyclonedds is not installed", "pip install 'scbm[dds]'") from error
-    return DdsBus.open(node, domain, complain)
+    return DdsBus.open(node, domain, warn)

@@ -18,7 +18,7 @@ from scbm.nodes.buses.dds.unmatched import (
     others,
     taker_of_requests,
     taker_of_responses,
-    why_alone,
+    why_unmatched,
 )
 
 if TYPE_CHECKING:
@@ -37,21 +37,21 @@ class DdsBus:
         announcement: NodeAnnouncement,
         hand_over: HandOver,
         words: str,
-        complain: Callable[[str], None],
+        warn: Callable[[str], None],
     ) -> None:
         """See `open`."""
         self._participant = participant
         self._announcement = announcement
         self._hand_over = hand_over
         self._words = words
-        self._complain = complain
+        self._warn = warn
         self._order = Lock()
         self._wanted: list[tuple[Topic | Service, Callable[[], WantedEndpoint]]] = []
         self._services: list[ServiceClient | ServiceServer] = []
         self._is_open = True
 
     @classmethod
-    def open(cls, node: str, domain: int, complain: Callable[[str], None]) -> DdsBus:
+    def open(cls, node: str, domain: int, warn: Callable[[str], None]) -> DdsBus:
         """Joins a domain, on the running event loop; see `scbm.nodes.buses.dds.open_dds`."""
         loop = asyncio.get_running_loop()
         participant = Participant(node, domain)
@@ -61,8 +61,8 @@ class DdsBus:
             participant.close()
             raise
         for warning in participant.warnings:
-            loop.call_soon(complain, f"Cyclone DDS: {warning}")
-        return cls(participant, announcement, HandOver(loop), f"DDS domain {domain}", complain)
+            loop.call_soon(warn, f"Cyclone DDS: {warning}")
+        return cls(participant, announcement, HandOver(loop), f"DDS domain {domain}", warn)
 
     @property
     def words(self) -> str:
@@ -84,7 +84,7 @@ class DdsBus:
         left: Callable[[int], None] | None = None,
     ) -> DdsSubscription:
         """Hears a topic. Raises `BusError` for a name that ROS 2 cannot have."""
-        heard = ReceivedSample(receive, matched, left, self._complain)
+        heard = ReceivedSample(receive, matched, left, self._warn)
         made = DdsSubscription(self._participant.entity, topic, self._hand_over, self._order, heard)
         self._wanted.append((topic, made.wanted))
         self._announcement.add_reader(made.reader)
@@ -96,7 +96,7 @@ class DdsBus:
         """A client. Raises `BusError` for names that ROS 2 cannot have."""
         entity = self._participant.entity
         try:
-            made = ServiceClient(entity, service, self._hand_over, receive, matched, self._complain)
+            made = ServiceClient(entity, service, self._hand_over, receive, matched, self._warn)
         except ValueError as error:
             raise BusError(str(error)) from error
         self._announce(made)
@@ -108,7 +108,7 @@ class DdsBus:
     def serve(self, service: Service, answer: Callable[[Mapping[str, Scalar]], Mapping[str, Scalar]]) -> None:
         """Serves a service. Raises `BusError` for names that ROS 2 cannot have."""
         try:
-            made = ServiceServer(self._participant.entity, service, self._hand_over, answer, self._complain)
+            made = ServiceServer(self._participant.entity, service, self._hand_over, answer, self._warn)
         except ValueError as error:
             raise BusError(str(error)) from error
         self._announce(made)
@@ -121,12 +121,12 @@ class DdsBus:
         self._announcement.add_writer(made.pair.writer)
         self._announcement.add_reader(made.pair.reader)
 
-    def why_alone(self, what: Topic | Service) -> Unmatched | None:
+    def why_unmatched(self, what: Topic | Service) -> Unmatched | None:
         """Why nobody is matched with what this bus has there, if it shows."""
         wanted = [(where, wish()) for where, wish in self._wanted]
         known = [wish.dds_topic for _, wish in wanted]
         there = others(self._participant.entity)
-        return why_alone([wish for where, wish in wanted if where == what], there, known)
+        return why_unmatched([wish for where, wish in wanted if where == what], there, known)
 
     async def close(self) -> None:
         """Leaves. Waits for up to a second while what was sent before is not acknowledged."""

@@ -47,7 +47,7 @@ class ServiceClient:
         hand_over: HandOver,
         receive: Callable[[Answered], None],
         matched: Callable[[int], None] | None,
-        complain: Complain,
+        warn: Complain,
     ) -> None:
         """Made once for each service that is called.
 
@@ -57,14 +57,14 @@ class ServiceClient:
             hand_over: queues work for the event loop, from any thread.
             receive: gets each answer once, on the event loop.
             matched: gets the number of servers whenever that changes, on the event loop.
-            complain: gets a sentence about what came and cannot be right.
+            warn: gets a sentence about what came and cannot be right.
 
         Raises `BusError` if DDS cannot have such endpoints, `ValueError` if names or fields are none of ROS 2.
         """
         self._service = service
         self._receive = receive
         self._matched = matched
-        self._complain = complain
+        self._warn = warn
         identity = uuid4()
         self._guid = identity.int >> 64
         self._last = 0
@@ -121,17 +121,17 @@ class ServiceClient:
             if guid == self._guid and not self._is_closed:
                 self._hear_own(number, response, taken.stamp_ns)
         for fault in () if self._is_closed else taken.faults:
-            self._complain(f"a response of {self._service.name} cannot be read: {fault}")
+            self._warn(f"a response of {self._service.name} cannot be read: {fault}")
 
     def _hear_own(self, number: int, response: IdlStruct, stamp_ns: int) -> None:
         if number in self._waiting:
             self._waiting.remove(number)
             self._receive(Answered(number, message_types.fields_of(response, self._service.type.response), stamp_ns))
         elif 0 < number <= self._last:
-            self._complain(f"a second response to call {number} of {self._service.name} is dropped")
+            self._warn(f"a second response to call {number} of {self._service.name} is dropped")
         elif not self._has_met_unknown:
             self._has_met_unknown = True
-            self._complain(f"a response of {self._service.name} to call {number}, which was not made, is dropped")
+            self._warn(f"a response of {self._service.name} to call {number}, which was not made, is dropped")
 
 
 def _server(match: Match) -> str | UUID:
@@ -166,7 +166,7 @@ class ServiceServer:
         service: Service,
         hand_over: HandOver,
         answer: Callable[[Mapping[str, Scalar]], Mapping[str, Scalar]],
-        complain: Complain,
+        warn: Complain,
     ) -> None:
         """Made once for each service that is served.
 
@@ -175,13 +175,13 @@ class ServiceServer:
             service: which.
             hand_over: queues work for the event loop, from any thread.
             answer: gets the fields of a request, on the event loop, and returns those of the response.
-            complain: gets a sentence about what came and cannot be right, and about responses that are lost.
+            warn: gets a sentence about what came and cannot be right, and about responses that are lost.
 
         Raises as `ServiceClient` does.
         """
         self._service = service
         self._answer = answer
-        self._complain = complain
+        self._warn = warn
         self._clients: dict[int, str | None] = {}
         self._hearing: list[str | None] = []
         self._responses: list[_Response] = []
@@ -208,14 +208,14 @@ class ServiceServer:
             if not self._is_closed:
                 self._serve(request, writer)
         for fault in () if self._is_closed else taken.faults:
-            self._complain(f"a request to {self._service.name} cannot be read: {fault}")
+            self._warn(f"a request to {self._service.name} cannot be read: {fault}")
 
     def _serve(self, request: IdlStruct, writer: int) -> None:
         fields = self._answer(message_types.fields_of(request, self._service.type.request))
         try:
             response = message_types.response(self._service.type, *message_types.call_of(request), fields)
         except ValueError as error:
-            self._complain(f"a request to {self._service.name} gets no response: {error}")
+            self._warn(f"a request to {self._service.name} gets no response: {error}")
             return
         if self._is_heard_by(writer):
             self._send(response)
@@ -234,11 +234,11 @@ class ServiceServer:
         try:
             self.pair.write(response)
         except BusError as error:
-            self._complain(f"a response of {self._service.name} is lost: {error.message}")
+            self._warn(f"a response of {self._service.name} is lost: {error.message}")
 
     def _give_up(self, sample: IdlStruct) -> None:
         self._responses = [response for response in self._responses if response.sample is not sample]
-        self._complain(f"a response of {self._service.name} is lost: its client does not hear any")
+        self._warn(f"a response of {self._service.name} is lost: its client does not hear any")
 
     def _look(self) -> None:
         """Clients have come or gone. What waits for one that is gone is forgotten: nobody is there to miss it."""

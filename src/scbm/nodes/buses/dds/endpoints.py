@@ -83,13 +83,13 @@ class ReceivedSample:
 
     Attributes:
         receive, matched, left: as `Bus.subscribe` has them.
-        complain: gets a sentence about each message that cannot be decoded.
+        warn: gets a sentence about each message that cannot be decoded.
     """
 
     receive: Callable[[Received], None]
     matched: Callable[[int], None] | None
     left: Callable[[int], None] | None
-    complain: Callable[[str], None]
+    warn: Callable[[str], None]
 
 
 class DdsPublisher:
@@ -195,7 +195,7 @@ class DdsSubscription:
             taken = self.reader.take_payloads()
         except DDSException as error:
             # It is being closed, or Cyclone DDS is broken; there is nobody above to raise it to.
-            self._hand_over(partial(self._heard.complain, f"`{self.topic.name}` cannot be read: {error}"))
+            self._hand_over(partial(self._heard.warn, f"`{self.topic.name}` cannot be read: {error}"))
             return
         stamp_ns = monotonic_ns()
         for payload, info in taken:
@@ -207,7 +207,7 @@ class DdsSubscription:
             data = decode(self.topic.type, payload)
         except BadPayloadError as error:
             what = f"a message on `{self.topic.name}` is no {self.topic.type.value} and was dropped: {error}"
-            return partial(self._heard.complain, what)
+            return partial(self._heard.warn, what)
         return partial(self._heard.receive, Received(data, source, stamp_ns))
 
 

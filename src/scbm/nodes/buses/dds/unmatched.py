@@ -119,7 +119,7 @@ def _writer(service: Service, who: str, dds_topic: str, pair: EndpointPair) -> W
     return WantedEndpoint(service.name, service.type.name, EndpointRole.PUBLICATION, who, dds_topic, pair.qos, policy)
 
 
-def why_alone(wanted: Iterable[WantedEndpoint], there: list[Endpoint], known: list[str]) -> Unmatched | None:
+def why_unmatched(wanted: Iterable[WantedEndpoint], there: list[Endpoint], known: list[str]) -> Unmatched | None:
     """Why none of those that are wanted is matched; `None` if nothing shows.
 
     Args:
