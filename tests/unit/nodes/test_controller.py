@@ -762,7 +762,7 @@ def test_what_could_not_be_told_is_told_again(monkeypatch: pytest.MonkeyPatch) -
         monkeypatch.setattr(Membership, "tell_troubles", tell_if_it_can)
         await driver.close()
         assert await looking.told(SECOND_NS // 4) == (0, 0)
-        assert looking.stage.complaints == ["what the controller lacks could not be told: full"]
+        assert looking.stage.complaints == ["the report of missing resources is lost: full"]
         is_full[0] = False
         assert await looking.told() == (1, 0)
 

@@ -1,4 +1,4 @@
-"""What nodes need of a middleware: topics, services, and who is there.
+"""The interface to a middleware: topics, services, and which peers are matched.
 
 The names are those of ROS 2. A bus is one of `loopback`, `dds` or `ros2`; nodes and links know this protocol alone.
 All that is called back is called on the event loop that the bus was opened on, in the order in which it came.
@@ -73,7 +73,7 @@ class Received:
 
     Attributes:
         data: what it carries.
-        source: tells its publisher from others of the same topic, as long as that is there.
+        source: identifies its publisher among those of the same topic, while that publisher exists.
         stamp_ns: when it came, by `time.monotonic_ns`.
     """
 
@@ -99,11 +99,11 @@ class Answered:
 
 @dataclass(frozen=True, slots=True)
 class Unmatched:
-    """Why nobody is matched.
+    """Why an endpoint has no peers.
 
     Attributes:
         why: a clause.
-        is_mismatch: whether somebody is there who does not go with us: that is mended there or here, not by waiting.
+        is_mismatch: whether a peer is there that does not match: its code or ours must change, waiting does not help.
     """
 
     why: str
@@ -132,7 +132,7 @@ class Publisher(Protocol):
 
 
 class Subscription(Protocol):
-    """Hears one topic."""
+    """Receives the messages of one topic."""
 
     @property
     def peers(self) -> int:
@@ -172,7 +172,7 @@ class Bus(Protocol):
         matched: Callable[[int], None] | None = None,
         left: Callable[[int], None] | None = None,
     ) -> Subscription:
-        """Hears a topic, its own publishers left out.
+        """Subscribe to a topic; messages of the bus itself are left out.
 
         Args:
             topic: which.
@@ -193,7 +193,7 @@ class Bus(Protocol):
         ...
 
     def why_unmatched(self, what: Topic | Service) -> Unmatched | None:
-        """Why nobody is matched there, if it shows: another type, qualities that do not go together, a similar name."""
+        """Return why no peer is matched, if it is known: another type, incompatible QoS, or a similar name."""
         ...
 
     async def close(self) -> None:

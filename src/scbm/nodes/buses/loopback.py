@@ -35,7 +35,7 @@ class LoopbackHub:
     # topics
 
     def add_publisher(self, publisher: _LoopbackPublisher) -> None:
-        """A publisher came: those that hear its topic learn of it."""
+        """Add a publisher, and notify the subscriptions of its topic."""
         self._publishers.setdefault(publisher.topic.name, []).append(publisher)
         self._match(publisher.topic)
 
@@ -48,7 +48,7 @@ class LoopbackHub:
                 subscription.deliver(publisher.last, publisher.id)
 
     def remove_publisher(self, publisher: _LoopbackPublisher) -> None:
-        """A publisher is gone, and those that heard it learn of it."""
+        """Remove a publisher, and notify the subscriptions of its topic."""
         heard_it = self.subscriptions_for(publisher)
         self._publishers[publisher.topic.name].remove(publisher)
         for subscription in heard_it:
@@ -61,14 +61,14 @@ class LoopbackHub:
         self._match(subscription.topic)
 
     def publishers_for(self, subscription: _LoopbackSubscription) -> list[_LoopbackPublisher]:
-        """Who is heard by it."""
+        """Return the publishers of the topic of a subscription."""
         others = self._publishers.get(subscription.topic.name, [])
         return [
             other for other in others if other.bus is not subscription.bus and _fit(other.topic, subscription.topic)
         ]
 
     def subscriptions_for(self, publisher: _LoopbackPublisher) -> list[_LoopbackSubscription]:
-        """Who hears it."""
+        """Return the subscriptions of the topic of a publisher."""
         others = self._subscriptions.get(publisher.topic.name, [])
         return [other for other in others if other.bus is not publisher.bus and _fit(publisher.topic, other.topic)]
 
@@ -113,7 +113,7 @@ class LoopbackHub:
         self._match_service(server.service)
 
     def servers_for(self, client: _LoopbackClient) -> list[_LoopbackServer]:
-        """Who takes its calls."""
+        """Return the server that takes the calls of a client."""
         servers = self._servers.get(client.service.name, [])
         return [server for server in servers if server.service == client.service]
 
@@ -260,7 +260,7 @@ class LoopbackBus:
         matched: Callable[[int], None] | None = None,
         left: Callable[[int], None] | None = None,
     ) -> _LoopbackSubscription:
-        """Hears a topic."""
+        """Subscribe to a topic."""
         made = _LoopbackSubscription(self._hub, self, topic, receive, matched, left)
         self._hub.add_subscription(made)
         self._leave.append(lambda: self._hub.remove_subscription(made))

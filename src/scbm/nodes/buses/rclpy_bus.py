@@ -1,4 +1,4 @@
-"""Drivers through rclpy, for those who have an installation of ROS 2: of any vendor, services too (decision 28)."""
+"""A bus for drivers through rclpy, in an installation of ROS 2: any vendor, with services (decision 28)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Foreign: TypeAlias = Any
 """Something of rclpy, or of a package of messages: where there is no ROS 2, nothing is known of its type."""
 
 _LOOK_S = 0.1
-"""So often it is looked who is there: rclpy tells of topics when that changes, and never of services."""
+"""The period of looking for peers: rclpy reports changes of topics, and never those of services."""
 
 _LEAVES_S = 1.0
 """So long `close` waits for those that have not taken what was sent."""
@@ -119,7 +119,7 @@ class RclpyBus:
         matched: Callable[[int], None] | None = None,
         left: Callable[[int], None] | None = None,
     ) -> _RclpyPeers:
-        """Hears a topic. Raises `BusError` as `publisher` does, and `ValueError` for `left`."""
+        """Subscribe to a topic. Raises `BusError` as `publisher` does, and `ValueError` for `left`."""
         if left is not None:
             raise ValueError("rclpy does not say which publisher is gone")
 
@@ -127,7 +127,7 @@ class RclpyBus:
             self._later(receive, Received(message.data, 0, monotonic_ns()))
 
         class_, qos = _class(topic.type.value), self._qos(topic)
-        with _told(f"`{topic.name}` cannot be heard"):
+        with _told(f"`{topic.name}` cannot be subscribed to"):
             entity = self._node.create_subscription(class_, topic.name, receive_later, qos)
         self._heard.append(topic)
         return self._look_at(entity.get_publisher_count, matched)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from scbm.nodes.links.link import Correlation, Link, LinkListener, Measurement
 
 _MAX_ANSWERED = 100
-"""So many answered requests are remembered: who answers twice does so soon."""
+"""The number of answered requests that are kept to detect second replies, which come soon."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,9 +52,9 @@ class BoundLink:
     """The link to a real driver: where its requests go, if it takes any, and the topics that it measures by.
 
     The resource is there when all of these are. A request goes out as soon as it can be taken, whatever is measured;
-    one to a driver that takes none has failed, as nobody can carry it out.
+    one to a driver that takes no requests has failed.
 
-    A second reply to a request is told of, once in each run; that it changes nothing is up to whoever hears it.
+    A second reply is reported once in each run; the listener ignores it.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class BoundLink:
         Args:
             bus: what drivers are reached by.
             resource: one with a binding.
-            listener: whom it tells what comes.
+            listener: gets replies, values and changes of presence.
             warn: gets a sentence about each message that cannot be taken or sent.
             now_ns: the clock that the bus stamps messages by.
         """
@@ -91,7 +91,7 @@ class BoundLink:
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """The services and topics where nobody is."""
+        """The services and topics without a peer."""
         requests = () if self._requests is None else self._requests.missing
         return (*requests, *self._measured.missing)
 
@@ -104,7 +104,7 @@ class BoundLink:
         asyncio.get_running_loop().call_soon(self._listener.on_reply, self._resource, reply)
 
     def cancel(self, request: Correlation) -> None:
-        """Nobody waits for this request any more."""
+        """Cancel a request."""
         if self._requests is not None:
             self._requests.cancel(request)
 
@@ -113,7 +113,7 @@ class BoundLink:
         requests = None if self._requests is None else self._requests.why_unmatched()
         return Unmatched.by_all([requests, self._measured.why_unmatched()])
 
-    # what its parts tell
+    # callbacks of its parts
 
     def on_reply(self, resource: str, reply: Reply) -> None:
         """A reply came."""

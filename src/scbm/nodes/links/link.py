@@ -37,7 +37,7 @@ class Measurement:
 
 
 class LinkListener(Protocol):
-    """Whom a link tells what comes."""
+    """Gets what comes through a link."""
 
     def on_reply(self, resource: str, reply: Reply) -> None:
         """A reply came, perhaps to a request of another run."""
@@ -62,15 +62,15 @@ class Link(Protocol):
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """The services and topics where nobody is; none while it is there."""
+        """The services and topics without a peer; none while the resource is there."""
         ...
 
     def send(self, request: Correlation, values: Changes) -> None:
-        """Sends a request; one that nobody can take now waits until the resource is there."""
+        """Send a request; it waits until the resource is there."""
         ...
 
     def cancel(self, request: Correlation) -> None:
-        """Nobody waits for this request any more; one that still waits here is forgotten."""
+        """Cancel a request; one that still waits here is dropped."""
         ...
 
     def why_unmatched(self) -> Unmatched | None:

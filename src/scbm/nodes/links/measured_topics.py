@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class MeasuredTopics:
-    """Hears the topics that a resource measures by. Each message is one measurement, of all that it is read into."""
+    """Subscribes to the measured topics of a resource. Each message is one measurement of all its variables."""
 
     def __init__(self, bus: Bus, resource: Resource, listener: LinkListener) -> None:
         """Made once for each resource.
@@ -33,7 +33,7 @@ class MeasuredTopics:
         Args:
             bus: what carries the topics.
             resource: one with a binding.
-            listener: whom it tells what comes.
+            listener: gets values and changes of presence.
         """
         assert resource.binding is not None  # noqa: S101 - whoever makes this has looked
         self._bus = bus
@@ -52,16 +52,16 @@ class MeasuredTopics:
 
     @property
     def is_there(self) -> bool:
-        """Whether each topic has somebody who publishes on it."""
+        """Whether each topic has a publisher."""
         return len(self._subscriptions) == len(self._topics) and all(heard.peers for heard in self._subscriptions)
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """The topics that nobody publishes on."""
+        """The topics without a publisher."""
         return tuple(topic.name for topic in self._silent())
 
     def why_unmatched(self) -> Unmatched | None:
-        """Why some topic has nobody who publishes on it, if it shows."""
+        """Return why a topic has no publisher, if it is known."""
         return Unmatched.by_all(map(self._bus.why_unmatched, self._silent()))
 
     def _silent(self) -> list[Topic]:
@@ -98,7 +98,7 @@ def _shown(data: Scalar) -> str:
 
 
 _MAX_TOLD = 100
-"""So many are told of: a driver may go on for ever."""
+"""The maximum number of refused values that are reported: a driver may go on without end."""
 
 _LONGEST = 40
 """So many characters are shown of what a driver said."""

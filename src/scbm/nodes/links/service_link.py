@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class ServiceLink:
-    """Calls services, and tells their responses as replies.
+    """Calls services, and passes their responses on as replies.
 
     - A request waits until its own service is there, unless it is cancelled before; then it is called, once.
     - Services of ROS 2 cannot be cancelled: after `cancel` the driver goes on, and its response is dropped.
@@ -44,7 +44,7 @@ class ServiceLink:
         Args:
             bus: what carries the calls.
             resource: one that is bound to services.
-            listener: whom it tells what comes.
+            listener: gets replies and changes of presence.
             warn: gets a sentence about each call that cannot be made.
             now_ns: the clock that the bus stamps responses by.
         """
@@ -76,13 +76,13 @@ class ServiceLink:
         call = self._call(values)
         if call is None:
             reply = Reply(request, succeeded=False, measured=(), stamp_ns=self._now_ns())
-            # Later, as every reply: whoever sends is not in the midst of hearing.
+            # Later, as every reply: the sender does not expect a callback while it sends.
             asyncio.get_running_loop().call_soon(self._listener.on_reply, self._resource, reply)
         else:
             self._lines[call.name].send(_PendingCall(request, call, _fields(call, dict(values))))
 
     def cancel(self, request: Correlation) -> None:
-        """Nobody waits for this request any more: it is not called, or its response is dropped."""
+        """Cancel a request: it is not called, or its response is dropped."""
         for line in self._lines.values():
             line.forget(request)
 

@@ -21,7 +21,7 @@ _ID = re.compile(r"([0-9A-Za-z_]{1,64})-([0-9]{1,18})")
 
 
 class TopicLink:
-    """Sends requests on one topic, and hears replies on another."""
+    """Sends requests on one topic, and receives replies on another."""
 
     def __init__(
         self,
@@ -37,7 +37,7 @@ class TopicLink:
             bus: what carries it.
             resource: its name in the model.
             topics: that of requests, and that of replies.
-            listener: whom it tells what comes.
+            listener: gets replies, values and changes of presence.
             warn: gets a sentence about each message that is none of the protocol, and each that cannot be sent.
         """
         self._bus = bus
@@ -52,16 +52,16 @@ class TopicLink:
 
     @property
     def is_there(self) -> bool:
-        """Whether somebody hears requests and somebody may answer."""
+        """Whether the topic of requests has a subscriber, and that of replies a publisher."""
         return bool(self._requests.peers and self._replies.peers)
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """The topics where nobody is."""
+        """The topics without a peer."""
         return tuple(topic.name for topic in self._lonely())
 
     def send(self, request: Correlation, values: Changes) -> None:
-        """Sends a request, or keeps it until somebody is there."""
+        """Send a request, or queue it until the driver is there."""
         text = json.dumps({"id": id_text(request), "request": dict(values)}, ensure_ascii=False)
         if self.is_there:
             self._requests.publish(text)
@@ -69,12 +69,12 @@ class TopicLink:
             self._waiting[request] = text
 
     def cancel(self, request: Correlation) -> None:
-        """Nobody waits for this request any more."""
+        """Cancel a request."""
         if self._waiting.pop(request, None) is None and self.is_there:
             self._requests.publish(json.dumps({"id": id_text(request), "cancel": True}))
 
     def why_unmatched(self) -> Unmatched | None:
-        """Why nobody is there, if it shows."""
+        """Return why the driver is missing, if it is known."""
         return Unmatched.by_all(map(self._bus.why_unmatched, self._lonely()))
 
     def _lonely(self) -> list[Topic]:
@@ -91,7 +91,7 @@ class TopicLink:
             self._send_waiting()
 
     def _send_waiting(self) -> None:
-        """One that the bus does not take is lost and told of, and keeps none of the others."""
+        """Send the queued requests; warn of one that the bus does not take, and go on with the others."""
         waiting, self._waiting = self._waiting, {}
         for request, text in waiting.items():
             try:

@@ -1,4 +1,4 @@
-"""A thread for work that takes long, and that nobody waits for when the process ends."""
+"""A thread for long work, which does not keep the process alive."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ T = TypeVar("T")
 class Background(Executor):
     """Does one piece of work after the other.
 
-    A `ThreadPoolExecutor` keeps the process until its work is done, and nobody can interrupt a thread.
+    A `ThreadPoolExecutor` keeps the process alive until its work is done, and a thread cannot be interrupted.
     """
 
     def __init__(self, name: str) -> None:

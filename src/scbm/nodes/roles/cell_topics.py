@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class NodeContext:
-    """What every node of a cell is given.
+    """What every node of a cell is made from.
 
     Attributes:
-        bus: what carries its messages; who opened it closes it.
-        model: what the cell is for.
-        status: what the node says of itself.
+        bus: carries its messages; the code that opened it closes it.
+        model: the model of the cell.
+        status: the first status that the node publishes.
         warn: gets a sentence about each message that cannot be taken.
-        tell: gets a line about each thing that the node does.
+        tell: gets a line about each change of the node, for its log.
         now_ns: the clock that the bus stamps messages by, and that the event loop goes by.
     """
 
@@ -57,7 +57,7 @@ class CellTopics:
 
     @property
     def status(self) -> Topic:
-        """Who is here."""
+        """The topic on which each node publishes its status."""
         return Topic(f"{self.root}/status", is_latched=True)
 
     @property
@@ -100,7 +100,7 @@ def new_run() -> str:
 
 
 def is_of_tester(run: str) -> bool:
-    """Whether a tester gave this id, who decides what becomes of its requests."""
+    """Whether a tester made this run id, so that the tester decides the reactions to its requests."""
     return run.startswith(_RUN)
 
 

@@ -42,7 +42,7 @@ class Children:
 
     @property
     def broken(self) -> str | None:
-        """Which of them cannot work, and said why before it ended: nobody stopped it."""
+        """The child that ended by itself, with the reason that it printed; `None` if there is none."""
         codes = ((name, process.returncode) for name, process in self._running.items())
         return next((f"{name} {_end(code)}" for name, code in codes if code is not None and code > 0), None)
 

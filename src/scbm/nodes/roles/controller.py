@@ -86,7 +86,7 @@ class _ControlledRun:
 
 
 class ControllerNode:
-    """Runs one case after the other for the tester of its cell."""
+    """Runs the cases of the tester of its cell, one at a time."""
 
     def __init__(self, context: NodeContext, plan_limits: PlanLimits | None = None, drivers: Bus | None = None) -> None:
         """On the running event loop.
@@ -132,9 +132,9 @@ class ControllerNode:
         return TopicLink(context.bus, resource.name, pair, self, context.warn)
 
     def _look_for_troubles(self) -> None:
-        """Tells which real resources are not there, and why; that may show only after a while."""
+        """Report which real resources are missing, and why; the reason may be known only after a while."""
         is_over = False
-        with self._warning("what the controller lacks could not be told"):
+        with self._warning("the report of missing resources is lost"):
             troubles, mismatched = self._missing.look()
             self._tell_troubles(troubles)
             self.membership.tell_troubles(troubles, mismatched)
@@ -150,7 +150,7 @@ class ControllerNode:
         return self._loop.call_later(_LOOK_S, self._look_for_troubles)
 
     async def close(self) -> None:
-        """Gives up what goes on, with requests in flight cancelled. The bus is closed by who opened it."""
+        """Give up the run, and cancel requests in flight. The caller closes the bus."""
         self._give_up()
         if self._timer is not None:
             self._timer.cancel()
@@ -199,7 +199,7 @@ class ControllerNode:
         self._be_ready(self._run)
 
     def _be_ready(self, run: _ControlledRun) -> None:
-        """Says so once requests reach all simulated resources; until then the tester asks again."""
+        """Confirm once requests reach all simulated resources; until then the tester asks again."""
         simulated = (link for name, link in self._links.items() if name not in self._real)
         if run.driver is None and all(link.is_there for link in simulated):
             self._say(Prepared(run.id, self.membership.own.node))
@@ -246,7 +246,7 @@ class ControllerNode:
 
     @contextmanager
     def _warning(self, what: str) -> Iterator[None]:
-        """What a bus does not take is lost and told of; the run goes on, and its deadlines pass."""
+        """Warn of a message that the bus does not take; the run goes on, and its deadlines pass."""
         try:
             yield
         except BusError as error:
@@ -262,7 +262,7 @@ class ControllerNode:
             self._links[request.resource].send(Correlation(self._run.id, request.request), request.payload)
 
     def cancel(self, request: CancelRequest) -> None:
-        """The resource learns that nobody waits for a request."""
+        """Cancel a request at its resource."""
         assert self._run is not None  # noqa: S101 - only a run cancels
         with self._warning(f"that request {request.request} to `{request.resource}` is cancelled is lost"):
             self._links[request.resource].cancel(Correlation(self._run.id, request.request))
@@ -309,10 +309,10 @@ class ControllerNode:
         self._tell(f"{run.case.name}: {how} after {self._records[-1].at_ns / 1e9:.3f} s")
         self._run = None
 
-    # what links tell
+    # callbacks of links
 
     def on_reply(self, resource: str, reply: Reply) -> None:
-        """A reply came; one of another run is not for this one, nor one of somebody who was not asked."""
+        """Handle a reply; ignore one of another run, and one of a resource that got no such request."""
         run, number = self._run, reply.request.number
         if run is None or run.driver is None or reply.request.run != run.id:
             if reply.request.run not in self._runs:
@@ -335,7 +335,7 @@ class ControllerNode:
             run.driver.give(Measured(measurement.values), measurement.stamp_ns)
 
     def _remember(self, values: Iterable[tuple[str, Value]]) -> None:
-        """What is true of the next run, too; not what the runner of this one refuses, and tells in its trace."""
+        """Keep measured values for the next run; not those that the runner of this one refuses and records."""
         space = self._program.packing.space
         known = ((name, value) for name, value in values if name in self._program.measured)
         self._measured.update((name, value) for name, value in known if value in space[name].domain)

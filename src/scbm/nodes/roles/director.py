@@ -49,7 +49,7 @@ class RequestStage(Protocol):
         ...
 
     def note(self, record: Note) -> None:
-        """Into the trace, with the time at which the controller hears of it."""
+        """Add a record to the trace, with the time at which the controller receives it."""
         ...
 
 
@@ -64,7 +64,7 @@ class Director:
         Args:
             run: its id.
             resources: all of the model, by their names.
-            real: those that nobody can direct.
+            real: the resources whose reactions the tester cannot decide.
             choices: decides, as in a simulation.
             stage: where decisions go.
         """

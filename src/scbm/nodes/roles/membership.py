@@ -1,4 +1,4 @@
-"""Who is in a cell: every node says so on one latched topic, and hears the others."""
+"""The nodes of a cell: each publishes its status on one latched topic, and receives that of the others."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Membership:
 
     Attributes:
         own: this node.
-        changed: called whenever somebody came or went.
+        changed: called whenever a node comes or leaves.
     """
 
     def __init__(self, bus: Bus, topics: CellTopics, own: Status) -> None:
@@ -35,7 +35,7 @@ class Membership:
         bus.subscribe(topics.status, self._receive, left=self._lose)
 
     def tell_troubles(self, troubles: tuple[str, ...], mismatched: tuple[str, ...] = ()) -> None:
-        """What this node lacks now, and what of that no waiting mends. Raises `BusError` if it cannot be told."""
+        """Publish what this node lacks, and which of it needs a change of code. Raises `BusError`."""
         own = replace(self.own, troubles=troubles, mismatched=mismatched)
         if own != self.own:
             self._publisher.publish(encode(own))
@@ -90,8 +90,8 @@ class Membership:
 
 
 def _age(status: Status) -> tuple[int, str]:
-    """Of two nodes all agree which is older, whatever their clocks say: each tells once when it began.
+    """Of two nodes, all nodes agree which one is older: each publishes once when it began.
 
-    If a clock goes wrong it may be the one that came first who has to leave; never both, and never neither.
+    With a wrong clock the first node may have to leave; never do both or neither of them leave.
     """
     return status.since_ns, status.node

@@ -1,4 +1,4 @@
-"""A node as a process: it is there until somebody stops it, and then leaves as it should.
+"""A node as a process: it serves until it is stopped, and then leaves its cell.
 
 Notices that this process did not run for a while: it was stopped, or its machine slept.
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 _LOOK_S = 0.2
 MISSED_NS = 1_000_000_000
-"""Who was away for so long is missed by the others: as long as a lease."""
+"""A process that was stopped for longer than one DDS lease counts as lost for its peers."""
 
 
 class AbsenceWatch:
@@ -43,7 +43,7 @@ class AbsenceWatch:
 
     @property
     def has_noticed(self) -> bool:
-        """Whether there was an absence, even if nobody was called yet."""
+        """Whether the process was stopped, even if the callback has not run yet."""
         return monotonic_ns() - self._last_ns > MISSED_NS
 
     def close(self) -> None:
@@ -60,16 +60,16 @@ class AbsenceWatch:
 
 
 _SWITCH_S = 0.0005
-"""So long a thread that plans may keep those waiting that hear messages; Python's own 5 ms would be their delay."""
+"""The switch interval while a thread plans: Python's own 5 ms would delay every message by that much."""
 
 
 class ServedNode(Protocol):
-    """What is served."""
+    """A node that a process serves."""
 
     membership: Membership
 
     async def close(self) -> None:
-        """Gives up what goes on."""
+        """Give up the run."""
         ...
 
 

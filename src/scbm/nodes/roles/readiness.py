@@ -1,4 +1,4 @@
-"""Which cases say what nobody can bring about, as some resources are real.
+"""Which cases cannot be run because some resources are real.
 
 What stands between a cell and its first run, or its next one.
 """
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Lack(StrEnum):
-    """What sort of thing is missing or wrong: who tells of it says what to do."""
+    """The sort of a problem of a cell, from which follows the remedy."""
 
     RIVAL = "another tester is at work"
     FOREIGN = "a node was not started for this tester"
@@ -40,7 +40,7 @@ class Reason:
     Attributes:
         lack: what sort of thing.
         message: one sentence, lower case, without a full stop.
-        resources: those that nobody simulates, as far as that is known.
+        resources: the resources that no node simulates, as far as that is known.
     """
 
     lack: Lack
@@ -57,9 +57,9 @@ class NotReadyError(Exception):
 
 
 def beyond_reach(case: Case, model: BehaviorModel, real: Sequence[str]) -> str | None:
-    """What of a case nobody can bring about: `says …`, `has …`; `None` if all of it can be.
+    """Return what a case demands that real resources cannot do: `says …`, `has …`; `None` if there is nothing.
 
-    Nobody directs a real resource, nor delays what it is sent: simulated ones carry out the faults of a network.
+    The tester decides nothing for a real resource: only simulated ones carry out the faults of a network.
     """
     told = _told_of(case, model)
     name = next((name for name in real if name in told), None)

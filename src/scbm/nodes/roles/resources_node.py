@@ -1,4 +1,4 @@
-"""Simulated resources in a process of their own: they hear requests, and answer as a tester says, or as drawn."""
+"""Simulated resources in a process of their own: they reply to requests as a tester decides, or as drawn."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from scbm.running.simulation import Reactions
 
 _MAX_WAITING = 1_000
-"""So many requests of a run that nobody has announced are kept; a run has one at a time for each resource."""
+"""The maximum number of early requests that are kept; a run has one at a time for each resource."""
 
 
 _MAX_COPIES = 1_000
@@ -72,7 +72,7 @@ class ResourcesNode:
         bus.subscribe(topics.case, self._hear, left=self._lose_tester)
 
     async def close(self) -> None:
-        """All jobs are forgotten. The bus is closed by who opened it."""
+        """Drop all jobs. The caller closes the bus."""
         self._forget()
 
     @property
@@ -81,11 +81,11 @@ class ResourcesNode:
         return self._run
 
     def say(self, message: Answering | Prepared | Forgot) -> None:
-        """Tells the tester."""
+        """Send a message to the tester."""
         self._to_tester.publish(encode(message))
 
     def react(self, resource: Resource) -> Reaction:
-        """What becomes of a request if nobody decides."""
+        """Decide the reaction to a request without a tester."""
         return self._reactions.react(resource)
 
     def later(self, delay_ns: int, work: Callable[[], None]) -> None:
@@ -166,7 +166,7 @@ class _AnsweredRun:
 
 @dataclass(slots=True)
 class _PendingRequest:
-    """A request: who sent it, once it is here, and what becomes of each copy of it, once that is decided.
+    """A request: its sender, once it has arrived, and the fate of each copy, once that is decided.
 
     `number` tells it from all others of the resource, those of other runs among them.
     """
@@ -278,14 +278,14 @@ class _RequestQueue:
             self._work_on(taken)
 
     def _lose_controller(self, source: int) -> None:
-        """The requests of a controller that is gone are forgotten; not those of a person, who may leave at once."""
+        """Drop the requests of a controller that is gone; not those of a person, who may leave at once."""
         for request in list(self._state.requests.values()):
             if request.source == source and is_of_tester(request.id.run):
                 self._give_up(request.id)
         self._early = {request: other for request, other in self._early.items() if other != source}
 
     def _give_up(self, request: Correlation) -> None:
-        """Nobody waits for it any more, even if it is still to be decided what becomes of it."""
+        """Cancel the request, even if its reaction is not decided yet."""
         if request in self._state.requests:
             self._state.requests[request].is_cancelled = True
             self._cancel(request)
@@ -374,7 +374,7 @@ class _RequestQueue:
                 self._after(delay_ns, lambda: self._answer(answer.request, answer.text))
 
     def _answer(self, request: Correlation, text: str) -> None:
-        """Says it to the controller once that hears it: who comes in the middle of a run may be asked before that."""
+        """Reply once the controller is matched: a node that joins during a run may get a request before that."""
         if self._replies.peers or not is_of_tester(request.run):
             self._replies.publish(text)
         elif len(self._unheard) < _MAX_WAITING:

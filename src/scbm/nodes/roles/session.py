@@ -113,7 +113,7 @@ class LoopbackCell:
 
 
 class RemoteCell:
-    """Controller and resources in other processes: those of `children`, or whoever is there."""
+    """Controller and resources in other processes: `children`, or nodes that run already."""
 
     def __init__(self, open_bus: Callable[[], Awaitable[Bus]], children: Children | None = None) -> None:
         self._open_bus = open_bus
@@ -123,7 +123,7 @@ class RemoteCell:
         self._warn: Callable[[str], None] = lambda _: None
 
     async def open(self, model: BehaviorModel, warn: Callable[[str], None]) -> Bus:  # noqa: ARG002 - as all cells
-        """Joins first, so that what keeps everybody out is told once."""
+        """Join before the children start, so that an error that all nodes would meet is reported once."""
         self._warn = warn
         bus = await self._join()
         await self._start_children()
@@ -137,7 +137,7 @@ class RemoteCell:
     async def mend(self) -> Bus | None:
         """Starts children that are not there. Raises `NotReadyError` if one of them cannot work.
 
-        Joins again, as a participant that nobody knows, if this process was stopped for so long that others missed it.
+        Joins again, as a new participant, if this process was stopped for longer than one DDS lease.
         """
         is_missed = self._watch is not None and self._watch.has_noticed
         joined = await self._join_again() if is_missed else None

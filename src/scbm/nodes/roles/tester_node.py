@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from scbm.running.simulation import Choices
 
 _QUIET_S = 1.0
-"""Who is waited for so long is told of."""
+"""A tester that waits longer than this reports the missing nodes."""
 
 _READY_S = 5.0
 """So long nodes that are there may take to prepare a run."""
@@ -128,7 +128,7 @@ class TesterNode:
     async def wait_for_cell(
         self, wait_s: float, waiting: Callable[[tuple[Reason, ...]], None] = lambda _: None
     ) -> None:
-        """Waits until everybody is there. Raises `NotReadyError` with all that is missing or wrong then.
+        """Wait until all nodes are there. Raises `NotReadyError` with all that is missing or wrong then.
 
         Args:
             wait_s: so long they may take.
@@ -181,7 +181,7 @@ class TesterNode:
         return tuple(reasons)
 
     def _missing(self) -> tuple[Reason, ...]:
-        """Who is not there."""
+        """Return the nodes that are missing."""
         controller = self.membership.controller()
         names = tuple(name for name in self._simulated() if not self.membership.node_of(name))
         if controller is None:
@@ -204,7 +204,7 @@ class TesterNode:
         return {other.node: other.resources for other in found if other is not None}
 
     def _look(self) -> None:
-        """Somebody came or went."""
+        """Handle a node that came or left."""
         self._changed.set()
         if self._run is not None:
             self._run.look()
@@ -212,7 +212,7 @@ class TesterNode:
                 self._tell_lacks()
 
     def _tell_lacks(self) -> None:
-        """Resources that are lost in a run are told of once: the run goes on, and may wait for them for long."""
+        """Report a resource that is lost during a run once: the run goes on, and may wait long for it."""
         lacks = self.lacks()
         for message in lacks:
             if message not in self._told:
@@ -320,7 +320,7 @@ class _DirectedRun:
         self._again: asyncio.TimerHandle | None = None
 
     async def finish(self) -> NodeRun:
-        """Prepares everybody, lets the run go, and waits until it has ended. Raises `LostError`."""
+        """Prepare all nodes, start the run, and wait until it has ended. Raises `LostError`."""
         await self._prepare()
         self.is_going = True
         self._node.say(Go(self.id))
@@ -361,7 +361,7 @@ class _DirectedRun:
         self._done.cancel()
 
     async def _prepare(self) -> None:
-        """Nothing has begun yet: whoever goes meanwhile is waited for, and whoever comes takes part."""
+        """Prepare the nodes before the run: wait for nodes that leave meanwhile, and include nodes that join."""
         text = write_case(self._case, self._node.model, None)
         relayed = self._director.is_relayed
         prepare = Prepare(self.id, (), text, asdict(self._options), str(self._scale), relayed, self._real)
@@ -377,14 +377,14 @@ class _DirectedRun:
             self._done.result()
 
     def _say_until_ready(self, prepare: Prepare) -> None:
-        """Again and again: a node may be known before it hears, and one may come back in the middle of the run."""
+        """Ask again and again: a node may be known before it receives, or rejoin during the run."""
         nodes = tuple(node for node, is_ready in self._ready.items() if not is_ready)
         if nodes:
             self._node.say(replace(prepare, nodes=nodes))
         self._again = self._loop.call_later(_AGAIN_S, self._say_until_ready, prepare)
 
     def look(self) -> None:
-        """Somebody came or went: whoever is there has to be ready, resources in the middle of the run too."""
+        """Handle a node that came or left: every node must be ready, and so must one that joins during the run."""
         rival = self._node.membership.rival()
         if rival is not None:
             self.fail(f"another tester is at work: {rival.words}")

@@ -30,7 +30,7 @@ class Surroundings(Protocol):
         ...
 
     def cancel(self, request: CancelRequest) -> None:
-        """The resource learns that nobody waits for the request."""
+        """Cancel a request at its resource."""
         ...
 
     def plan(self, asked: AskPlan) -> None:

@@ -83,7 +83,7 @@ class DdsBus:
         matched: Callable[[int], None] | None = None,
         left: Callable[[int], None] | None = None,
     ) -> DdsSubscription:
-        """Hears a topic. Raises `BusError` for a name that ROS 2 cannot have."""
+        """Subscribe to a topic. Raises `BusError` for a name that ROS 2 cannot have."""
         heard = ReceivedSample(receive, matched, left, self._warn)
         made = DdsSubscription(self._participant.entity, topic, self._hand_over, self._order, heard)
         self._wanted.append((topic, made.wanted))
@@ -122,7 +122,7 @@ class DdsBus:
         self._announcement.add_reader(made.pair.reader)
 
     def why_unmatched(self, what: Topic | Service) -> Unmatched | None:
-        """Why nobody is matched with what this bus has there, if it shows."""
+        """Return why an endpoint of this bus has no peers, if it is known."""
         wanted = [(where, wish()) for where, wish in self._wanted]
         known = [wish.dds_topic for _, wish in wanted]
         there = others(self._participant.entity)

@@ -135,7 +135,7 @@ class ServiceClient:
 
 
 def _server(match: Match) -> str | UUID:
-    """Tells servers apart; those of one participant that do not say who they are, are taken for one another."""
+    """Identify a server; servers of one participant that send no identity count as one."""
     return match.identities.get("serviceid", match.participant)
 
 
@@ -224,7 +224,7 @@ class ServiceServer:
             self._responses.append(_Response(response, writer, timer))
 
     def _is_heard_by(self, writer: int) -> bool:
-        """Whether the client of the writer hears responses, as far as it says who it is."""
+        """Whether the client of a writer receives responses, as far as its identity is known."""
         if writer not in self._clients:
             self._look()
         client = self._clients.get(writer)
@@ -241,7 +241,7 @@ class ServiceServer:
         self._warn(f"a response of {self._service.name} is lost: its client does not hear any")
 
     def _look(self) -> None:
-        """Clients have come or gone. What waits for one that is gone is forgotten: nobody is there to miss it."""
+        """Handle a change of clients: drop the responses that wait for a client that is gone."""
         if self._is_closed:
             return
         self._clients = {match.handle: match.identities.get("clientid") for match in self.pair.writers()}

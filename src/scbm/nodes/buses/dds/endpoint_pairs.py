@@ -55,8 +55,8 @@ class Match:
     """An endpoint that is matched.
 
     Attributes:
-        handle: tells it from others in this process.
-        participant: tells its participant from all others.
+        handle: identifies it in this process.
+        participant: identifies its participant among all others.
         identities: what its user data says: `{"clientid": "1.f0.…"}`.
     """
 
@@ -122,15 +122,15 @@ class EndpointPair:
             raise BusError(f"DDS cannot send on `{self.writer.topic.name}`: {error}") from error
 
     def readers(self) -> list[Match]:
-        """Those that hear the writer."""
+        """Return the readers that the writer is matched with."""
         return _matches(self.writer.get_matched_subscriptions, self.writer.get_matched_subscription_data)
 
     def writers(self) -> list[Match]:
-        """Those that the reader hears."""
+        """Return the writers that the reader is matched with."""
         return _matches(self.reader.get_matched_publications, self.reader.get_matched_publication_data)
 
     def close(self) -> None:
-        """Both are gone, for everybody."""
+        """Delete both; all peers lose them."""
         self._is_closed = True
         delete(self.writer)
         delete(self.reader)

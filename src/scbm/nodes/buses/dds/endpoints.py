@@ -54,7 +54,7 @@ def _qos(topic: Topic) -> Qos:
 
 
 def wanted_by(topic: Topic, role: EndpointRole, policy: int = 0) -> WantedEndpoint:
-    """Whom an endpoint of a topic looks for."""
+    """Return the peers that an endpoint of a topic can match."""
     return WantedEndpoint(topic.name, topic.type.value, role, role.value, topic_name(topic.name), _qos(topic), policy)
 
 
@@ -67,7 +67,7 @@ class EndpointPeers:
         self._matched = matched
 
     def are(self, count: int) -> None:
-        """Tells the loop; called on any thread."""
+        """Pass an event to the loop; called on any thread."""
         self._hand_over(partial(self._set, count))
 
     def _set(self, count: int) -> None:
@@ -79,7 +79,7 @@ class EndpointPeers:
 
 @dataclass(frozen=True, slots=True)
 class ReceivedSample:
-    """Who gets what a subscription hears, on the loop.
+    """The callbacks of a subscription, which run on the loop.
 
     Attributes:
         receive, matched, left: as `Bus.subscribe` has them.
@@ -109,7 +109,7 @@ class DdsPublisher:
         return self._peers.count
 
     def wanted(self) -> WantedEndpoint:
-        """Whom it looks for."""
+        """The peers that it can match."""
         return wanted_by(self.topic, EndpointRole.SUBSCRIPTION, refused_policy(self.writer))
 
     def publish(self, data: Scalar) -> None:
@@ -133,7 +133,7 @@ def _why_not(error: DDSException) -> str:
 
 
 class DdsSubscription:
-    """Hears one topic."""
+    """Receives the messages of one topic."""
 
     def __init__(
         self,
@@ -151,7 +151,7 @@ class DdsSubscription:
             hand_over: to the loop.
             order: is held from taking messages to handing them over, so that two threads of Cyclone DDS do not
                 overtake each other.
-            heard: who gets what.
+            heard: the callbacks.
         """
         self.topic = topic
         self._hand_over = hand_over
@@ -172,7 +172,7 @@ class DdsSubscription:
         return self._peers.count
 
     def wanted(self) -> WantedEndpoint:
-        """Whom it looks for."""
+        """The peers that it can match."""
         return wanted_by(self.topic, EndpointRole.PUBLICATION, refused_policy(self.reader))
 
     # on a thread of Cyclone DDS
@@ -194,7 +194,7 @@ class DdsSubscription:
         try:
             taken = self.reader.take_payloads()
         except DDSException as error:
-            # It is being closed, or Cyclone DDS is broken; there is nobody above to raise it to.
+            # The endpoint is being closed, or Cyclone DDS is broken; no caller could handle the error.
             self._hand_over(partial(self._heard.warn, f"`{self.topic.name}` cannot be read: {error}"))
             return
         stamp_ns = monotonic_ns()

@@ -170,7 +170,7 @@ class Participant:
             raise BusError(f"there is no DDS domain {domain}", f"domains are numbered from 0 to {LAST_DOMAIN}")
         self.warnings: list[str] = []
         try:
-            # One thread at a time hears the log, so that the environment has one at a time, too.
+            # One thread at a time reads the log, so the environment is changed by one thread at a time, too.
             with heard(self.warnings), _completed_configuration():
                 self.entity = DomainParticipant(domain, _qos(node))
         except DDSException as error:

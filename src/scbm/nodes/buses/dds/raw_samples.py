@@ -64,7 +64,7 @@ class RawReader(DataReader[IdlStruct]):
 
 
 def delete(entity: Entity) -> None:
-    """Deletes an entity now, whoever still refers to it. A second time does nothing."""
+    """Delete an entity at once, even while others refer to it. Deleting it again does nothing."""
     entity.__del__()  # cyclonedds has no other way
 
 

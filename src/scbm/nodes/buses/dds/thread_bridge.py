@@ -62,7 +62,7 @@ class _ThreadsafeBell:
 
     def ring(self) -> None:
         """Called on any thread."""
-        # A loop that is closed calls nothing any more, and there is nobody to tell, here least of all.
+        # A closed loop calls nothing any more, and this thread has no caller that could handle the error.
         with suppress(RuntimeError):
             self._loop.call_soon_threadsafe(self._call)
 
@@ -86,7 +86,7 @@ if sys.platform == "linux":
             os.eventfd_write(self._event, 1)
 
         def close(self) -> None:
-            """Nobody rings any more."""
+            """Stop waking the loop."""
             self._loop.remove_reader(self._event)
             os.close(self._event)
 

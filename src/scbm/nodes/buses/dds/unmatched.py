@@ -1,4 +1,4 @@
-"""Why nobody is matched: what others have in the same domain, next to what we look for."""
+"""Why an endpoint has no peers: the endpoints of other participants, compared with those that would match."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Endpoint:
 
 
 def others(participant: DomainParticipant) -> list[Endpoint]:
-    """The endpoints of other participants that discovery has told of."""
+    """Return the endpoints of other participants that discovery has found."""
     own = participant.guid
     found: list[Endpoint] = []
     for role, builtin in _BUILTIN:
@@ -68,13 +68,13 @@ def others(participant: DomainParticipant) -> list[Endpoint]:
 
 @dataclass(frozen=True, slots=True)
 class WantedEndpoint:
-    """Whom one of our endpoints looks for.
+    """The peers that one of our endpoints can match.
 
     Attributes:
         name: of the topic or service, as ROS 2 writes it.
         type: of the topic or service, as ROS 2 writes it.
         role: the side that is looked for.
-        who: what that is for people: `publication`, `server`.
+        who: the word for such a peer in messages: `publication`, `server`.
         dds_topic: the name of its topic in DDS.
         qos: ours.
         policy: the number of the policy that kept others away most recently; 0 if none did.
@@ -90,22 +90,22 @@ class WantedEndpoint:
 
 
 def taker_of_requests(service: Service, pair: EndpointPair) -> WantedEndpoint:
-    """Whom a client looks for to be asked."""
+    """Match the readers of servers that receive the requests of a client."""
     return _reader(service, "server", dds_names.request_name(service.name), pair)
 
 
 def giver_of_responses(service: Service, pair: EndpointPair) -> WantedEndpoint:
-    """Whom a client looks for to be answered."""
+    """Match the writers of servers that send responses to a client."""
     return _writer(service, "server", dds_names.reply_name(service.name), pair)
 
 
 def giver_of_requests(service: Service, pair: EndpointPair) -> WantedEndpoint:
-    """Whom a server looks for to be asked."""
+    """Match the writers of clients that send requests to a server."""
     return _writer(service, "client", dds_names.request_name(service.name), pair)
 
 
 def taker_of_responses(service: Service, pair: EndpointPair) -> WantedEndpoint:
-    """Whom a server looks for to answer."""
+    """Match the readers of clients that receive the responses of a server."""
     return _reader(service, "client", dds_names.reply_name(service.name), pair)
 
 
@@ -125,7 +125,7 @@ def why_unmatched(wanted: Iterable[WantedEndpoint], there: list[Endpoint], known
     Args:
         wanted: in the order in which they are looked at.
         there: what others have.
-        known: topics in DDS that we use ourselves, so that nobody means another one by them.
+        known: the DDS topics of this process; a peer that uses one of them does not mean another topic.
     """
     wishes = list(wanted)
     found = [
@@ -206,7 +206,7 @@ _DURABILITIES = [
 
 
 def _elsewhere(wish: WantedEndpoint, there: list[Endpoint], known: list[str]) -> str | None:
-    """A similar name that somebody has."""
+    """Return a similar name that a peer uses."""
     prefix = wish.dds_topic.partition("/")[0]
     suffix = wish.dds_topic.removeprefix(prefix).removeprefix(wish.name)
     candidates = [endpoint.topic for endpoint in there if endpoint.role is wish.role and endpoint.topic not in known]
