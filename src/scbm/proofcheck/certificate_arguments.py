@@ -17,10 +17,10 @@ from scbm.proofcheck.values_check import check_values
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from scbm.cases.coverage import Obligation
     from scbm.model import BehaviorModel, Value
     from scbm.proofcheck.certificate import CertificateFlaw
     from scbm.proofcheck.certificate_reader import CertificateParts, Path
+    from scbm.proofcheck.claimed_obligations import ClaimedObligation
 
 _FACTS = {fact.name.lower(): fact for fact in Fact}
 _AWAITS = {awaits.value: awaits for awaits in Awaits}
@@ -41,7 +41,7 @@ class ArgumentFormat:
     keys: tuple[str, ...]
     read: Callable[[CertificateParts, dict[str, Any]], Any]
     write: Callable[[Any], list[str]]
-    check: Callable[[Sequence[Obligation], Any, BehaviorModel], Iterator[CertificateFlaw]]
+    check: Callable[[Sequence[ClaimedObligation], Any, BehaviorModel], Iterator[CertificateFlaw]]
 
 
 def json_text(value: object) -> str:

@@ -6,9 +6,9 @@ from collections import Counter
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from scbm.cases.coverage import Obligations
 from scbm.proofcheck.certificate import CertificateFlaw
 from scbm.proofcheck.certificate_arguments import ARGUMENTS
+from scbm.proofcheck.claimed_obligations import claimable_obligations
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -37,7 +37,7 @@ def _flaws(certificate: Certificate, model: BehaviorModel) -> Iterator[Certifica
             "the certificate", f"it is one of the model {certificate.model}, and this is {model.name}"
         )
         return
-    known = {str(obligation): obligation for obligation in Obligations.of(model)}
+    known = {str(obligation): obligation for obligation in claimable_obligations(model)}
     names = [claim.obligation for claim in certificate.claims]
     flaws = [
         CertificateFlaw(f"claim {name}", "the model has no such obligation") for name in names if name not in known

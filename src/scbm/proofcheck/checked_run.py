@@ -8,16 +8,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias, assert_never
 
-from scbm.cases.coverage import Aspect, Obligation
 from scbm.model import OperationState, PlanState, RequestState, format_value
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
-from scbm.planning import LimitReached, Solved, Unsolvable
+from scbm.proofcheck.checker_planner import NoPlanExists, PlanFound, PlanningLimitReached
+from scbm.proofcheck.claimed_obligations import ClaimedAspect, ClaimedObligation
 
 if TYPE_CHECKING:
     from scbm.model import Predicate, Value
-    from scbm.planning import Answer
     from scbm.proofcheck.certificate import Situation
-    from scbm.proofcheck.checker_plans import Plans
+    from scbm.proofcheck.checker_planner import CanonicalPlanner
     from scbm.proofcheck.guarded_parts import GuardedRule, GuardedRules, OperationRules, Values
 
 MAX_AUTOMATIC = 1_000
@@ -34,7 +33,11 @@ class Question:
     """
 
     asked_in: Values | None
-    answer: Answer
+    answer: PlanFound | NoPlanExists
+
+
+class UncheckableStepError(Exception):
+    """A step cannot be checked within the limits of the checker."""
 
 
 class CheckedRun:
@@ -51,7 +54,7 @@ class CheckedRun:
         asked: the values and the requests in flight whenever a plan was asked for.
     """
 
-    def __init__(self, rules: GuardedRules, goal: Predicate, plans: Plans, values: Values) -> None:
+    def __init__(self, rules: GuardedRules, goal: Predicate, planner: CanonicalPlanner, values: Values) -> None:
         self.values = values
         self.queue: list[str] = []
         self.in_flight: list[str] = []
@@ -62,7 +65,7 @@ class CheckedRun:
         self.asked: list[tuple[Values, tuple[str, ...]]] = []
         self._rules = rules
         self._goal = goal
-        self._plans = plans
+        self._planner = planner
         self._deadline_has_passed = False
         self._automatic = 0
 
@@ -76,19 +79,17 @@ class CheckedRun:
         self._set({self._rules.resources[reply.resource].request_state: state.value})
 
     def receive_answer(self) -> None:
-        """The answer of the planner. Other than a plan, it does nothing before the run settles, or ends it."""
+        """Take the answer of the planner: a plan becomes the queue; without one nothing happens before settling."""
         assert self.question is not None  # noqa: S101 - only questions are answered
         question, self.question = self.question, None
         match question.answer:
-            case Solved(plan):
+            case PlanFound(plan):
                 self.queue = list(plan)
                 self._set({PLAN_STATE: PlanState.EXECUTING.value})
                 for operation in plan:
-                    self._visit(operation, Aspect.QUEUED)
-            case Unsolvable():
+                    self._visit(operation, ClaimedAspect.QUEUED)
+            case NoPlanExists():
                 self.unsolvable_in = question.asked_in
-            case LimitReached():
-                self.end(PlanState.ABORTED)
             case _:
                 assert_never(question.answer)
 
@@ -124,7 +125,7 @@ class CheckedRun:
             return self._livelock()
         self._automatic += 1
         rule, self.values = following
-        self._visit(rule.name, Aspect.TAKEN)
+        self._visit(rule.name, ClaimedAspect.TAKEN)
         if rule.fails_operation:
             self._become(OperationState.FAILED)
         return True
@@ -213,7 +214,7 @@ class CheckedRun:
         name = str(self.values[CURRENT_NAME])
         self._set({operation_state_name(name): state.value, CURRENT_STATE: state.value})
         self._deadline_has_passed = False
-        self._visit(name, Aspect(state.value))
+        self._visit(name, ClaimedAspect(state.value))
         return True
 
     def _leave(self) -> bool:
@@ -248,7 +249,12 @@ class CheckedRun:
             return self.has_ended
         self.asked.append((self.values, tuple(self.in_flight)))
         self._set({PLAN_STATE: PlanState.PLANNING.value})
-        self.question = Question(self.values, self._plans.answer(self.values))
+        answer = self._planner.plan(self.values)
+        if isinstance(answer, PlanningLimitReached):
+            raise UncheckableStepError(
+                "a plan is requested, and the states that the checker may visit are too few to find it"
+            )
+        self.question = Question(self.values, answer)
         return True
 
     # the end
@@ -271,8 +277,8 @@ class CheckedRun:
     def _set(self, changes: Values) -> None:
         self.values = {**self.values, **changes}
 
-    def _visit(self, subject: str, aspect: Aspect) -> None:
-        self.visited[str(Obligation(subject, aspect))] = None
+    def _visit(self, subject: str, aspect: ClaimedAspect) -> None:
+        self.visited[str(ClaimedObligation(subject, aspect))] = None
 
 
 @dataclass(frozen=True, slots=True)

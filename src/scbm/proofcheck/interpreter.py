@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, assert_never
 
 from scbm.model import PlanState
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
-from scbm.planning import Solved, Unsolvable
 from scbm.proofcheck.certificate import Awaits, Situation
 from scbm.proofcheck.checked_run import (
     CheckedRun,
@@ -21,7 +20,7 @@ from scbm.proofcheck.checked_run import (
     Question,
     ReplyEvent,
 )
-from scbm.proofcheck.checker_plans import Plans
+from scbm.proofcheck.checker_planner import CanonicalPlanner, NoPlanExists, PlanFound
 from scbm.proofcheck.guarded_parts import GuardedRules
 
 if TYPE_CHECKING:
@@ -45,7 +44,7 @@ class Interpreter:
         """`variables` are those that are looked at; `relevance.check_variables` finds nothing wrong with them."""
         self._rules = GuardedRules(model, variables)
         self._goal = goal
-        self._plans = Plans(model, goal)
+        self._planner = CanonicalPlanner(model, goal)
         self._behind_ends: dict[tuple[Value, ...], tuple[str, ...]] = {}
 
     def begin(self, state: Mapping[str, Value]) -> CheckedStep:
@@ -96,7 +95,7 @@ class Interpreter:
     # between situations and runs
 
     def _run(self, values: Values) -> CheckedRun:
-        return CheckedRun(self._rules, self._goal, self._plans, values)
+        return CheckedRun(self._rules, self._goal, self._planner, values)
 
     def _values(self, situation: Situation) -> Values:
         values = {**dict(zip(self._rules.variables, situation.values, strict=True)), **self._rules.at_rest}
@@ -111,11 +110,11 @@ class Interpreter:
             case Awaits.NOTHING:
                 run.queue = list(situation.queue)
             case Awaits.PLAN:
-                run.question = Question(None, Solved(situation.queue, 0))
+                run.question = Question(None, PlanFound(situation.queue))
             case Awaits.UNSOLVABLE:
-                run.question = Question(run.values, Unsolvable(0))
+                run.question = Question(run.values, NoPlanExists())
             case Awaits.STALE:
-                run.question = Question(None, Unsolvable(0))
+                run.question = Question(None, NoPlanExists())
             case Awaits.CHANGE:
                 run.unsolvable_in = run.values
             case _:
@@ -132,8 +131,8 @@ class Interpreter:
         if run.question is None:
             awaits = Awaits.CHANGE if run.values[CURRENT_NAME] == NO_OPERATION else Awaits.NOTHING
             return Situation(values, tuple(run.queue), in_flight, awaits)
-        if isinstance(run.question.answer, Solved):
-            return Situation(values, run.question.answer.plan, in_flight, Awaits.PLAN)
+        if isinstance(run.question.answer, PlanFound):
+            return Situation(values, run.question.answer.operations, in_flight, Awaits.PLAN)
         awaits = Awaits.UNSOLVABLE if run.question.asked_in == run.values else Awaits.STALE
         return Situation(values, (), in_flight, awaits)
 

@@ -9,22 +9,24 @@ Which variables a `RunsArgument` may leave out: those that nothing which happens
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 from scbm.model import OperationState, Role, format_value
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE
 from scbm.proofcheck.certificate import Awaits, CertificateFlaw
+from scbm.proofcheck.checked_run import UncheckableStepError
 from scbm.proofcheck.guarded_parts import GuardedPart, may_leave, parts_of
 from scbm.proofcheck.interpreter import Interpreter
 from scbm.proofcheck.valuations import TooManyStepsError, valuations
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
-    from scbm.cases.coverage import Obligation
     from scbm.model import BehaviorModel, Value
     from scbm.proofcheck.certificate import RunsArgument, Situation
     from scbm.proofcheck.checked_run import CheckedStep
+    from scbm.proofcheck.claimed_obligations import ClaimedObligation
 
 
 def check_variables(variables: Sequence[str], model: BehaviorModel) -> Iterator[CertificateFlaw]:
@@ -76,7 +78,7 @@ _MAX_SHOWN = 300
 
 
 def check_runs(
-    claimed: Sequence[Obligation], argument: RunsArgument, model: BehaviorModel
+    claimed: Sequence[ClaimedObligation], argument: RunsArgument, model: BehaviorModel
 ) -> Iterator[CertificateFlaw]:
     """What is wrong with the variables, or else with the goals, or else with the situations of each goal."""
     flaws = [*check_variables(argument.variables, model)]
@@ -131,16 +133,24 @@ class _RunsCheck:
         try:
             for state in initial_states(self.variables, model):
                 where = f"goal {self.goal}, from {_shown(state)}"
-                yield from self._check(self.interpreter.begin(state), listed, where)
+                yield from self._check(partial(self.interpreter.begin, state), listed, where)
         except TooManyStepsError:
             yield CertificateFlaw(f"goal {self.goal}", "there are too many initial states to check")
         for number, situation in enumerate(self.situations, start=1):
             where = f"goal {self.goal}, situation {number}"
             for event in self.interpreter.events(situation):
-                yield from self._check(self.interpreter.after(situation, event), listed, f"{where}, {event}")
+                step = partial(self.interpreter.after, situation, event)
+                yield from self._check(step, listed, f"{where}, {event}")
             yield from self._check_visited(self.interpreter.cut_off(situation), f"{where}, the time limit passes")
 
-    def _check(self, step: CheckedStep, listed: dict[Situation, None], where: str) -> Iterator[CertificateFlaw]:
+    def _check(
+        self, take: Callable[[], CheckedStep], listed: dict[Situation, None], where: str
+    ) -> Iterator[CertificateFlaw]:
+        try:
+            step = take()
+        except UncheckableStepError as error:
+            yield CertificateFlaw(where, str(error))
+            return
         yield from self._check_visited(step.visited, where)
         yield from self._check_visited(step.cut_off, f"{where}, the limit of plans is reached")
         if step.situation is not None and step.situation not in listed:

@@ -4,30 +4,30 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, assert_never
 
-from scbm.cases.coverage import Aspect
 from scbm.model import Not
 from scbm.model.variables import CURRENT_STATE, operation_state_name
 from scbm.proofcheck.certificate import CertificateFlaw, Fact
+from scbm.proofcheck.claimed_obligations import ClaimedAspect
 from scbm.proofcheck.guarded_parts import may_leave
 from scbm.proofcheck.valuations import TooManyStepsError, is_satisfiable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.cases.coverage import Obligation
     from scbm.model import BehaviorModel, Operation
     from scbm.proofcheck.certificate import StructureArgument
+    from scbm.proofcheck.claimed_obligations import ClaimedObligation
 
 _RULES_OUT = {
-    Fact.NO_DEADLINE: Aspect.TIMEDOUT,
-    Fact.CANNOT_FAIL: Aspect.FAILED,
-    Fact.ALWAYS_ENABLED: Aspect.DISABLED,
+    Fact.NO_DEADLINE: ClaimedAspect.TIMEDOUT,
+    Fact.CANNOT_FAIL: ClaimedAspect.FAILED,
+    Fact.ALWAYS_ENABLED: ClaimedAspect.DISABLED,
 }
 """What an operation does not visit if the fact holds of it."""
 
 
 def check_structure(
-    claimed: Sequence[Obligation], argument: StructureArgument, model: BehaviorModel
+    claimed: Sequence[ClaimedObligation], argument: StructureArgument, model: BehaviorModel
 ) -> Iterator[CertificateFlaw]:
     """What is wrong with the facts; one for each claim, in order."""
     if len(argument.facts) != len(claimed):
@@ -39,7 +39,7 @@ def check_structure(
             yield CertificateFlaw(f"claim {obligation}", reason)
 
 
-def _check(obligation: Obligation, fact: Fact, model: BehaviorModel) -> str | None:
+def _check(obligation: ClaimedObligation, fact: Fact, model: BehaviorModel) -> str | None:
     if _RULES_OUT[fact] is not obligation.aspect:
         return f"it does not follow from this fact: {fact}"
     operation = model.operation(obligation.subject)

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from itertools import chain
 from typing import TYPE_CHECKING, TypeAlias
 
-from scbm.cases.coverage import Aspect, Obligation
 from scbm.model import (
     Add,
     And,
@@ -27,6 +26,7 @@ from scbm.model import (
     Truth,
 )
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
+from scbm.proofcheck.claimed_obligations import ClaimedAspect, ClaimedObligation
 from scbm.proofcheck.guarded_parts import fails_operation
 from scbm.proofcheck.valuations import TooManyStepsError, is_satisfiable
 
@@ -53,7 +53,7 @@ class Possible:
 
     what: str
     gives: Given
-    visits: tuple[Obligation, ...] = ()
+    visits: tuple[ClaimedObligation, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +133,10 @@ def _request(resource: Resource, model: BehaviorModel) -> Possible:
 
 def _become_current(operation: Operation) -> Possible:
     """Any operation can be planned, and be disabled at the head of the queue."""
-    visits = (Obligation(operation.name, Aspect.QUEUED), Obligation(operation.name, Aspect.DISABLED))
+    visits = (
+        ClaimedObligation(operation.name, ClaimedAspect.QUEUED),
+        ClaimedObligation(operation.name, ClaimedAspect.DISABLED),
+    )
     given = ((CURRENT_NAME, operation.name), *_in_state(operation, OperationState.DISABLED))
     return Possible(f"{operation.name} at the head of the queue", given, visits)
 
@@ -188,7 +191,7 @@ def _taken(transition: Transition, target: OperationState, moment: _Moment, oper
 
 
 def _entered(what: str, given: Given, operation: Operation, state: OperationState) -> Possible:
-    visits = (Obligation(operation.name, Aspect(state.value)),)
+    visits = (ClaimedObligation(operation.name, ClaimedAspect(state.value)),)
     return Possible(what, (*given, *_in_state(operation, state)), visits)
 
 
@@ -197,7 +200,7 @@ def _automatic_transitions(moment: _Moment, model: BehaviorModel) -> Iterator[Po
     for transition in model.automatic_transitions:
         failing = [action for action in transition.running_actions if fails_operation(action, model.running_space)]
         actions = tuple(action for action in transition.running_actions if action not in failing)
-        taken = Obligation(transition.name, Aspect.TAKEN)
+        taken = ClaimedObligation(transition.name, ClaimedAspect.TAKEN)
         if not failing:
             given = _given(And((transition.running_guard, _changes(actions))), actions, moment)
             if given is not None:

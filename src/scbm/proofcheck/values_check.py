@@ -11,14 +11,14 @@ from scbm.proofcheck.value_propagation import after_the_end, while_running
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.cases.coverage import Obligation
     from scbm.model import BehaviorModel, Value, Variable
     from scbm.proofcheck.certificate import ValuesArgument
+    from scbm.proofcheck.claimed_obligations import ClaimedObligation
     from scbm.proofcheck.value_propagation import Sets
 
 
 def check_values(
-    claimed: Sequence[Obligation], argument: ValuesArgument, model: BehaviorModel
+    claimed: Sequence[ClaimedObligation], argument: ValuesArgument, model: BehaviorModel
 ) -> Iterator[CertificateFlaw]:
     """What is wrong with the sets of values, or else with the claims."""
     sets = dict(argument.values)
@@ -54,8 +54,8 @@ def _check_closed(sets: Sets, model: BehaviorModel) -> list[CertificateFlaw]:
     return list(dict.fromkeys(flaws))
 
 
-def _check_claims(claimed: Sequence[Obligation], sets: Sets, model: BehaviorModel) -> list[CertificateFlaw]:
-    visited_by: dict[Obligation, str] = {}
+def _check_claims(claimed: Sequence[ClaimedObligation], sets: Sets, model: BehaviorModel) -> list[CertificateFlaw]:
+    visited_by: dict[ClaimedObligation, str] = {}
     for possible in (*while_running(sets, model), *after_the_end(sets, model)):
         for obligation in possible.visits:
             visited_by.setdefault(obligation, possible.what)

@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
-import pytest
-
 from scbm.files import read_model
-from scbm.model import BehaviorModel, Predicate, Role, Value
-from scbm.planning import Answer, Limit, LimitReached, Planner
+from scbm.model import BehaviorModel, Role, Value
 from scbm.proofcheck import Awaits, Situation
 from scbm.proofcheck.checked_run import DeadlineEvent, PlannerAnswer, ReplyEvent
 from scbm.proofcheck.interpreter import Interpreter
@@ -144,20 +139,3 @@ def test_timedout_actions_that_do_not_fit_are_a_model_error() -> None:
     assert ended.situation is None
     assert ended.visited == ()
     assert ended.values["plan.state"] == "aborted"
-
-
-def test_a_planner_that_gives_up_ends_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    def gives_up(_: Planner, __: Mapping[str, Value], ___: Predicate) -> Answer:
-        return LimitReached(Limit.LENGTH, 0)
-
-    monkeypatch.setattr(Planner, "plan", gives_up)
-    hook = "  mourns: {g: plan.state == aborted, a: [seen <- 2]}\n"
-    _, situation, visited = begun(hook)
-    assert situation is None
-    assert visited == ("automatic/mourns",)
-    steps, asked, _ = begun(LOOKS)  # a reply can come first, and the end is left out
-    assert asked is not None
-    assert asked.awaits is Awaits.UNSOLVABLE
-    waiting = steps.after(asked, PlannerAnswer()).situation
-    assert waiting is not None
-    assert waiting.awaits is Awaits.CHANGE

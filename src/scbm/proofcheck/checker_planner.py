@@ -1,0 +1,145 @@
+"""The checker's own planner: canonical plans by breadth-first search over named states (semantics 4).
+
+It shares no code with `scbm.planning`, so a fault there cannot make a wrong certificate look sound. It is slower and
+has no heuristics, no packed states and no distances; it memoizes successors and answers instead.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+from scbm.proofcheck.guarded_parts import GuardedRule, may_leave
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from scbm.model import Action, BehaviorModel, Predicate, Value
+
+    WorldState: TypeAlias = tuple[Value, ...]
+    """A value for each variable that can influence a plan, in the order of the model."""
+
+MAX_PLANNING_STATES = 1_000_000
+"""Maximum number of states that one search may find: as many as the planner of a run may expand (semantics 4.1)."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanFound:
+    """The goal can be reached; `operations` is the canonical plan."""
+
+    operations: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class NoPlanExists:
+    """The search found all reachable states, and the goal holds in none of them."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanningLimitReached:
+    """The search found the maximum number of states, and the goal holds in none of them: nothing is known."""
+
+
+PlanAnswer: TypeAlias = PlanFound | NoPlanExists | PlanningLimitReached
+
+
+class CanonicalPlanner:
+    """Plans of one model for one goal."""
+
+    def __init__(self, model: BehaviorModel, goal: Predicate) -> None:
+        read = _planning_variables(model, goal)
+        self._names = tuple(name for name in model.space.names if name in read)
+        self._at_rest = {v.name: v.initial for v in model.running_space if v.role.is_runner}
+        self._goal = goal
+
+        def half(name: str, guard: Predicate, actions: tuple[Action, ...]) -> GuardedRule:
+            kept = tuple(action for action in actions if action.target in self._names)
+            return GuardedRule(name, guard, kept, tuple(model.space[action.target].domain for action in kept))
+
+        self._operations = tuple(
+            (o.name, half(o.name, o.pre.g, o.pre.a), half(o.name, o.post.g, o.post.a)) for o in model.operations
+        )
+        self._successors: dict[WorldState, tuple[tuple[str, WorldState], ...]] = {}
+        self._answers: dict[WorldState, PlanAnswer] = {}
+
+    def plan(self, values: Mapping[str, Value]) -> PlanAnswer:
+        """Return the canonical plan from a state, or why there is none. Variables of the runner are at rest (4.1).
+
+        Args:
+            values: a value for each variable that can influence a plan, at least. Every variable that a certificate
+                may not omit is among them (`runs_check`).
+        """
+        start = tuple(values[name] for name in self._names)
+        if start not in self._answers:
+            self._search(start)
+        return self._answers[start]
+
+    def _search(self, start: WorldState) -> None:
+        """Find the answer for `start` breadth-first.
+
+        States are visited in the order of their shortest paths, and paths of the same length in the lexicographic
+        order of operations: each state is found first on its canonical path. So the first goal state found ends the
+        canonical plan. The rest of a canonical plan is canonical as well. If no goal state is reachable from `start`,
+        none is reachable from any successor.
+        """
+        parents: dict[WorldState, tuple[WorldState, str] | None] = {start: None}
+        frontier = deque([start])
+        if self._is_goal(start):
+            self._answers[start] = PlanFound(())
+            return
+        while frontier:
+            state = frontier.popleft()
+            for operation, successor in self._successors_of(state):
+                if successor in parents:
+                    continue
+                parents[successor] = (state, operation)
+                if self._is_goal(successor):
+                    self._answer_path(parents, successor)
+                    return
+                if len(parents) > MAX_PLANNING_STATES:
+                    self._answers[start] = PlanningLimitReached()
+                    return
+                frontier.append(successor)
+        self._answers.update(dict.fromkeys(parents, NoPlanExists()))
+
+    def _answer_path(self, parents: Mapping[WorldState, tuple[WorldState, str] | None], state: WorldState) -> None:
+        """Answer for every state on the path that ends in the goal state `state`."""
+        plan: tuple[str, ...] = ()
+        self._answers[state] = PlanFound(plan)
+        while (step := parents[state]) is not None:
+            state, operation = step
+            plan = (operation, *plan)
+            self._answers[state] = PlanFound(plan)
+
+    def _is_goal(self, state: WorldState) -> bool:
+        return self._goal.holds(self._named(state))
+
+    def _named(self, state: WorldState) -> dict[str, Value]:
+        return {**self._at_rest, **dict(zip(self._names, state, strict=True))}
+
+    def _successors_of(self, state: WorldState) -> tuple[tuple[str, WorldState], ...]:
+        """Return the enabled operations in the order of the model, each with the state that it leads to (3.3)."""
+        if state not in self._successors:
+            before = self._named(state)
+            found = []
+            for name, pre, post in self._operations:
+                between = pre.taken(before)
+                after = None if between is None else post.taken(between)
+                if after is not None:
+                    found.append((name, tuple(after[variable] for variable in self._names)))
+            self._successors[state] = tuple(found)
+        return self._successors[state]
+
+
+def _planning_variables(model: BehaviorModel, goal: Predicate) -> dict[str, None]:
+    """Return the variables on which plans depend, directly or through an action. All others only multiply states."""
+    halves = [half for operation in model.operations for half in (operation.pre, operation.post)]
+    actions = [action for half in halves for action in half.a]
+    found = dict.fromkeys([*goal.reads(), *(name for half in halves for name in half.g.reads())])
+    found |= {action.target: None for action in actions if may_leave(action, model.running_space)}
+    known = 0
+    while known < len(found):
+        known = len(found)
+        found |= {name: None for action in actions if action.target in found for name in action.reads()}
+    return found
