@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -19,10 +19,9 @@ def test_every_verb_has_a_section() -> None:
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_the_options_of_a_verb_are_those_of_its_help(verb: str) -> None:
+def test_the_options_of_a_verb_are_those_of_its_help(verb: str, scbm: Callable[..., Any]) -> None:
     section = PAGE.partition(f"\n## scbm {verb}\n")[2].partition("\n## ")[0]
     told = re.findall(r"^\| `(--[\w-]+)`", section, flags=re.MULTILINE)
-    words = [sys.executable, "-m", "scbm", *verb.split(), "--help"]
-    printed = subprocess.run(words, capture_output=True, encoding="utf-8", check=True).stdout
+    printed = scbm(*verb.split(), "--help").out
     options = re.findall(r"^  (?:-\w, )?(--[\w-]+)", printed.partition("\nOptions:\n")[2], flags=re.MULTILINE)
     assert [*told, "--help"] == options

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import combinations, product
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -83,6 +84,7 @@ def test_satisfiability_within_sets_of_values_is_that_of_the_states_made_of_them
         assert satisfiable(normal_form(predicate, space), bits) is expected
 
 
+@pytest.mark.slow
 def test_a_search_with_too_many_branches_has_no_answer() -> None:
     pigeons = [Variable(f"p{number}", Domain.integers(0, 8), 0, (0,)) for number in range(10)]
     apart = [NotEqual(Reference(one.name), Reference(other.name)) for one, other in combinations(pigeons, 2)]

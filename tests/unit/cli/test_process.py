@@ -21,6 +21,7 @@ def _scbm(*arguments: str, hash_seed: int = 0, code: int = 0) -> bytes:
     return done.stdout
 
 
+@pytest.mark.slow
 def test_a_campaign_is_the_same_bytes_under_every_hash_seed() -> None:
     reports = {_scbm("test", BEFORE, "--cases", "20", "--seed", "1", "--json", hash_seed=seed) for seed in (0, 1, 2)}
     assert len(reports) == 1
@@ -45,6 +46,7 @@ def test_saved_and_small_cases_are_the_same_bytes_under_every_hash_seed(tmp_path
     assert written[0] == written[1] == written[2]
 
 
+@pytest.mark.slow
 def test_a_reader_that_has_seen_enough_is_no_fault() -> None:
     command = [sys.executable, "-m", "scbm", "run", BEFORE, "--case", "1", "--json"]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
@@ -56,6 +58,7 @@ def test_a_reader_that_has_seen_enough_is_no_fault() -> None:
         assert process.wait() == 0
 
 
+@pytest.mark.slow
 def test_a_closed_pipe_does_not_look_like_failed_tests() -> None:
     command = [sys.executable, "-m", "scbm", "run", BEFORE, "--case", "1"]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
@@ -76,6 +79,7 @@ def test_a_closed_pipe_does_not_hide_that_tests_failed(more: tuple[str, ...], tm
         assert process.wait() == 1
 
 
+@pytest.mark.slow
 def test_a_closed_pipe_does_not_hide_that_the_input_is_wrong() -> None:
     command = [sys.executable, "-m", "scbm", "test", "nowhere.yaml"]
     with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:

@@ -460,10 +460,10 @@ def test_without_rclpy_a_controller_says_what_to_source(tmp_path: Path) -> None:
     ],
 )
 def test_to_say_how_drivers_are_reached_where_there_are_none_is_an_error(
-    tmp_path: Path, options: list[str], says: str
+    scbm: Callable[..., Any], tmp_path: Path, options: list[str], says: str
 ) -> None:
-    (tmp_path / "model.yaml").write_text(MODEL)
-    words = [sys.executable, "-m", "scbm", "test", "model.yaml", *options, "--via", "rclpy"]
-    ended = run_process(words, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=GUARD_S)
-    assert ended.returncode == 2
-    assert ended.stderr.startswith(f"--via: error[bad-option]: {says}\n")
+    path = tmp_path / "model.yaml"
+    path.write_text(MODEL)
+    ran = scbm("test", path, *options, "--via", "rclpy")
+    assert ran.code == 2
+    assert ran.err.startswith(f"--via: error[bad-option]: {says}\n")

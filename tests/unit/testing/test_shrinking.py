@@ -36,6 +36,7 @@ def _told(name: str, shrunk: Shrunk) -> str:
     return "\n".join([*lines, *(f"  it matters: {choice}" for choice in shrunk.matters), ""])
 
 
+@pytest.mark.slow
 def test_seeded_faults_shrink_to_a_few_operations(golden: Callable[[str, str], None]) -> None:
     told = []
     for name, seeded in SEEDED.items():

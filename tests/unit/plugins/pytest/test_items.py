@@ -176,6 +176,7 @@ def test_the_command_names_a_model_that_the_case_does_not(cell: pytest.Pytester)
     result.stdout.fnmatch_lines(["again: scbm replay two.yaml --model cell.yaml"])
 
 
+@pytest.mark.slow
 def test_a_model_is_loaded_once(cell: pytest.Pytester) -> None:
     cell.makeconftest("""
         from pathlib import Path

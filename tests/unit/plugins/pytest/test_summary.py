@@ -93,6 +93,7 @@ def test_nothing_run_reaches_nothing(cell: pytest.Pytester) -> None:
     result.stdout.fnmatch_lines(said)
 
 
+@pytest.mark.slow
 def test_what_failed_otherwise_keeps_its_exit_code(cell: pytest.Pytester) -> None:
     cell.makepyfile("def test_it(): raise KeyboardInterrupt")
     assert cell.runpytest_subprocess("--scbm-fail-under=1").ret == pytest.ExitCode.INTERRUPTED
