@@ -1,0 +1,64 @@
+"""What a usual run of the tests leaves out, and the golden files of wording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from support.tiers import TIERS, counts, split, summary
+from support.wording import Wording, read_sections, write_sections
+
+MARKED = """
+    import pytest
+    def test_plain(): pass
+    @pytest.mark.slow
+    def test_long(): pass
+    @pytest.mark.browser
+    def test_page(): pass
+    @pytest.mark.browser
+    def test_other_page(): pass
+"""
+
+
+@pytest.fixture
+def items(pytester: pytest.Pytester) -> list[pytest.Item]:
+    pytester.makeini("[pytest]\nmarkers =\n" + "".join(f"    {tier}\n" for tier in TIERS))
+    return pytester.getitems(MARKED)
+
+
+def test_tests_with_the_mark_of_a_tier_are_left_out(items: list[pytest.Item]) -> None:
+    kept, left_out = split(items, [])
+    assert [item.name for item in kept] == ["test_plain"]
+    assert counts(left_out) == {"slow": 1, "browser": 2}
+
+
+def test_a_test_that_is_named_runs_in_whatever_tier_it_is(items: list[pytest.Item]) -> None:
+    named = next(item.nodeid for item in items if item.name == "test_page")
+    kept, left_out = split(items, [named])
+    assert [item.name for item in kept] == ["test_plain", "test_page"]
+    assert counts(left_out) == {"slow": 1, "browser": 1}
+
+
+def test_the_summary_says_how_to_run_what_was_left_out() -> None:
+    said = summary({"slow": 3, "browser": 7})
+    assert "3 slow, 7 browser" in said
+    assert "pytest -m slow" in said
+    assert "pytest --full" in said
+
+
+def test_sections_of_wording_are_read_as_they_are_written(tmp_path: Path) -> None:
+    path, sections = tmp_path / "below" / "a.txt", {"a": "", "b": "one\n\ntwo\n", "c": "== no head"[3:]}
+    write_sections(path, sections)
+    assert read_sections(path) == sections
+
+
+def test_wording_is_written_on_request_and_compared_otherwise(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    for is_update in (True, False):
+        wording = Wording(path, "test_it", {str(tmp_path): "TMP"}, is_update)
+        wording(f"{tmp_path}/x is missing")
+        wording(["one", "two"])
+    assert read_sections(path) == {"test_it": "TMP/x is missing", "test_it (2)": "one\ntwo"}
+    with pytest.raises(AssertionError):
+        Wording(path, "test_it", {}, is_update=False)("another text")
