@@ -8,9 +8,8 @@ from typing import Any
 
 import pytest
 
-from scbm.closing.certificate_files import certificate_file_text
 from scbm.files import digest_of, load_model
-from scbm.proofcheck import Certificate, Claim, certificate
+from scbm.proofcheck import Certificate, Claim, certificate, certificate_text
 from support.recipe_page import followed
 
 
@@ -18,7 +17,7 @@ def write(directory: Path, *obligations: str) -> None:
     model = load_model(directory / "lamp.yaml")
     claims = tuple(Claim(obligation, "its guard is false") for obligation in obligations)
     argument = vars(certificate)["FalseGuardArgument"]()
-    text = certificate_file_text(Certificate(model.name, digest_of(model), claims, argument), "lamp.yaml")
+    text = certificate_text(Certificate(model.name, digest_of(model), claims, argument), "lamp.yaml")
     (directory / "explode.json").write_text(text, encoding="utf-8")
 
 

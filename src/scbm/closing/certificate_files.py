@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from scbm.files import digest_of, read_file
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.proofcheck import RunsArgument, certificate_text, check_certificate, read_certificate
+from scbm.proofcheck import RunsArgument, check_certificate, read_certificate_file
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -24,10 +24,9 @@ SUFFIX = ".json"
 _HEAD = re.compile(r'\{\s*"scbm_certificate": \d+,\s*"model": "')
 """How a certificate begins."""
 
-_MODEL = re.compile(r'("model": "(?:[^"\\]|\\.)*",)(\s*)')
 _WORD = r'"(?:[^"\\\x00-\x1f]|\\(?:["\\/bfnrt]|u[0-9a-fA-F]{4}))*"'
-_MODEL_FILE = re.compile(rf'"model"\s*:\s*{_WORD}\s*,\s*("model_file"\s*:\s*({_WORD})\s*,)')
-"""What files have beside the certificate."""
+_MODEL_FILE = re.compile(rf'"model"\s*:\s*{_WORD}\s*,\s*"model_file"\s*:\s*({_WORD})\s*,')
+"""The name of the model file in the beginning of a certificate, which may be too large to be read for that alone."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,12 +83,6 @@ class CheckedCertificate:
         return sum(len(situations) for _, situations in argument.runs)
 
 
-def certificate_file_text(certificate: Certificate, model_file: str) -> str:
-    """Return the text of a certificate file; `model_file` is the path of the model relative to it."""
-    entry = f'"model_file": {json.dumps(model_file, ensure_ascii=False)},'
-    return _MODEL.sub(lambda match: f"{match[0]}{entry}{match[2]}", certificate_text(certificate), count=1)
-
-
 def is_certificate_text(text: str) -> bool:
     """Return whether a text begins like a certificate."""
     return _HEAD.match(text) is not None
@@ -114,18 +107,15 @@ def find_certificates(paths: Iterable[Path]) -> tuple[Path, ...]:
 def open_certificate(path: Path) -> CertificateFile:
     """Return the certificate in a file. Raises `InputError` if the file cannot be read, or is no certificate."""
     text = _read(path)
-    named = _MODEL_FILE.search(text)
-    if named is None:
-        return CertificateFile(read_certificate(text, str(path)), path, None)
-    blank = " " * len(named[1])
-    certificate = read_certificate(f"{text[: named.start(1)]}{blank}{text[named.end(1) :]}", str(path))
-    return CertificateFile(certificate, path, normalised(path.parent / json.loads(named[2])))
+    certificate, model_file = read_certificate_file(text, str(path))
+    model_path = None if model_file is None else normalised(path.parent / model_file)
+    return CertificateFile(certificate, path, model_path)
 
 
 def model_path_in(text: str, path: Path) -> Path | None:
     """Return the model file that the text of a certificate names; the text may be its beginning."""
     named = _MODEL_FILE.search(text)
-    return None if named is None else normalised(path.parent / json.loads(named[2]))
+    return None if named is None else normalised(path.parent / str(json.loads(named[1])))
 
 
 def normalised(path: Path) -> Path:

@@ -11,10 +11,11 @@ from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
-from scbm.closing.certificate_files import SUFFIX, certificate_file_text, is_certificate_text, model_path_in, normalised
+from scbm.closing.certificate_files import SUFFIX, is_certificate_text, model_path_in, normalised
 from scbm.closing.summaries import in_few_words
 from scbm.files import FileWriter, open_case, write_case
 from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.proofcheck import certificate_text
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
@@ -67,7 +68,7 @@ def write_output(closing: Closing, directory: Path, model_file: Path, suite: Col
     texts = {cases[made.case.name]: _case_text(made, closing.model, model_file, directory) for made in closing.cases}
     for name, certificate in closing.certificates:
         shown = _seen_from(certificates[name].parent, model_file)
-        texts[certificates[name]] = certificate_file_text(certificate, shown)
+        texts[certificates[name]] = certificate_text(certificate, shown)
     kept = {path.resolve() for path in suite}
     _refuse_to_lose(texts, kept, model_file)
     before = _written_before(directory, model_file)

@@ -10,14 +10,19 @@ import re
 from dataclasses import dataclass, fields
 from fractions import Fraction
 from functools import cache
-from types import UnionType
-from typing import Any, ClassVar, TypeAlias, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, TypeAlias, get_args, get_type_hints
+
+from msgspec import Meta
+
+from scbm.model.json_reader import JsonError, convert_json, read_json_object
 
 VERSION = 1
 """Grows with every change that older nodes do not understand."""
 
 _MAX_CHARACTERS = 8_000_000
-_MOST = 2**63 - 1
+Count: TypeAlias = Annotated[int, Meta(ge=0, le=2**63 - 1)]
+"""A whole number from 0 on that a clock can hold."""
+
 _FRACTION = re.compile(r"[1-9]\d{0,17}(/[1-9]\d{0,17})?", re.ASCII)
 
 
@@ -44,13 +49,13 @@ class Status:
     kind: ClassVar[str] = "status"
     role: str
     node: str
-    version: int
+    version: Count
     model: str
     digest: str
     resources: tuple[str, ...]
     troubles: tuple[str, ...]
     mismatched: tuple[str, ...]
-    since_ns: int
+    since_ns: Count
     words: str
 
 
@@ -143,8 +148,8 @@ class Stepped:
 
     kind: ClassVar[str] = "step"
     run: str
-    number: int
-    at_ns: int
+    number: Count
+    at_ns: Count
     event: dict[str, Any]
 
 
@@ -154,7 +159,7 @@ class Ended:
 
     kind: ClassVar[str] = "ended"
     run: str
-    steps: int
+    steps: Count
     trace: str
 
 
@@ -164,9 +169,9 @@ class Answering:
 
     kind: ClassVar[str] = "answering"
     run: str
-    request: int
+    request: Count
     resource: str
-    job: int
+    job: Count
 
 
 # from the tester to simulated resources
@@ -178,12 +183,12 @@ class React:
 
     kind: ClassVar[str] = "react"
     run: str
-    request: int
+    request: Count
     resource: str
     outcome: str
-    latency_ns: int
+    latency_ns: Count
     measured: dict[str, Any] | None
-    copies: tuple[int, ...]
+    copies: tuple[Count, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,10 +197,10 @@ class Fate:
 
     kind: ClassVar[str] = "fate"
     run: str
-    request: int
+    request: Count
     resource: str
-    job: int
-    copies: tuple[int, ...]
+    job: Count
+    copies: tuple[Count, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,27 +259,26 @@ def decode(text: object) -> Message:
     made, types = shape
     if data.keys() != types.keys():
         raise NotAMessageError(f"a `{kind}` has the fields {', '.join(types)}")
-    wrong = [name for name, type_ in types.items() if not _fits(data[name], type_)]
-    if wrong:
-        raise NotAMessageError(f"`{wrong[0]}` of a `{kind}` is of the wrong sort")
-    values = {name: tuple(value) if isinstance(value, list) else value for name, value in data.items()}
+    values = {name: _field(data[name], name, type_, kind) for name, type_ in types.items()}
     message: Message = made(**values)
     return message
 
 
+def _field(value: object, name: str, type_: Any, kind: object) -> object:  # noqa: ANN401 - a type of any kind
+    try:
+        return convert_json(value, type_)
+    except JsonError as error:
+        raise NotAMessageError(f"`{name}` of a `{kind}` is of the wrong type: {error.message}") from None
+
+
 def read_object(text: object) -> dict[str, Any]:
     """The JSON object that a text is. Raises `NotAMessageError`."""
-    if not isinstance(text, str) or len(text) > _MAX_CHARACTERS:
-        raise NotAMessageError(f"a message is a text of at most {_MAX_CHARACTERS} characters")
+    if not isinstance(text, str):
+        raise NotAMessageError("a message is a text")
     try:
-        data = json.loads(text)
-    except (ValueError, RecursionError):
-        raise NotAMessageError("this is not JSON") from None
-    if not isinstance(data, dict):
-        raise NotAMessageError("a message is a JSON object")
-    if "\\u" in text and not _is_sayable(data):
-        raise NotAMessageError("it has half of a character, or is too deep")
-    return data
+        return read_json_object(text, _MAX_CHARACTERS)
+    except JsonError as error:
+        raise NotAMessageError(error.message) from None
 
 
 def read_fraction(text: str) -> Fraction:
@@ -284,34 +288,11 @@ def read_fraction(text: str) -> Fraction:
     return Fraction(text)
 
 
-def _is_sayable(data: dict[str, Any]) -> bool:
-    """Whether UTF-8 can say it; JSON can say half of a character, and may be as deep as just can be read."""
-    try:
-        json.dumps(data, ensure_ascii=False).encode()
-    except (UnicodeEncodeError, RecursionError):
-        return False
-    return True
-
-
 @cache
 def _shapes() -> dict[str, tuple[Any, dict[str, Any]]]:
     """The class of each kind of message, and the types of its fields."""
     shapes = {}
     for message in get_args(Message):
-        types = get_type_hints(message)
+        types = get_type_hints(message, include_extras=True)
         shapes[message.kind] = (message, {field.name: types[field.name] for field in fields(message)})
     return shapes
-
-
-def _fits(value: Any, type_: Any) -> bool:  # noqa: ANN401 - JSON, and the type that it should have
-    if isinstance(type_, UnionType):
-        return any(_fits(value, part) for part in get_args(type_))
-    if type_ is type(None):
-        return value is None
-    if get_origin(type_) is tuple:
-        return isinstance(value, list) and all(_fits(element, get_args(type_)[0]) for element in value)
-    if get_origin(type_) is dict:
-        return isinstance(value, dict)
-    if type_ is int:
-        return isinstance(value, int) and not isinstance(value, bool) and 0 <= value <= _MOST
-    return isinstance(value, type_)

@@ -16,7 +16,7 @@ from scbm.proofcheck.certificate import (
     ValuesArgument,
 )
 from scbm.proofcheck.certificate_check import check_certificate
-from scbm.proofcheck.certificate_reader import read_certificate
+from scbm.proofcheck.certificate_reader import read_certificate, read_certificate_file
 from scbm.proofcheck.certificate_writer import FORMAT_VERSION, certificate_text
 
 __all__ = [
@@ -34,4 +34,5 @@ __all__ = [
     "certificate_text",
     "check_certificate",
     "read_certificate",
+    "read_certificate_file",
 ]

@@ -18,8 +18,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from scbm.model import BehaviorModel, Value
+    from scbm.model.json_reader import JsonPath
     from scbm.proofcheck.certificate import CertificateFlaw
-    from scbm.proofcheck.certificate_reader import CertificateParts, Path
+    from scbm.proofcheck.certificate_reader import CertificateParts
     from scbm.proofcheck.claimed_obligations import ClaimedObligation
 
 _FACTS = {fact.name.lower(): fact for fact in Fact}
@@ -58,7 +59,7 @@ def json_list(lines: Iterable[str]) -> str:
 
 
 def _read_facts(parts: CertificateParts, document: dict[str, Any]) -> StructureArgument:
-    def fact(value: object, path: Path) -> Fact:
+    def fact(value: object, path: JsonPath) -> Fact:
         if not isinstance(value, str) or value not in _FACTS:
             parts.refuse(path, f"a fact is one of {', '.join(_FACTS)}")
         return _FACTS[value]
@@ -93,10 +94,10 @@ def _write_values(argument: ValuesArgument) -> list[str]:
 
 
 def _read_runs(parts: CertificateParts, document: dict[str, Any]) -> RunsArgument:
-    def situation(value: object, path: Path) -> Situation:
+    def situation(value: object, path: JsonPath) -> Situation:
         return _read_situation(parts, value, path)
 
-    def goal(value: object, path: Path) -> tuple[str, tuple[Situation, ...]]:
+    def goal(value: object, path: JsonPath) -> tuple[str, tuple[Situation, ...]]:
         read = parts.keys(value, ("goal", "situations"), path)
         situations = parts.each(read["situations"], (*path, "situations"), situation)
         return parts.word(read["goal"], (*path, "goal")), situations
@@ -105,7 +106,7 @@ def _read_runs(parts: CertificateParts, document: dict[str, Any]) -> RunsArgumen
     return RunsArgument(variables, parts.each(document["runs"], ("runs",), goal))
 
 
-def _read_situation(parts: CertificateParts, value: object, path: Path) -> Situation:
+def _read_situation(parts: CertificateParts, value: object, path: JsonPath) -> Situation:
     if not isinstance(value, list) or not _MIN_PARTS <= len(value) <= _MAX_PARTS:
         parts.refuse(path, "a situation is a list of values, queue, requests in flight, and what it awaits")
     values = parts.each(value[0], (*path, 0), parts.value)

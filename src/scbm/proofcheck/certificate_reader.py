@@ -1,70 +1,27 @@
-"""Certificates from text. Everything that is wrong with the shape of one is told, with its place.
+"""Reads certificates from JSON, with every error of their shape at once and each with its place.
 
-What a certificate says is not looked at: whether a variable, a value or a claim exists is asked by the check.
-
-Where the values of a JSON text stand. Only asked when something is wrong with them.
+Whether a variable, a value or a claim exists in the model is not a question of shape: the check answers it.
 """
 
 from __future__ import annotations
 
-import json
 import re
-from collections import Counter
-from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model.json_reader import JsonError, line_and_column, quoted, read_json, value_positions
 from scbm.proofcheck.certificate import Certificate, Claim
 from scbm.proofcheck.certificate_arguments import ARGUMENTS
 from scbm.proofcheck.certificate_writer import FORMAT_VERSION
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable
     from typing import TypeVar
 
     from scbm.model import Value
+    from scbm.model.json_reader import JsonPath
 
     Part = TypeVar("Part")
-
-Path: TypeAlias = tuple[str | int, ...]
-"""The keys and indices that lead to a value from the outside."""
-
-_MARK = re.compile(r'"(?:[^"\\]|\\.)*"|[\[\]{}:,]|[^\s\[\]{}:,"]+')
-_LINE_END = re.compile(r"\r\n|\r|\n")
-
-
-def positions(text: str, wanted: Iterable[Path]) -> dict[Path, int]:
-    """The position at which the value at each path begins; `text` is JSON, and has these values."""
-    left = dict.fromkeys(wanted)
-    found: dict[Path, int] = {}
-    path: list[str | int | None] = []  # None where a key comes next
-    for match in _MARK.finditer(text):
-        mark = match[0]
-        if mark in ("]", "}"):
-            path.pop()
-        elif mark == ",":
-            path[-1] = path[-1] + 1 if isinstance(path[-1], int) else None
-        elif path and path[-1] is None:
-            path[-1] = json.loads(mark)
-        elif mark != ":":
-            here = tuple(part for part in path if part is not None)
-            if here in left:
-                found.setdefault(here, match.start())
-                if len(found) == len(left):
-                    break
-            if mark in ("[", "{"):
-                path.append(0 if mark == "[" else None)
-    return found
-
-
-def line_and_column(text: str, position: int) -> tuple[int, int, str]:
-    """The line and the column of a position, both counted from 1, and the text of that line."""
-    begin, number = 0, 1
-    for match in _LINE_END.finditer(text):
-        if match.end() > position:
-            return number, position - begin + 1, text[begin : match.start()]
-        begin, number = match.end(), number + 1
-    return number, position - begin + 1, text[begin:]
-
 
 MAX_CHARACTERS = 256 * 1024 * 1024
 """So large a text is read; it has some hundred thousand situations."""
@@ -75,78 +32,42 @@ MAX_FAULTS = 100
 
 _HEAD = ("scbm_certificate", "model", "digest", "claims", "argument")
 _MAX_NUMBER = 2**63
-_MAX_QUOTED = 60
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 
 
 class _FaultError(Exception):
     """Something is wrong with the value at a path."""
 
-    def __init__(self, path: Path, message: str) -> None:
+    def __init__(self, path: JsonPath, message: str) -> None:
         super().__init__(message)
         self.path = path
         self.message = message
 
 
-class _RefusedError(Exception):
-    """JSON that is none of a certificate, whatever stands around it."""
-
-    def __init__(self, message: str, token: str) -> None:
-        super().__init__(message)
-        self.message = message
-        self.token = token
-
-
 def read_certificate(text: str, file: str = "certificate") -> Certificate:
-    """The certificate that was written as `text`. Raises `InputError`, located in the text."""
+    """Return the certificate in `text`. Raises `InputError`, located in the text."""
+    return read_certificate_file(text, file)[0]
+
+
+def read_certificate_file(text: str, file: str = "certificate") -> tuple[Certificate, str | None]:
+    """Return the certificate in `text`, and the model file that it names, if any. Raises `InputError`, located."""
     text = text.removeprefix("\N{BYTE ORDER MARK}")
-    if len(text) > MAX_CHARACTERS:
-        raise InputError([_diagnostic("this is too large for a certificate", text, file, 0)])
-    document = _document(text, file)
-    reading = CertificateParts()
-    certificate = reading.read(document)
-    if certificate is None:
-        found = positions(text, (fault.path for fault in reading.faults))
-        told = {_diagnostic(f.message, text, file, found.get(f.path, 0)): None for f in reading.faults}
-        raise InputError(sorted(told, key=lambda diagnostic: diagnostic.order))
-    return certificate
-
-
-def _document(text: str, file: str) -> object:
     try:
-        return json.loads(text, object_pairs_hook=_object, parse_float=_not_whole, parse_constant=_not_whole)
-    except json.JSONDecodeError as error:
-        message, position = f"this is not JSON: {error.msg[0].lower()}{error.msg[1:]}", error.pos
-    except _RefusedError as error:
-        message, position = error.message, max(0, text.rfind(error.token))
-    except RecursionError:
-        message, position = "this is nested too deeply for a certificate", 0
-    except ValueError:  # a number with more digits than Python reads
-        message, position = "there is a number that no variable can have", 0
-    raise InputError([_diagnostic(message, text, file, position)])
-
-
-def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    result = dict(pairs)
-    if len(result) < len(pairs):
-        twice = next(key for key, times in Counter(key for key, _ in pairs).items() if times > 1)
-        raise _RefusedError(f"the key {_quoted(twice)} stands twice in one object", json.dumps(twice))
-    return result
-
-
-def _not_whole(token: str) -> NoReturn:
-    raise _RefusedError(f"{_quoted(token)} is no whole number", token)
+        document = read_json(text, MAX_CHARACTERS)
+    except JsonError as error:
+        raise InputError([_diagnostic(error.message, text, file, error.position)]) from None
+    reading = CertificateParts()
+    read = reading.read(document)
+    if read is None:
+        found = value_positions(text, (fault.path for fault in reading.faults))
+        unique = {_diagnostic(f.message, text, file, found.get(f.path, 0)): None for f in reading.faults}
+        raise InputError(sorted(unique, key=lambda diagnostic: diagnostic.order))
+    return read
 
 
 def _diagnostic(message: str, text: str, file: str, position: int) -> Diagnostic:
     line, column, source = line_and_column(text, position)
     return Diagnostic(Slug.BAD_CERTIFICATE, message, Place(file, line, column), source_line=source)
-
-
-def _quoted(word: str) -> str:
-    """A word of the text in a message: on one line, and not all of it if it is long."""
-    shown = word if len(word) <= _MAX_QUOTED else f"{word[:_MAX_QUOTED]}…"
-    return f"`{''.join(c if c.isprintable() else '?' for c in shown)}`"
 
 
 class CertificateParts:
@@ -156,14 +77,15 @@ class CertificateParts:
         self.faults: list[_FaultError] = []
         self._words: dict[str, str] = {}
 
-    def read(self, document: object) -> Certificate | None:
-        """The certificate; `None` if there are faults."""
+    def read(self, document: object) -> tuple[Certificate, str | None] | None:
+        """Return the certificate and the model file that it names, if any; `None` if there are faults."""
         try:
             certificate = self._certificate(document)
+            model_file = self._model_file(document)
         except _FaultError as fault:
             self.faults.append(fault)
             return None
-        return None if self.faults else certificate
+        return None if self.faults else (certificate, model_file)
 
     def _certificate(self, document: object) -> Certificate:
         if not isinstance(document, dict) or "scbm_certificate" not in document:
@@ -175,9 +97,10 @@ class CertificateParts:
             raise _FaultError(("scbm_certificate",), message)
         kind = document.get("argument")
         if not isinstance(kind, str) or kind not in ARGUMENTS:
-            path: Path = ("argument",) if "argument" in document else ()
+            path: JsonPath = ("argument",) if "argument" in document else ()
             raise _FaultError(path, f"the key `argument` says which one it is: {', '.join(ARGUMENTS)}")
-        self.keys(document, (*_HEAD, *ARGUMENTS[kind].keys), ())
+        optional = ("model_file",) if "model_file" in document else ()
+        self.keys(document, (*_HEAD, *optional, *ARGUMENTS[kind].keys), ())
         return Certificate(
             self.word(document["model"], ("model",)),
             self._digest(document["digest"], ("digest",)),
@@ -185,19 +108,26 @@ class CertificateParts:
             ARGUMENTS[kind].read(self, document),
         )
 
+    def _model_file(self, document: object) -> str | None:
+        """Return the path of the model that a document names; certificates outside of files name none."""
+        written = document.get("model_file") if isinstance(document, dict) else None
+        if written is not None and (not isinstance(written, str) or not 0 < len(written) <= MAX_WORD):
+            raise _FaultError(("model_file",), f"the path of a model is a text of 1 to {MAX_WORD} characters")
+        return written
+
     # the parts
 
-    def _digest(self, value: object, path: Path) -> str:
+    def _digest(self, value: object, path: JsonPath) -> str:
         if not isinstance(value, str) or not _DIGEST.fullmatch(value):
             raise _FaultError(path, "a digest has 64 digits, `0` to `9` and `a` to `f`")
         return value
 
-    def _claim(self, value: object, path: Path) -> Claim:
+    def _claim(self, value: object, path: JsonPath) -> Claim:
         claim = self.keys(value, ("obligation", "reason"), path)
         obligation = self.word(claim["obligation"], (*path, "obligation"))
         return Claim(obligation, self.word(claim["reason"], (*path, "reason")))
 
-    def value(self, value: object, path: Path) -> Value:
+    def value(self, value: object, path: JsonPath) -> Value:
         """Return a value of a variable."""
         if isinstance(value, bool):
             return value
@@ -205,9 +135,11 @@ class CertificateParts:
             if abs(value) > _MAX_NUMBER:
                 raise _FaultError(path, "this is a number that no variable can have")
             return value
+        if isinstance(value, float):
+            raise _FaultError(path, f"`{value}` is not a whole number")
         return self.word(value, path)
 
-    def word(self, value: object, path: Path) -> str:
+    def word(self, value: object, path: JsonPath) -> str:
         """A name, a symbol or a reason. The same words come back in every situation, and are kept once."""
         if isinstance(value, str) and value in self._words:
             return self._words[value]
@@ -215,7 +147,7 @@ class CertificateParts:
             raise _FaultError(path, f"here is a text of one line with 1 to {MAX_WORD} characters")
         return self._words.setdefault(value, value)
 
-    def each(self, value: object, path: Path, read: Callable[[Any, Path], Part]) -> tuple[Part, ...]:
+    def each(self, value: object, path: JsonPath, read: Callable[[Any, JsonPath], Part]) -> tuple[Part, ...]:
         """All elements of a list; what is wrong with one of them is kept, and the others are read."""
         if not isinstance(value, list):
             raise _FaultError(path, "here is a list")
@@ -229,7 +161,7 @@ class CertificateParts:
                     raise
         return tuple(parts)
 
-    def keys(self, value: object, keys: tuple[str, ...], path: Path) -> dict[str, Any]:
+    def keys(self, value: object, keys: tuple[str, ...], path: JsonPath) -> dict[str, Any]:
         """Return an object that has exactly these keys."""
         if not isinstance(value, dict):
             raise _FaultError(path, f"here is an object with the keys {', '.join(keys)}")
@@ -238,9 +170,9 @@ class CertificateParts:
                 raise _FaultError(path, f"the key `{key}` is missing")
         for key in value:
             if key not in keys:
-                raise _FaultError((*path, key), f"{_quoted(key)} is not a key here")
+                raise _FaultError((*path, key), f"{quoted(key)} is not a key here")
         return value
 
-    def refuse(self, path: Path, message: str) -> NoReturn:
+    def refuse(self, path: JsonPath, message: str) -> NoReturn:
         """Refuse the value at a path."""
         raise _FaultError(path, message)

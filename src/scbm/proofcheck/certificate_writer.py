@@ -12,12 +12,13 @@ if TYPE_CHECKING:
 FORMAT_VERSION = 1
 
 
-def certificate_text(certificate: Certificate) -> str:
-    """The text that `read_certificate` reads."""
+def certificate_text(certificate: Certificate, model_file: str | None = None) -> str:
+    """Return the text that `read_certificate_file` reads; `model_file` is the path of the model relative to it."""
     claims = [json_text({"obligation": claim.obligation, "reason": claim.reason}) for claim in certificate.claims]
     parts = [
         f'"scbm_certificate": {FORMAT_VERSION}',
         f'"model": {json_text(certificate.model)}',
+        *([] if model_file is None else [f'"model_file": {json_text(model_file)}']),
         f'"digest": {json_text(certificate.digest)}',
         f'"claims": {json_list(claims)}',
         f'"argument": {json_text(certificate.argument.kind)}',

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from scbm.cases.coverage import Obligations
 from scbm.cases.trace import End
 from scbm.files import digest_of, write_model
+from scbm.model.json_reader import convert_json, read_json
 from scbm.store.compressed_logs import unpacked_log
 from scbm.store.history import Drawn, ModelSource, Recipe, StoredRun, Written
 from scbm.store.store_schema import TABLES
@@ -26,6 +27,9 @@ _CASE_COLUMNS = (
     "key, name, goal, model, run, position, setting, seed, number, text, path,"
     " ended, failures, ended_ns, requests, visited, log"
 )
+
+_MAX_JSON_CHARACTERS = 16 * 1024 * 1024
+"""The maximum length of a JSON text in a column; a store that holds a longer one is damaged."""
 
 _OPTIONS = ("network", "requirements", "time_limit_ns")
 
@@ -337,22 +341,24 @@ def _failures_text(verdict: Verdict) -> str | None:
 def _failures(text: str | None) -> tuple[Failure, ...]:
     if text is None:
         return ()
-    return tuple(Failure(FailureKind(kind), subject, message) for kind, subject, message in json.loads(text))
+    written = convert_json(read_json(text, _MAX_JSON_CHARACTERS), list[tuple[FailureKind, str, str]])
+    return tuple(Failure(kind, subject, message) for kind, subject, message in written)
+
+
+@dataclass(frozen=True, slots=True)
+class _WrittenSetting:
+    """The options of a case as a row of `setting` has them in JSON."""
+
+    network: str
+    requirements: tuple[tuple[str, str], ...]
+    time_limit_ns: int | None
+    real: tuple[str, ...] | None = None
 
 
 def _options(text: str) -> Row:
     """Network, requirements, time limit and real resources of a setting."""
-    options: dict[str, Any] = json.loads(text)
-    network, requirements, time_limit_ns = (options[name] for name in _OPTIONS)
-    real = _names(options["real"]) if "real" in options else None
-    return network, tuple((name, sentence) for name, sentence in requirements), time_limit_ns, real
-
-
-def _names(said: object) -> tuple[str, ...]:
-    """The names of resources. Raises `ValueError` if they are none."""
-    if not isinstance(said, list) or not all(isinstance(name, str) for name in said):
-        raise ValueError("these are no names")
-    return tuple(said)
+    written = convert_json(read_json(text, _MAX_JSON_CHARACTERS), _WrittenSetting)
+    return written.network, written.requirements, written.time_limit_ns, written.real
 
 
 def _refuse_another_log(log: bytes | None, recipe: Recipe) -> None:

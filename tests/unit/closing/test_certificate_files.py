@@ -10,14 +10,13 @@ import pytest
 
 from scbm.closing.certificate_files import (
     CertificateFile,
-    certificate_file_text,
     check_file,
     find_certificates,
     is_certificate_text,
     open_certificate,
 )
 from scbm.model import InputError, Slug
-from scbm.proofcheck import RunsArgument, Situation
+from scbm.proofcheck import RunsArgument, Situation, certificate_text
 from support.closings import closing_of
 from support.models import scan_cell
 
@@ -30,7 +29,7 @@ CELL = scan_cell()
 def test_a_certificate_is_read_as_it_was_written(tmp_path: Path, model_file: str, name: str) -> None:
     path = tmp_path / "certificate.json"
     certificate = replace(CERTIFICATE, model=name)
-    path.write_text(certificate_file_text(certificate, model_file), encoding="utf-8")
+    path.write_text(certificate_text(certificate, model_file), encoding="utf-8")
     opened = open_certificate(path)
     assert opened.certificate == certificate
     assert str(opened.required_model_path()) == os.path.normpath(tmp_path / model_file)
@@ -52,7 +51,7 @@ def test_a_path_through_a_link_stays_as_it_is(tmp_path: Path) -> None:
     (tmp_path / "a" / "b").mkdir(parents=True)
     (tmp_path / "link").symlink_to(tmp_path / "a" / "b")
     path = tmp_path / "link" / "x.json"
-    path.write_text(certificate_file_text(CERTIFICATE, "../cell.yaml"), encoding="utf-8")
+    path.write_text(certificate_text(CERTIFICATE, "../cell.yaml"), encoding="utf-8")
     assert open_certificate(path).required_model_path().resolve() == tmp_path / "a" / "cell.yaml"
 
 

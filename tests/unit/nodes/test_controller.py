@@ -512,7 +512,7 @@ def test_a_note_that_is_none_is_dropped_with_a_sentence(note: dict[str, Any]) ->
         await loop.settle()
         first, second = harness.stage.complaints
         assert first.startswith("a note of the tester was dropped: ")
-        assert second == "a message of a tester was dropped: this is not JSON"
+        assert second == "a message of a tester was dropped: this is not JSON: expecting value"
         assert harness.kinds() == ["GoalGiven", "PlanAnswered"]
 
     play(scene)

@@ -697,6 +697,6 @@ def test_a_decision_that_makes_no_sense_is_dropped_with_a_sentence(wrong: Messag
         assert await harness.after(2) == [("run_1-1", True)]
         first, second = harness.stage.complaints
         assert first.startswith(f"a `{wrong.kind}` of a tester was dropped: ")
-        assert second == "a message of a tester was dropped: this is not JSON"
+        assert second == "a message of a tester was dropped: this is not JSON: expecting value"
 
     play(scene)

@@ -690,7 +690,7 @@ def test_answers_to_nothing_are_dropped_with_a_sentence() -> None:
             "a message was dropped: `scan` has no request 0",
             "a message was dropped: `scan` has no request 5",
             "a message was dropped: `another` has no request 1",
-            "a message was dropped: this is not JSON",
+            "a message was dropped: this is not JSON: expecting value",
         ]
         assert not task.done()
         task.cancel()

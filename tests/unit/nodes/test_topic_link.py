@@ -217,7 +217,7 @@ def test_why_nobody_is_there_is_said_if_it_shows() -> None:
 MALFORMED = [
     ("", "not JSON"),
     ("[]", "a JSON object"),
-    ("[" * 100_000, "not JSON"),
+    ("[" * 100_000, "nested too deeply"),
     ("{}", None),
     ('{"id": "run-7"}', "says `succeeded`"),
     ('{"id": "run-7", "succeeded": "yes"}', "says `succeeded`"),
@@ -236,7 +236,7 @@ MALFORMED = [
     ('{"id": "run-٣", "succeeded": true}', "`id` is not that of a request"),
     (json.dumps({"id": "r" * 65 + "-1", "succeeded": True}), "`id` is not that of a request"),
     ('{"succeeded": true, "measured": {}}', "a reply has the `id` of its request"),
-    ('{"id": "run-7", "succeeded": true, "measured": {"a": "\\ud800"}}', "half of a character"),
+    ('{"id": "run-7", "succeeded": true, "measured": {"a": "\\ud800"}}', "half of a surrogate pair"),
 ]
 
 

@@ -112,9 +112,9 @@ def test_the_page_of_messages_shows_how_a_text_is_refused() -> None:
         ('te": 1,', 'te": true,', "1:22 version ? of the format of certificates; this scbm reads version 1"),
         ('"cell"', '""', "2:10 here is a text of one line with 1 to 1000 characters"),
         ('"cell"', '"a\\nb"', "2:10 here is a text of one line with 1 to 1000 characters"),
-        ('"cell"', '"\\ud800"', "2:10 here is a text of one line with 1 to 1000 characters"),
+        ('"cell"', '"\\ud800"', "2:11 here is half of a surrogate pair, which is not a character"),
         ('"cell"', f'"{"x" * 1001}"', "2:10 here is a text of one line with 1 to 1000 characters"),
-        ('"cell"', "[" * 100_000, "1:1 this is nested too deeply for a certificate"),
+        ('"cell"', "[" * 100_000, "1:1 this JSON is nested too deeply"),
         ('"0123', '"012x', "3:11 a digest has 64 digits, `0` to `9` and `a` to `f`"),
         ('"claims"', '"claim"', "1:1 the key `claims` is missing"),
         ('"claims"', '"x": 1, "claims"', "4:6 `x` is not a key here"),
@@ -128,10 +128,10 @@ def test_the_page_of_messages_shows_how_a_text_is_refused() -> None:
         ("[],[]],", "[],{}],", "12:21 here is a list"),
         ("[],[]],", "[],[3]],", "12:22 here is a text of one line with 1 to 1000 characters"),
         ('"home",1', '"home",null', "12:10 here is a text of one line with 1 to 1000 characters"),
-        ('"home",1', '"home",1.5', "12:10 `1.5` is no whole number"),
-        ('"home",1', '"home",NaN', "12:10 `NaN` is no whole number"),
+        ('"home",1', '"home",1.5', "12:10 `1.5` is not a whole number"),
+        ('"home",1', '"home",NaN', "12:10 `NaN` is not a JSON number"),
         ('"home",1', '"home",99999999999999999999', "12:10 this is a number that no variable can have"),
-        ('"home",1', f'"home",{"9" * 5000}', "1:1 there is a number that no variable can have"),
+        ('"home",1', f'"home",{"9" * 5000}', "1:1 this JSON holds a number with too many digits"),
         ('"plan"', '"plans"', "16:42 what a situation awaits is one of nothing, plan, unsolvable, stale, change"),
         ('"goal": "never", ', "", "18:1 the key `goal` is missing"),
     ],
@@ -179,4 +179,4 @@ def test_values_stand_under_their_variables() -> None:
 
 def test_a_text_can_be_too_large(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("scbm.proofcheck.certificate_reader.MAX_CHARACTERS", 100)
-    assert refused(RUNS_TEXT) == ["1:1 this is too large for a certificate"]
+    assert refused(RUNS_TEXT) == ["1:1 the text has more than 100 characters"]

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 from dataclasses import fields
-from typing import Any, get_args
+from functools import cache
+from typing import Any, get_args, get_type_hints
 
 from scbm.cases.trace.records import Record, Trace
-from scbm.model import Diagnostic, InputError, OperationState, Place, Slug
+from scbm.model import Diagnostic, InputError, Place, Slug, Value
+from scbm.model.json_reader import JsonError, convert_json, read_json_object
 
 FORMAT_VERSION = 1
 """The version of the format, as `docs/reference/formats.md` describes it; it grows with every incompatible change."""
@@ -36,6 +38,9 @@ def _record(record: Record) -> dict[str, Any]:
     return written
 
 
+_MAX_LINE_CHARACTERS = 64 * 1024 * 1024
+"""The maximum length of a line of a trace. The state of a model of 100,000 variables takes some 5 million."""
+
 _CLASSES: dict[str, Any] = {record.kind: record for record in get_args(Record)}
 
 
@@ -61,28 +66,28 @@ def _read_record(line: str, place: Place) -> Record:
     if sorted(written) != sorted(names):
         raise _bad(f"a {kind.kind} record has the fields {', '.join(names)}", place)
     try:
-        record: Record = kind(**{name: _value(name, written[name]) for name in names})
-    except (TypeError, ValueError, AttributeError):
-        raise _bad(f"a {kind.kind} record with a field of the wrong type", place) from None
+        record: Record = kind(**{name: _value(name, written[name], kind) for name in names})
+    except JsonError as error:
+        raise _bad(f"a {kind.kind} record with a field of the wrong type: {error.message}", place) from None
     return record
 
 
-def _value(name: str, value: Any) -> Any:  # noqa: ANN401 - JSON; the class of the record declares the types of its fields
+def _value(name: str, value: object, kind: type) -> object:
     if name in PAIRED:
-        return tuple(value.items())
-    if name in ("source", "target"):
-        return OperationState(value)
-    return tuple(value) if isinstance(value, list) else value
+        return tuple(convert_json(value, dict[str, Value]).items())
+    return convert_json(value, _types_of(kind)[name])
+
+
+@cache
+def _types_of(kind: type) -> dict[str, Any]:
+    return get_type_hints(kind)
 
 
 def _object(line: str, place: Place) -> dict[str, Any]:
     try:
-        value = json.loads(line)
-    except ValueError:
-        value = None
-    if not isinstance(value, dict):
-        raise _bad("a line of a trace is a JSON object", place)
-    return value
+        return read_json_object(line, _MAX_LINE_CHARACTERS)
+    except JsonError as error:
+        raise _bad(f"a line of a trace is a JSON object: {error.message}", place) from None
 
 
 def _bad(message: str, place: Place) -> InputError:

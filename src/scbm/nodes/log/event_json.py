@@ -9,12 +9,15 @@ from __future__ import annotations
 import re
 from enum import Enum
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, assert_never
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar, assert_never
+
+from msgspec import Meta
 
 from scbm.cases import Condition, Injection, Reaction, condition_kind
 from scbm.cases.trace import MessageDisturbed, ResourceChanged
 from scbm.files import Scope, Where, parse_predicate
 from scbm.model import InputError, Outcome
+from scbm.model.json_reader import JsonError, convert_json
 from scbm.running import GoalGiven, InjectionGiven, Measured, PlanAnswered, PlanStatus, ReplyArrived, TimePassed
 from scbm.running.simulation import MessageKind
 
@@ -32,6 +35,10 @@ Note: TypeAlias = MessageDisturbed | ResourceChanged
 NETWORK = "network"
 """Who changes a resource if no injection does."""
 
+Count: TypeAlias = Annotated[int, Meta(ge=0)]
+"""A whole number from 0 on."""
+
+_T = TypeVar("_T")
 _Words = TypeVar("_Words", bound=Enum)
 _MESSAGES = tuple(message.value for message in MessageKind)
 _MAX_CHARACTERS = 1_000
@@ -155,37 +162,35 @@ class _JsonFields:
     def _wrong(self, name: str, expected: str) -> ValueError:
         return ValueError(f"`{name}` of {self._what} is not {expected}")
 
+    def typed(self, name: str, type_: type[_T], expected: str) -> _T:
+        """Return a field as a value of a type. Raises `ValueError`, which says what is `expected`."""
+        try:
+            return convert_json(self._data[name], type_)
+        except JsonError as error:
+            raise ValueError(f"`{name}` of {self._what} is not {expected}: {error.message}") from None
+
     def text(self, name: str, most: int | None = _MAX_CHARACTERS) -> str:
-        """A text that can be written as UTF-8."""
-        value = self._data[name]
-        if not isinstance(value, str) or (most is not None and len(value) > most) or not _is_sayable(value):
+        """Return a text that UTF-8 can encode."""
+        value = self.typed(name, str, "a text")
+        if (most is not None and len(value) > most) or not _is_encodable(value):
             raise self._wrong(name, "a text" if most is None else f"a text of at most {most} characters")
         return value
 
     def count(self, name: str) -> int:
-        """A whole number from 0 on."""
-        value = self._data[name]
-        if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-            raise self._wrong(name, "a number from 0 on")
-        return value
+        """Return a whole number from 0 on."""
+        return self.typed(name, Count, "a number from 0 on")
 
     def count_or_none(self, name: str) -> int | None:
-        """The same, or nothing."""
+        """Return a whole number from 0 on, or `None` for `null`."""
         return None if self._data[name] is None else self.count(name)
 
     def truth(self, name: str) -> bool:
-        """True or false."""
-        value = self._data[name]
-        if not isinstance(value, bool):
-            raise self._wrong(name, "true or false")
-        return value
+        """Return true or false."""
+        return self.typed(name, bool, "true or false")
 
     def word(self, name: str, words: type[_Words]) -> _Words:
-        """One of the words of an enumeration."""
-        try:
-            return words(self._data[name])
-        except ValueError:
-            raise self._wrong(name, f"one of {', '.join(str(word.value) for word in words)}") from None
+        """Return a member of an enumeration by its value."""
+        return self.typed(name, words, f"one of {', '.join(str(word.value) for word in words)}")
 
     def resource(self, name: str) -> str:
         """The name of a resource of the model."""
@@ -196,12 +201,10 @@ class _JsonFields:
         raise self._wrong(name, "a resource of the model")
 
     def values(self, name: str) -> Changes:
-        """Names and values, whatever they are."""
-        written = self._data[name]
-        if not isinstance(written, dict) or not all(map(_is_sayable, written)):
-            raise self._wrong(name, "an object of names and values")
-        if not all(isinstance(value, (bool, int)) or _is_sayable(value) for value in written.values()):
-            raise self._wrong(name, "an object whose values are symbols, numbers, true or false")
+        """Return names and values; the model need not know them."""
+        written = self.typed(name, dict[str, bool | int | str], "an object of names and values")
+        if not all(map(_is_encodable, (text for pair in written.items() for text in pair if isinstance(text, str)))):
+            raise self._wrong(name, "an object of names and values that UTF-8 can encode")
         return tuple(written.items())
 
     def assigned(self, name: str) -> Changes:
@@ -214,13 +217,8 @@ class _JsonFields:
         return values
 
     def delivery(self, name: str) -> Delivery | None:
-        """How a message travels."""
-        written = self._data[name]
-        if written is None:
-            return None
-        if not isinstance(written, list) or not all(type(delay) is int and delay >= 0 for delay in written):
-            raise self._wrong(name, "a list of times")
-        return tuple(written)
+        """Return the delays of the copies of a message that arrive, in nanoseconds; `None` for `null`."""
+        return None if self._data[name] is None else self.typed(name, tuple[Count, ...], "a list of times")
 
     def predicate(self, name: str, where: Where) -> Predicate:
         """A predicate over the variables of the model."""
@@ -230,12 +228,10 @@ class _JsonFields:
             raise self._wrong(name, f"a predicate: {error.diagnostics[0].message}") from None
 
 
-def _is_sayable(value: object) -> bool:
-    """Whether it is a text that UTF-8 can say; JSON can say half of a character."""
-    if not isinstance(value, str):
-        return False
+def _is_encodable(text: str) -> bool:
+    """Return whether UTF-8 can encode a text; a peer in this process may hand over half of a surrogate pair."""
     try:
-        value.encode()
+        text.encode()
     except UnicodeEncodeError:
         return False
     return True
@@ -284,13 +280,13 @@ def _condition(data: object, model: BehaviorModel) -> Condition:
 
 def _plan(fields: _JsonFields, _: int) -> Event:
     status = fields.word("status", PlanStatus)
-    plan = fields["plan"]
+    plan = fields.typed("plan", tuple[str, ...], "a list of operations of the model")
     known = frozenset(operation.name for operation in fields.model.operations)
-    if not isinstance(plan, list) or not all(isinstance(name, str) and name in known for name in plan):
+    if not all(name in known for name in plan):
         raise ValueError("`plan` of `plan` is not a list of operations of the model")
     if plan and status is not PlanStatus.SOLVED:
         raise ValueError("there is a plan only where the problem is solved")
-    return PlanAnswered(fields.count("ask"), status, tuple(plan))
+    return PlanAnswered(fields.count("ask"), status, plan)
 
 
 def _time(_: _JsonFields, __: int) -> Event:

@@ -12,12 +12,13 @@ from dataclasses import asdict, dataclass, fields
 from fractions import Fraction
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from scbm.cases.trace import End, run_end
 from scbm.files import read_case, write_case
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.nodes.log.event_json import Note, event_json, reaction_json, read_event, read_reaction
+from scbm.model.json_reader import JsonError, convert_json, read_json_object
+from scbm.nodes.log.event_json import Count, Note, event_json, reaction_json, read_event, read_reaction
 from scbm.running import Runner, RunnerOptions, records_of
 from scbm.running.simulation import Simulated
 
@@ -35,6 +36,8 @@ FORMAT_VERSION = 2
 
 MAX_BYTES = 256 * 1024 * 1024
 """A log may be so large: some millions of steps."""
+
+_T = TypeVar("_T")
 
 _MAX_OF_THE_HEADER = 16 * 1024 * 1024
 _MAX_OF_A_LINE = 1024 * 1024
@@ -341,17 +344,17 @@ class _Header:
         self.trace = self._matched("trace", _DIGEST)
         self.counts = self._count("steps"), self._count("reactions")
 
+    def _typed(self, name: str, type_: type[_T], what: str) -> _T:
+        try:
+            return convert_json(self._said[name], type_)
+        except JsonError as error:
+            raise ValueError(f"`{name}` is not {what}: {error.message}") from None
+
     def _text(self, name: str) -> str:
-        value = self._said[name]
-        if not isinstance(value, str):
-            raise ValueError(f"`{name}` is not a text")  # noqa: TRY004 - it is data
-        return value
+        return self._typed(name, str, "a text")
 
     def _names(self, name: str) -> tuple[str, ...]:
-        value = self._said[name]
-        if not isinstance(value, list) or not all(isinstance(one, str) for one in value):
-            raise ValueError(f"`{name}` is not a list of names")
-        return tuple(value)
+        return self._typed(name, tuple[str, ...], "a list of names")
 
     def _matched(self, name: str, pattern: re.Pattern[str]) -> str:
         value = self._text(name)
@@ -360,10 +363,7 @@ class _Header:
         return value
 
     def _count(self, name: str) -> int:
-        value = self._said[name]
-        if not _is_count(value):
-            raise ValueError(f"`{name}` is not a number of lines")
-        return int(value)
+        return self._typed(name, Count, "a number of lines")
 
     def _end(self) -> End:
         try:
@@ -413,15 +413,10 @@ def _is_count(value: object) -> bool:
 
 def _object(line: str, place: Place, most: int = _MAX_OF_A_LINE) -> dict[str, Any]:
     """The JSON object of a line. Raises `InputError`."""
-    if len(line) > most:
-        raise _bad(f"a line of more than {most} characters", place)
     try:
-        value = json.loads(line)
-    except (ValueError, RecursionError):
-        value = None
-    if not isinstance(value, dict):
-        raise _bad("a line of a log is a JSON object", place)
-    return value
+        return read_json_object(line, most)
+    except JsonError as error:
+        raise _bad(f"a line of a log is a JSON object: {error.message}", place) from None
 
 
 def _bad(message: str, place: Place) -> InputError:
