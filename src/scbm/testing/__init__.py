@@ -1,4 +1,4 @@
-"""Test cases at work: drawing them, running and judging them, making them small, adding up what they visit.
+"""Draws, runs, judges and shrinks test cases, and adds up the obligations that they visit.
 
 Paper, Section VI; semantics 7.
 """

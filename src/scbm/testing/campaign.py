@@ -1,4 +1,4 @@
-"""Many cases, run one by one, judged, measured, and added up (paper, Section VI, steps 4 and 5)."""
+"""Campaigns: many cases, run one by one, judged, and added up (paper, Section VI, steps 4 and 5)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class CaseResult:
-    """What a campaign keeps of a case: neither its trace nor what was drawn, as both can be had again from the case.
+    """The result of a case in a campaign: without trace and draws, which running the case again gives.
 
     Attributes:
         case: the case as it was given.
@@ -46,12 +46,12 @@ class Campaign:
 
     @property
     def simulated_ns(self) -> int:
-        """How long all runs took together, in simulated time."""
+        """The simulated time of all runs together."""
         return sum(result.ended_ns for result in self.results)
 
     @staticmethod
     def of(model: BehaviorModel, results: Iterable[CaseResult]) -> Campaign:
-        """Adds results up."""
+        """Return a campaign with the sum of results."""
         kept = tuple(results)
         visited = tuple((result.case.name, result.visited) for result in kept)
         return Campaign(model, kept, Coverage(Obligations.of(model), visited))

@@ -26,7 +26,7 @@ def campaign_json(
     commands: Sequence[str],
     answers: Sequence[Answers] = (),
 ) -> dict[str, Any]:
-    """The campaign as data that `json` can write; equal campaigns of one seed give equal bytes.
+    """Return the campaign as data that `json` can write; equal campaigns of one seed give equal bytes.
 
     Args:
         campaign: what was run.
@@ -78,7 +78,7 @@ def _small(small: Shrunk) -> dict[str, Any]:
 
 
 def coverage_json(coverage: Coverage) -> dict[str, Any]:
-    """The figures of a coverage, what was missed, and who visited what first."""
+    """Return the figures of a coverage, the missed obligations, and the case that visited each one first."""
     figure = coverage.figure
     visited = {str(obligation): coverage.first_visitor(obligation) for obligation in coverage.obligations}
     return {

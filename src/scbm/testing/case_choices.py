@@ -1,4 +1,4 @@
-"""The choices that a case is made of, each with the case that makes it otherwise."""
+"""The choices of a case, each with the case that lacks it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _Part = TypeVar("_Part")
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """One choice of a case without which it does not fail so.
+    """One choice of a case; without it the case does not fail for the same reason.
 
     Attributes:
         text: what was chosen.
@@ -34,7 +34,7 @@ class Choice:
 
 
 def choices_of(case: Case, model: BehaviorModel) -> Iterator[tuple[Choice, Case]]:
-    """Each choice of a case, and the case without it."""
+    """Yield each choice of a case with the case that lacks it."""
     for variable in model.space:
         value = case.initial[variable.name]
         if value != variable.initial:
@@ -66,7 +66,7 @@ def _set(name: str, value: Value) -> str:
 
 
 def _told(rule: OutcomeRule) -> str:
-    """What a rule says, in words."""
+    """Return a rule of outcomes in words."""
     numbers = f"request {rule.first}" if rule.first == rule.last else f"requests {rule.first} to {rule.last}"
     numbers = f"requests from {rule.first} on" if rule.last is None else numbers
     said = [str(rule.outcome.value)] if rule.outcome is not None else []

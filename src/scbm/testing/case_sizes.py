@@ -1,4 +1,4 @@
-"""How much there is to understand of a failing case."""
+"""The size of a failing case: how much a reader has to understand."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
 
 MESSAGES = ("request", "reply", "cancel")
 SAID = ("latency_ns", "measured", "reply", "request", "cancel", "outcome")
-"""What a rule can say of a request, what is easiest to do without first."""
+"""The fields of a rule, the most dispensable first."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
 class Size:
-    """How much there is to understand of a failing case; compared from the first figure to the last.
+    """The size of a failing case; compared from the first figure to the last.
 
     Attributes:
         operations: how many operations start until it fails.
         faults: injections and faults of the network.
         outcomes: requests that are made to end otherwise than in a plain success.
-        requests: requests of which anything is said.
-        details: everything that is said, and how long the times are.
+        requests: requests with a rule.
+        details: the details of the case, and the length of its times.
         differences: variables that differ from the nominal state.
         goal: 0 for a goal of the model, else the variables that its predicate names.
     """
@@ -46,12 +46,12 @@ class Size:
 
     @property
     def choices(self) -> int:
-        """How many choices the case is made of, beside its goal."""
+        """The number of choices of the case, without its goal."""
         return self.faults + self.requests + self.differences
 
 
 def size_of(execution: Execution, failure: Failure, model: BehaviorModel) -> Size:
-    """The size of a failed run's case."""
+    """Return the size of the case of a failed run."""
     case = execution.case
     outcomes = [rule for rule in case.outcomes if _says_more_than_success(rule)]
     differences = sum(case.initial[v.name] != v.initial for v in model.space)
@@ -69,7 +69,7 @@ def size_of(execution: Execution, failure: Failure, model: BehaviorModel) -> Siz
 
 
 def _operations(execution: Execution, failure: Failure) -> int:
-    """How many operations start until the run fails."""
+    """Return the number of operations that start until the run fails."""
     records: Sequence[object] = execution.trace.records
     if failure.kind is FailureKind.REQUIREMENT:
         found = (v.record for v in execution.violations if v.requirement == failure.subject)
@@ -83,7 +83,7 @@ def _says_more_than_success(rule: OutcomeRule) -> bool:
 
 
 def _details(case: Case) -> int:
-    """Everything that is said and could be left out, and how long the times are, roughly."""
+    """Return the number of details that could be left out, and roughly the length of the times."""
     said = 0
     for rule in case.outcomes:
         said += 2 * sum(getattr(rule, field) is not None for field in SAID) + _length(rule.latency_ns or 0)
@@ -99,5 +99,5 @@ def _details(case: Case) -> int:
 
 
 def _length(time_ns: int) -> int:
-    """How much there is to read of a time: nothing at 0, else the characters that it is written with."""
+    """Return the number of characters of a written time; 0 for no time."""
     return len(format_duration(time_ns)) if time_ns else 0

@@ -1,4 +1,4 @@
-"""Whether a run is what its case expects, and how it differs if it is not."""
+"""Compares a run with the expectations of its case."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ARROW = " → "
 def find_unmet(
     expect: Expectations, end: End, records: Sequence[Record], visited: Sequence[str]
 ) -> Iterator[tuple[str, str]]:
-    """For each expectation that is not met its key in a case file, and what was expected against what happened."""
+    """Yield the key of each expectation that is not met, with the difference between expectation and run."""
     if expect.verdict not in (None, end):
         yield "verdict", f"expected the run to end {_words(expect.verdict)}, and it ended {_words(end)}"
     if expect.plan is not None:
@@ -58,7 +58,7 @@ def _listed(operations: tuple[str, ...]) -> str:
 
 
 def _difference(expected: tuple[str, ...], found: tuple[str, ...]) -> str:
-    """Where two lists part."""
+    """Return the first index at which two lists differ."""
     number = next(
         (n for n, (a, b) in enumerate(zip(expected, found, strict=False)) if a != b), min(len(expected), len(found))
     )
@@ -67,7 +67,7 @@ def _difference(expected: tuple[str, ...], found: tuple[str, ...]) -> str:
 
 
 def _order(expected: tuple[str, ...], records: Sequence[Record]) -> Iterator[str]:
-    """Goes along the completions; the first operation that is not found behind its predecessors is told."""
+    """Return the first operation that does not complete behind its predecessors, as a sentence."""
     completed = [r for r in records if isinstance(r, OperationStepped) and r.target is OperationState.COMPLETED]
     position = 0
     for number, name in enumerate(expected):

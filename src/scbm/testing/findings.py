@@ -1,4 +1,4 @@
-"""What failed in a campaign: cases that fail for one reason are one finding, shown by its smallest case."""
+"""The findings of a campaign: all cases that fail for one reason, shown by the smallest one."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MAX_SHRUNK = 5
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """One reason to fail, and the cases that fail for it; or all that one case expected in vain.
+    """One reason for failures with its cases; or all unmet expectations of one case.
 
     Attributes:
         failures: the reason, as the first case has it; or what the case expected.
@@ -37,12 +37,12 @@ class Finding:
 
     @property
     def failure(self) -> Failure:
-        """The reason, or the first thing that the case expected."""
+        """The reason, or the first unmet expectation."""
         return self.failures[0]
 
 
 def find_causes(tester: Tester, campaign: Campaign, most_shrunk: int = MAX_SHRUNK) -> tuple[Finding, ...]:
-    """The findings of a campaign, those first that came first; at most `most_shrunk` of them with a small case."""
+    """Return the findings of a campaign in the order of their first cases; at most `most_shrunk` are shrunk."""
     shrinker = Shrinker(tester)
     shrunk = 0
     findings = []
@@ -57,7 +57,7 @@ def find_causes(tester: Tester, campaign: Campaign, most_shrunk: int = MAX_SHRUN
 
 
 def _grouped(campaign: Campaign) -> list[Finding]:
-    """Cases that fail for the same reason as one finding each; what a case expects is a reason of its own."""
+    """Group failed cases by reason; the expectations of a case are a reason of their own."""
     findings: list[Finding] = []
     for result in campaign.failed:
         expected = []

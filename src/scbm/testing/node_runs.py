@@ -1,4 +1,4 @@
-"""How a resource answered what it was asked, counted in the traces of runs.
+"""The replies of resources to requests, counted in the traces of runs.
 
 How far a run over nodes was behind its own time.
 
@@ -29,13 +29,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Answers:
-    """What came of the requests to one resource.
+    """The results of the requests to one resource.
 
     Attributes:
         resource: its name.
         sent: how many requests went to it.
-        succeeded: how many of them it carried out, as it said while somebody waited for it.
-        failed: how many it said that it could not carry out.
+        succeeded: the number of successful replies that came in time.
+        failed: the number of replies that reported a failure.
         timed_out: how many it had not answered as the deadline of the operation passed that had sent them.
     """
 
@@ -47,12 +47,12 @@ class Answers:
 
     @property
     def given_up(self) -> int:
-        """How many nobody waited for as long as that: they were cancelled before, or the run ended."""
+        """The number of requests that were cancelled early, or were open when the run ended."""
         return self.sent - self.succeeded - self.failed - self.timed_out
 
     @property
     def is_silent(self) -> bool:
-        """Whether it had to do something, and did nothing. What was given up, it might have done."""
+        """Whether the resource got requests and none of them succeeded; those given up do not count."""
         return self.succeeded == 0 and self.failed + self.timed_out > 0
 
     def after(self, records: Sequence[Record]) -> Answers:
@@ -74,7 +74,7 @@ class Answers:
 
 
 def too_late(records: Sequence[Record], model: BehaviorModel, time_scale: Fraction) -> str | None:
-    """Why a run does not say what the model does: its time was scaled beyond what the machine can do.
+    """Return why a run says nothing about the model: the machine is too slow for its time scale.
 
     That is so if a plan took half of the shortest deadline. `None` if nothing speaks for it.
     """
@@ -94,7 +94,7 @@ def slowest_plan_ns(records: Sequence[Record]) -> int:
 
 
 class RunsCases(Protocol):
-    """What runs a case over nodes: `realtime.Session`."""
+    """The interface of `nodes.Session`, which runs a case over nodes."""
 
     def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
         """Raises `LostError` if the run is not finished."""
@@ -102,7 +102,7 @@ class RunsCases(Protocol):
 
 
 class NodeTester:
-    """Runs cases of one model over nodes. What the nodes do with a case is decided as in a simulation."""
+    """Runs cases of one model over nodes, with the choices of a simulation."""
 
     __test__ = False  # its name looks to pytest like that of a class of tests
 
@@ -111,7 +111,7 @@ class NodeTester:
         self._session = session
 
     def execute(self, case: Case) -> Execution:
-        """Runs one case; it is lost if a node is, or if the machine is too slow for its goal."""
+        """Run one case; it counts as lost if a node is lost, or the machine is too slow for its goal."""
         choices, options = self._tester.choices_of(case), self._tester.options_of(case)
         try:
             done = self._session.run(case, choices, options)

@@ -55,7 +55,7 @@ def draw_network(model: BehaviorModel, origin: Origin) -> Network:
 
 
 class _Draw:
-    """Draws of the kinds that networks are made of."""
+    """Draws numbers, times and probabilities for networks."""
 
     def __init__(self, random: Random) -> None:
         self._random = random
@@ -67,7 +67,7 @@ class _Draw:
         return 1 + int(self._random.random() * most)
 
     def perhaps(self, most: int) -> int:
-        """Nothing, or as often a number from one to `most`."""
+        """Return 0, or with the same probability a number from 1 to `most`."""
         return self.from_one_to(most) if self.coin() else 0
 
     def moment_ns(self) -> int:
@@ -101,8 +101,8 @@ class RandomCases:
         """Raises `InputError` if the model has no goals.
 
         Args:
-            model: what is tested.
-            file: what errors call the model; its name if nothing is said.
+            model: the model under test.
+            file: the name of the model in errors; by default the name that it has.
             network: how messages travel in every case; `None` draws another network for each.
         """
         self.model = model
@@ -136,7 +136,7 @@ class RandomCases:
         return listed[int(random.random() * len(listed))]
 
     def _list(self) -> tuple[State, ...]:
-        """All allowed states, for a predicate that hardly any combination satisfies."""
+        """Return all allowed states, for a predicate that few combinations satisfy."""
         says = f"it says: {self.model.initial_states}"
         if self._initial.combinations > _MAX_LISTED:
             message = f"none of {_TRIES} drawn combinations of random initial values satisfies `initial_states`"

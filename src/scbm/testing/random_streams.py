@@ -1,7 +1,7 @@
-"""Streams of chance: one for each purpose and case, made of the seed and the case's number alone (decision 5).
+"""Random streams: one for each purpose and case, from the seed and the number of the case (decision 5).
 
 So a case is the same whether it is drawn first or last, alone or among a thousand, in this process or in another; and
-what is drawn for one purpose does not shift what is drawn for another.
+draws for one purpose do not shift those for another.
 """
 
 from __future__ import annotations
@@ -14,22 +14,22 @@ if TYPE_CHECKING:
 
 
 def case_stream(origin: Origin) -> Random:
-    """Goal and initial state."""
+    """Return the stream that draws goal and initial state."""
     return _stream("case", origin)
 
 
 def reaction_stream(origin: Origin) -> Random:
-    """How resources react."""
+    """Return the stream that draws the reactions of resources."""
     return _stream("reactions", origin)
 
 
 def fault_stream(origin: Origin) -> Random:
-    """What the faults of the network are like."""
+    """Return the stream that draws the faults of the network."""
     return _stream("faults", origin)
 
 
 def message_stream(origin: Origin) -> Random:
-    """How the messages travel on such a network."""
+    """Return the stream that draws the fate of each message."""
     return _stream("messages", origin)
 
 

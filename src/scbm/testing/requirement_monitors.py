@@ -1,4 +1,4 @@
-"""Whether a run keeps the requirements of its model: checked on every state of its trace (semantics 7.3).
+"""Monitors of requirements: they check every state of a trace (semantics 7.3).
 
 A monitor watches one sentence. It is shown the state at the beginning and after every record that changes a
 variable which it reads, and says what is wrong as soon as something is.
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Violation:
-    """Where a run broke a requirement first.
+    """The first violation of a requirement in a run.
 
     Attributes:
         requirement: its name.
@@ -68,15 +68,15 @@ class RequirementMonitor(Protocol):
 
     @property
     def is_open(self) -> bool:
-        """Whether something that was seen can still lead to a violation, which then begins there."""
+        """Whether an earlier state can still lead to a violation, which then begins there."""
         ...
 
     def see(self, state: Valuation, at_ns: int) -> Finding | None:
-        """What is wrong by now, if anything."""
+        """Return the violation that the state shows, if any."""
         ...
 
     def end(self, at_ns: int) -> Finding | None:
-        """What is wrong at the end of the run, if anything."""
+        """Return the violation that the end of the run shows, if any."""
         ...
 
 
@@ -202,7 +202,7 @@ _refuse_unwatched(FORMS.values())
 
 
 def find_violations(requirements: Sequence[Requirement], records: Sequence[Record]) -> tuple[Violation, ...]:
-    """The first violation of each requirement in a trace, in the order of the requirements."""
+    """Return the first violation of each requirement in a trace, in the order of the requirements."""
     found = (_first_violation(requirement, records) for requirement in requirements)
     return tuple(violation for violation in found if violation is not None)
 
@@ -232,7 +232,7 @@ def _first_violation(requirement: Requirement, records: Sequence[Record]) -> Vio
 def _look(
     monitor: RequirementMonitor, reads: tuple[str, ...], state: dict[str, Value], record: Record
 ) -> Finding | None:
-    """Shows a monitor what a record does to the state, which is brought up to date; nothing before a run starts."""
+    """Apply a record to the state, and let a monitor see the state; do nothing before the run starts."""
     found = None
     if isinstance(record, RunStarted):
         state.update(record.state)

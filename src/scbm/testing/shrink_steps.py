@@ -1,4 +1,4 @@
-"""The ways in which a case gets smaller or plainer: each gives cases to try in the place of one that fails.
+"""The steps of shrinking: each yields smaller or simpler cases to try in place of a failing one.
 
 A step knows nothing of what a case does. It leaves something out, or puts something plainer in its place; whether the
 case still fails is found out by running it.
@@ -32,7 +32,7 @@ def _plainest(case: Case, _: BehaviorModel) -> Iterator[Case]:
 
 
 def _without_parts(case: Case, _: BehaviorModel) -> Iterator[Case]:
-    """Without some of the injections, faults and forced outcomes: first without half of them, in the end one."""
+    """Leave out injections, faults or forced outcomes: first half of them, in the end one."""
     network = case.network
     for kept in _fewer(case.injections):
         yield replace(case, injections=kept)
@@ -45,7 +45,7 @@ def _without_parts(case: Case, _: BehaviorModel) -> Iterator[Case]:
 
 
 def _fewer(parts: tuple[_Part, ...]) -> Iterator[tuple[_Part, ...]]:
-    """The parts without a stretch of them, long stretches first."""
+    """Yield the parts without a slice of them, long slices first."""
     length = len(parts)
     while length:
         for begin in range(0, len(parts), length):
@@ -54,7 +54,7 @@ def _fewer(parts: tuple[_Part, ...]) -> Iterator[tuple[_Part, ...]]:
 
 
 def _plainer_rules(case: Case, _: BehaviorModel) -> Iterator[Case]:
-    """With one thing less said of some requests."""
+    """Leave out one field of a rule."""
     for index, rule in enumerate(case.outcomes):
         for field in SAID:
             if getattr(rule, field) is not None:
@@ -63,7 +63,7 @@ def _plainer_rules(case: Case, _: BehaviorModel) -> Iterator[Case]:
 
 
 def _earlier_rules(case: Case, _: BehaviorModel) -> Iterator[Case]:
-    """With what is said of one request said of an earlier one, and nothing of those between."""
+    """Move the rule of one request to an earlier one, and drop the rules between."""
     for rule in case.outcomes:
         if rule.first != rule.last:
             continue
@@ -117,7 +117,7 @@ def _plainer(injection: Injection) -> Iterator[Injection]:
 
 
 def _plainer_faults(case: Case, _: BehaviorModel) -> Iterator[Case]:
-    """With partitions and restarts that begin and end at rounder times."""
+    """Round the times of partitions and restarts."""
     network = case.network
     if network.latency_ns:
         yield replace(case, network=replace(network, latency_ns=0))
@@ -142,7 +142,7 @@ def _rounder_fault(fault: _Fault) -> Iterator[_Fault]:
 
 
 def _rounder(time_ns: int) -> Iterator[int]:
-    """Nothing at all, then whole seconds, tenths and thousandths, below the time and above it."""
+    """Yield 0, then the time rounded down and up to seconds, tenths and thousandths."""
     if not time_ns:
         return
     yield 0
@@ -153,7 +153,7 @@ def _rounder(time_ns: int) -> Iterator[int]:
 
 
 def _plainer_state(case: Case, model: BehaviorModel) -> Iterator[Case]:
-    """From the nominal state, or one variable nearer to it; or from another state that the model lists."""
+    """Start in the nominal state, or one variable nearer to it; or in another state that the model lists."""
     yield replace(case, initial=model.nominal_state)
     for variable in model.space:
         values = (variable.initial, *(value for value in variable.random if value != variable.initial))
@@ -163,7 +163,7 @@ def _plainer_state(case: Case, model: BehaviorModel) -> Iterator[Case]:
 
 
 def _other_goals(case: Case, model: BehaviorModel) -> Iterator[Case]:
-    """For another goal of the model, or for a part of one."""
+    """Pursue another goal of the model, or a part of one."""
     for name, goal in model.goals:
         if goal != case.predicate:
             yield replace(case, goal=name, predicate=goal)

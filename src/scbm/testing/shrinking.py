@@ -1,4 +1,4 @@
-"""Making a failing case small: what is left fails for the same reason, and each part of it is needed (decision 12).
+"""Shrinks a failing case: the result fails for the same reason, and needs each of its parts (decision 12).
 
 A case is a list of choices: where it begins, what its goal is, each fault, injection and forced outcome. The shrinker
 leaves choices out, all at once, then in halves, then one by one, and puts plainer ones in the place of others. After
@@ -42,7 +42,7 @@ MAX_RECORDS = 500_000
 
 @dataclass(frozen=True, slots=True)
 class Shrunk:
-    """What shrinking came to.
+    """The result of shrinking.
 
     Attributes:
         execution: the small case, run.
@@ -61,7 +61,7 @@ class Shrunk:
 
 
 class Shrinker:
-    """Makes failing cases of one model small."""
+    """Shrinks failing cases of one model."""
 
     def __init__(self, tester: Tester, most_runs: int = MAX_RUNS) -> None:
         self._tester = tester
@@ -77,7 +77,7 @@ class Shrinker:
         return failure.kind not in (FailureKind.EXPECTATION, FailureKind.LOST)
 
     def shrink(self, execution: Execution, failure: Failure, name: str | None = None) -> Shrunk:
-        """The smallest case found that fails as `execution` did.
+        """Return the smallest case found that fails as `execution` did.
 
         Args:
             execution: a failed run.
@@ -119,7 +119,7 @@ def _is_needed(requirement: str, failure: Failure) -> bool:
 
 
 def _said(execution: Execution) -> Case:
-    """The case with everything that was drawn in it, and what is said of several requests said of each of them."""
+    """Return the case with all draws written into it, and one rule for each request."""
     case = execution.case
     if case.origin is not None:
         return execution.closed_case
@@ -135,7 +135,7 @@ def _singles(rule: OutcomeRule) -> Iterator[OutcomeRule]:
 
 
 class _ShrinkSearch:
-    """Runs attempts, keeps those that are smaller and fail alike, and counts."""
+    """Runs attempts, keeps smaller cases that fail for the same reason, and counts."""
 
     def __init__(self, tester: Tester, original: Execution, failure: Failure, most_runs: int) -> None:
         self._tester = tester
@@ -149,11 +149,11 @@ class _ShrinkSearch:
         self.runs = 0
 
     def start(self, case: Case) -> Execution | None:
-        """The closed case, run, if it still fails so."""
+        """Run the closed case; return it if it fails for the same reason."""
         return self._fails(case)
 
     def improve(self, best: Execution, step: Step) -> Execution:
-        """The best that a step leads to, taken again from each better one."""
+        """Repeat a step as long as it leads to a smaller case, and return the smallest."""
         improved = True
         while improved:
             improved = False
@@ -167,7 +167,7 @@ class _ShrinkSearch:
         return best
 
     def _attempt(self, case: Case, best: Execution) -> Execution | None:
-        """The run of a case, if it is better than the best so far."""
+        """Return the run of a case if it is smaller than the smallest so far."""
         if case in self._tried:
             return None
         self._tried[case] = None
@@ -197,7 +197,7 @@ class _ShrinkSearch:
         return execution if self._begins_broken or not _begins_broken(execution, self._failure) else None
 
     def what_matters(self, best: Execution) -> Iterator[Choice]:
-        """Each choice that is left, if the case does not fail so without it."""
+        """Return each remaining choice without which the case does not fail for the same reason."""
         for choice, case in choices_of(best.case, self._model):
             if self._is_over:
                 return
@@ -206,7 +206,7 @@ class _ShrinkSearch:
 
 
 def _begins_broken(execution: Execution, failure: Failure) -> bool:
-    """Whether the state in which the run begins breaks a requirement already."""
+    """Whether the initial state violates a requirement already."""
     first = execution.trace.records[0]  # before it, only an injection can have acted, and that is a reason of its own
     found = [v.record for v in execution.violations if v.requirement == failure.subject]
     return isinstance(first, RunStarted) and 0 in found

@@ -41,7 +41,7 @@ class Execution:
         ended_ns: how long the run took, in time of the run.
         violations: the first violation of each requirement that was broken.
         visited: the obligations that it visited, as bits.
-        unused: what the case says and nothing came of, one sentence each.
+        unused: the clauses of the case that had no effect, one sentence each.
         log: of a real run what happened to the runner; the case alone does not give that run again.
     """
 
@@ -57,7 +57,7 @@ class Execution:
 
     @property
     def result(self) -> CaseResult:
-        """What a campaign keeps of it."""
+        """The result that a campaign keeps."""
         requests = len(self.reactions)
         return CaseResult(self.case, requests, self.verdict, self.ended_ns, self.visited, self.unused)
 
@@ -74,7 +74,7 @@ class Execution:
         return sentence_of(record, nominal)
 
     def _has_lost_or_found(self, record: ResourceChanged) -> bool:
-        """Whether a resource was lost or came back with its node or driver, and not because the case says so."""
+        """Whether a resource was lost or came back with its node or driver, without an injection of the case."""
         injections = [injection.name for injection in self.case.injections]
         restarted = [restart.resource for restart in self.case.network.restarts]
         return self.log is not None and record.injection not in injections and record.resource not in restarted
@@ -86,26 +86,26 @@ class Execution:
 
     @property
     def closed_case(self) -> Case:
-        """The case with all that was decided in its run said: it gives the same trace without anything drawn.
+        """The case with all decisions of its run written into it: it gives the same trace without draws.
 
-        Partitions and restarts stay what they are; all else that the network did is told with the requests.
+        Partitions and restarts stay as they are; all other effects of the network become rules of requests.
         """
         network = Network(partitions=self.case.network.partitions, restarts=self.case.network.restarts)
         return replace(self.case, outcomes=leave_nothing_open(self.reactions), network=network)
 
     @property
     def recorded(self) -> RecordedRun:
-        """What came of the case, to compare a replay with."""
+        """The end and the digest of the run, to compare a replay with."""
         return RecordedRun(self.verdict.end.value, self.digest)
 
     @property
     def recorded_case(self) -> Case:
-        """The closed case, and what came of it."""
+        """The closed case with its end and digest."""
         return replace(self.closed_case, recorded=self.recorded)
 
 
 class Tester:
-    """Runs cases of one model in simulation, and judges them; also those that were run elsewhere, or lost."""
+    """Runs cases of one model in simulation, and judges them; it also judges runs over nodes, and lost ones."""
 
     __test__ = False  # its name looks to pytest like that of a class of tests
 
@@ -121,7 +121,7 @@ class Tester:
         self._plain = PlainReactions()
 
     def execute(self, case: Case, most_records: int | None = None) -> Execution:
-        """Runs one case. What it leaves open is drawn from its origin, or plain if it has none.
+        """Run one case. Open choices are drawn from its origin, or take their defaults if it has none.
 
         Raises:
             TooLongError: more happens than `most_records`.
@@ -134,11 +134,11 @@ class Tester:
     def judged(
         self, case: Case, run: Simulated, reactions: Sequence[Reaction], log: EventLog | None = None
     ) -> Execution:
-        """The verdict on a run, wherever it took place, and what it visited.
+        """Return a run, simulated or over nodes, with its verdict and the obligations that it visited.
 
         Args:
             case: what was run.
-            run: what came of it.
+            run: its end and its records.
             reactions: what happened to its requests, in order.
             log: of a real run what happened to the runner.
         """
@@ -151,7 +151,7 @@ class Tester:
         return Execution(case, tuple(reactions), trace, verdict, run.ended_ns, violations, visited, unused, log)
 
     def lost(self, case: Case, why: str) -> Execution:
-        """A case whose run was not finished, as a node was lost: it failed, and nothing is known of what it visited.
+        """Return a case whose run was not finished, because a node was lost: it failed; its visits are unknown.
 
         Args:
             case: what was run.
@@ -164,7 +164,7 @@ class Tester:
         return self._simulator.options_for(case.limits)
 
     def choices_of(self, case: Case) -> Choices:
-        """What decides about the requests of a case; made anew for every run."""
+        """Return the choices for the requests of a case; made anew for every run."""
         if case.origin is None:
             return Choices(self._plain, case.outcomes, case.network)
         messages = message_stream(case.origin) if case.network.draws else None

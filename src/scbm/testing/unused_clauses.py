@@ -1,4 +1,4 @@
-"""What a case says and nothing came of: injections that never acted, outcomes of requests that were never sent."""
+"""Finds clauses of a case without effect: injections that never acted, outcomes of requests never sent."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def find_unused(case: Case, records: Sequence[Record]) -> tuple[str, ...]:
-    """One sentence for each injection that never acted, name whose later requests were never sent, fault too late."""
+    """Yield a sentence for each injection that never acted, each rule of requests never sent, and each late fault."""
     if not (case.injections or case.outcomes or case.network.partitions or case.network.restarts):
         return ()
     return (*_injections(case, records), *_outcomes(case, records), *_faults(case, records))
@@ -41,7 +41,7 @@ def _outcomes(case: Case, records: Sequence[Record]) -> Iterator[str]:
 
 
 def _faults(case: Case, records: Sequence[Record]) -> Iterator[str]:
-    """Partitions and restarts that begin after the run has ended; drawn ones do as they like."""
+    """Yield the partitions and restarts that begin after the end of the run; drawn ones do not count."""
     if case.origin is not None:
         return
     ended_ns = records[-1].at_ns
@@ -54,7 +54,7 @@ def _faults(case: Case, records: Sequence[Record]) -> Iterator[str]:
 
 
 def _count(records: Sequence[Record]) -> dict[str, int]:
-    """How many requests went to each resource, and were sent while each operation was current."""
+    """Return the number of requests to each resource, and of requests during each operation."""
     sent: dict[str, int] = {}
     operation: str | None = None
     for record in records:

@@ -48,7 +48,7 @@ class Failure:
         return self.message
 
     def is_like(self, other: Failure) -> bool:
-        """Whether the reason is the same, though the moment and the values may differ."""
+        """Whether the reason is the same; time and values may differ."""
         return self.kind is other.kind and self.subject == other.subject
 
 
@@ -66,13 +66,13 @@ class Verdict:
 
     @property
     def passed(self) -> bool:
-        """Whether there is nothing to complain of."""
+        """Whether the case passed."""
         return not self.failures
 
 
 @dataclass(frozen=True, slots=True)
 class Outcomes:
-    """What a verdict is made of, all of one run.
+    """The parts of a run that its verdict depends on.
 
     Attributes:
         end: how it ended.
@@ -80,7 +80,7 @@ class Outcomes:
         reactions: what happened to its requests.
         violations: the requirements that were broken.
         visited: the names of the obligations that it visited.
-        real: the resources that were real: what these did, nobody made them do.
+        real: the real resources, whose behaviour the tester did not cause.
     """
 
     end: End
@@ -92,12 +92,12 @@ class Outcomes:
 
 
 def lost(why: str) -> Verdict:
-    """The verdict on a case whose run was not finished; `why` is a clause."""
+    """Return the verdict on a case whose run was not finished; `why` is a clause."""
     return Verdict(End.LOST, (Failure(FailureKind.LOST, End.LOST.value, f"the run was not finished: {why}"),))
 
 
 def judge(case: Case, run: Outcomes) -> Verdict:
-    """The verdict on a run: what it ended in, what went wrong, and whether anything was made to go wrong."""
+    """Return the verdict on a run, from its end, its violations, and the faults that were caused."""
     return Verdict(run.end, tuple(_failures(case, run)))
 
 
@@ -117,10 +117,10 @@ def _failures(case: Case, run: Outcomes) -> Iterator[Failure]:
 
 
 def _disturbed(case: Case, run: Outcomes) -> bool:
-    """Whether anything was made to go wrong: an injection, a fault of the network, a failure, a missing reply.
+    """Whether a fault was caused: an injection, a fault of the network, a failure, or a missing reply.
 
     Over nodes, one that simulates a resource may be lost and come back, though the case does not say so. That a message
-    or a reaction takes its time is no fault. Nobody makes a real resource go wrong (decision 30).
+    or a slow reaction is no fault. A real resource has no caused faults (decision 30).
     """
     if case.injections or case.network.partitions or case.network.restarts:
         return True
@@ -128,7 +128,7 @@ def _disturbed(case: Case, run: Outcomes) -> bool:
 
 
 def _went_wrong(run: Outcomes) -> Iterator[str]:
-    """The resources that failed, gave no reply, or were lost, and those of which messages were."""
+    """Return the resources that failed, sent no reply, or were lost, and those that lost messages."""
     for record in run.records:
         if isinstance(record, ResourceChanged) and record.injection == "network":
             yield record.resource
@@ -140,7 +140,7 @@ def _went_wrong(run: Outcomes) -> Iterator[str]:
 
 
 def _but_for_real(run: Outcomes) -> str:
-    """What real resources did, to be said behind a sentence."""
+    """Return the faults of real resources, as the end of a sentence."""
     names = [f"`{name}`" for name in dict.fromkeys(_went_wrong(run))]
     if not names:
         return ""

@@ -35,7 +35,7 @@ class WrittenCase:
 
 
 def find_case_files(paths: Iterable[Path]) -> tuple[Path, ...]:
-    """The case files that paths lead to: files as they are, and all YAML files below directories but models.
+    """Return the case files of paths: files as they are, and all YAML files below directories except models.
 
     Files below a directory come in the order of their paths; what begins with a dot is passed over.
 
@@ -72,7 +72,7 @@ def _is_model(path: Path) -> bool:
 
 
 def load_suite(paths: Iterable[Path], model: BehaviorModel) -> tuple[WrittenCase, ...]:
-    """The cases in files, for a model. Raises `InputError` with all that is wrong with all of them."""
+    """Return the cases in files, for a model. Raises `InputError` with the errors of all files."""
     wrong: list[Diagnostic] = []
     cases: dict[str, WrittenCase] = {}
     for path in find_case_files(paths):

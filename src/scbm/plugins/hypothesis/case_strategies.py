@@ -1,4 +1,4 @@
-"""Whole cases."""
+"""Strategies for whole cases."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def cases(  # noqa: PLR0913 - the parts of a case
     network: bool | SearchStrategy[Network] = False,
     requirements: Mapping[str, str] | None = None,
 ) -> SearchStrategy[Case]:
-    """Cases of a model. Of the one that fails Hypothesis shows the case file, which can be saved and kept.
+    """Return a strategy for cases of a model. Hypothesis shows a failing one as a case file, which can be saved.
 
     Nothing is left to chance in them but the fate of messages, if the network says so; then a seed is drawn, too.
 
@@ -99,7 +99,7 @@ def _read(requirements: Mapping[str, str], model: BehaviorModel) -> tuple[Requir
 
 
 class _File:
-    """The file of a case, written only when it is shown: of the smallest case that fails."""
+    """The file of a case, written only when Hypothesis shows it: for the smallest failing case."""
 
     def __init__(self, case: Case, model: BehaviorModel) -> None:
         self._case = case
@@ -110,7 +110,7 @@ class _File:
 
 
 def _show(case: Case, printer: RepresentationPrinter, cycle: bool) -> None:  # noqa: ARG001, FBT001 - as the printer calls it
-    """A case in the report of Hypothesis: its file is told beside it, and says all."""
+    """A case in the report of Hypothesis, which shows its file."""
     printer.text(f"<case {case.name}: goal {case.goal}>")
 
 

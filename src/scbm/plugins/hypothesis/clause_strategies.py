@@ -1,4 +1,4 @@
-"""What the tester changes on the way.
+"""Strategies for the parts of cases: goals, initial states, injections, networks, outcomes.
 
 One of several things.
 
@@ -152,7 +152,7 @@ def injections(model: BehaviorModel) -> SearchStrategy[tuple[Injection, ...]]:
 
 
 def _target(injection: Injection, model: BehaviorModel) -> str:
-    """What an injection acts on. The states of operations count as one, as in a transition."""
+    """Return the target of an injection. The states of all operations are one target, as in a transition."""
     if injection.resource is not None:
         return f"resource {injection.resource}"
     name, _ = injection.assign[0]
@@ -161,7 +161,7 @@ def _target(injection: Injection, model: BehaviorModel) -> str:
 
 
 def _numbered_injections(drawn: Sequence[Injection]) -> tuple[Injection, ...]:
-    """With the names that injections have in a file that names none."""
+    """Give injections the names that they have in a file without names."""
     return tuple(replace(one, name=f"injection_{number}") for number, one in enumerate(drawn, start=1))
 
 
@@ -247,7 +247,7 @@ _MS_NS = 1_000_000
 
 
 def outcomes(model: BehaviorModel) -> SearchStrategy[tuple[OutcomeRule, ...]]:
-    """What becomes of the first requests to each resource: any outcome, a latency that it may have, measured values.
+    """Rules for the first requests to each resource: any outcome, a possible latency, measured values.
 
     Shrinks towards saying nothing, so that all requests succeed. An outcome whose share is 0 is drawn, too: to bring
     about what chance does not is what cases are for.
@@ -261,7 +261,7 @@ def _rules(resource: Resource) -> SearchStrategy[tuple[OutcomeRule, ...]]:
 
 
 def _numbered(rules: Sequence[OutcomeRule]) -> tuple[OutcomeRule, ...]:
-    """The rules of the first, second, … request, without those that say nothing."""
+    """Return the rules of the first, second, … request, without empty ones."""
     numbered = (
         (rule, OutcomeRule(rule.subject, number, number, rule.outcome, rule.latency_ns, rule.measured))
         for number, rule in enumerate(rules, start=1)
@@ -270,7 +270,7 @@ def _numbered(rules: Sequence[OutcomeRule]) -> tuple[OutcomeRule, ...]:
 
 
 def _rule(resource: Resource) -> SearchStrategy[OutcomeRule]:
-    """What is said of one request; nothing, if it is a plain success."""
+    """Return the rule of one request; `None` for a default success."""
     latencies = st.none() | _latencies(resource.simulation.latency)
     measured = st.none() | _measured(resource) if resource.simulation.measured else st.none()
 
@@ -292,7 +292,7 @@ def _latencies(latency: Latency) -> SearchStrategy[int]:
 
 
 def _measured(resource: Resource) -> SearchStrategy[Changes]:
-    """A value for each variable that the resource measures, of those that it is said to measure."""
+    """A value for each measured variable of the resource, among its declared values."""
     listed = resource.simulation.measured
     values: list[SearchStrategy[tuple[str, Value]]] = [_named(name, choices) for name, choices in listed]
     return st.tuples(*values)

@@ -26,10 +26,10 @@ _SUFFIXES = (".yaml", ".yml")
 _SNIFFED_BYTES = 65_536
 
 _MAY_BE_CASE = re.compile(rb"^[^\w\r\n]*(case|goal)\b", re.MULTILINE | re.IGNORECASE)
-"""True of every case. Only of what it is true of the reader of cases is asked, as loading that takes its time."""
+"""Matches every case file. Only matching files are read, because loading the reader takes long."""
 
 _OUTPUT = "scbm"
-"""The key under which a worker of pytest-xdist hands over what it ran."""
+"""The key under which a worker of pytest-xdist sends its results."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -77,17 +77,17 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
 
 @pytest.fixture(scope="module")  # not for each function, as Hypothesis calls a test many times in one of these
 def scbm_model(request: pytest.FixtureRequest) -> Callable[..., ModelUnderTest]:
-    """`scbm_model(path)`: a model to run cases of; the path is seen from the directory of the test file.
+    """Return `scbm_model(path)`, which loads a model; the path is relative to the directory of the test file.
 
     Without a path it is the model of the configuration.
     """
     from scbm.plugins.pytest.fixture import factory
 
-    return factory(bench_of(request.config), request.path.parent)
+    return factory(models_of(request.config), request.path.parent)
 
 
-def bench_of(config: pytest.Config) -> SessionModels:
-    """The models of a session and what they ran, made when it is asked for first."""
+def models_of(config: pytest.Config) -> SessionModels:
+    """Return the models of a session with their results; made at the first call."""
     if _BENCH not in config.stash:
         from scbm.plugins.pytest.session_models import SessionModels
 
@@ -97,54 +97,54 @@ def bench_of(config: pytest.Config) -> SessionModels:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node: Any) -> None:  # noqa: ANN401 - pytest-xdist has no types, and may not be there
-    """Takes over what a worker of pytest-xdist ran."""
+    """Add the results of a worker of pytest-xdist."""
     packed = getattr(node, "workeroutput", {}).get(_OUTPUT)
     if packed is not None:
-        bench_of(node.config).ledger.unpack(packed)
+        models_of(node.config).results.unpack(packed)
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Hands over what was run, or judges the coverage of it."""
+    """Send the results to the main process, or judge their coverage."""
     config = session.config
-    bench = config.stash.get(_BENCH, None)
-    if bench is not None:
-        bench.ledger.place(session)
+    models = config.stash.get(_BENCH, None)
+    if models is not None:
+        models.results.place(session)
     output = getattr(config, "workeroutput", None)
     if output is not None:
-        if bench is not None:
-            output[_OUTPUT] = bench.ledger.pack()
+        if models is not None:
+            output[_OUTPUT] = models.results.pack()
         return
     _keep(session)
     if _judges(config) and session.exitstatus in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED):
         from scbm.plugins.pytest.summary import find_shortfalls
 
-        if find_shortfalls(bench_of(config)):
+        if find_shortfalls(models_of(config)):
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    """The coverability report, and what falls short of it."""
+    """Write the coverability report, and the models that miss their threshold."""
     if config.stash.get(_BENCH, None) is None and not _judges(config):
         return
     if hasattr(config, "workeroutput"):
         return
     from scbm.plugins.pytest.summary import summarize
 
-    summarize(bench_of(config), terminalreporter, judged=_judges(config))
+    summarize(models_of(config), terminalreporter, judged=_judges(config))
     for line in config.stash.get(_STORED, []):
         is_wrong = line.startswith("FAIL ")
         terminalreporter.write_line(line, bold=is_wrong, red=is_wrong)
 
 
 def _keep(session: pytest.Session) -> None:
-    """Adds what was run to the store that is asked for; the session fails if it cannot."""
+    """Add the results to the store; the session fails if that is not possible."""
     config = session.config
     file: str | None = config.getoption("--scbm-store")
     if file is None or config.getoption("collectonly"):
         return
     from scbm.plugins.pytest.summary import keep
 
-    said, is_well = keep(config, list(bench_of(config).ledger.parts()), file)
+    said, is_well = keep(config, list(models_of(config).results.parts()), file)
     config.stash[_STORED] = said
     if not is_well and session.exitstatus in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED

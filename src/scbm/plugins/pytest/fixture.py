@@ -28,23 +28,23 @@ _FILE = "model.run(…)"
 """What errors call the arguments of a run."""
 
 
-def factory(bench: SessionModels, directory: Path) -> Callable[..., ModelUnderTest]:
-    """What the fixture gives to the tests of a directory."""
+def factory(models: SessionModels, directory: Path) -> Callable[..., ModelUnderTest]:
+    """Return the value of the fixture for the tests of a directory."""
     counts: Counter[str] = Counter()
 
     def scbm_model(path: str | os.PathLike[str] | None = None) -> ModelUnderTest:
-        """The model in a file, seen from the directory of the test; that of the configuration, if none is named.
+        """Return the model in a file, relative to the directory of the test; by default that of the configuration.
 
         Raises `InputError` with everything that is wrong with the file.
         """
         __tracebackhide__ = True
-        file = (bench.model_of_all or bench.model_of_others) if path is None else directory / path
+        file = (models.model_of_all or models.model_of_others) if path is None else directory / path
         if file is None:
             message = "no model is named, neither here nor in the configuration"
             remedy = 'write `scbm_model("<path>")`, or set `scbm_model` in the configuration of pytest'
             raise InputError([Diagnostic(Slug.MODEL_MISSING, message, Place("scbm_model()"), remedy)])
         try:
-            return ModelUnderTest(bench, bench.load(file), counts)
+            return ModelUnderTest(models, models.load(file), counts)
         except InputError as error:
             raise InputError(error.diagnostics) from None
 
@@ -52,10 +52,10 @@ def factory(bench: SessionModels, directory: Path) -> Callable[..., ModelUnderTe
 
 
 class ModelUnderTest:
-    """A model whose cases tests run. What they run counts into the coverage of the session."""
+    """A model whose cases tests run. They count for the coverage of the session."""
 
-    def __init__(self, bench: SessionModels, loaded: LoadedModel, counts: Counter[str]) -> None:
-        self._bench = bench
+    def __init__(self, models: SessionModels, loaded: LoadedModel, counts: Counter[str]) -> None:
+        self._models = models
         self._loaded = loaded
         self._counts = counts
 
@@ -68,14 +68,14 @@ class ModelUnderTest:
         return self._loaded.behavior
 
     def run(self, case: Case | None = None, /, **keys: object) -> Execution:
-        """Runs a case, whether it passes or not.
+        """Run a case, and return its result, passed or failed.
 
         Args:
-            case: the case; if it is missing, the keys say it.
+            case: the case; by default the case of the keyword arguments.
             keys: the keys of a case file: `goal`, `initial`, `outcomes`, `injections`, `network`, …
 
         Raises:
-            InputError: the keys do not say a case of this model; with everything that is wrong.
+            InputError: the keyword arguments are no case of this model; with all errors.
         """
         __tracebackhide__ = True
         if case is not None and keys:
@@ -89,7 +89,7 @@ class ModelUnderTest:
             raise InputError(error.diagnostics) from None
 
     def check(self, case: Case | None = None, /, **keys: object) -> Execution:
-        """The same as `run`, but raises `AssertionError` if the case fails, which says why and shows it."""
+        """Run a case. Raises `AssertionError` with the reason and the timeline if it fails."""
         __tracebackhide__ = True
         execution = self.run(case, **keys)
         if not execution.verdict.passed:
@@ -109,13 +109,13 @@ class ModelUnderTest:
             raise ValueError(f"{cases} cases cannot be run")
         seed, test = index(seed), _current_test()
         drawn = RandomCases(self.behavior, self._loaded.shown).first(cases, seed)
-        return tuple(self._bench.run(self._loaded, case, test, ModelResults.RANDOM) for case in drawn)
+        return tuple(self._models.run(self._loaded, case, test, ModelResults.RANDOM) for case in drawn)
 
     def _execute(self, case: Case, test: str) -> Execution:
-        return self._bench.run(self._loaded, case, test, ModelResults.TEST)
+        return self._models.run(self._loaded, case, test, ModelResults.TEST)
 
     def _read(self, keys: dict[str, object], test: str) -> Case:
-        """The case that keys say, read as a file is: each key is a line of it."""
+        """Return the case of keyword arguments, read as a file in which each key is a line."""
         said = {"case": self._name(test)} | keys
         return read_case("".join(_line(key, value) for key, value in said.items()), self.behavior, _FILE)
 
@@ -131,7 +131,7 @@ class ModelUnderTest:
 
 
 def _line(key: str, value: object) -> str:
-    """A key with its value. JSON is YAML, and looks like the Python that was written."""
+    """Return a key with its value as YAML: JSON, which looks like the Python of the test."""
     written = json.dumps(value, ensure_ascii=False, default=str)
     return f"{key if key.isidentifier() else json.dumps(key)}: {written}\n"
 

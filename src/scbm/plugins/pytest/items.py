@@ -10,7 +10,7 @@ import pytest
 
 from scbm.files import is_case_text, open_case
 from scbm.model import InputError
-from scbm.plugins.pytest import bench_of
+from scbm.plugins.pytest import models_of
 from scbm.plugins.pytest.session_results import ModelResults
 from scbm.reports import told_failures
 
@@ -37,7 +37,7 @@ def collect_case(path: Path, head: str, parent: pytest.Collector) -> pytest.Coll
 
 
 class CaseFailedError(Exception):
-    """A case failed; says all that a person needs."""
+    """A case failed; the message has the reason and the command that shows the run."""
 
 
 class PytestCaseFile(pytest.File):
@@ -47,26 +47,26 @@ class PytestCaseFile(pytest.File):
     """The line in which the case begins, counted from 0."""
 
     def collect(self) -> Iterator[pytest.Item]:
-        """The case. What is wrong with the file is said when it is run, so that it stops no other case."""
-        bench = bench_of(self.config)
+        """Yield the case. Errors of the file are raised when the case is run, so that other cases still run."""
+        models = models_of(self.config)
         name, document = self.path.stem, None
         wrong: InputError | None = None
         model: Path | None = None
         try:
-            document = open_case(bench.shown(self.path))
+            document = open_case(models.shown(self.path))
             name = document.name if document.name.isprintable() else name
-            model = _model_path(document, bench)
+            model = _model_path(document, models)
         except InputError as error:
             wrong = error
         yield CaseItem.from_parent(self, name=name, document=document, model=model, wrong=wrong, line=self.line)
 
 
-def _model_path(document: CaseDocument, bench: SessionModels) -> Path:
-    """Where the model is, as an absolute path. Raises `InputError` if nothing says it."""
-    path = bench.model_of_all
+def _model_path(document: CaseDocument, models: SessionModels) -> Path:
+    """Return the absolute path of the model. Raises `InputError` if neither file nor configuration names one."""
+    path = models.model_of_all
     if path is None and document.model_path is None:
-        path = bench.model_of_others
-    return path or bench.config.invocation_params.dir / document.required_model_path()
+        path = models.model_of_others
+    return path or models.config.invocation_params.dir / document.required_model_path()
 
 
 class CaseItem(pytest.Item):
@@ -86,7 +86,7 @@ class CaseItem(pytest.Item):
         Args:
             document: the file, unless it is no YAML.
             model: the file of the model, unless there is none.
-            wrong: what is wrong with the file by now.
+            wrong: the errors of the file so far.
             line: where the case begins, counted from 0.
             node: what all items are made of.
         """
@@ -100,20 +100,20 @@ class CaseItem(pytest.Item):
         """Runs the case. Raises `CaseFailedError`, or `InputError` if the case or its model is wrong."""
         if self._wrong is not None or self._document is None or self._model is None:
             raise InputError(self._wrong.diagnostics if self._wrong is not None else ())
-        bench = bench_of(self.config)
-        loaded = bench.load(self._model)
+        models = models_of(self.config)
+        loaded = models.load(self._model)
         case = self._document.read(loaded.behavior)
-        execution = bench.run(loaded, case, self.nodeid, ModelResults.FILE)
+        execution = models.run(loaded, case, self.nodeid, ModelResults.FILE)
         if not execution.verdict.passed:
             lines = [text.plain for text in told_failures(loaded.behavior, execution)]
-            raise CaseFailedError("\n".join([*lines, f"again: {self._command(bench, loaded)}"]))
+            raise CaseFailedError("\n".join([*lines, f"again: {self._command(models, loaded)}"]))
 
-    def _command(self, bench: SessionModels, loaded: LoadedModel) -> str:
-        """What shows the run again."""
-        command = f"scbm replay {shlex.quote(bench.shown(self.path))}"
+    def _command(self, models: SessionModels, loaded: LoadedModel) -> str:
+        """Return the command that shows the run again."""
+        command = f"scbm replay {shlex.quote(models.shown(self.path))}"
         assert self._document is not None  # noqa: S101 - it was run
         named = self._document.model_path
-        is_named = named is not None and (bench.config.invocation_params.dir / named).resolve() == loaded.path
+        is_named = named is not None and (models.config.invocation_params.dir / named).resolve() == loaded.path
         return command if is_named else f"{command} --model {shlex.quote(loaded.shown)}"
 
     def repr_failure(self, excinfo: ExceptionInfo[BaseException], style: Any = None) -> str | TerminalRepr:  # noqa: ANN401 - as pytest declares it
@@ -128,5 +128,5 @@ class CaseItem(pytest.Item):
         return shown
 
     def reportinfo(self) -> tuple[Path, int, str]:
-        """Where the case begins, and what it is called."""
+        """Return the line at which the case begins, and its name."""
         return self.path, self._line, f"case {self.name}"

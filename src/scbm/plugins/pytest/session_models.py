@@ -1,4 +1,4 @@
-"""The models of a session, each loaded once, and the running of their cases."""
+"""Loads each model of a session once, and runs its cases."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class LoadedModel:
-    """A model, where it came from, and what runs its cases.
+    """A model with its file and its tester.
 
     Attributes:
         path: the file, resolved.
-        shown: the file as people are told of it.
+        shown: the file as messages show it.
         behavior: the model.
         tester: runs its cases.
     """
@@ -39,15 +39,15 @@ class LoadedModel:
 
 
 class SessionModels:
-    """Loads models, runs cases, and keeps what came of them."""
+    """Loads models, runs cases, and keeps the results."""
 
     def __init__(self, config: pytest.Config) -> None:
         self.config = config
-        self.ledger = SessionResults()
+        self.results = SessionResults()
         self._loaded: dict[Path, LoadedModel | InputError] = {}
 
     def shown(self, path: Path) -> str:
-        """A path as people would write it: seen from where pytest was called, if it is below that."""
+        """Return a path relative to the directory in which pytest was called, if it is below it."""
         directory = self.config.invocation_params.dir
         plain = Path(os.path.normpath(path))
         path = plain if plain.resolve() == path.resolve() else path  # `..` behind a link may lead elsewhere
@@ -55,13 +55,13 @@ class SessionModels:
 
     @property
     def model_of_all(self) -> Path | None:
-        """The model of all cases, if the command line says one."""
+        """The model of all cases, if the command line names one."""
         path: str | None = self.config.getoption("--scbm-model")
         return None if path is None else self.config.invocation_params.dir / path
 
     @property
     def model_of_others(self) -> Path | None:
-        """The model of cases that name none, if the configuration says one."""
+        """The model of cases that name none, if the configuration names one."""
         path: str | None = self.config.getini("scbm_model")
         if not path:
             return None
@@ -89,5 +89,5 @@ class SessionModels:
     def run(self, loaded: LoadedModel, case: Case, test: str, group: ModelResults) -> Execution:
         """Runs a case on behalf of a test."""
         execution = loaded.tester.execute(case)
-        self.ledger.add(loaded, test, group, execution.result)
+        self.results.add(loaded, test, group, execution.result)
         return execution

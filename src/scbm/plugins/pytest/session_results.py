@@ -1,4 +1,4 @@
-"""What was run in a session, or in one worker of it: model by model, in the order of the tests."""
+"""The results of a session, or of one of its workers: by model, in the order of the tests."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class TestResult:
         test: the node id of the test that ran it.
         number: which case of its process it is.
         group: where the case comes from.
-        result: what came of it.
+        result: its result.
         position: which of all tests its test is, once that is known.
     """
 
@@ -54,10 +54,10 @@ class SessionPart:
     """All cases of one model.
 
     Attributes:
-        file: the model file, as people are told of it.
+        file: the model file, as messages show it.
         path: the same, resolved.
         entries: the cases, in the order of the tests.
-        campaign: what came of the cases.
+        campaign: the results of the cases.
         groups: how many cases came from where.
     """
 
@@ -69,7 +69,7 @@ class SessionPart:
 
 
 class SessionResults:
-    """Keeps results. Those of the workers of pytest-xdist come in as one text for each."""
+    """Keeps results. Each worker of pytest-xdist sends its results as one text."""
 
     def __init__(self) -> None:
         self._models: dict[str, tuple[str, BehaviorModel]] = {}
@@ -82,7 +82,7 @@ class SessionResults:
         self._entries.append(TestResult(key, test, len(self._entries), group, result))
 
     def place(self, session: pytest.Session) -> None:
-        """Notes the positions of tests, so that the order is the same however the tests were spread."""
+        """Note the positions of tests, so that the order does not depend on the distribution over workers."""
         items: list[pytest.Item] = getattr(session, "items", [])
         positions = {item.nodeid: position for position, item in enumerate(items)}
         self._entries = [
@@ -91,11 +91,11 @@ class SessionResults:
         ]
 
     def pack(self) -> bytes:
-        """All of it, for another process."""
+        """Return all results as a text for another process."""
         return pickle.dumps((self._models, self._entries))
 
     def unpack(self, packed: bytes) -> None:
-        """Adds what another process packed."""
+        """Add the results that another process packed."""
         models, entries = pickle.loads(packed)  # noqa: S301 - it comes from a worker that this session started
         self._models = models | self._models
         self._entries += entries

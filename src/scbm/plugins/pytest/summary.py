@@ -1,4 +1,4 @@
-"""What a session says at its end: the coverability report of each model, and which of them fall short.
+"""The summary of a session: the coverability report of each model, and missed thresholds.
 
 `--scbm-store`: what a session ran, added to a coverage store.
 """
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 def keep(config: pytest.Config, parts: Sequence[SessionPart], file: str) -> tuple[list[str], bool]:
-    """Adds all cases of the session to a store; gives what is to be said, and whether all went well."""
+    """Add all cases of the session to a store; return the messages, and whether it succeeded."""
     if not parts:
         return [f"{file}: no case was run, so nothing was added."], True
     if len(parts) > 1:
@@ -63,18 +63,18 @@ def _recipe(part: SessionPart, entry: TestResult) -> Recipe:
 _PLURALS = {ModelResults.FILE: "case files", ModelResults.TEST: "cases of tests", ModelResults.RANDOM: "random cases"}
 
 
-def summarize(bench: SessionModels, terminal: pytest.TerminalReporter, *, judged: bool) -> None:
-    """Writes the report, and whether the coverage is good enough."""
-    parts = list(bench.ledger.parts())
-    style = _style(bench.config, parts)
+def summarize(models: SessionModels, terminal: pytest.TerminalReporter, *, judged: bool) -> None:
+    """Write the report, and whether the thresholds are met."""
+    parts = list(models.results.parts())
+    style = _style(models.config, parts)
     if parts and style != "none":
         terminal.write_sep("=", "coverability")
         for number, part in enumerate(parts):
             for text in _full(part, is_first=not number) if style == "full" else _short(part):
                 terminal.write_line(_rendered(text, coloured=terminal.hasmarkup))
     if judged:
-        wanted = _wanted(bench.config)
-        shortfalls = find_shortfalls(bench)
+        wanted = _wanted(models.config)
+        shortfalls = find_shortfalls(models)
         for line in shortfalls or [f"Required coverability of {wanted:g} % reached."]:
             terminal.write_line(line, bold=True, red=bool(shortfalls), green=not shortfalls)
 
@@ -93,7 +93,7 @@ def _full(part: SessionPart, *, is_first: bool) -> Iterator[Text]:
 
 
 def _short(part: SessionPart) -> Iterator[Text]:
-    """The figure, and what it is made of, on one line."""
+    """Return the figure and its parts on one line."""
     figure, campaign = part.campaign.coverage.figure, part.campaign
     line = Text(f"{part.file}: SCBM-IAS ").append(str(figure), style="bold")
     line.append(f", {figure.visited} of {counted(figure.of, 'obligation')}, {counted(len(campaign.results), 'case')}")
@@ -110,10 +110,10 @@ def _rendered(text: Text, *, coloured: bool) -> str:
     return stream.getvalue()
 
 
-def find_shortfalls(bench: SessionModels) -> list[str]:
-    """Why the coverage is not good enough, a sentence for each model; none if it is."""
-    wanted = _wanted(bench.config)
-    parts = list(bench.ledger.parts())
+def find_shortfalls(models: SessionModels) -> list[str]:
+    """Return a sentence for each model that misses its threshold."""
+    wanted = _wanted(models.config)
+    parts = list(models.results.parts())
     if not parts:
         return [f"FAIL Required coverability of {wanted:g} % not reached: no case was run."]
     return [sentence for part in parts for sentence in _shortfall(part, wanted)]
