@@ -7,6 +7,7 @@ import os
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING
 
 from scbm.files import digest_of, read_file
@@ -45,7 +46,7 @@ class CertificateFile:
         """Return `model_path`. Raises `InputError` if it is `None`."""
         if self.model_path is None:
             message = "the certificate does not say in which file its model is"
-            remedy = f"name the model: `scbm close MODEL --check {self.path}`"
+            remedy = f"name the model: `scbm close MODEL --check {quote(str(self.path))}`"
             raise InputError([Diagnostic(Slug.MODEL_MISSING, message, Place(str(self.path)), remedy)])
         return self.model_path
 

@@ -34,6 +34,7 @@ from scbm.model import (
     Variable,
 )
 from scbm.model.variables import resource_variables, runner_variables
+from support.models import scan_cell
 
 if TYPE_CHECKING:
     from scbm.model import Action, Diagnostic, Predicate
@@ -453,3 +454,9 @@ def test_all_that_is_wrong_with_a_state_is_told() -> None:
         (Slug.ASSIGNED_TWICE, "a"),
         (Slug.VALUE_OUTSIDE_DOMAIN, "hme"),
     ]
+
+
+def test_a_predicate_in_place_of_a_requirement_hints_at_always() -> None:
+    with pytest.raises(InputError) as wrong:
+        parse_requirement("light == green", Scope.of(scan_cell()))
+    assert "write `always light == green`" in (wrong.value.diagnostics[0].remedy or "")

@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scbm.closing.advice.doubts import Doubt
-from scbm.model import Assign, Constant, Outcome, Slug, format_value
+from scbm.model import And, Assign, Constant, Not, Or, Outcome, Slug, format_value
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
-    from scbm.model import BehaviorModel, Operation, Predicate, Resource
+    from scbm.model import BehaviorModel, Operation, Predicate, Resource, Value
 
 
 def doubts_about_resources(model: BehaviorModel) -> Iterator[Doubt]:
@@ -25,10 +25,29 @@ def doubts_about_resources(model: BehaviorModel) -> Iterator[Doubt]:
             )
             remedy = f"add an automatic transition with `g: {resource.request_state} == failed && …`"
             yield Doubt(Slug.FAILURE_UNNOTICED, message, (*path, "fail"), remedy)
-        timeless = [operation.name for operation in users if operation.deadline_ns is None]
+        timeless = [each.name for each in users if each.deadline_ns is None and not _completes_at_once(each)]
         if outcomes.get(Outcome.TIMEOUT) and timeless:
             message = f"{resource.name} may not answer, and {', '.join(timeless)} would wait without a deadline"
             yield Doubt(Slug.NO_DEADLINE, message, (*path, "timeout"), "give them a `deadline`")
+
+
+def _completes_at_once(operation: Operation) -> bool:
+    """Return whether the postcondition surely holds as soon as the operation has started, so that it never waits."""
+    actions = operation.pre.running_actions
+    known = {a.target: a.source.constant for a in actions if isinstance(a, Assign) and isinstance(a.source, Constant)}
+    return _certain(operation.post.running_guard, known) is True
+
+
+def _certain(predicate: Predicate, known: Mapping[str, Value]) -> bool | None:
+    """Return the truth of a predicate as far as the values of some variables decide it; `None` if they do not."""
+    if isinstance(predicate, And | Or):
+        parts = [_certain(part, known) for part in predicate.operands]
+        decisive = isinstance(predicate, Or)
+        return decisive if decisive in parts else None if None in parts else not decisive
+    if isinstance(predicate, Not):
+        inner = _certain(predicate.operand, known)
+        return None if inner is None else not inner
+    return predicate.holds(known) if all(name in known for name in predicate.reads()) else None
 
 
 def _asks(operation: Operation, resource: Resource) -> bool:

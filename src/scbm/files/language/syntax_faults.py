@@ -70,7 +70,10 @@ def _early_end(text: str, start: Start, accepted: Collection[str]) -> SyntaxFaul
         message = f"this `{text[opened]}` is not closed"
         return SyntaxFault(SLUGS[start], message, opened, opened + 1, _expected(accepted))
     end = len(text.rstrip())
-    return SyntaxFault(SLUGS[start], f"the {start} ends too early", max(0, end - 1), end, _expected(accepted))
+    remedy = _expected(accepted)
+    if start == "requirement" and "_LEADS" in accepted:  # all of it is a predicate
+        remedy = f"{remedy}; write `always {text.strip()}` for what must hold all the time"
+    return SyntaxFault(SLUGS[start], f"the {start} ends too early", max(0, end - 1), end, remedy)
 
 
 def _misplaced(text: str, begin: int, end: int, start: Start, accepted: Collection[str]) -> SyntaxFault:

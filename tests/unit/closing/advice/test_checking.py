@@ -169,3 +169,23 @@ def test_what_is_too_large_is_said_to_be_incomplete() -> None:
     checked = check_model(model)
     assert not checked.complete
     assert Slug.CHECK_INCOMPLETE in [doubt.slug for doubt in checked.doubts]
+
+
+@pytest.mark.parametrize(
+    ("guard", "waits"),
+    [
+        ("true", False),
+        ("scan_req_trigger == true || light == blue", False),
+        ("scan_command in {scan_box} && !(scan_command == none)", False),
+        ("scan_req_state == succeeded || scan_command == none", True),
+        ("light == green", True),
+    ],
+)
+def test_an_operation_that_completes_at_once_needs_no_deadline(guard: str, waits: bool) -> None:  # noqa: FBT001
+    silent = (
+        "    measures: [temperature]\n",
+        "    measures: [temperature]\n    simulation: {outcomes: {timeout: 1}}\n",
+    )
+    no_deadline = (("    deadline: 10 seconds\n", ""), ("    timedout: [scan_req_trigger <- false]\n", ""))
+    doubts = _doubts(silent, *no_deadline, ("gr: scan_req_state == succeeded", f"gr: {guard}"))
+    assert (Slug.NO_DEADLINE in [doubt.slug for doubt in doubts]) == waits
