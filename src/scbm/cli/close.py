@@ -3,13 +3,13 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from shlex import quote
 from typing import Annotated, Any
 
 import typer
 
 from scbm.cli.campaigns.certificate_verdicts import check_certificates
-from scbm.cli.campaigns.closing_suite import ClosingSuite, progress
+from scbm.cli.campaigns.suite import Suite
+from scbm.cli.output.progress import activity_display
 from scbm.cli.output.terminal import results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.closing_files import ClosingFiles, write_output
@@ -17,8 +17,9 @@ from scbm.closing.closing_json import closing_json
 from scbm.closing.failing_cases import FailedCase, FoundFault, failed_cases, found_faults
 from scbm.files import add_goals, load_model, suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.reports.figure_table import shown_path
 from scbm.reports.terminal.closing_report import ClosingSetting, closing_report
-from scbm.testing import Campaign
+from scbm.testing import Campaign, Tester, find_causes
 
 _ALL = "all"
 _DEFAULT = CloseLimits().situations
@@ -67,7 +68,7 @@ def command(
     if json:
         write_json(closing_json(result.closing, output) | _json(output, failed, found, goals))
     else:
-        setting = replace(result.setting(output), failed=failed, found=found, written=goals.told(goals.new))
+        setting = replace(result.setting(output), found=found, written=goals.told(goals.new))
         setting = replace(setting, already=goals.told(goals.already))
         results().lines(closing_report(result.closing, setting))
     is_open = any(decided.decision is Decision.UNDECIDED for decided in result.closing.decided)
@@ -96,10 +97,10 @@ class _CloseRequest:
     def close(self) -> "_CloseResult":
         """Reads model and suite as they are now, runs the suite, and decides the rest."""
         model = load_model(self.file)
-        suite = ClosingSuite.load(model, self.file, self.paths, self.cases, self.seed)
-        with progress(suite.first_words) as told:
+        suite = Suite.load(model, self.file, self.paths, self.cases, self.seed)
+        with activity_display(suite.activity) as told:
             campaign = suite.run()
-            told(f"looking at {model.name}")
+            told(f"exploring {model.name}")
             closing = Closer(model, CloseLimits(situations=self.most), told).close(campaign)
         return _CloseResult(self, suite, campaign, closing)
 
@@ -114,30 +115,38 @@ class _CloseResult:
     """What closing came to, and what it began with."""
 
     asked: _CloseRequest
-    suite: ClosingSuite
+    suite: Suite
     campaign: Campaign
     closing: Closing
 
     def failed(self, output: ClosingFiles | None) -> tuple[FailedCase, ...]:
         """The cases that failed, each with the command that shows it."""
-        return failed_cases(self.campaign, self.closing, lambda name: self.suite.again(name) or self._new(name, output))
+        return failed_cases(self.campaign, self.closing, lambda name: self._again(name, output))
 
     def found(self, output: ClosingFiles | None) -> tuple[FoundFault, ...]:
         """What new cases found on their way, each with the command that shows it."""
         return found_faults(self.closing, lambda name: self._new(name, output))
 
+    def _again(self, name: str, output: ClosingFiles | None) -> str:
+        return self.suite.again(name) or self._new(name, output)
+
     def _new(self, name: str, output: ClosingFiles | None) -> str:
         if output is not None:
-            return f"scbm replay {quote(str(output.cases[name]))}"
-        closing = f"scbm close {quote(str(self.asked.file))}{self._options} --out closed"
-        return f"{closing}; scbm replay closed/cases/{name}.yaml"
+            return f"scbm replay {shown_path(str(output.cases[name]))}"
+        closing = f"scbm close {shown_path(str(self.asked.file))}{self._options} --out closed"
+        return f"{closing}; scbm replay {shown_path(f'closed/cases/{name}.yaml')}"
 
     @property
     def _options(self) -> str:
-        return f"{self.suite.options}{self.asked.options}"
+        return f"{self.suite.close_options}{self.asked.options}"
 
     def setting(self, output: ClosingFiles | None) -> ClosingSetting:
-        """What the report tells beside the result."""
+        """Return what the report shows beside the result."""
+        model = self.closing.model
+        results = (*self.campaign.results, *(made.execution.result for made in self.closing.cases))
+        failed = Campaign.of(model, [result for result in results if not result.verdict.passed])
+        findings = find_causes(Tester(model), failed, 0)
+        commands = [self._again(finding.results[0].case.name, output) for finding in findings]
         return ClosingSetting(
             str(self.asked.file),
             self.suite.words,
@@ -145,6 +154,9 @@ class _CloseResult:
             self.suite.drawing,
             self._options,
             output,
+            failed,
+            findings,
+            tuple(commands),
         )
 
 

@@ -7,13 +7,15 @@ from typing import Annotated, Any
 import typer
 
 from scbm.cases.coverage import Obligation, Obligations
-from scbm.cli.campaigns.closing_suite import ClosingSuite, progress
+from scbm.cli.campaigns.suite import Suite
+from scbm.cli.output.progress import activity_display
 from scbm.cli.output.terminal import results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.closing_json import decided_json, suggestion_json
 from scbm.closing.explanations import Explanation, Visit, explain
 from scbm.files import load_model, suggestion, write_case
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
+from scbm.reports.figure_table import shown_path
 from scbm.reports.terminal.explanation_report import told_case, told_explanations
 from scbm.testing import Execution, Tester
 
@@ -39,21 +41,23 @@ def command(
     """Tell by which case an obligation is covered and how, or why nothing covers it."""
     loaded = load_model(model)
     asked = _read_obligation(obligation, loaded)
-    given = ClosingSuite.load(loaded, model, tuple(suite or ()))
-    with progress(given.first_words) as told:
+    given = Suite.load(loaded, model, tuple(suite or ()))
+    with activity_display(given.activity) as told:
         campaign = given.run()
-        told(f"looking at {loaded.name}")
+        told(f"exploring {loaded.name}")
         closing = Closer(loaded, CloseLimits(situations=max_states), told).close(campaign, asked)
     explanations = explain(closing, asked, _executions(closing, given))
     if json:
         write_json(_json(explanations, given))
     else:
         options = f" --max-states {max_states}" if max_states != _DEFAULT else ""
-        close = f"scbm close {quote(str(model))}{given.options}{options}"
+        close = f"scbm close {quote(str(model))}{given.close_options}{options}"
         out = results()
         out.lines(told_explanations(explanations, loaded, given.files, close))
         for name, text in _texts(explanations, given).items():
-            again = given.again(name) or f"save this here as {name}.yaml, then: scbm replay {name}.yaml"
+            again = (
+                given.again(name) or f"save this here as {name}.yaml, then: scbm replay {shown_path(f'{name}.yaml')}"
+            )
             out.lines(told_case(text, again, given.files.get(name)))
     return 1 if any(each.decided.decision is Decision.UNDECIDED for each in explanations) else 0
 
@@ -71,7 +75,7 @@ def _read_obligation(text: str, model: BehaviorModel) -> tuple[Obligation, ...]:
     raise InputError([Diagnostic(Slug.UNKNOWN_OBLIGATION, message, place, remedy, text)])
 
 
-def _executions(closing: Closing, suite: ClosingSuite) -> dict[str, Execution]:
+def _executions(closing: Closing, suite: Suite) -> dict[str, Execution]:
     """The runs of all cases that cover something, by name."""
     covering = dict.fromkeys(decided.case for decided in closing.decided if decided.case is not None)
     tester = Tester(closing.model)
@@ -81,13 +85,13 @@ def _executions(closing: Closing, suite: ClosingSuite) -> dict[str, Execution]:
     return runs | {made.case.name: made.execution for made in closing.cases}
 
 
-def _texts(explanations: tuple[Explanation, ...], suite: ClosingSuite) -> dict[str, str]:
+def _texts(explanations: tuple[Explanation, ...], suite: Suite) -> dict[str, str]:
     """The cases that are told of, as YAML, by their names: those of the suite as their files say them."""
     cases = [each.visit.execution.case for each in explanations if each.visit is not None]
     return {case.name: suite.text(case.name) or write_case(case, suite.model, suite.file.as_posix()) for case in cases}
 
 
-def _json(explanations: tuple[Explanation, ...], suite: ClosingSuite) -> dict[str, Any]:
+def _json(explanations: tuple[Explanation, ...], suite: Suite) -> dict[str, Any]:
     cases = _texts(explanations, suite)
     return {
         "format_version": FORMAT_VERSION,

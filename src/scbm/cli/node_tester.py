@@ -1,6 +1,5 @@
 """`scbm node tester`: cases for a cell whose controller and resources run elsewhere."""
 
-import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -33,6 +32,7 @@ from scbm.cli.options.node_options import (
     transport_option,
 )
 from scbm.nodes.buses.transports import DEFAULT_TRANSPORT
+from scbm.reports.figure_table import shown_path
 
 
 def command(
@@ -71,8 +71,8 @@ def command(
         save=None,
         failures=failures,
         shrink=False,
+        stop=False,
     )
-    suite.refuse_equal_names()
     asked = NodeOptions(
         suite.model,
         model,
@@ -89,5 +89,5 @@ def command(
     )
     scale = "" if asked.time_scale == 1 else f" --time-scale {asked.time_scale}"
     over = f"{transport_option(asked.transport)} --domain {asked.domain}"
-    again = f"scbm node tester {shlex.quote(str(model))}{suite.options}{scale}{over}"
+    again = f"scbm node tester {shown_path(str(model))}{suite.test_options}{scale}{over}"
     return run_over_nodes(suite, telling, asked, again)

@@ -1,12 +1,11 @@
 """`scbm test`: case files and random cases, verdicts, and the coverability report."""
 
-import shlex
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from scbm.cli.campaigns.test_campaign import CampaignOptions, CampaignOutput, run_over_nodes, simulate
+from scbm.cli.campaigns.test_campaign import CampaignOptions, CampaignOutput, run_over_nodes, select_cases, simulate
 from scbm.cli.options import threshold_option
 from scbm.cli.options.campaign_options import (
     Cases,
@@ -39,6 +38,7 @@ from scbm.cli.options.node_options import (
     refuse_in_one_process,
     refuse_without_transport,
 )
+from scbm.reports.figure_table import shown_path
 
 
 def command(
@@ -48,6 +48,14 @@ def command(
     cases: Cases = None,
     seed: Seed = 0,
     network: Network = None,
+    select: Annotated[
+        str | None,
+        typer.Option("-k", metavar="EXPRESSION", help="Run the cases whose names hold this: `scan and not fast`."),
+    ] = None,
+    last_failed: Annotated[
+        bool, typer.Option("--lf", "--last-failed", help="Run the cases that failed last time; all if none did.")
+    ] = False,
+    stop: Annotated[bool, typer.Option("-x", "--exitfirst", help="Stop at the first failure.")] = False,
     require: Require = None,
     save: Annotated[
         Path | None, typer.Option("--save", metavar="DIRECTORY", help="Save every random case as a file.")
@@ -79,8 +87,8 @@ def command(
     wanted = CampaignOptions(model, files or [], cases, seed, network, require or [], time_limit)
     suite = wanted.suite({"--save": save})
     figures = threshold_option.read_thresholds(fail_under or [])
-    suite.refuse_equal_names()
-    telling = CampaignOutput(figures, missing, json, store, save, failures, shrink)
+    suite = select_cases(suite, select, failures if last_failed else None)
+    telling = CampaignOutput(figures, missing, json, store, save, failures, shrink, stop)
     if transport is None:
         refuse_without_transport(
             {
@@ -112,4 +120,6 @@ def command(
         logs=logs,
         failures=failures,
     )
-    return run_over_nodes(suite, telling, asked, f"scbm test {shlex.quote(str(model))}{suite.options}{asked.options}")
+    return run_over_nodes(
+        suite, telling, asked, f"scbm test {shown_path(str(model))}{suite.test_options}{asked.options}"
+    )

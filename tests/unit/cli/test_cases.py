@@ -218,11 +218,11 @@ def test_a_requirement_of_the_command_line_is_violated_and_the_case_made_small(s
 
 def test_without_shrinking_the_first_case_is_told(scbm: Scbm, tmp_path: Path) -> None:
     ran = scbm("test", BEFORE, "--require", HOME, "--no-shrink", "--failures", tmp_path / "none")
-    assert (ran.code, "smallest" in ran.out, (tmp_path / "none").exists()) == (1, False, False)
+    assert (ran.code, "smallest" in ran.out, list((tmp_path / "none").glob("*.yaml"))) == (1, False, [])
     command = next(line for line in ran.out.splitlines() if "again:" in line).split("again: scbm ")[1]
     assert command.startswith(f"run {BEFORE} --seed 0 --case ")
     assert command.endswith(f" --require '{HOME}'")
-    ran = scbm("test", BEFORE, "--time-limit", "900 ms", "--no-shrink", "--seed", 1)
+    ran = scbm("test", BEFORE, "--time-limit", "900 ms", "--no-shrink", "--seed", 1, "--failures", tmp_path)
     command = next(line for line in ran.out.splitlines() if "again:" in line).split("again: scbm ")[1]
     assert command.endswith(" --time-limit '900 ms'")
 

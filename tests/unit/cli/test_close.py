@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from conftest import ROOT, Ran
-from scbm.cli.campaigns.closing_suite import progress
+from scbm.cli.output.progress import activity_display
 from scbm.closing import CloseLimits
 from scbm.files import load_model
 from support.models import SCAN_CELL
@@ -390,11 +390,11 @@ def test_a_model_with_little_in_it_can_be_closed(scbm: Scbm, tmp_path: Path) -> 
 def test_progress_is_shown_on_a_terminal_alone(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with progress("beginning") as told:
+    with activity_display("beginning") as told:
         told("going on")
     assert capsys.readouterr() == ("", "")
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
-    with progress("beginning") as told:
+    with activity_display("beginning") as told:
         told("going on to [/goal]")
     assert capsys.readouterr().out == ""
 

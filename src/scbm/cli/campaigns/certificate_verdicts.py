@@ -9,6 +9,7 @@ from scbm.closing.certificate_files import SUFFIX, CheckedCertificate, check_fil
 from scbm.files import load_model
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports import counted
+from scbm.reports.figure_table import shown_path
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -63,7 +64,7 @@ def _wrong(checked: CheckedCertificate, model_path: Path) -> list[Diagnostic]:
     place = Place(str(checked.file.path))
     if not checked.is_of_this_model:
         message = f"this certificate is for another version of the model than {model_path}"
-        remedy = f"close it again: `scbm close {model_path} --out DIRECTORY`"
+        remedy = f"close it again: `scbm close {shown_path(str(model_path))} --out DIRECTORY`"
         return [Diagnostic(Slug.CERTIFICATE_WRONG, message, place, remedy)]
     return [Diagnostic(Slug.CERTIFICATE_WRONG, str(flaw), place) for flaw in checked.flaws]
 

@@ -19,7 +19,7 @@ from scbm.nodes.buses.transports import TRANSPORTS
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from scbm.cli.campaigns.test_campaign import Suite
+    from scbm.cli.campaigns.suite import Suite
     from scbm.model import BehaviorModel
 
 
@@ -104,7 +104,7 @@ def refuse_beyond_reach(suite: Suite, real: Sequence[str], option: str) -> None:
     drawn = [(name, why) for name, why in told if why is not None]
     if drawn:
         name, why = drawn[0]
-        message = f"{len(drawn)} of {suite.random} random cases cannot be run: `{name}` {why}"
+        message = f"{len(drawn)} of {len(suite.numbers)} random cases cannot be run: `{name}` {why}"
         remedy = "leave `--network` out, or simulate more resources"
         wrong.append(Diagnostic(Slug.BEYOND_REACH, message, Place(option), remedy))
     if wrong:

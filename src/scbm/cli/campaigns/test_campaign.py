@@ -2,35 +2,35 @@
 
 from __future__ import annotations
 
-import re
-import shlex
 import sys
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
-from functools import cached_property
+from itertools import islice
 from typing import TYPE_CHECKING
 
+from scbm.cli.campaigns.suite import Suite
 from scbm.cli.options import threshold_option
-from scbm.cli.options.arguments import complete, read_faults, read_requirements, read_time_limit
+from scbm.cli.options.arguments import read_faults, read_requirements, read_time_limit
+from scbm.cli.options.case_selection import LastFailed, name_filter, select_last_failed
 from scbm.cli.output.exit_codes import INTERRUPTED
 from scbm.cli.output.progress import bar, with_lines
-from scbm.cli.output.terminal import errors, in_one_line, results, write_json
-from scbm.files import FileWriter, load_model
-from scbm.model import Diagnostic, InputError, Place, Slug, format_duration
+from scbm.cli.output.terminal import errors, in_one_line, report_columns, results, write_json
+from scbm.files import load_model
+from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports import Setting, counted, coverage_report, missing_report
-from scbm.testing import MAX_SHRUNK, Campaign, RandomCases, Tester, campaign_json, case_texts, find_causes, load_suite
+from scbm.reports.figure_table import shown_path
+from scbm.testing import MAX_SHRUNK, Campaign, Tester, campaign_json, case_texts, find_causes, load_suite
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
     from contextlib import AbstractContextManager
     from pathlib import Path
 
-    from scbm.cases import Case, Network
+    from scbm.cases import Case
     from scbm.cases.coverage import Threshold
     from scbm.cli.campaigns.store_keeper import Keeper, Since
     from scbm.cli.options.node_options import NodeOptions
-    from scbm.model import BehaviorModel, Requirement
-    from scbm.testing import CaseResult, Execution, Finding, WrittenCase
+    from scbm.testing import CaseResult, Execution, Finding
 
 _SLOW = 500
 """From so many simulated cases on, progress is shown on a terminal; over nodes it always is."""
@@ -60,9 +60,10 @@ class CampaignOptions:
         loaded = load_model(self.model)
         random = (0 if self.files else _RANDOM) if self.cases is None else self.cases
         refuse_without_random_cases(random, {"--network": self.network, **options})
-        return Suite(
+        suite = Suite(
             loaded,
             self.model,
+            self.files,
             load_suite(self.files, loaded),
             random,
             self.seed,
@@ -70,7 +71,10 @@ class CampaignOptions:
             read_faults(self.network, loaded),
             read_requirements(self.require, loaded),
             read_time_limit(self.time_limit),
+            range(1, random + 1),
         )
+        suite.refuse_equal_names()
+        return suite
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +89,7 @@ class CampaignOutput:
         save: where every random case is saved.
         failures: where small failing cases are saved.
         shrink: whether these are looked for.
+        stop: whether the first failure ends the campaign.
     """
 
     thresholds: Sequence[Threshold]
@@ -94,19 +99,21 @@ class CampaignOutput:
     save: Path | None
     failures: Path
     shrink: bool
+    stop: bool
 
 
 def simulate(suite: Suite, telling: CampaignOutput) -> int:
     """Runs the cases in virtual time, and tells what came of them; the exit code."""
-    suite.refuse_clashes(telling)
+    _refuse_store_that_is_read(suite, telling)
     tester = Tester(suite.model)
     done = _carry_out(suite, telling, lambda cases, _: map(tester.execute, cases), None)
-    is_whole = done.ended is None  # who interrupts it does not wait for files and small cases
-    is_saved = telling.save is None or not is_whole or suite.save_random(tester, telling.save)
+    is_whole = done.ended is None or done.is_stopped  # after an interruption, users do not wait for small cases
+    is_saved = telling.save is None or done.ended is not None or _save_random(suite, tester, telling.save)
     findings = find_causes(tester, done.campaign, MAX_SHRUNK if telling.shrink and is_whole else 0)
-    saved = [suite.save_small(finding, telling.failures) for finding in findings]
-    commands = tuple(suite.again(finding, path) for finding, path in zip(findings, saved, strict=True))
-    code = _tell(done, suite.setting(findings, commands), telling)
+    saved = [_save_small(suite, finding, telling.failures) for finding in findings]
+    _remember_failed(suite, done.campaign, telling.failures)
+    commands = tuple(_again(suite, finding, path) for finding, path in zip(findings, saved, strict=True))
+    code = _tell(done, _setting(suite, findings, commands), telling)
     return code if is_saved else max(2, code)
 
 
@@ -122,17 +129,19 @@ def run_over_nodes(suite: Suite, telling: CampaignOutput, asked: NodeOptions, co
     from scbm.cli.campaigns.node_setup import refuse_beyond_reach  # noqa: PLC0415 - the same
     from scbm.cli.campaigns.over_nodes import over_nodes  # noqa: PLC0415 - sockets and processes, which few runs need
 
-    suite.refuse_clashes(telling)
+    _refuse_store_that_is_read(suite, telling)
     refuse_beyond_reach(suite, asked.real, "--real")
     tester = Tester(suite.model)
     with over_nodes(asked, tester) as nodes:
         if not asked.starts:  # what is real, its controller says
             refuse_beyond_reach(suite, nodes.real, "--network")
         done = _carry_out(suite, telling, nodes.executions, asked.words)
+    if nodes.logs.is_whole:
+        _remember_failed(suite, done.campaign, telling.failures)
     findings = find_causes(tester, done.campaign, 0)  # what fails over nodes need not fail in simulation
     logs = (nodes.logs.files.get(finding.results[0].case.name) for finding in findings)
-    commands = tuple(command if log is None else f"scbm replay {shlex.quote(str(log))}" for log in logs)
-    setting = replace(suite.setting(findings, commands), where=asked.words, answers=nodes.answers)
+    commands = tuple(command if log is None else f"scbm replay {shown_path(str(log))}" for log in logs)
+    setting = replace(_setting(suite, findings, commands), where=asked.words, answers=nodes.answers)
     code = _tell(done, setting, telling)
     if nodes.logs.words is not None and not telling.json:
         errors().line(f"scbm: {nodes.logs.words}")
@@ -165,18 +174,24 @@ def _carry_out(
     progress = _progress(suite.count, is_bar=is_over_nodes or suite.count >= _SLOW, is_told=is_over_nodes)
     came: list[CaseResult] = []
     keeper: Keeper | None = None
-    ended: InputError | KeyboardInterrupt | None = None
+    ended: InputError | KeyboardInterrupt | _FirstFailure | None = None
     try:
         with _store(telling.store, suite, where) as keeper, progress as (said, done):
             executions = run(suite.cases(), said)
             results = (execution.result for execution in executions)
             for result in done(results if keeper is None else keeper.kept(executions, suite.by_name, suite.network)):
-                came.append(result)  # noqa: PERF402 - what came before an interruption is kept
-    except (InputError, KeyboardInterrupt) as error:
+                came.append(result)
+                if telling.stop and not result.verdict.passed and len(came) < suite.count:
+                    raise _FirstFailure  # noqa: TRY301 - the store must learn that its run is not finished
+    except (InputError, KeyboardInterrupt, _FirstFailure) as error:
         if not came:
             raise
         ended = error
     return _Done(Campaign.of(suite.model, came), suite.count, keeper, ended)
+
+
+class _FirstFailure(Exception):  # noqa: N818 - it is no error, but what `-x` asks for
+    """A case failed, and the campaign is to end then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,7 +208,7 @@ class _Done:
     campaign: Campaign
     count: int
     keeper: Keeper | None
-    ended: InputError | KeyboardInterrupt | None
+    ended: InputError | KeyboardInterrupt | _FirstFailure | None
 
     @property
     def since(self) -> Since | None:
@@ -208,10 +223,16 @@ class _Done:
         if self.ended is None:
             return ""
         how = "Interrupted" if isinstance(self.ended, KeyboardInterrupt) else "Ended by an error"
+        how = "Stopped at the first failure" if self.is_stopped else how
         return f"{how} after {len(self.campaign.results)} of {counted(self.count, 'case')}"
 
+    @property
+    def is_stopped(self) -> bool:
+        """Whether `-x` ended it."""
+        return isinstance(self.ended, _FirstFailure)
+
     def drawn(self, random: int) -> int:
-        """How many of so many random cases were run; they come last."""
+        """Return how many of so many random cases were run; they come last."""
         return max(0, random - (self.count - len(self.campaign.results)))
 
 
@@ -223,7 +244,7 @@ def _tell(done: _Done, setting: Setting, telling: CampaignOutput) -> int:
         report = campaign_json(campaign, setting.seed, setting.findings, setting.commands, setting.answers)
         write_json(report | stored | early)
     else:
-        shown = replace(setting, random=done.drawn(setting.random), ended_early=done.words)
+        shown = replace(setting, random=done.drawn(setting.random), ended_early=done.words, columns=report_columns())
         results().lines((missing_report if telling.missing else coverage_report)(campaign, shown))
         results().lines([] if since is None else since.lines)
     if done.words:
@@ -237,9 +258,12 @@ def _tell_early(done: _Done, telling: CampaignOutput) -> int:
     """Tells what ended a campaign; the exit code."""
     is_unfinished = done.keeper is not None and done.keeper.is_unfinished
     stored = f"; their run in {telling.store} is not finished" if is_unfinished else ""
-    errors().line(f"scbm: {done.words[0].lower()}{done.words[1:]}{stored}")
+    if not done.is_stopped or is_unfinished:
+        errors().line(f"scbm: {done.words[0].lower()}{done.words[1:]}{stored}")
     if telling.save is not None:
         errors().line(f"scbm: nothing is saved in {telling.save}: that comes behind the last case")
+    if done.is_stopped:
+        return 1
     if isinstance(done.ended, InputError):
         errors().diagnostics(done.ended.diagnostics)
         return 2
@@ -270,6 +294,30 @@ def _progress(
     return nullcontext((lambda _: None, lambda results: results))
 
 
+def select_cases(suite: Suite, expression: str | None, failures: Path | None) -> Suite:
+    """Return the suite with the selected cases alone. Raise `InputError` if none is selected.
+
+    Args:
+        suite: all cases of the command line.
+        expression: what the names of the cases must satisfy, if that is asked for.
+        failures: the directory that has the cases which failed last time, if only these are to run.
+    """
+    if expression is not None:
+        chosen = suite.selected(name_filter(expression))
+        if not chosen.count:
+            remedy = f"the first cases are {', '.join(islice(suite.names, 3))}"
+            message = f"none of {counted(suite.count, 'case')} has such a name"
+            raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("-k"), remedy, expression)])
+        suite = chosen
+    if failures is None:
+        return suite
+    last = LastFailed.read(failures, suite.file)
+    if not last.names:
+        errors().line("scbm: no case failed last time, so all of them run")
+        return suite
+    return suite.selected(select_last_failed(last, list(suite.names)))
+
+
 def refuse_without_random_cases(count: int, options: Mapping[str, object]) -> None:
     """Raises `InputError` for options that say something of random cases where there are none."""
     useless = [option for option, value in options.items() if value is not None and not count]
@@ -279,148 +327,71 @@ def refuse_without_random_cases(count: int, options: Mapping[str, object]) -> No
         raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy) for option in useless])
 
 
-@dataclass(frozen=True)
-class Suite:
-    """The cases that a command line asks for: those in files, then random ones."""
+def _refuse_store_that_is_read(suite: Suite, telling: CampaignOutput) -> None:
+    """Raise `InputError` if the store of the command line is a file that the command reads."""
+    suite.writer.refuse_clashes({} if telling.store is None else {"--store": telling.store})
 
-    model: BehaviorModel
-    file: Path
-    written: Sequence[WrittenCase]
-    random: int
-    seed: int
-    network_text: str | None
-    network: Network | None
-    requirements: tuple[Requirement, ...]
-    time_limit_ns: int | None
 
-    @property
-    def count(self) -> int:
-        """How many they are."""
-        return len(self.written) + self.random
+def _save_random(suite: Suite, tester: Tester, directory: Path) -> bool:
+    """Save every random case with all that was drawn in it. Show an error, and return whether there was none."""
+    recorded = (tester.execute(case).recorded_case for case in suite.completed_drawn())
+    labelled = [
+        (case, [f"case {number} of seed {suite.seed}"]) for number, case in zip(suite.numbers, recorded, strict=True)
+    ]
+    return _is_written(suite, case_texts(labelled, directory, suite.model, suite.file), overwrite=False)
 
-    def cases(self) -> Iterator[Case]:
-        """All cases, with what the command line adds to them."""
-        for written in self.written:
-            yield self._completed(written.case)
-        for case in self.drawn():
-            yield self._completed(case)
 
-    @cached_property
-    def writer(self) -> FileWriter:
-        """What writes the files of the campaign, and refuses to replace the model and the case files."""
-        return FileWriter([(self.file, "the model"), *((written.path, "a case file") for written in self.written)])
+def _save_small(suite: Suite, finding: Finding, directory: Path) -> Path | None:
+    """Save the small case of a finding and return its path; `None` if there is none or it cannot be saved."""
+    if finding.shrunk is None:
+        return None
+    failed = finding.results[0].case.name
+    comments = [f"the smallest case found that fails as {failed} did:", str(finding.failure)]
+    execution = finding.shrunk.execution
+    small = replace(execution.case, recorded=execution.recorded)
+    texts = case_texts([(small, comments)], directory, suite.model, suite.file)
+    (path,) = texts
+    if suite.writer.reads(path):
+        return None  # the suite has the small case of an earlier campaign, which shows the failure as well
+    return path if _is_written(suite, texts, overwrite=True) else None
 
-    def refuse_clashes(self, telling: CampaignOutput) -> None:
-        """Raise `InputError` if the store of the command line is a file that the command reads."""
-        self.writer.refuse_clashes({} if telling.store is None else {"--store": telling.store})
 
-    @cached_property
-    def by_name(self) -> dict[str, WrittenCase]:
-        """The written cases by their names."""
-        return {written.case.name: written for written in self.written}
+def _is_written(suite: Suite, texts: Mapping[Path, str], *, overwrite: bool) -> bool:
+    """Write files; show an error instead of raising it, as the report is still to come."""
+    try:
+        suite.writer.write_all(texts, overwrite=overwrite)
+    except InputError as error:
+        errors().diagnostics(error.diagnostics)
+        return False
+    return True
 
-    def refuse_equal_names(self) -> None:
-        """Raises `InputError` if a written case has the name of a random one."""
-        drawn = re.compile(rf"seed-{self.seed}-case-([1-9]\d*)", re.ASCII)
-        for written in self.written:
-            match = drawn.fullmatch(written.case.name)
-            if match is not None and int(match[1]) <= self.random:
-                message = f"`{written.case.name}` is drawn, and also in {written.path}"
-                remedy = "choose another seed, or leave out one of them"
-                raise InputError([Diagnostic(Slug.DUPLICATE_NAME, message, Place("--cases"), remedy)])
 
-    def drawn(self) -> Iterable[Case]:
-        """The random ones, without what the command line adds."""
-        if not self.random:
-            return ()
-        return RandomCases(self.model, str(self.file), self.network).first(self.random, self.seed)
+def _again(suite: Suite, finding: Finding, saved: Path | None) -> str:
+    """Return the command that shows a finding again: its small case if that is saved, else its first case."""
+    if saved is not None:
+        return f"scbm replay {shown_path(str(saved))}"
+    return suite.again(finding.results[0].case.name) or ""
 
-    @property
-    def loses_messages(self) -> bool:
-        """Whether the network of random cases may lose messages."""
-        network = self.network
-        return network is None or bool(network.loss or network.partitions or network.restarts)
 
-    def _completed(self, case: Case) -> Case:
-        return complete(case, self.requirements, self.time_limit_ns, self.model)
+def _setting(suite: Suite, findings: Sequence[Finding], commands: Sequence[str]) -> Setting:
+    """Return what the report shows beside the results."""
+    return Setting(
+        str(suite.file),
+        suite.seed,
+        len(suite.numbers),
+        suite.network_option,
+        tuple(findings),
+        tuple(commands),
+        loses_messages=suite.loses_messages,
+    )
 
-    def save_random(self, tester: Tester, directory: Path) -> bool:
-        """Saves every random case with all that was drawn in it; if it cannot, that is told and the report goes on."""
-        recorded = (tester.execute(self._completed(case)).recorded_case for case in self.drawn())
-        labelled = [(case, [f"case {number} of seed {self.seed}"]) for number, case in enumerate(recorded, start=1)]
-        try:
-            self.writer.write_all(case_texts(labelled, directory, self.model, self.file), overwrite=False)
-        except InputError as error:
-            errors().diagnostics(error.diagnostics)
-            return False
-        return True
 
-    def save_small(self, finding: Finding, directory: Path) -> Path | None:
-        """Saves the small case of a finding, if there is one; where it cannot, that is told and the report goes on."""
-        if finding.shrunk is None:
-            return None
-        failed = finding.results[0].case.name
-        comments = [f"the smallest case found that fails as {failed} did:", str(finding.failure)]
-        execution = finding.shrunk.execution
-        small = replace(execution.case, recorded=execution.recorded)
-        texts = case_texts([(small, comments)], directory, self.model, self.file)
-        (path,) = texts
-        if self.writer.reads(path):
-            return None  # the suite has the small case of an earlier campaign, which shows the failure as well
-        try:
-            self.writer.write_all(texts, overwrite=True)
-        except InputError as error:
-            errors().diagnostics(error.diagnostics)
-            return None
-        return path
-
-    def again(self, finding: Finding, saved: Path | None) -> str:
-        """The command that shows a finding again: its small case if that is saved, else its first case."""
-        case = finding.results[0].case
-        if saved is not None:
-            return f"scbm replay {shlex.quote(str(saved))}"
-        for written in self.written:
-            if written.case.name == case.name:
-                return f"scbm replay {shlex.quote(str(written.path))}{self._model_of(written)}{self._judging}"
-        assert case.origin is not None  # noqa: S101 - it is not written, so it is drawn
-        drawn = f"--seed {case.origin.seed} --case {case.origin.number}"
-        return f"scbm run {shlex.quote(str(self.file))} {drawn}{self.drawing}{self._judging}"
-
-    def _model_of(self, written: WrittenCase) -> str:
-        """The option that says the model, if the case does not name this one itself."""
-        named = written.model_path
-        is_this = named is not None and named.resolve() == self.file.resolve()
-        return "" if is_this else f" --model {shlex.quote(str(self.file))}"
-
-    @property
-    def drawing(self) -> str:
-        """The options that random cases are drawn with, beside the seed."""
-        return f" --network {shlex.quote(self.network_text)}" if self.network_text else ""
-
-    def setting(self, findings: Sequence[Finding], commands: Sequence[str]) -> Setting:
-        """What the report tells beside the results."""
-        return Setting(
-            str(self.file),
-            self.seed,
-            self.random,
-            self.drawing,
-            tuple(findings),
-            tuple(commands),
-            loses_messages=self.loses_messages,
-        )
-
-    @property
-    def options(self) -> str:
-        """The cases, as options and arguments behind the model."""
-        files = "".join(f" {shlex.quote(str(path))}" for path in dict.fromkeys(w.path for w in self.written))
-        random = f" --cases {self.random} --seed {self.seed}" if self.random else ""
-        return f"{files}{random}{self.drawing}{self._judging}"
-
-    @property
-    def _judging(self) -> str:
-        """The options that cases are run and judged with."""
-        options = []
-        if self.time_limit_ns is not None:
-            options.append(f"--time-limit {shlex.quote(format_duration(self.time_limit_ns))}")
-        options += [f"--require {shlex.quote(str(requirement.sentence))}" for requirement in self.requirements]
-        return "".join(f" {option}" for option in options)
+def _remember_failed(suite: Suite, campaign: Campaign, directory: Path) -> None:
+    """Record for `--lf` which cases failed; show an error instead of raising it."""
+    failed = dict.fromkeys(result.case.name for result in campaign.failed)
+    passed = [result.case.name for result in campaign.results if result.case.name not in failed]
+    try:
+        last = LastFailed.read(directory, suite.file).after(passed, failed, suite.test_options)
+        last.write(directory, suite.file, suite.writer)
+    except InputError as error:
+        errors().diagnostics(error.diagnostics)

@@ -47,3 +47,16 @@ def with_lines(
 def _ended(result: CaseResult) -> str:
     verdict = result.verdict
     return str(verdict.end) if verdict.passed else f"{verdict.end}, failed: {verdict.failures[0].message}"
+
+
+@contextmanager
+def activity_display(words: str) -> Iterator[Callable[[str], None]]:
+    """Show on a terminal what a command does now; yield what changes the words. Elsewhere nothing is shown."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    from rich.console import Console  # noqa: PLC0415 - only where there is something to show
+    from rich.markup import escape  # noqa: PLC0415
+
+    with Console(file=sys.stderr).status(escape(words)) as status:
+        yield lambda text: status.update(escape(text))

@@ -1,0 +1,168 @@
+"""Which cases of a suite run: `-k EXPRESSION` selects by name, `--lf` those that failed last time."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scbm.model import Diagnostic, InputError, Place, Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Sequence
+
+    from scbm.files import FileWriter
+
+_TOKEN = re.compile(r'\s*(?:(?P<sign>[()])|"(?P<quoted>[^"]*)"|(?P<word>[^\s()"]+))')
+_RECORD = "last-failed.json"
+FORMAT_VERSION = 1
+
+
+def name_filter(expression: str) -> Callable[[str], bool]:
+    """Return whether a name of a case satisfies an expression such as `scan and not (fast or "two words")`.
+
+    A word holds for the names that it is a part of, in capitals or not. Raises `InputError`.
+    """
+    parser = _NameExpression(expression)
+    test = parser.any_of()
+    parser.end()
+    return lambda name: test(name.casefold())
+
+
+class _NameExpression:
+    """Parses an expression by recursive descent: `or` binds least, then `and`, then `not`."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self._position = 0
+
+    def any_of(self) -> Callable[[str], bool]:
+        parts = [self._all_of()]
+        while self._take("or"):
+            parts.append(self._all_of())
+        return lambda name: any(part(name) for part in parts)
+
+    def end(self) -> None:
+        """Raise `InputError` if something is left."""
+        if self._text[self._position :].strip():
+            raise self._wrong("`and` or `or` is missing here")
+
+    def _all_of(self) -> Callable[[str], bool]:
+        parts = [self._single()]
+        while self._take("and"):
+            parts.append(self._single())
+        return lambda name: all(part(name) for part in parts)
+
+    def _single(self) -> Callable[[str], bool]:
+        if self._take("not"):
+            negated = self._single()
+            return lambda name: not negated(name)
+        if self._take("("):
+            inner = self.any_of()
+            if not self._take(")"):
+                raise self._wrong("`)` is missing here")
+            return inner
+        token = _TOKEN.match(self._text, self._position)
+        if token is None or token["sign"] or token["word"] in ("and", "or"):
+            raise self._wrong("a part of a name is missing here")
+        self._position = token.end()
+        part = (token["word"] or token["quoted"]).casefold()
+        return lambda name: part in name
+
+    def _take(self, word: str) -> bool:
+        """Pass over the next token if it is this word or sign."""
+        token = _TOKEN.match(self._text, self._position)
+        if token is None or word not in (token["word"], token["sign"]):
+            return False
+        self._position = token.end()
+        return True
+
+    def _wrong(self, message: str) -> InputError:
+        rest = self._text[self._position :]
+        column = self._position + len(rest) - len(rest.lstrip()) + 1
+        remedy = "write parts of names with `and`, `or`, `not` and parentheses: `scan and not fast`"
+        return InputError([Diagnostic(Slug.BAD_OPTION, message, Place("-k", 1, column, 1), remedy, self._text)])
+
+
+@dataclass(frozen=True, slots=True)
+class LastFailed:
+    """The cases of a model that failed when they ran last, and how they were asked for.
+
+    The file `last-failed.json` in the directory of `--failures` has them for each model.
+
+    Attributes:
+        names: of the cases.
+        options: the arguments and options behind `scbm test MODEL` that name them.
+    """
+
+    names: tuple[str, ...] = ()
+    options: str = ""
+
+    @staticmethod
+    def read(directory: Path, model_file: Path) -> LastFailed:
+        """Return what the directory has of a model. Raise `InputError` if its file is damaged."""
+        entry = _entries(directory).get(_key(directory, model_file), {})
+        names, options = entry.get("failed", []), entry.get("options", "")
+        if not isinstance(options, str) or not isinstance(names, list) or not all(isinstance(n, str) for n in names):
+            raise _damaged(directory)
+        return LastFailed(tuple(names), options)
+
+    def after(self, passed: Iterable[str], failed: Iterable[str], options: str) -> LastFailed:
+        """Return what is known after some cases ran again."""
+        over = dict.fromkeys(passed)
+        names = tuple(dict.fromkeys([*(name for name in self.names if name not in over), *failed]))
+        return LastFailed(names, options if names else "")
+
+    def write(self, directory: Path, model_file: Path, writer: FileWriter) -> None:
+        """Write it into the directory; nothing if nothing failed and nothing is recorded. Raise `InputError`."""
+        entries = dict(_entries(directory))
+        key = _key(directory, model_file)
+        if not self.names and key not in entries:
+            return
+        if self.names:
+            entries[key] = {"options": self.options, "failed": list(self.names)}
+        else:
+            del entries[key]
+        text = json.dumps({"format_version": FORMAT_VERSION, "models": entries}, indent=2, ensure_ascii=False)
+        writer.write_all({directory / _RECORD: f"{text}\n"}, overwrite=True)
+
+
+def select_last_failed(last: LastFailed, names: Sequence[str]) -> Callable[[str], bool]:
+    """Return whether a case failed last time. Raise `InputError` if none of the failed cases is among `names`."""
+    failed = dict.fromkeys(last.names)
+    if not any(name in failed for name in names):
+        message = f"none of these cases failed last time; `{last.names[0]}` did"
+        remedy = f"repeat the options that it ran with: `{last.options.strip()}`"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--lf"), remedy)])
+    return lambda name: name in failed
+
+
+def _entries(directory: Path) -> dict[str, dict[str, object]]:
+    """Return what the file in the directory has of each model; nothing if there is no file."""
+    try:
+        text = (directory / _RECORD).read_text(encoding="utf-8")
+    except OSError:
+        return {}
+    except UnicodeDecodeError:
+        raise _damaged(directory) from None
+    try:
+        data = json.loads(text)
+    except (ValueError, RecursionError):
+        raise _damaged(directory) from None
+    models = data.get("models") if isinstance(data, dict) and data.get("format_version") == FORMAT_VERSION else None
+    if not isinstance(models, dict) or not all(isinstance(entry, dict) for entry in models.values()):
+        raise _damaged(directory)
+    return models
+
+
+def _key(directory: Path, model_file: Path) -> str:
+    return Path(os.path.relpath(model_file, directory)).as_posix()
+
+
+def _damaged(directory: Path) -> InputError:
+    message = "this is no record of failed cases of this version of scbm"
+    place = Place(str(directory / _RECORD))
+    return InputError([Diagnostic(Slug.WRONG_SHAPE, message, place, "remove it, and run the cases again")])
