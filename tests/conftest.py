@@ -131,6 +131,7 @@ class Ran:
 def scbm(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[..., Ran]:
     """Runs a command line in this process, from the root of the repository."""
     monkeypatch.chdir(ROOT)
+    monkeypatch.delenv("COLUMNS", raising=False)
 
     def run(*arguments: object) -> Ran:
         monkeypatch.setattr("sys.argv", ["scbm", *map(str, arguments)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import codecs
 import os
 import signal
 import sys
@@ -34,6 +35,17 @@ VERBS: dict[str, str] = {
 """The module of each verb, in the order of the help. Its function `command` returns an exit code."""
 
 
+_ASCII = {
+    "●": "*", "○": "o", "█": "#", "▓": "+", "░": ".", "■": "=", "⚡": "!", "✗": "x", "✓": "v",
+    "│": "|", "┆": ":", "┌": "+", "└": "+", "┘": "+", "─": "-", "→": "->", "←": "<-", "…": "...",
+    "≥": ">=", "≤": "<=", "≠": "!=", "∧": "&&", "¬": "!", "µ": "u", "—": "-",
+}  # fmt: skip
+"""What stands for the marks of reports where the encoding of an output lacks them, as on a redirected console."""
+
+_ASCII_FORMS = "scbm-ascii-forms"
+"""The name of the error handler of such outputs."""
+
+
 def main() -> None:
     """Run `scbm`; exit with 0 good, 1 the tests failed, 2 the input is wrong, 3 a fault of scbm itself."""
     restore = _leave_on_interrupt()
@@ -48,9 +60,10 @@ def main() -> None:
 
 def _run(arguments: list[str], begin: Callable[[], None]) -> int:
     """Run a command line and return its exit code; `begin` is called before the work of the verb."""
+    codecs.register_error(_ASCII_FORMS, _ascii_forms)
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, TextIOWrapper):  # a terminal or a file that is not UTF-8 gets `?` for what it lacks
-            stream.reconfigure(errors="replace")
+        if isinstance(stream, TextIOWrapper):
+            stream.reconfigure(errors=_ASCII_FORMS)
     try:
         return _flushed(_done(arguments, begin))
     except OSError as error:
@@ -73,6 +86,13 @@ def _done(arguments: list[str], begin: Callable[[], None]) -> int:
 def write_version() -> None:
     """Print the version."""
     sys.stdout.write(f"scbm {scbm.__version__}\n")
+
+
+def _ascii_forms(error: UnicodeError) -> tuple[str, int]:
+    """Replace the characters that an output encoding lacks by their ASCII forms, others by `?`."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    return "".join(_ASCII.get(character, "?") for character in error.object[error.start : error.end]), error.end
 
 
 def _leave_on_interrupt() -> Callable[[], None]:

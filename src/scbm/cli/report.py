@@ -11,7 +11,7 @@ from rich.text import Text
 from scbm.cases.coverage import Cover, smallest_cover
 from scbm.cli.options import threshold_option
 from scbm.cli.options.report_files import FORMAT_OPTIONS, ReportFiles, write_formats
-from scbm.cli.output.terminal import errors, results, write_json
+from scbm.cli.output.terminal import errors, report_columns, results, write_json
 from scbm.files import FileWriter
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports import counted
@@ -53,11 +53,12 @@ def command(
     if json:
         write_json(history_json(history) | ({} if cover is None else {"smallest": smallest_json(history, cover)}))
     else:
+        columns = report_columns()
         parts: list[Iterable[Text]] = []
-        parts += [told_missing(history.model, history.coverage, history.source.path)] if missing else []
+        parts += [told_missing(history.model, history.coverage, history.source.path, columns)] if missing else []
         parts += [contexts_report(history)] if contexts else []
         parts += [smallest_report(history, cover)] if cover is not None else []
-        results().lines(_apart(parts or [stored_report(history, str(store))]))
+        results().lines(_apart(parts or [stored_report(history, str(store), columns)]))
     is_saved = save is None or cover is None or _save(history, cover.chosen, save, writer)
     written = write_formats(wanted, history, writer)
     if written:

@@ -1,10 +1,9 @@
-"""The figures of a coverage, and the table of what was missed, for the terminal; reports share them.
-
-Words that reports share.
-"""
+"""The figures of a coverage and the table of missed obligations, for the terminal; reports share them."""
 
 from __future__ import annotations
 
+from shlex import quote
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from rich.text import Text
@@ -17,25 +16,81 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import Coverage, Figure
     from scbm.model import BehaviorModel
 
+DEFAULT_COLUMNS = 80
+"""The width of a report where nothing says another one."""
 
-def counted(count: int, singular: str, plural: str | None = None) -> str:
-    """`1 error`, `2 errors`."""
-    return f"{count} {singular if count == 1 else plural or singular + 's'}"
-
-
-_BAR_WIDTH = 50
 COLUMNS = (Aspect.QUEUED, *STATE_ASPECTS)
 """The aspects of operations, in the order of the table."""
 
+_LONGEST_BAR = 50
+_FIGURE_WIDTH = 42
+"""The columns of a line of figures that stand before its bar."""
 
-def headline(figure: Figure) -> Text:
-    """The paper's figure, with a bar."""
+_SHORT_HEADS = ("queued", "disab.", "exec.", "failed", "timed.", "compl.")
+_INITIAL_HEADS = ("que", "dis", "exe", "fai", "tim", "com")
+_HEADS = (
+    (10, tuple(aspect.value for aspect in COLUMNS)),
+    (7, _SHORT_HEADS),
+    (4, _INITIAL_HEADS),
+)
+"""Forms of the table, the widest first: the width of a column, and the head of each."""
+
+_NAME_INDENT = len("  op: ")
+_GUARD_INDENT = 8
+
+
+def counted(count: int, singular: str, plural: str | None = None) -> str:
+    """Return a number with its noun: `1 error`, `2 errors`."""
+    return f"{count} {singular if count == 1 else plural or singular + 's'}"
+
+
+def wrapped(words: str, columns: int, first: str, following: int) -> Iterator[str]:
+    """Break words into lines. A name in them is never broken.
+
+    Args:
+        words: what is broken.
+        columns: the width of a line.
+        first: what the first line begins with.
+        following: by how much the others are indented.
+    """
+    yield from wrap(
+        words,
+        max(columns, following + 20),
+        initial_indent=first,
+        subsequent_indent=" " * following,
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+
+
+def shown_path(path: str) -> str:
+    """Return a path as a word of a shell that no command takes for an option."""
+    return quote(f"./{path}" if path.startswith("-") else path)
+
+
+def command_text(before: str, command: str, what: str = "") -> Text:
+    """Return a line with a command, which is never broken: people copy it.
+
+    Args:
+        before: what stands before the command.
+        command: for a shell.
+        what: what the command does, behind it.
+    """
+    line = Text(before, no_wrap=True).append(command, style="cyan")
+    return line.append(f"   {what}", style="dim") if what else line
+
+
+def headline(figure: Figure, columns: int = DEFAULT_COLUMNS) -> Text:
+    """Return the figure of the paper, with a bar."""
     line = Text("  SCBM-IAS: ").append(str(figure), style="bold")
-    return line if figure.percent is None else line.append("  ").append_text(_bar(figure, _BAR_WIDTH))
+    if figure.percent is None:
+        return line
+    line.append("  ")
+    return line.append_text(_bar(figure, max(10, min(_LONGEST_BAR, columns - len(line)))))
 
 
 def _bar(figure: Figure, width: int) -> Text:
-    """Never full before all is visited, never empty when something is."""
+    """Return a bar that is never full before all is visited, and never empty when something is."""
     if not figure.of:
         return Text()
     filled = round(width * figure.visited / figure.of)
@@ -44,43 +99,66 @@ def _bar(figure: Figure, width: int) -> Text:
     return Text("█" * filled, style="green").append("░" * (width - filled), style="red")
 
 
-def figures(coverage: Coverage) -> Iterator[Text]:
-    """How much of each aspect was visited, a line each."""
+def figures(coverage: Coverage, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
+    """Yield a line for each aspect: how much of it was visited."""
     for aspect in STATE_ASPECTS:
-        yield _row(f"Visited {aspect} state", coverage.figure_of(aspect))
-    yield _row("Automatic transitions taken", coverage.figure_of(Aspect.TAKEN))
-    yield _row("Queued in a plan", coverage.figure_of(Aspect.QUEUED)).append("  (beside the figure)", style="dim")
+        yield _row(f"Visited {aspect} state", coverage.figure_of(aspect), columns)
+    yield _row("Automatic transitions taken", coverage.figure_of(Aspect.TAKEN), columns)
+    yield _row("Queued (not in SCBM-IAS)", coverage.figure_of(Aspect.QUEUED), columns)
 
 
-def _row(label: str, figure: Figure) -> Text:
+def _row(label: str, figure: Figure, columns: int) -> Text:
     line = Text(f"  {label + ':':<29}{figure.visited:>4} / {figure.of:<4}")
-    line.append_text(_bar(figure, min(figure.of, _BAR_WIDTH)))
+    line.append_text(_bar(figure, min(figure.of, _LONGEST_BAR, max(10, columns - _FIGURE_WIDTH))))
     line.rstrip()
     return line
 
 
-def missed_table(model: BehaviorModel, coverage: Coverage) -> Iterator[Text]:
-    """A row for each operation that misses something, and the automatic transitions that were not taken."""
+def missed_table(model: BehaviorModel, coverage: Coverage, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
+    """Yield a row for each operation that misses something, and for each automatic transition that was not taken."""
     missed = frozenset((*coverage.missed(), *coverage.missed(Aspect.QUEUED)))
     if not missed:
         return
     rows = [o.name for o in model.operations if any(Obligation(o.name, a) in missed for a in COLUMNS)]
     transitions = [t for t in model.automatic_transitions if Obligation(t.name, Aspect.TAKEN) in missed]
-    width = max(len(name) for name in (*rows, *(transition.name for transition in transitions)))
+    names = [*rows, *(transition.name for transition in transitions)]
+    width, cell, heads = _form(rows or names, names, columns)
     yield Text()
-    heads = "".join(f"{aspect.value:^10}" for aspect in COLUMNS).rstrip() if rows else ""
-    yield Text(f"{'Missed (○)':<{width + 6}}", style="bold").append(heads)
+    title = Text(f"{'Missed (○)':<{width + _NAME_INDENT}}", style="bold")
+    yield title.append("".join(f"{head:^{cell}}" for head in heads).rstrip() if rows else "")
     for name in rows:
-        yield _marks(name, width, missed)
-    for transition in transitions:
-        line = Text(f"  at: {transition.name:<{width}}").append("    ○     ", style="red")
-        yield line.append(f"waits for {transition.running_guard}")
+        yield from _marks(name, width, cell, missed)
+    lines = [Text(f"  at: {t.name:<{width}}", no_wrap=True).append(f"{'○':^{cell}}", style="red") for t in transitions]
+    guards = [f"waits for {transition.running_guard}" for transition in transitions]
+    is_wide = all(len(line) + len(guard) <= columns for line, guard in zip(lines, guards, strict=True))
+    for line, guard in zip(lines, guards, strict=True):
+        if is_wide:
+            yield line.append(guard)
+        else:
+            line.rstrip()
+            yield line
+            yield from map(Text, wrapped(guard, columns, " " * _GUARD_INDENT, _GUARD_INDENT + 2))
 
 
-def _marks(name: str, width: int, missed: frozenset[Obligation]) -> Text:
-    row = Text(f"  op: {name:<{width}}")
+def _form(rows: list[str], names: list[str], columns: int) -> tuple[int, int, tuple[str, ...]]:
+    """Return the width of the names, the width of a column and the heads of the widest form that fits."""
+    for widest in (names, rows):
+        width = max(map(len, widest))
+        for cell, heads in _HEADS[:2] if widest is names else _HEADS:
+            if _NAME_INDENT + width + cell * len(COLUMNS) <= columns:
+                return width, cell, heads
+    cell, heads = _HEADS[-1]
+    return max(columns - _NAME_INDENT - cell * len(COLUMNS), 0), cell, heads
+
+
+def _marks(name: str, width: int, cell: int, missed: frozenset[Obligation]) -> Iterator[Text]:
+    """Yield the row of an operation; a name that is too long for the table has a line of its own."""
+    row = Text(f"  op: {name:<{width}}", no_wrap=True)
+    if len(name) > width:
+        yield row
+        row = Text(" " * (width + _NAME_INDENT), no_wrap=True)
     for aspect in COLUMNS:
         is_missed = Obligation(name, aspect) in missed
-        row.append(f"{'○' if is_missed else '●':^10}", style="red" if is_missed else "dim green")
+        row.append(f"{'○' if is_missed else '●':^{cell}}", style="red" if is_missed else "dim green")
     row.rstrip()
-    return row
+    yield row

@@ -8,14 +8,17 @@ from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Aspect, Obligation
 from scbm.model import format_duration
-from scbm.reports.figure_table import counted
-from scbm.reports.reproduction import shown_path
+from scbm.reports.figure_table import counted, shown_path
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scbm.cases.coverage import Coverage
     from scbm.model import BehaviorModel
+
+
+_FEW_CASES = 20
+"""Fewer cases than this say little about the goals and initial states of a model."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +45,7 @@ def missed_reasons(model: BehaviorModel, coverage: Coverage, file: str) -> tuple
         file: the model file, for the commands.
     """
     visits = coverage.visits()
-    reasons = _MissedReasons(model, visits)
+    reasons = _MissedReasons(model, visits, len(coverage.cases))
     missed = (*coverage.missed(), *coverage.missed(Aspect.QUEUED))
     return tuple(Missed(o, reasons.why(o), f"scbm explain {shown_path(file)} {quote(str(o))}") for o in missed)
 
@@ -56,6 +59,7 @@ def close_command(file: str) -> str:
 class _MissedReasons:
     model: BehaviorModel
     visits: Mapping[Obligation, int]
+    cases: int
 
     def why(self, obligation: Obligation) -> str:
         """Why an obligation is missing."""
@@ -64,7 +68,10 @@ class _MissedReasons:
             return f"its guard never held: {self._guard(subject)}"
         planned, executed = self._cases(subject, Aspect.QUEUED), self._cases(subject, Aspect.EXECUTING)
         if not planned:
-            return "in no plan: another goal, or another initial state, has to need it"
+            more = "" if self.cases >= _FEW_CASES else "more cases, "
+            return (
+                f"in no plan of {counted(self.cases, 'case')}: {more}another goal or another initial state may need it"
+            )
         if obligation.aspect is Aspect.DISABLED:
             return "it could start whenever its turn came: an injection in between can keep it from that"
         if not executed:

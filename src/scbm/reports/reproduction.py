@@ -9,7 +9,7 @@ from shlex import quote
 from typing import TYPE_CHECKING
 
 from scbm.model import format_duration
-from scbm.reports.figure_table import counted
+from scbm.reports.figure_table import counted, shown_path
 from scbm.store import Written
 
 if TYPE_CHECKING:
@@ -52,11 +52,6 @@ def _added(recipe: Recipe) -> str:
     limit = [] if recipe.time_limit_ns is None else [("--time-limit", format_duration(recipe.time_limit_ns))]
     options = [*limit, *(("--require", sentence) for _, sentence in recipe.requirements)]
     return "".join(f" {option} {quote(value)}" for option, value in options)
-
-
-def shown_path(path: str) -> str:
-    """A path that no shell splits and no command takes for an option."""
-    return quote(f"./{path}" if path.startswith("-") else path)
 
 
 _MAX_PLACES = 5

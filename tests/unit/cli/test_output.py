@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import json
+import os
+import subprocess
+import sys
 from collections.abc import Callable
 from io import StringIO
 from pathlib import Path
@@ -13,9 +16,10 @@ from rich.console import Console
 from rich.text import Text
 
 from scbm.cli.campaigns.node_setup import warn
-from scbm.cli.output.terminal import TerminalOutput, escaped, in_one_line, write_json
+from scbm.cli.output.terminal import TerminalOutput, escaped, folded, in_one_line, write_json
 from scbm.model import Diagnostic, Place, Slug
 
+ROOT = Path(__file__).parents[3]
 CLEAR, RED_C1, BACKWARDS = "\x1b[2J", "\x9b31m", "\u202e"
 ACTING = [chr(number) for number in (*range(32), *range(0x7F, 0xA0), 0x200E, 0x2028, 0x202E, 0x2066, 0x2069)]
 
@@ -90,3 +94,33 @@ def test_a_model_file_cannot_clear_the_screen(scbm: Callable[..., Any], tmp_path
     assert ran.code == 2
     assert "\\x1b[2J" in ran.err
     assert "\x1b" not in ran.err
+
+
+@pytest.mark.parametrize(
+    ("line", "shown"),
+    [
+        ("  op: a b c", ["  op: a b c"]),
+        ("  words that are longer than a line", ["  words that are", "    longer than a", "    line"]),
+        ("  1.0 s  a b c d e f g h i j k", ["  1.0 s  a b c d e f", "         g h i j k"]),
+        ("word" * 6 + " next", ["word" * 6, "  next"]),
+    ],
+)
+def test_a_long_line_of_a_report_is_broken_between_words(line: str, shown: list[str]) -> None:
+    assert [text.plain for text in folded(Text(line), 20)] == shown
+
+
+def test_a_command_is_never_broken() -> None:
+    command = Text("  scbm close my/model.yaml   writes 3 cases", no_wrap=True)
+    assert [text.plain for text in folded(command, 20)] == ["  scbm close my/model.yaml", "      writes 3 cases"]
+    assert [text.plain for text in folded(command, 80)] == [command.plain]
+
+
+@pytest.mark.parametrize(("encoding", "bar"), [("cp1252", "#"), ("cp437", "█"), ("ascii", "#"), ("utf-8", "█")])
+def test_marks_have_ascii_forms_where_the_output_lacks_them(encoding: str, bar: str) -> None:
+    environment = {**os.environ, "PYTHONIOENCODING": encoding, "COLUMNS": "80"}
+    command = [sys.executable, "-m", "scbm", "test", "examples/robot_in_the_air/before.yaml", "--cases", "2"]
+    done = subprocess.run(command, cwd=ROOT, env=environment, check=True, capture_output=True)
+    text = done.stdout.decode(encoding)
+    missed = "○" if encoding == "utf-8" else "o"
+    assert (f"%  {bar}" in text, f"Missed ({missed})" in text, "?" in text) == (True, True, False)
+    assert [line for line in text.splitlines() if len(line) > 80] == []

@@ -23,8 +23,8 @@ def _told(visited: str, model: BehaviorModel | None = None, file: str = "cell.ya
 @pytest.mark.parametrize(
     ("visited", "missed", "reason"),
     [
-        ("", "scan_box/failed", "in no plan: another goal, or another initial state, has to need it"),
-        ("", "scan_box/queued", "in no plan: another goal, or another initial state, has to need it"),
+        ("", "scan_box/failed", "in no plan of 1 case: more cases, another goal or another initial state may need it"),
+        ("", "scan_box/queued", "in no plan of 1 case: more cases, another goal or another initial state may need it"),
         ("scan_box/queued", "scan_box/failed", "planned in 1 case, but it never started"),
         ("scan_box/queued", "scan_box/executing", "planned in 1 case, but it never started"),
         ("scan_box/queued scan_box/executing", "scan_box/failed", "executed in 1 case, and nothing failed it"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scbm.cases.trace import records_json, write_trace
-from scbm.cli.output.terminal import results, write_json
+from scbm.cli.output.terminal import report_columns, results, write_json
 from scbm.reports import timeline
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def show_run(
     if json:
         write_json(_json(model, execution) | (more or {}))
     else:
-        results().lines(timeline(model, execution, every=every))
+        results().lines(timeline(model, execution, every=every, columns=report_columns()))
 
 
 def _json(model: BehaviorModel, execution: Execution) -> dict[str, Any]:

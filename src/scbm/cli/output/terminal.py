@@ -8,6 +8,7 @@ import re
 import sys
 from typing import IO, TYPE_CHECKING, Any
 
+from rich.cells import cell_len
 from rich.console import Console
 from rich.text import Text
 
@@ -15,7 +16,7 @@ from scbm.model import Severity
 from scbm.reports import counted
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.model import Diagnostic
 
@@ -24,6 +25,9 @@ _CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u
 
 _IN_A_LINE = re.compile(rf"{_CONTROLS.pattern}|\n")
 """The same within one line."""
+
+_USUAL_COLUMNS, _FEWEST_COLUMNS, _MOST_COLUMNS = 80, 40, 120
+"""The width of a report where nothing says another one, and the bounds of what a terminal says."""
 
 _STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
 
@@ -69,11 +73,70 @@ def _shown(text: Text, acting: re.Pattern[str]) -> Text:
     return shown.append_text(text[end:]) if end else text
 
 
+def report_columns() -> int:
+    """Return the width of reports: that of `COLUMNS` or of the terminal, else 80 columns."""
+    said = _said_columns()
+    if said is None:
+        said = os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout.isatty() else _USUAL_COLUMNS
+    return min(max(said, _FEWEST_COLUMNS), _MOST_COLUMNS)
+
+
+def _said_columns() -> int | None:
+    """Return what the variable `COLUMNS` says."""
+    said = os.environ.get("COLUMNS", "")
+    return int(said) if said.isascii() and said.isdigit() and len(said) < len("10000") else None
+
+
+def _fold_columns(stream: IO[str]) -> int | None:
+    """Return the width at which long lines are broken; `None` for a pipe or a file, if `COLUMNS` is not set."""
+    return report_columns() if stream.isatty() or _said_columns() is not None else None
+
+
+def folded(text: Text, columns: int) -> Iterator[Text]:
+    """Break a line between its words; what follows is indented as the last column of the line that begins early.
+
+    A line that is marked with `no_wrap` is a picture, or a command, maybe with an explanation behind three blanks: only
+    the explanation gets a line of its own.
+    """
+    plain = text.plain
+    indent = len(plain) - len(plain.lstrip())
+    if text.no_wrap:
+        end = plain.find("   ", indent)
+        if cell_len(plain) <= columns or end < 0 or not plain[:end].strip().partition(" ")[2]:
+            yield text
+            return
+        yield text[:end]
+        yield Text(" " * (indent + 4)).append_text(text[end + 3 :])
+        return
+    gaps = [gap.end() for gap in re.finditer(r"(?<=\S) {2,}(?=\S)", plain[: columns // 2])]
+    indent = gaps[-1] if gaps else indent + 2
+    begin = 0
+    while cell_len(plain[begin:]) + (indent if begin else 0) > columns:
+        limit = begin + columns - (indent if begin else 0)
+        cut = plain.rfind(" ", begin + (0 if begin else indent) + 1, limit + 1)
+        cut = cut if cut > 0 else plain.find(" ", limit)
+        if cut < 0:
+            break
+        yield _indented(text[begin:cut], indent if begin else 0)
+        begin = cut + 1
+    yield _indented(text[begin:], indent if begin else 0)
+
+
+def _indented(text: Text, columns: int) -> Text:
+    text.rstrip()
+    return Text(" " * columns).append_text(text) if columns else text
+
+
 class TerminalOutput:
-    """One stream. Lines are as long as they are: who reads them decides on wrapping."""
+    """Writes lines to one stream.
+
+    Long lines of reports are broken for a terminal, or where `COLUMNS` is set. In a pipe or a file, lines are as long
+    as they are.
+    """
 
     def __init__(self, console: Console) -> None:
         self._console = console
+        self._columns = _fold_columns(console.file)
 
     def line(self, text: Text | str = "") -> None:
         """One line of text, or several."""
@@ -83,7 +146,9 @@ class TerminalOutput:
     def lines(self, texts: Iterable[Text]) -> None:
         """Line after line; an end of a line within one of them comes from a file or a peer, and is shown."""
         for text in texts:
-            self.line(_shown(text, _IN_A_LINE))
+            shown = _shown(text, _IN_A_LINE)
+            for line in [shown] if self._columns is None else folded(shown, self._columns):
+                self.line(line)
 
     def diagnostics(self, diagnostics: Sequence[Diagnostic]) -> None:
         """Each with its place, its line and its remedy; then how many there are."""

@@ -15,17 +15,19 @@ from scbm.closing import Decision
 from scbm.closing.advice.suggestions import grouped
 from scbm.closing.summaries import aspects_in_words, in_few_words
 from scbm.model import format_moment
-from scbm.reports.figure_table import counted
+from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, counted
+from scbm.reports.terminal.findings_report import told_findings
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.closing import Closing, ClosingCase, Decided, Suggestion
     from scbm.closing.closing_files import ClosingFiles
-    from scbm.closing.failing_cases import FailedCase, FoundFault
+    from scbm.closing.failing_cases import FoundFault
+    from scbm.testing import Campaign, Finding
 
 _BAR_WIDTH = 50
-_COLUMNS = 110
+_COLUMNS = DEFAULT_COLUMNS
 """A list of names is broken into lines of about so many."""
 
 
@@ -55,6 +57,8 @@ class ClosingSetting:
         closing: how `scbm close` begins with it, in the same way, with its other options.
         output: where cases and certificates were written, if they were.
         failed: the cases that failed.
+        findings: why they failed.
+        commands: for each finding the command that shows its first case again.
         found: the new cases that end as no run of a good model does.
         written: the goals that were written into the model before it was closed.
         already: the goals that were to be written, and are in the model already.
@@ -66,7 +70,9 @@ class ClosingSetting:
     drawing: str = ""
     closing: str = ""
     output: ClosingFiles | None = None
-    failed: tuple[FailedCase, ...] = ()
+    failed: Campaign | None = None
+    findings: tuple[Finding, ...] = ()
+    commands: tuple[str, ...] = ()
     found: tuple[FoundFault, ...] = ()
     written: tuple[str, ...] = ()
     already: tuple[str, ...] = ()
@@ -157,14 +163,8 @@ def _told_counts(closing: Closing, counts: dict[Decision, int]) -> Iterator[Text
 
 
 def _failed(setting: ClosingSetting) -> Iterator[Text]:
-    if not setting.failed:
-        return
-    yield from _head(f"Failed: {counted(len(setting.failed), 'case')}", "bold red")
-    for failed in setting.failed:
-        yield Text(f"  {failed.name}")
-        for failure in failed.failures:
-            yield Text(f"    {failure}", style="red")
-        yield Text("    again: ").append(failed.again, style="cyan")
+    if setting.failed is not None:
+        yield from told_findings(setting.failed, setting.findings, setting.commands)
 
 
 # the new cases
@@ -202,8 +202,8 @@ def _found(setting: ClosingSetting) -> Iterator[Text]:
         return
     yield from _head("Found on the way", "bold red")
     for fault in setting.found:
-        yield from _wrapped(f"{fault.name} {fault.message}", 2, "red")
-        yield Text("    again: ").append(fault.again, style="cyan")
+        yield Text(f"  {fault.name} {fault.message}", style="red")
+        yield command_text("    again: ", fault.again)
 
 
 # what is not covered
@@ -265,10 +265,10 @@ def _suggestions(suggestions: Sequence[Suggestion], setting: ClosingSetting) -> 
         for clause in suggestion.text.split("; "):
             yield Text(f"      {clause}", style="dim")
         if suggestion.name is not None:
-            yield Text("      ").append(f"{_close(setting)} --write {suggestion.name}", style="cyan")
+            yield command_text("      ", f"{_close(setting)} --write {suggestion.name}")
     if sum(suggestion.name is not None for suggestion in suggestions) > 1:
         yield Text("  all of these goals")
-        yield Text("      ").append(f"{_close(setting)} --write all", style="cyan")
+        yield command_text("      ", f"{_close(setting)} --write all")
 
 
 def _close(setting: ClosingSetting) -> str:
@@ -284,7 +284,7 @@ def _commands(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
         yield from _head("Save it")
         made = [counted(len(closing.cases), "case")] if closing.cases else []
         made += [counted(len(closing.certificates), "certificate")] if closing.certificates else []
-        yield _command(f"{_close(setting)} --out closed", f"writes {' and '.join(made)}")
+        yield command_text("  ", f"{_close(setting)} --out closed", f"writes {' and '.join(made)}")
     elif output is not None:
         yield from _head(f"Written: {_written(output)}")
         yield from _checks(closing, setting, output)
@@ -304,15 +304,11 @@ def _checks(closing: Closing, setting: ClosingSetting, output: ClosingFiles) -> 
     figure = closing.after.figure
     if suite:
         under = f" --fail-under {floor(10_000 * figure.visited / figure.of) / 100:g}" if figure.of else ""
-        yield _command(f"scbm test {quote(setting.file)}{suite}{under}", "runs all cases")
+        yield command_text("  ", f"scbm test {quote(setting.file)}{suite}{under}", "runs all cases")
     if output.certificates:
         files = list(output.certificates.values())
         path = files[0] if len(files) == 1 else files[0].parent
-        yield _command(f"scbm close --check {quote(str(path))}", "checks the proofs")
-
-
-def _command(command: str, what: str) -> Text:
-    return Text("  ").append(command, style="cyan").append(f"   {what}", style="dim")
+        yield command_text("  ", f"scbm close --check {quote(str(path))}", "checks the proofs")
 
 
 # words

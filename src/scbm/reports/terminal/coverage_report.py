@@ -9,7 +9,17 @@ from rich.text import Text
 
 from scbm.cases.coverage import Aspect, Obligation
 from scbm.model import Outcome
-from scbm.reports.figure_table import COLUMNS, counted, figures, headline, missed_table
+from scbm.reports.figure_table import (
+    COLUMNS,
+    DEFAULT_COLUMNS,
+    command_text,
+    counted,
+    figures,
+    headline,
+    missed_table,
+    shown_path,
+    wrapped,
+)
 from scbm.reports.terminal.findings_report import told_findings, told_unused
 from scbm.reports.terminal.missing_report import told_missing
 
@@ -20,9 +30,17 @@ if TYPE_CHECKING:
     from scbm.testing import Answers, Campaign, Finding
 
 _REAL = "Real resources"
-_UNDISTURBED = "nothing came between a plan and its next operation: an injection of a case can"
-_UNFAILING = "no request fails: a case can force it under `outcomes`, and so can a share in the model's"
-_ANSWERED = "every request is answered: a case can force `timeout` under `outcomes`, or `--network` lose messages"
+_FEW_CASES = 20
+"""Fewer random cases than this say little about the goals and initial states of a model."""
+
+_UNPLANNED = "no plan needs them: add a goal or an initial state that does"
+_UNDISTURBED = "no case disabled them while next in a plan: add an injection"
+_UNFAILING = "no request fails: force it under `outcomes` of a case, or give it a share in those of the model"
+_ANSWERED = "every request is answered: force `timeout` under `outcomes` of a case, or let `--network` lose messages"
+_TIMELESS = "they have no `deadline`, so they never time out"
+_GUARDED = "their guards never held: see above what they wait for"
+_BY_CHANCE = "perhaps by chance: run more cases"
+_ADVICE_INDENT = 17
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +59,7 @@ class Setting:
         where: where the cases were run, in words; in simulation, if it is empty.
         answers: how each real resource answered.
         ended_early: how far the campaign came if something ended it before its last case, in words.
+        columns: the width of the report.
     """
 
     file: str
@@ -54,6 +73,7 @@ class Setting:
     where: str = ""
     answers: tuple[Answers, ...] = ()
     ended_early: str = ""
+    columns: int = DEFAULT_COLUMNS
 
 
 def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
@@ -61,22 +81,22 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     coverage = campaign.coverage
     yield Text("Coverability report: ", style="bold").append(campaign.model.name)
     yield Text()
-    yield headline(coverage.figure)
+    yield headline(coverage.figure, setting.columns)
     duration = f"{campaign.simulated_ns / 1e9:.2f} s {setting.where or 'simulated'}"
     yield Text(f"  Testing duration: {duration}, {_cases(campaign, setting)}")
     yield from _early(setting)
     yield Text()
-    yield from figures(coverage)
+    yield from figures(coverage, setting.columns)
     yield from _told_answers(setting.answers)
     yield from told_findings(campaign, setting.findings, setting.commands)
     yield from told_unused(campaign)
-    yield from missed_table(campaign.model, coverage)
+    yield from missed_table(campaign.model, coverage, setting.columns)
     yield from _reasons(campaign, setting)
 
 
 def missing_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     """Only what failed, what is missing, and why."""
-    yield from told_missing(campaign.model, campaign.coverage, setting.file)
+    yield from told_missing(campaign.model, campaign.coverage, setting.file, setting.columns)
     yield from _early(setting)
     yield from _told_answers(setting.answers)
     yield from told_findings(campaign, setting.findings, setting.commands)
@@ -120,53 +140,52 @@ def _groups(campaign: Campaign, setting: Setting) -> Iterator[str]:
 
 
 def _reasons(campaign: Campaign, setting: Setting) -> Iterator[Text]:
-    """Why each kind of obligation is missed, and the command or the change that closes it."""
-    told = [line for aspect in (*COLUMNS, Aspect.TAKEN) for line in _reason(aspect, campaign, setting)]
-    if told:
-        yield Text()
-        yield Text("What closes it", style="bold")
-        yield from told
+    """Yield why each kind of obligation is missed and what would cover it, and the command that runs more cases."""
+    told = [(aspect, *each) for aspect in (*COLUMNS, Aspect.TAKEN) for each in _advice(aspect, campaign, setting)]
+    if not told:
+        return
+    yield Text()
+    yield Text("How to cover the rest", style="bold")
+    for aspect, count, advice in told:
+        first, *others = wrapped(advice, setting.columns, f"  {count:>3} {aspect.value:<10} ", _ADVICE_INDENT)
+        yield Text(first[:_ADVICE_INDENT]).append(first[_ADVICE_INDENT:], style="dim")
+        yield from (Text(line, style="dim") for line in others)
+    if any(advice == _BY_CHANCE for _, _, advice in told):
+        more = 4 * max(len(campaign.results), 5)
+        command = f"scbm test {shown_path(setting.file)} --cases {more} --seed {setting.seed}{setting.options}"
+        yield command_text("  ", command)
 
 
-def _reason(aspect: Aspect, campaign: Campaign, setting: Setting) -> Iterator[Text]:
+def _advice(aspect: Aspect, campaign: Campaign, setting: Setting) -> Iterator[tuple[int, str]]:
+    """Yield for the missed obligations of an aspect how many of them need what."""
     coverage = campaign.coverage
     missed = coverage.missed(aspect)
-    by_chance = [obligation for obligation in missed if not _is_unqueued(obligation, coverage)]
-    more = 4 * max(len(campaign.results), 5)
-    if missed and aspect is Aspect.QUEUED:
-        yield _advice(aspect, len(missed), "in no plan: another goal, or another initial state, has to need them")
-    elif missed and aspect is Aspect.DISABLED:
-        yield _advice(aspect, len(missed), _UNDISTURBED)
-    elif missed and aspect is Aspect.TIMEDOUT and not (_may(campaign, Outcome.TIMEOUT) or setting.loses_messages):
-        yield from _never_late(missed, campaign)
-    elif missed and aspect is Aspect.FAILED and not _may(campaign, Outcome.FAIL):
-        yield _advice(aspect, len(missed), _UNFAILING)
-    elif by_chance and aspect is Aspect.TAKEN:
-        yield _advice(aspect, len(by_chance), "their guards did not hold in these runs: see above what they wait for")
-    elif by_chance:
-        command = f"scbm test {setting.file} --cases {more} --seed {setting.seed}{setting.options}"
-        advice = f"perhaps by chance: {command}"
-        yield _advice(aspect, len(by_chance), advice)
+    planned = [obligation for obligation in missed if not _is_unqueued(obligation, coverage)]
+    timeless = [
+        o for o in missed if aspect is Aspect.TIMEDOUT and campaign.model.operation(o.subject).deadline_ns is None
+    ]
+    timed = [obligation for obligation in planned if obligation not in timeless]
+    if timeless:
+        yield len(timeless), _TIMELESS
+    if aspect is Aspect.QUEUED:
+        is_few = 0 < setting.random < _FEW_CASES
+        advice = [(len(missed), _BY_CHANCE if is_few else _UNPLANNED)]
+    elif aspect is Aspect.DISABLED:
+        advice = [(len(missed), _UNDISTURBED)]
+    elif aspect is Aspect.TIMEDOUT and not (_may(campaign, Outcome.TIMEOUT) or setting.loses_messages):
+        advice = [(len(missed) - len(timeless), _ANSWERED)]
+    elif aspect is Aspect.FAILED and not _may(campaign, Outcome.FAIL):
+        advice = [(len(missed), _UNFAILING)]
+    else:
+        advice = [(len(timed), _GUARDED if aspect is Aspect.TAKEN else _BY_CHANCE)]
+    yield from ((count, words) for count, words in advice if count)
 
 
 def _is_unqueued(obligation: Obligation, coverage: Coverage) -> bool:
     return Obligation(obligation.subject, Aspect.QUEUED) in coverage.missed(Aspect.QUEUED)
 
 
-def _never_late(missed: tuple[Obligation, ...], campaign: Campaign) -> Iterator[Text]:
-    """Why operations do not time out where every request is answered."""
-    timeless = [o for o in missed if campaign.model.operation(o.subject).deadline_ns is None]
-    if timeless:
-        yield _advice(Aspect.TIMEDOUT, len(timeless), "these have no `deadline`, so they never time out")
-    if len(timeless) < len(missed):
-        yield _advice(Aspect.TIMEDOUT, len(missed) - len(timeless), _ANSWERED)
-
-
 def _may(campaign: Campaign, outcome: Outcome) -> bool:
-    """Whether some simulated resource may react so."""
+    """Return whether some simulated resource may react so."""
     outcomes = [pair for resource in campaign.model.resources for pair in resource.simulation.outcomes]
     return any(possible is outcome and probability for possible, probability in outcomes)
-
-
-def _advice(aspect: Aspect, count: int, advice: str) -> Text:
-    return Text(f"  {count:>3} {aspect.value:<10} ").append(advice, style="dim")

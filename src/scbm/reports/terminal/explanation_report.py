@@ -14,7 +14,7 @@ from scbm.closing import Decision
 from scbm.closing.summaries import in_few_words, plan_in_words
 from scbm.model import format_moment, format_value
 from scbm.proofcheck import StructureArgument, ValuesArgument
-from scbm.reports.figure_table import counted
+from scbm.reports.figure_table import command_text, counted
 from scbm.reports.run.event_lines import event_lines
 from scbm.reports.terminal.timeline import draw_line
 
@@ -66,10 +66,10 @@ def told_case(text: str, command: str | None, path: str | None = None) -> Iterat
     if path is not None:
         yield Text(f"# {path}", style="dim")
     for line in text.splitlines():
-        yield Text(line)
+        yield Text(line, no_wrap=True)
     if command:
         yield Text()
-        yield Text("Again: ").append(command, style="cyan")
+        yield command_text("Again: ", command)
 
 
 def _alike(explanations: Iterable[Explanation]) -> Iterator[list[Explanation]]:
@@ -201,7 +201,7 @@ def _looked_at(looked_at: SearchedRuns) -> str:
 def _suggestion(suggestion: Suggestion, command: str) -> Iterator[Text]:
     yield Text(f"  What would change it: {_sentence(suggestion.text)}")
     if suggestion.name is not None:
-        yield Text("    ").append(f"{command} --write {suggestion.name}", style="cyan")
+        yield command_text("    ", f"{command} --write {suggestion.name}")
 
 
 def _sentence(words: str) -> str:

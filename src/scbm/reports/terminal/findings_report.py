@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from scbm.model import format_duration
-from scbm.reports.figure_table import counted
+from scbm.reports.figure_table import command_text, counted
 from scbm.reports.terminal.failure_report import lines_that_show
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def _told(finding: Finding, model: BehaviorModel, command: str | None) -> Iterat
     if finding.shrunk is not None:
         yield from told_shrunk(finding.shrunk, model)
     if command:
-        yield Text("    again: ").append(command, style="cyan")
+        yield command_text("    again: ", command)
 
 
 def _names(finding: Finding) -> str:

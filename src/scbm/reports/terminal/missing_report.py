@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from scbm.cases.coverage import Aspect
-from scbm.reports.figure_table import counted, headline
+from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, counted, headline, shown_path
 from scbm.reports.missed_reasons import close_command, missed_reasons
-from scbm.reports.reproduction import shown_path
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -20,19 +19,20 @@ if TYPE_CHECKING:
     from scbm.reports.missed_reasons import Missed
 
 
-def told_missing(model: BehaviorModel, coverage: Coverage, file: str) -> Iterator[Text]:
+def told_missing(model: BehaviorModel, coverage: Coverage, file: str, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
     """What no case visits, line by line.
 
     Args:
         model: the model.
         coverage: what was visited.
         file: the model file, for the commands.
+        columns: the width of the report.
     """
     missed = missed_reasons(model, coverage, file)
     figure = coverage.figure
     yield Text("Missing of ").append(model.name, style="bold").append(f": {_count(missed)} of {figure.of}")
     yield Text()
-    yield headline(figure)
+    yield headline(figure, columns)
     if not missed:
         return
     order = {name: index for index, name in enumerate(dict.fromkeys(m.obligation.subject for m in missed))}
@@ -41,14 +41,10 @@ def told_missing(model: BehaviorModel, coverage: Coverage, file: str) -> Iterato
         yield Text()
         yield from _of_subject(list(group))
     yield Text()
-    yield Text("What closes it", style="bold")
-    yield _command(close_command(file), "the cases for all of it, or proofs that there are none")
-    yield _command(missed[0].command, "one of them, and how")
-    yield _command(f"scbm test {shown_path(file)} closed", "what they visit")
-
-
-def _command(command: str, what: str) -> Text:
-    return Text("  ").append(command, style="cyan").append(f"   {what}", style="dim")
+    yield Text("How to cover the rest", style="bold")
+    yield command_text("  ", close_command(file), "the cases for all of it, or proofs that there are none")
+    yield command_text("  ", missed[0].command, "one of them, and how")
+    yield command_text("  ", f"scbm test {shown_path(file)} closed", "what they visit")
 
 
 def _count(missed: Sequence[Missed]) -> str:

@@ -7,9 +7,17 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.reports.figure_table import counted, figures, headline, missed_table
+from scbm.reports.figure_table import (
+    DEFAULT_COLUMNS,
+    command_text,
+    counted,
+    figures,
+    headline,
+    missed_table,
+    shown_path,
+)
 from scbm.reports.missed_reasons import close_command
-from scbm.reports.reproduction import again, again_words, durations, place_of, shown_path, told_places
+from scbm.reports.reproduction import again, again_words, durations, place_of, told_places
 from scbm.reports.terminal.combined_report import since_last_run
 
 if TYPE_CHECKING:
@@ -20,17 +28,18 @@ if TYPE_CHECKING:
 _MAX_FAILED = 10
 
 
-def stored_report(history: History, store: str) -> Iterator[Text]:
+def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
     """The report, line by line.
 
     Args:
         history: what the store holds.
         store: the store's file, for the commands.
+        columns: the width of the report.
     """
     coverage = history.coverage
     yield Text("Coverability report: ", style="bold").append(history.model.name)
     yield Text()
-    yield headline(coverage.figure)
+    yield headline(coverage.figure, columns)
     yield Text(f"  Testing duration: {durations(history)}, {_cases(history)}")
     for place in told_places(history):
         yield Text(f"  Over nodes: {place}")
@@ -40,18 +49,14 @@ def stored_report(history: History, store: str) -> Iterator[Text]:
         words = "  Last run against the one before"
         yield since_last_run(history.obligations, before, last.visited, words)
     yield Text()
-    yield from figures(coverage)
+    yield from figures(coverage, columns)
     yield from _failed(history)
-    yield from missed_table(history.model, coverage)
+    yield from missed_table(history.model, coverage, columns)
     if coverage.missed():
         yield Text()
-        yield Text("What closes it", style="bold")
-        yield (
-            Text("  ")
-            .append(f"scbm report {shown_path(store)} --missing", style="cyan")
-            .append("   why each is missing", "dim")
-        )
-        yield Text("  ").append(close_command(history.source.path), style="cyan").append("   the cases for them", "dim")
+        yield Text("How to cover the rest", style="bold")
+        yield command_text("  ", f"scbm report {shown_path(store)} --missing", "why each is missing")
+        yield command_text("  ", close_command(history.source.path), "the cases for them")
 
 
 def _cases(history: History) -> str:
@@ -85,7 +90,7 @@ def _failed(history: History) -> Iterator[Text]:
         if command in runs:
             yield Text(f"    again, as {runs[command]}")
         elif command:
-            yield Text(f"    {again_words(case)}: ").append(command, style="cyan")
+            yield command_text(f"    {again_words(case)}: ", command)
             runs |= {command: label} if case.is_over_nodes else {}
     if len(labels) > _MAX_FAILED:
         yield Text(f"  and {counted(len(labels) - _MAX_FAILED, 'more')}", style="dim")

@@ -22,6 +22,7 @@ from scbm.cases.trace import (
     spans_of,
 )
 from scbm.model import OperationState, format_moment
+from scbm.reports.figure_table import DEFAULT_COLUMNS
 from scbm.reports.run.event_lines import event_lines
 
 if TYPE_CHECKING:
@@ -34,7 +35,8 @@ if TYPE_CHECKING:
 TIME_WIDTH = 11
 """The columns of the time; they are blank where the time is that of the line above."""
 
-_BAR_WIDTH = 60
+_LONGEST_BAR, _SHORTEST_BAR = 60, 20
+"""The width of the picture of a run: as wide as the report allows, within these bounds."""
 
 _STATE_STYLES = {
     OperationState.COMPLETED: "green",
@@ -55,10 +57,19 @@ _LABEL_STYLES: dict[type[Record], str] = {
 _BAR_MARKS = {OperationState.COMPLETED: "█", OperationState.FAILED: "x", OperationState.TIMEDOUT: "!"}
 
 
-def timeline(model: BehaviorModel, execution: Execution, *, every: bool) -> Iterator[Text]:
-    """Yield the timeline of a run, line by line; `every` adds the variables of resources and of the runner."""
+def timeline(
+    model: BehaviorModel, execution: Execution, *, every: bool, columns: int = DEFAULT_COLUMNS
+) -> Iterator[Text]:
+    """Yield the timeline of a run, line by line.
+
+    Args:
+        model: what was run.
+        execution: the run.
+        every: whether the variables of resources and of the runner are shown too.
+        columns: the width of the report.
+    """
     yield from map(draw_line, event_lines(model, execution, every=every))
-    bars = list(_bars(execution))
+    bars = list(_bars(execution, columns))
     yield from [Text(), *bars] if bars else []
     if execution.trace.records and (execution.verdict.failures or execution.unused):
         yield Text()
@@ -100,19 +111,19 @@ def _outcome_style(line: EventLine) -> str:
     return _SEVERITY_STYLES[line.severity]
 
 
-def _bars(execution: Execution) -> Iterator[Text]:
+def _bars(execution: Execution, columns: int) -> Iterator[Text]:
     """Yield a row for each operation that executed, with a bar for each time, and a legend."""
     spans = [span for span in _operations(execution) if span.state is OperationState.EXECUTING]
     if not spans or not execution.ended_ns:
         return
     names = list(dict.fromkeys(span.operation for span in spans))
     width = max(map(len, names))
+    bar_width = min(_LONGEST_BAR, max(_SHORTEST_BAR, columns - width - 2))
     end = format_moment(execution.ended_ns)
-    yield Text(f"{'operation':<{width}}  0 s{end:>{_BAR_WIDTH - 3}}", style="dim")
-    scale = _BAR_WIDTH / execution.ended_ns
+    yield Text(f"{'operation':<{width}}  0 s{end:>{bar_width - 3}}", style="dim", no_wrap=True)
     for name in names:
-        row = Text(f"{name:<{width}}  ")
-        _add_bars(row, (span for span in spans if span.operation == name), scale)
+        row = Text(f"{name:<{width}}  ", no_wrap=True)
+        _add_bars(row, [span for span in spans if span.operation == name], bar_width, execution.ended_ns)
         yield row
     marks = [f"{mark} {state.value}" for state, mark in _BAR_MARKS.items() if any(s.outcome is state for s in spans)]
     yield Text(f"{'':<{width}}  {'   '.join(marks)}", style="dim")
@@ -122,13 +133,13 @@ def _operations(execution: Execution) -> tuple[OperationSpan, ...]:
     return spans_of(execution.trace.records, execution.ended_ns).operations
 
 
-def _add_bars(row: Text, spans: Iterable[OperationSpan], scale: float) -> None:
-    """Add the bars of one operation to its row; `scale` is the number of columns for a nanosecond."""
-    column = 0
+def _add_bars(row: Text, spans: Iterable[OperationSpan], width: int, ended_ns: int) -> None:
+    """Add the bars of one operation to its row; the whole run is `width` columns and `ended_ns` long."""
+    scale, column = width / ended_ns, 0
     for span in spans:
-        begin = max(column, min(int(span.begin_ns * scale), _BAR_WIDTH - 1))
+        begin = max(column, min(int(span.begin_ns * scale), width - 1))
         length = max(1, round(span.duration_ns * scale))
         outcome = span.outcome or OperationState.INITIAL
-        bar = _BAR_MARKS.get(outcome, "░") * min(length, _BAR_WIDTH - begin)
+        bar = _BAR_MARKS.get(outcome, "░") * min(length, width - begin)
         row.append(" " * (begin - column)).append(bar, style=_STATE_STYLES.get(outcome, ""))
         column = begin + len(bar)

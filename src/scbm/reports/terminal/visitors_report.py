@@ -8,7 +8,7 @@ from rich.text import Text
 
 from scbm.cases.coverage import Coverage, only_by, visitors_of_each
 from scbm.model import format_moment
-from scbm.reports.figure_table import counted
+from scbm.reports.figure_table import command_text, counted
 from scbm.reports.reproduction import again
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def _commands(history: History, cases: Sequence[StoredCase]) -> Iterator[Text]:
     yield Text("Run them again", style="bold")
     commands = [again(case, history.source.path, history.runs) for case in cases]
     for command in dict.fromkeys(filter(None, commands)):
-        yield Text(f"  {command}", style="cyan")
+        yield command_text("  ", command)
     over_nodes = sum(bool(command) and case.is_over_nodes for case, command in zip(cases, commands, strict=True))
     if over_nodes:
         words = f"{counted(over_nodes, 'case')} ran over nodes: only all of a run can be made again"

@@ -1,0 +1,78 @@
+"""The report of a campaign fits its width, whatever the names in the model are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from scbm.cli.output.terminal import folded
+from scbm.files import load_model, read_model
+from scbm.model import BehaviorModel
+from scbm.reports import Setting, coverage_report
+from scbm.testing import Campaign, RandomCases, Tester
+
+ROOT = Path(__file__).parents[3]
+BEFORE = "examples/robot_in_the_air/before.yaml"
+SMALL = """
+behavior_model: small
+variables:
+  at: {domain: [home, away], initial: home}
+operations:
+  %s:
+    deadline: 5 s
+    pre: {g: at == home}
+    post: {g: "true", a: [at <- away]}
+  back:
+    pre: {g: at == away}
+    post: {g: "true", a: [at <- home]}
+goals:
+  leave: at == away
+"""
+
+
+def _report(model: BehaviorModel, columns: int, cases: int = 2, **setting: object) -> list[str]:
+    campaign = Campaign.of(model, Tester(model).results(RandomCases(model).first(cases, 1)))
+    shown = replace(Setting(BEFORE, 1, cases, columns=columns), **setting)  # type: ignore[arg-type] # any of its fields
+    return [part.plain for line in coverage_report(campaign, shown) for part in folded(line, columns)]
+
+
+@pytest.mark.parametrize("columns", [80, 60])
+def test_a_report_fits_its_width_but_for_commands(columns: int) -> None:
+    lines = _report(load_model(ROOT / BEFORE), columns, 20)
+    assert [line for line in lines if len(line) > max(columns, 80)] == []
+    assert [line for line in lines if len(line) > columns and not line.startswith("  scbm ")] == []
+    assert any(line.startswith("Missed (○)") for line in lines)
+
+
+@pytest.mark.parametrize("length", [5, 40, 70])
+@pytest.mark.parametrize("columns", [60, 80, 120])
+def test_names_of_any_length_are_shown_whole(columns: int, length: int) -> None:
+    name = "n" * length
+    lines = _report(read_model(SMALL % name), columns)
+    (row,) = [number for number, line in enumerate(lines) if line.startswith(f"  op: {name}")]
+    marks = lines[row].removeprefix(f"  op: {name}").strip() or lines[row + 1]
+    assert len(marks.split()) == 6
+    assert max(len(line) for line in lines if not line.startswith(("  scbm ", "  op: "))) <= columns
+
+
+def test_operations_without_a_deadline_do_not_time_out_by_chance() -> None:
+    lines = _report(read_model(SMALL % "go"), 80, loses_messages=True)
+    assert [line.split(maxsplit=2)[:2] for line in lines if " timedout " in line and line.startswith("   ")] == [
+        ["1", "timedout"],
+        ["1", "timedout"],
+    ]
+    assert any("no `deadline`" in line for line in lines)
+
+
+@pytest.mark.parametrize(("cases", "first"), [(2, "perhaps by chance"), (20, "no plan needs them")])
+def test_after_few_cases_the_first_advice_is_to_run_more(cases: int, first: str) -> None:
+    lines = _report(read_model(SMALL % "go"), 80, cases)
+    (advice,) = [line for line in lines if line.strip().startswith("1 queued")]
+    assert first in advice
+
+
+def test_a_suggested_command_quotes_the_path_of_the_model() -> None:
+    lines = _report(read_model(SMALL % "go"), 80, file="my model.yaml")
+    assert any(line.startswith("  scbm test 'my model.yaml' --cases") for line in lines)
