@@ -1,7 +1,7 @@
-"""The operation runner: a state machine without I/O, clock or chance (semantics 5 and 6).
+"""The operation runner: a state machine without I/O, clock or randomness (semantics 5 and 6).
 
-Events go in, each with the time; effects come out, and the next deadline. What drives it (virtual time, wall time,
-DDS) and what plans for it are other rooms, which it does not know.
+A caller passes events, each with its time, and gets effects and the next deadline. The runner imports neither the
+packages that drive it (simulation, nodes) nor the planner: a request for a plan is an effect.
 """
 
 from scbm.running.automatic import describe_cycle

@@ -57,10 +57,13 @@ def find_cycle(program: Program, state: int, bound: int) -> tuple[str, ...]:
 
 
 def name_cycle(taken: Sequence[tuple[str, int]]) -> tuple[str, ...]:
-    """The names of a chain of transitions, each with the state behind it, that is too long.
+    """Return the names of the transitions of a chain that is too long.
 
-    If the last state was there before, the names of one round, the first of them again at the end. Else there is no
-    round, and each name stands there once.
+    If the last state occurred before, these are the names of one cycle, with the first name again at the end. Otherwise
+    the chain has no cycle, and each name occurs once.
+
+    Args:
+        taken: the transitions, each with the packed state after it.
     """
     *before, (_, state) = taken
     for index in range(len(before) - 1, -1, -1):
@@ -70,17 +73,17 @@ def name_cycle(taken: Sequence[tuple[str, int]]) -> tuple[str, ...]:
 
 
 def _round(names: list[str], taken: list[str]) -> tuple[str, ...]:
-    """One round, begun with the transition that was taken first of all, which stands at its end again."""
+    """Return the names of a cycle from the one that was taken first, with that one again at the end."""
     first = min(range(len(names)), key=lambda index: taken.index(names[index]))
     return (*names[first:], *names[:first], names[first])
 
 
 NO_TIME_PASSES = "no time passes"
-"""Stands in the place of a cycle where requests are sent and answered for ever at one moment."""
+"""Replaces the names of a cycle where requests are sent and answered without end at one moment."""
 
 
 def describe_cycle(names: Sequence[str]) -> str:
-    """What `name_cycle` found, as a sentence."""
+    """Return the result of `name_cycle` as a sentence."""
     if tuple(names) == (NO_TIME_PASSES,):
         return "requests are sent and answered without end, and no time passes: give the resources a latency"
     if len(names) > 1 and names[0] == names[-1]:

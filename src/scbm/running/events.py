@@ -1,8 +1,7 @@
-"""What a runner wants done. Records are effects too: whoever drives the runner keeps or publishes them.
+"""The events that a runner handles, the effects that it returns, and its limits.
 
-What can happen to a runner. The time comes beside the event, not in it.
-
-The limits of a runner. Times are the runner's own: simulated ones in a simulation.
+The time of an event is an argument of `Runner.handle`. Records are effects too: the caller keeps or publishes them.
+Times are those of the caller: simulated ones in a simulation.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ class SendRequest:
 
 @dataclass(frozen=True, slots=True)
 class CancelRequest:
-    """Tell a resource that nobody waits for this request any more."""
+    """Tell a resource that a request is cancelled: no reply is needed."""
 
     request: int
     resource: str
@@ -40,7 +39,7 @@ class CancelRequest:
 
 @dataclass(frozen=True, slots=True)
 class ChangeResource:
-    """Tell a simulated resource what becomes of it: an injection says so, or is put back."""
+    """Tell a simulated resource its new condition: an injection acts, or is put back."""
 
     resource: str
     condition: Condition
@@ -48,7 +47,7 @@ class ChangeResource:
 
 @dataclass(frozen=True, slots=True)
 class AskPlan:
-    """Ask the planner, and answer with `PlanAnswered` and the same `ask`."""
+    """Request a plan; the caller answers with `PlanAnswered` and the same `ask`."""
 
     ask: int
     state: Mapping[str, Value]
@@ -69,13 +68,13 @@ _OUTWARD = (SendRequest, CancelRequest, ChangeResource, AskPlan, RunFinished)
 
 
 def records_of(effects: Iterable[Effect]) -> tuple[Record, ...]:
-    """Those effects that are records, in their order."""
+    """Return the effects that are records, in their order."""
     return tuple(effect for effect in effects if not isinstance(effect, _OUTWARD))
 
 
 @dataclass(frozen=True, slots=True)
 class GoalGiven:
-    """A goal to pursue; it waits in order while another one is pursued."""
+    """A goal is given; it is queued while the runner pursues another one."""
 
     name: str
     predicate: Predicate
@@ -83,7 +82,7 @@ class GoalGiven:
 
 @dataclass(frozen=True, slots=True)
 class ReplyArrived:
-    """A resource answered a request, perhaps with measured values."""
+    """A resource replied to a request, perhaps with measured values."""
 
     request: int
     succeeded: bool
@@ -92,14 +91,14 @@ class ReplyArrived:
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """A resource published measured values unasked."""
+    """A resource published measured values without a request."""
 
     values: Changes
 
 
 @dataclass(frozen=True, slots=True)
 class InjectionGiven:
-    """A tester injects something, now or as soon as its condition holds."""
+    """A tester gives an injection; it acts at its time and as soon as its predicate holds."""
 
     injection: Injection
 
@@ -114,7 +113,7 @@ class PlanStatus(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class PlanAnswered:
-    """The planner answered the question `ask`; `plan` names operations if it is solved."""
+    """The planner answered request `ask`; `plan` has the names of operations if a plan was found."""
 
     ask: int
     status: PlanStatus
@@ -123,7 +122,7 @@ class PlanAnswered:
 
 @dataclass(frozen=True, slots=True)
 class TimePassed:
-    """Nothing but time: the runner's deadline has come."""
+    """The runner's deadline has passed, and nothing else happened."""
 
 
 Event: TypeAlias = GoalGiven | ReplyArrived | Measured | InjectionGiven | PlanAnswered | TimePassed
@@ -131,16 +130,16 @@ Event: TypeAlias = GoalGiven | ReplyArrived | Measured | InjectionGiven | PlanAn
 
 @dataclass(frozen=True, slots=True)
 class RunnerOptions:
-    """When a runner gives up, and what it may wait for.
+    """The limits of a runner.
 
     Attributes:
-        time_limit_ns: how long one goal may be pursued.
-        plan_limit: how many plans may be asked for, for one goal.
-        livelock_bound: how many automatic transitions one settling may take (semantics 5.1).
-        instant_bound: how many events may come at one moment. Where resources answer in no time, requests can be sent
-            and answered for ever, and no time limit ends that.
-        awaits_measurements: whether a measured value may still arrive unasked, so that a goal which cannot be
-            planned for is waited for (semantics 5.6).
+        time_limit_ns: maximum time for one goal, in nanoseconds.
+        plan_limit: maximum number of plans that are requested for one goal.
+        livelock_bound: maximum number of automatic transitions in one settling (semantics 5.1).
+        instant_bound: maximum number of events at one moment. Resources that reply in no time can cause requests
+            without end, which no time limit stops.
+        awaits_measurements: whether measured values can still arrive without a request. Then the runner waits while no
+            plan exists (semantics 5.6).
     """
 
     time_limit_ns: int = 3_600_000_000_000

@@ -1,4 +1,4 @@
-"""The requests in flight, and which replies belong to none of them (semantics 6.2)."""
+"""The requests in flight, and the replies that match none of them (semantics 6.2)."""
 
 from __future__ import annotations
 
@@ -10,11 +10,15 @@ if TYPE_CHECKING:
     from scbm.running.program import RequestLine
 
 _MAX_REMEMBERED = 1_024
-"""So many answered requests are remembered, to tell a repeated reply from a late one."""
+"""Maximum number of answered requests that are kept, to distinguish a repeated reply from a late one."""
 
 
 class Requests:
-    """At most one request in flight for each resource; ids are never used twice."""
+    """The requests in flight, at most one for each resource. An id is never used twice.
+
+    Attributes:
+        dropped: how many replies were dropped, by the reason: `late`, `repeated`, `unknown`.
+    """
 
     def __init__(self) -> None:
         self._lines: dict[int, RequestLine] = {}
@@ -24,17 +28,17 @@ class Requests:
 
     @property
     def in_flight(self) -> Collection[RequestLine]:
-        """The resources that a reply is awaited from, in the order of asking."""
+        """The resources that owe a reply, in the order of their requests."""
         return self._lines.values()
 
     def send(self, line: RequestLine) -> int:
-        """A fresh id for a request to a resource."""
+        """Add a request to a resource, and return its new id."""
         self._last += 1
         self._lines[self._last] = line
         return self._last
 
     def cancel(self, line: RequestLine) -> int | None:
-        """The id of the request that is in flight to a resource, which from now on is not."""
+        """Remove the request in flight to a resource, and return its id; `None` if there is none."""
         for request, other in self._lines.items():
             if other is line:
                 del self._lines[request]
@@ -42,7 +46,10 @@ class Requests:
         return None
 
     def answer(self, request: int) -> RequestLine | str:
-        """Whom a reply came from; or why it is dropped, which is counted: `late`, `repeated` or `unknown`."""
+        """Remove the request that a reply answers, and return its resource.
+
+        If the reply answers no request in flight, count it as dropped and return why: `late`, `repeated` or `unknown`.
+        """
         line = self._lines.pop(request, None)
         if line is not None:
             self._answered[request] = None

@@ -81,7 +81,7 @@ class _Goal:
 
 @dataclass(frozen=True, slots=True)
 class _Armed:
-    """An injection that waits for its moment."""
+    """An injection that has not acted yet."""
 
     injection: Injection
     step: CompiledStep
@@ -89,10 +89,12 @@ class _Armed:
 
 @dataclass(slots=True)
 class _Held:
-    """An injection that will be put back.
+    """An injection that acted and will be put back.
 
     Attributes:
-        before: what each variable was that nothing else has changed since.
+        injection: the injection.
+        until_ns: when it is put back.
+        before: the earlier values of its variables, without those that something else has changed since.
     """
 
     injection: Injection
@@ -101,12 +103,12 @@ class _Held:
 
 
 class Runner:
-    """Runs one model, one goal after the other."""
+    """The runner of one model: pursues one goal after the other."""
 
     def __init__(
         self, program: Program, state: Mapping[str, Value], options: RunnerOptions | None = None, now_ns: int = 0
     ) -> None:
-        """Starts in a state of the world; the runner's own variables begin at rest.
+        """Start in a state of the world; the runner's own variables are at rest.
 
         Args:
             program: the compiled model.
@@ -132,7 +134,7 @@ class Runner:
         self._rest()
 
     def _rest(self) -> None:
-        """No goal is pursued."""
+        """Forget the goal, its plan and its timers."""
         self._goal: _Goal | None = None
         self._queue: deque[RunnableOperation] = deque()
         self._steps = self.program.micro_steps(None)
@@ -143,13 +145,13 @@ class Runner:
         self._asked_in: int | None = None
         self._unsolvable_in: int | None = None
 
-    # the door
+    # the public interface
 
     def handle(self, event: Event, now_ns: int) -> list[Effect]:
-        """What `event` at time `now_ns` brings about, in order. Raises `ValueError` if time runs backwards.
+        """Handle an event at time `now_ns`, and return its effects in order.
 
-        Deadlines pass with `TimePassed` only. It is due as soon as `deadline_ns` has come, behind all other events of
-        that instant.
+        Deadlines pass with `TimePassed` only. It is due when `deadline_ns` has come, after all other events of that
+        moment. Raises `ValueError` if `now_ns` is earlier than the last event.
         """
         if now_ns < self._now_ns:
             raise ValueError(f"time runs backwards, from {self._now_ns} ns to {now_ns} ns")
@@ -163,7 +165,7 @@ class Runner:
 
     @property
     def deadline_ns(self) -> int | None:
-        """When `TimePassed` is due if nothing else happens before; `None` if the runner waits for nothing."""
+        """The time at which `TimePassed` is due unless another event comes first; `None` if the runner has no timer."""
         times = [armed.injection.at_ns for armed in self._armed if armed.injection.at_ns is not None]
         times = [at_ns for at_ns in times if at_ns > self._now_ns]
         times += [held.until_ns for held in self._held]
@@ -175,7 +177,7 @@ class Runner:
 
     @property
     def state(self) -> dict[str, Value]:
-        """The value of every variable, the runner's own among them."""
+        """The value of every variable, the runner's own included."""
         return self.program.packing.values(self._state)
 
     @property
@@ -216,7 +218,7 @@ class Runner:
         self._effects.append(record)
 
     def _with_measured(self, values: Changes, measurable: tuple[str, ...]) -> int:
-        """The state with measured values in it. What cannot be measured is refused, and said so."""
+        """Return the packed state with measured values; refuse and record values that cannot be measured."""
         state = self._state
         for name, value in values:
             if name in measurable and value in self.program.packing.space[name].domain:
@@ -243,7 +245,7 @@ class Runner:
             self._unsolvable_in = self._asked_in
 
     def _may_still_change(self) -> bool:
-        """Whether something is on its way that could make the goal reachable (semantics 5.6)."""
+        """Return whether the runner waits for something that could make the goal reachable (semantics 5.6)."""
         return bool(self._requests.in_flight or self._armed or self._held or self.options.awaits_measurements)
 
     # settling
@@ -259,7 +261,7 @@ class Runner:
             self._end(End.LIVELOCK, (NO_TIME_PASSES,))
 
     def _has_passed(self, deadline_ns: int) -> bool:
-        """Whether a deadline has passed. `TimePassed` says so: all else that happens at its instant is in time."""
+        """Return whether a deadline has passed. Other events than `TimePassed` are in time at that moment."""
         return self._time_passes and self._now_ns >= deadline_ns
 
     def _micro_step(self) -> bool:
@@ -296,7 +298,7 @@ class Runner:
                 assert_never(step)
         return True
 
-    # 0: injections
+    # 5.0: injections
 
     def _inject(self) -> bool:
         for index, armed in enumerate(self._armed):
@@ -325,13 +327,13 @@ class Runner:
             self._change_resource(injection, injection.resource)
         if injection.hold_ns is not None:
             packing = self.program.packing
-            # The states of operations and plans are the runner's: they go on from what was injected.
+            # States of operations and plans are never put back: the runner continues from the injected ones.
             names = [name for name, _ in injection.assign if not packing.space[name].role.is_runner]
             was = {name: packing.value(before, name) for name in names}
             self._held.append(_Held(injection, self._now_ns + injection.hold_ns, was))
 
     def _change_resource(self, injection: Injection, resource: str) -> None:
-        """Says what an injection makes of a resource: to the trace, and to whoever drives the runner.
+        """Record the condition of a resource after an injection, and tell it to the caller.
 
         Of the injections that are in force, the last one decides.
         """
@@ -349,7 +351,7 @@ class Runner:
         return False
 
     def _release(self, held: _Held) -> None:
-        """Puts back what nothing else has changed since it was injected."""
+        """Put back the variables of an injection that nothing else has changed since."""
         injection, packing = held.injection, self.program.packing
         if injection.assign:
             keep, bits = packing.assignment(held.before)
@@ -385,7 +387,7 @@ class Runner:
         self._effects.append(SendRequest(request, name, payload))
 
     def _cancel(self, line: RequestLine, after: int) -> None:
-        """Gives up the request in flight, if there is one, and goes to the state `after`."""
+        """Cancel the request in flight, if there is one, and set the state `after`."""
         request = self._requests.cancel(line)
         if request is None:
             return
@@ -458,7 +460,7 @@ class Runner:
     # the end
 
     def _end(self, end: End, detail: tuple[str, ...] = ()) -> None:
-        """Ends the run: requests in flight cancelled, the operation initial again, the plan given up."""
+        """End the run: cancel its requests, make the operation initial, and drop the plan."""
         assert self._goal is not None  # noqa: S101 - only a run that goes on can end
         for line in list(self._requests.in_flight):
             keep, bits = line.cleared
@@ -472,7 +474,7 @@ class Runner:
     # the packed state
 
     def _set(self, state: int) -> Changes:
-        """Makes this the state, and says what that changes."""
+        """Set the packed state, and return the variables that change."""
         if state == self._state:
             return ()
         changes = self.program.packing.changes(self._state, state)

@@ -1,4 +1,4 @@
-"""Where runs can be between two events, what can happen there, and what they visit on the way."""
+"""Positions of runs between two events, the events that can follow, and what runs visit."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Position(NamedTuple):
-    """Where a run can be when the runner is settled and the run has not ended.
+    """The position of a run that has not ended while the runner is settled.
 
     Attributes:
         state: the packed state; variables that make no difference are 0.
@@ -33,20 +33,20 @@ class Position(NamedTuple):
 
     @property
     def is_asking(self) -> bool:
-        """Whether the planner was asked and has not answered."""
+        """Whether the planner owes an answer."""
         return self.awaits in (Awaits.PLAN, Awaits.UNSOLVABLE, Awaits.STALE)
 
 
 class PlanningTooLargeError(Exception):
-    """What follows from an event was not found within the limits of planning."""
+    """A plan was not found within the limits of planning, so the step from an event is unknown."""
 
 
 class TooManyRepliesError(Exception):
-    """A reply can measure values in more ways than can be gone through."""
+    """The values that one reply can measure have too many combinations."""
 
 
 class HappeningKind(Enum):
-    """What can happen to a run."""
+    """The kinds of events in a run."""
 
     ANSWER = "the planner answers"
     REPLY = "a resource replies"
@@ -56,7 +56,7 @@ class HappeningKind(Enum):
 
 
 class Happening(NamedTuple):
-    """One thing that can happen to a run.
+    """One event that can happen in a run.
 
     Attributes:
         kind: what it is.
@@ -77,7 +77,7 @@ TIME_LIMIT = Happening(HappeningKind.TIME_LIMIT)
 
 
 class RunStep(NamedTuple):
-    """What follows from an event.
+    """The step that an event starts.
 
     Attributes:
         target: where the run is then; `None` if it has ended.
@@ -91,7 +91,7 @@ class RunStep(NamedTuple):
 
 
 class Visits:
-    """What can be visited, as bits: the obligations of a model, and beyond them *is current* for each operation."""
+    """The bits of what runs visit: the obligations of a model, then *is current* for each operation."""
 
     def __init__(self, model: BehaviorModel) -> None:
         self.obligations = Obligations.of(model)
@@ -104,23 +104,23 @@ class Visits:
         return (1 << self._beyond) - 1
 
     def current(self, operation: str) -> int:
-        """The bit of an operation that comes to the head of the queue."""
+        """Return the bit for an operation that becomes current."""
         return 1 << (self._beyond + self._operations[operation])
 
     def bit(self, subject: str, aspect: Aspect) -> int:
-        """The bit of an obligation."""
+        """Return the bit of an obligation."""
         return self.obligations.bit_of(subject, aspect)
 
 
 class Queues:
-    """Queues of operations by number, so that to compare and keep them costs no more than a number. 0 is empty."""
+    """Queues of operations, each with a number, so that positions can be compared and stored as numbers. 0 is empty."""
 
     def __init__(self) -> None:
         self._cells: list[tuple[int, int]] = [(-1, 0)]
         self._numbers: dict[tuple[int, int], int] = {}
 
     def number(self, operations: Iterable[int]) -> int:
-        """The number of a queue; operations are numbered by their place in the model."""
+        """Return the number of a queue; operations are numbered by their position in the model."""
         queue = 0
         for operation in reversed(tuple(operations)):
             cell = (operation, queue)
@@ -131,11 +131,11 @@ class Queues:
         return queue
 
     def pop(self, queue: int) -> tuple[int, int]:
-        """The first operation, and the number of the rest."""
+        """Return the first operation, and the number of the rest of the queue."""
         return self._cells[queue]
 
     def operations(self, queue: int) -> tuple[int, ...]:
-        """All operations of a queue."""
+        """Return all operations of a queue."""
         found = []
         while queue:
             operation, queue = self._cells[queue]
@@ -144,6 +144,6 @@ class Queues:
 
 
 def world_bits(program: Program, values: Mapping[str, Value]) -> int:
-    """A state of the world as the runner packs it at rest."""
+    """Return a state of the world as a packed state, with the runner's variables at rest."""
     space = program.packing.space
     return program.packing.pack({v.name: v.initial if v.role.is_runner else values[v.name] for v in space})

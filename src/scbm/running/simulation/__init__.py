@@ -1,4 +1,4 @@
-"""Runs in virtual time: simulated resources, a heap of events, and every free choice kept.
+"""Runs in virtual time: simulated resources, a heap of events, and a record of every free choice.
 
 The same choices give the same trace, byte for byte. Nothing here reads a clock, and nothing sleeps.
 """

@@ -1,4 +1,4 @@
-"""How resources react to requests of which a case says nothing: drawn from the model file, or plain."""
+"""Reactions of resources to requests that a case leaves open: drawn from the model file, or plain."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ class PlainReactions:
     """Every request succeeds, after the typical latency, with the first of the values listed for each variable."""
 
     def react(self, resource: Resource) -> Reaction:
-        """The same each time."""
+        """Return the plain reaction, the same each time."""
         latency_ns = typical_ns(resource.simulation.latency)
         return Reaction(resource.name, Outcome.SUCCEED, latency_ns, plainly_measured(resource))
 
 
 def plainly_measured(resource: Resource) -> Changes | None:
-    """The first of the values listed for each variable; `None` if there are none."""
+    """Return the first of the values listed for each variable; `None` if there are none."""
     return tuple((name, values[0]) for name, values in resource.simulation.measured) or None
 
 
 def typical_ns(latency: Latency) -> int:
-    """The one value, the middle, or the mode, as the distribution has it."""
+    """Return the typical latency: the one value, the middle, or the mode of the distribution."""
     match latency.shape:
         case LatencyShape.FIXED:
             return latency.points_ns[0]
@@ -56,7 +56,7 @@ class DrawnReactions:
         self._random = random
 
     def react(self, resource: Resource) -> Reaction:
-        """Draws an outcome, a latency, and for a success the measured values, in this order."""
+        """Draw an outcome, a latency, and for a success the measured values, in this order."""
         outcome = self._outcome(resource)
         latency_ns = self._latency_ns(resource.simulation.latency)
         measured: Changes | None = None
@@ -76,7 +76,7 @@ class DrawnReactions:
         return next(outcome for outcome, probability in reversed(outcomes) if probability)
 
     def _latency_ns(self, latency: Latency) -> int:
-        """A latency, by the inverse of its distribution function."""
+        """Draw a latency by the inverse of its distribution function."""
         match latency.shape:
             case LatencyShape.FIXED:
                 return latency.points_ns[0]
@@ -94,14 +94,14 @@ class DrawnReactions:
 
 
 def _rounded(drawn_ns: float, low_ns: int, high_ns: int) -> int:
-    """Whole microseconds, which are more than any resource keeps to and easier to read; finer in a narrow range."""
+    """Round to whole microseconds, precise enough and easy to read; finer in a narrow range."""
     step_ns = _MICROSECOND_NS if high_ns - low_ns >= _WIDE_NS else 1
     rounded = round(drawn_ns / step_ns) * step_ns
     return min(max(rounded, low_ns), high_ns)
 
 
 def _triangular(drawn: float, low: int, mode: int, high: int) -> float:
-    """The inverse of the distribution function of the triangular distribution."""
+    """Return the inverse of the distribution function of the triangular distribution."""
     if low == high:
         return low
     share = (mode - low) / (high - low)

@@ -1,7 +1,7 @@
 """Free choices of a run: how resources react, and how messages travel (semantics 7.1, decision 11).
 
-What the case says is followed; what it leaves open is drawn, or plain if there is nothing to draw from. Everything
-that was decided is kept, so that a case can be made of it which leaves nothing open.
+A case can fix any of them. The others are drawn, or plain where there is no source of random numbers. All choices are
+recorded, so that a case can be made from a run that leaves nothing open.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class MessageKind(StrEnum):
-    """What travels between runner and resource on behalf of a request."""
+    """The kinds of messages between the runner and a resource."""
 
     REQUEST = "request"
     REPLY = "reply"
@@ -33,15 +33,15 @@ class MessageKind(StrEnum):
 
 
 class Reactions(Protocol):
-    """Says how a resource reacts to a request of which the case says nothing."""
+    """Decides how a resource reacts to a request that the case leaves open."""
 
     def react(self, resource: Resource) -> Reaction:
-        """The reaction to the next request, which goes to `resource`."""
+        """Return the reaction to the next request to `resource`."""
         ...
 
 
 class Choices:
-    """Decides everything that is free in one run."""
+    """Decides all free choices of one run."""
 
     def __init__(
         self,
@@ -50,16 +50,16 @@ class Choices:
         network: Network = Network(),  # noqa: B008 - an immutable value
         random: Random | None = None,
     ) -> None:
-        """Made anew for every run.
+        """Prepare the choices of one run.
 
         Args:
-            reactions: decides what the case leaves open.
-            forced: what the case says.
-            network: how messages travel of which it says nothing.
-            random: what the fates of messages are drawn from; needed if `network` draws.
+            reactions: decides the reactions that the case leaves open.
+            forced: the rules of the case.
+            network: decides how messages travel that the case leaves open.
+            random: the source of random numbers for messages; required if `network` draws.
 
         Raises:
-            ValueError: the network draws, and there is nothing to draw from.
+            ValueError: `network` draws, and `random` is missing.
         """
         if network.draws and random is None:
             raise ValueError("the faults of the network are a matter of chance, and there is nothing to draw from")
@@ -77,15 +77,15 @@ class Choices:
 
     @property
     def taken(self) -> tuple[Reaction, ...]:
-        """What was decided so far, request by request."""
+        """The reactions decided so far, request by request."""
         return tuple(self._taken)
 
     def taken_by(self, request: int) -> Reaction:
-        """What was decided for a request of the run, counted from 1."""
+        """Return the reaction decided for a request of the run, counted from 1."""
         return self._taken[request - 1]
 
     def react(self, resource: Resource, operation: str | None) -> Reaction:
-        """The reaction to the next request of the run; only its messages are still to be decided.
+        """Decide the reaction to the next request of the run, without its messages.
 
         Args:
             resource: where the request goes.
@@ -98,7 +98,7 @@ class Choices:
         return reaction
 
     def travel(self, request: int, message: MessageKind, now_ns: int) -> Delivery:
-        """How a message travels that is sent now. All copies of a reply travel alike."""
+        """Decide how a message travels that is sent now. All copies of a reply travel alike."""
         if self._all_at_once:
             return AT_ONCE
         reaction = self._taken[request - 1]
@@ -125,7 +125,7 @@ class _OutcomeRules:
         self._counts = dict.fromkeys(self._rules, 0)
 
     def of_next(self, resource: str, operation: str | None) -> list[OutcomeRule]:
-        """What is said of the next request: for its resource first, so that the operation's rule goes over it."""
+        """Return the rules for the next request: that of the operation last, so that it overrides the other."""
         if not self._rules:
             return []
         rules = (self._next(subject) for subject in (resource, operation) if subject in self._rules)
@@ -140,7 +140,7 @@ class _OutcomeRules:
 
 
 def _follow(reaction: Reaction, rule: OutcomeRule, resource: Resource) -> Reaction:
-    """The reaction with all that a rule says."""
+    """Return the reaction with everything that a rule fixes."""
     outcome = reaction.outcome if rule.outcome is None else rule.outcome
     measured = reaction.measured if rule.measured is None else rule.measured
     if outcome is not Outcome.SUCCEED:
@@ -159,7 +159,7 @@ def _follow(reaction: Reaction, rule: OutcomeRule, resource: Resource) -> Reacti
 
 
 def leave_nothing_open(reactions: Iterable[Reaction]) -> tuple[OutcomeRule, ...]:
-    """Rules that say everything of a run's requests, resource by resource in the order of their first requests."""
+    """Return rules that fix all requests of a run, resource by resource in the order of first requests."""
     by_resource: dict[str, list[OutcomeRule]] = {}
     for reaction in reactions:
         rules = by_resource.setdefault(reaction.resource, [])

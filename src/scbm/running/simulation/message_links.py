@@ -25,14 +25,14 @@ class Links:
         self.are_plain = not network.latency_ns and not network.draws
 
     def cuts(self, resource: str, now_ns: int) -> bool:
-        """Whether a partition cuts the resource off now."""
+        """Return whether a partition cuts the resource off now."""
         return any(
             cut.at_ns <= now_ns < cut.at_ns + cut.for_ns and cut.resource in (None, resource)
             for cut in self._network.partitions
         )
 
     def deliver(self, resource: str, now_ns: int, *, inward: bool) -> Delivery:
-        """How a message travels that is sent now; `inward` is from the resource to the runner.
+        """Decide how a message travels that is sent now; `inward` is from the resource to the runner.
 
         Only what can happen is drawn: whether it is lost, its jitter, whether it is held back, whether it is doubled.
         """
@@ -54,7 +54,7 @@ class Links:
         return bool(probability) and self._draw() < probability
 
     def _up_to(self, most_ns: int) -> int:
-        """A time of whole microseconds, which is easier to read; finer in a narrow range."""
+        """Round to whole microseconds, which are easy to read; finer in a narrow range."""
         if not most_ns:
             return 0
         step_ns = _MICROSECOND_NS if most_ns >= _WIDE_NS else 1

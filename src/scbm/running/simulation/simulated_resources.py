@@ -1,4 +1,4 @@
-"""A simulated resource: what it works on, what waits, and its condition (semantics 7.2)."""
+"""A simulated resource: its jobs, its waiting requests, and its condition (semantics 7.8)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _WELL = Condition()
 
 @dataclass(slots=True)
 class Job:
-    """One copy of a request that arrived: what will be answered, and when if it is being worked on."""
+    """One copy of a request that arrived, with the reaction to it and whether it will succeed."""
 
     request: int
     reaction: Reaction
@@ -25,7 +25,13 @@ class Job:
 
 @dataclass(slots=True)
 class SimulatedResource:
-    """What is true of one resource at one moment of a run."""
+    """The state of one resource in a run.
+
+    Attributes:
+        name: its name.
+        condition: its condition.
+        downs: how many restarts have begun and not ended.
+    """
 
     name: str
     condition: Condition = _WELL
@@ -35,11 +41,11 @@ class SimulatedResource:
 
     @property
     def is_down(self) -> bool:
-        """Whether it is restarting; restarts may overlap."""
+        """Whether the resource is restarting; restarts may overlap."""
         return self.downs > 0
 
     def receive(self, request: int, reaction: Reaction) -> tuple[Job, int] | None:
-        """A request arrives. The job and how long it will take; `None` if no answer is to come of it by now."""
+        """Receive a request, and return the job and its time in ns; `None` if it is lost, waits or gets no reply."""
         if self.is_down or self.condition.kind.intake is Intake.DROP:
             return None
         job = Job(request, reaction)
@@ -58,7 +64,7 @@ class SimulatedResource:
         return job, kind.time(reaction.latency_ns, self.condition.factor)
 
     def finish(self, job: Job) -> bool:
-        """The time of a job is over: whether it is answered, which it is unless it was cancelled or forgotten."""
+        """Finish a job whose time is over; return whether it is answered: it may have been cancelled or forgotten."""
         for index, other in enumerate(self._jobs):
             if other is job:
                 del self._jobs[index]
@@ -66,17 +72,17 @@ class SimulatedResource:
         return False
 
     def cancel(self, request: int) -> None:
-        """Nobody waits for this request any more."""
+        """Drop the jobs of a request."""
         self._jobs = [job for job in self._jobs if job.request != request]
         self._waiting = [job for job in self._waiting if job.request != request]
 
     def forget(self) -> None:
-        """All jobs are lost."""
+        """Drop all jobs."""
         self._jobs.clear()
         self._waiting.clear()
 
     def become(self, condition: Condition) -> list[tuple[Job, int]]:
-        """Changes the condition; what waited and can be begun now comes back as from `receive`."""
+        """Change the condition; return the jobs that waited and begin now, as `receive` does."""
         self.condition = condition
         if condition.kind.intake is Intake.DROP:
             self.forget()

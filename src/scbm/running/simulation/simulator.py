@@ -1,4 +1,4 @@
-"""One run in virtual time: a heap of what will happen, the runner, and simulated resources."""
+"""One run in virtual time: a heap of events, the runner, and simulated resources."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Simulated:
-    """What came of a simulated run.
+    """The result of a simulated run.
 
     Attributes:
         end: how the run for the goal ended.
-        ended_ns: the virtual time at which it did.
-        records: everything that happened.
+        ended_ns: the virtual time of the end.
+        records: the trace.
     """
 
     end: End
@@ -57,11 +57,11 @@ class Simulated:
 
 
 class TooLongError(Exception):
-    """More happens in a run than whoever asked for it cares to wait for."""
+    """A run has more records than the caller allows."""
 
 
 class Simulator:
-    """Simulates one model, run after run. Runs do not influence each other."""
+    """Simulates runs of one model. Runs do not influence each other."""
 
     def __init__(
         self,
@@ -77,15 +77,15 @@ class Simulator:
         self.resources = {resource.name: resource for resource in model.resources}
 
     def run(self, case: Case, choices: Choices, most_records: int | None = None) -> Simulated:
-        """Runs a case until its goal is reached or given up.
+        """Run a case until its goal is reached or given up.
 
         Args:
-            case: where it begins, what it is for, what the tester does on the way.
+            case: the case.
             choices: decides how resources react, and how messages travel.
-            most_records: the run is given up when more than so many things have happened.
+            most_records: maximum number of records; `None` for no limit.
 
         Raises:
-            TooLongError: that many have.
+            TooLongError: the run has more records.
         """
         runner = Runner(self.program, case.initial, self.options_for(case.limits))
         run = _SimulationRun(self, runner, choices)
@@ -96,7 +96,7 @@ class Simulator:
         return run.finish(most_records)
 
     def options_for(self, limits: CaseLimits) -> RunnerOptions:
-        """The limits of a case; where it has none, those of the simulator."""
+        """Return the limits of a case; where it has none, those of the simulator."""
         options = self.options
         if limits.time_ns is not None:
             options = replace(options, time_limit_ns=limits.time_ns)
@@ -105,7 +105,7 @@ class Simulator:
 
 @dataclass(frozen=True, slots=True)
 class _Arrives:
-    """A copy of a request, or of its cancellation, comes to its resource."""
+    """A copy of a request, or of its cancellation, arrives at its resource."""
 
     message: MessageKind
     request: int
@@ -147,17 +147,17 @@ class _SimulationRun:
         self._end: End | None = None
 
     def schedule(self, at_ns: int, occurrence: _Occurrence) -> None:
-        """Lets something happen; what happens at one moment happens in the order in which it was scheduled."""
+        """Schedule an event; events of one moment happen in the order in which they were scheduled."""
         heapq.heappush(self._heap, (at_ns, next(self._order), occurrence))
 
     def plan_restarts(self, restarts: Iterable[Restart]) -> None:
-        """Lets resources go down and come up."""
+        """Schedule the restarts of resources."""
         for restart in restarts:
             self.schedule(restart.at_ns, _Restarts(restart.resource, is_down=True))
             self.schedule(restart.at_ns + restart.for_ns, _Restarts(restart.resource, is_down=False))
 
     def finish(self, most_records: int | None) -> Simulated:
-        """Lets everything happen until the run ends. Raises `TooLongError`."""
+        """Process events until the run ends. Raises `TooLongError`."""
         while self._end is None:
             if most_records is not None and len(self._records) > most_records:
                 raise TooLongError
@@ -167,7 +167,7 @@ class _SimulationRun:
         return Simulated(self._end, self._now_ns, tuple(self._records))
 
     def _next_event(self) -> Event:
-        """What the runner is told next; an event before a deadline of the same moment, as it would come in time."""
+        """Return the next event of the runner; at one moment other events precede a deadline, as they are in time."""
         deadline_ns = self._runner.deadline_ns
         while self._heap and (deadline_ns is None or self._heap[0][0] <= deadline_ns):
             self._now_ns, _, occurrence = heapq.heappop(self._heap)
@@ -179,7 +179,7 @@ class _SimulationRun:
         return TimePassed()
 
     def _occur(self, occurrence: _Occurrence) -> Event | None:
-        """Lets one thing happen; an event if it is one for the runner."""
+        """Process an entry of the heap; return the event for the runner, if there is one."""
         match occurrence:
             case _Finishes(resource, job):
                 return self._answer(resource, job)
@@ -192,7 +192,7 @@ class _SimulationRun:
         return None
 
     def _perform(self, effect: Effect) -> None:
-        """Does what the runner wants done; all but five kinds of effects are records, to be kept."""
+        """Carry out the effects of the runner; all but five kinds are records, which are kept."""
         match effect:
             case SendRequest():
                 self._choices.react(self._simulator.resources[effect.resource], self._operation)
@@ -212,7 +212,7 @@ class _SimulationRun:
                     self._follow_operation(effect)
 
     def _follow_operation(self, record: Record) -> None:
-        """Remembers which operation is the current one, which an answer of the runner may change several times."""
+        """Keep track of the current operation, which the records of one event may change several times."""
         if isinstance(record, BecameCurrent):
             self._operation = record.operation
         elif isinstance(record, OperationStepped) and record.target is OperationState.INITIAL:
@@ -221,7 +221,7 @@ class _SimulationRun:
     # resources and messages
 
     def _send(self, message: MessageKind, request: int, resource: str) -> None:
-        """A message goes to a resource; one that is not under way for any time arrives at once."""
+        """Send a message to a resource; without a delay it arrives at once."""
         for delay_ns in self._travel(message, request, resource):
             if delay_ns:
                 self.schedule(self._now_ns + delay_ns, _Arrives(message, request, resource))
@@ -246,7 +246,7 @@ class _SimulationRun:
             self.schedule(self._now_ns + latency_ns, _Finishes(name, job))
 
     def _answer(self, resource: str, job: Job) -> Event | None:
-        """A job is done: the reply, if it arrives at once; else it is under way, or there is none."""
+        """Finish a job; return its reply if it arrives at once. A delayed reply is scheduled."""
         if not self._resources[resource].finish(job):
             return None
         reply = ReplyArrived(job.request, job.succeeds, job.reaction.measured or () if job.succeeds else ())
@@ -268,7 +268,7 @@ class _SimulationRun:
     # planning
 
     def _plan(self, asked: AskPlan) -> None:
-        """Planning takes no time in a simulation."""
+        """Plan at once: planning takes no time in a simulation."""
         simulator = self._simulator
         answer = simulator.plans.plan(asked.state, asked.goal, simulator.plan_limits)
         plan = answer.plan if isinstance(answer, Solved) else ()
