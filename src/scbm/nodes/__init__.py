@@ -1,4 +1,4 @@
-"""Runs in wall time: nodes that exchange messages, and what carries these (paper, Figure 5)."""
+"""Runs in wall time: nodes that exchange messages over a bus (paper, Figure 5)."""
 
 from scbm.nodes.buses.bus import Bus, BusError
 from scbm.nodes.roles.cell_topics import NodeContext, new_status

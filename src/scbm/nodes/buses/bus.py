@@ -69,7 +69,7 @@ class Service:
 
 @dataclass(frozen=True, slots=True)
 class Received:
-    """A message that came.
+    """A received message.
 
     Attributes:
         data: what it carries.
@@ -84,7 +84,7 @@ class Received:
 
 @dataclass(frozen=True, slots=True)
 class Answered:
-    """The response to a call came.
+    """The response to a call.
 
     Attributes:
         call: what `Client.call` returned.
@@ -111,7 +111,7 @@ class Unmatched:
 
     @staticmethod
     def by_all(reasons: Iterable[Unmatched | None]) -> Unmatched | None:
-        """All reasons as one, which is a mismatch if one of them is; `None` if there are none."""
+        """Return all reasons as one, which is a mismatch if one of them is; `None` if there are none."""
         shown = [reason for reason in reasons if reason is not None]
         if not shown:
             return None
@@ -123,7 +123,7 @@ class Publisher(Protocol):
 
     @property
     def peers(self) -> int:
-        """How many subscriptions are matched."""
+        """The number of matched subscriptions."""
         ...
 
     def publish(self, data: Scalar) -> None:
@@ -136,7 +136,7 @@ class Subscription(Protocol):
 
     @property
     def peers(self) -> int:
-        """How many publishers are matched."""
+        """The number of matched publishers."""
         ...
 
 
@@ -145,7 +145,7 @@ class Client(Protocol):
 
     @property
     def peers(self) -> int:
-        """How many servers are there, to take a request and to answer."""
+        """The number of matched servers."""
         ...
 
     def call(self, fields: Mapping[str, Scalar]) -> int:
@@ -158,11 +158,11 @@ class Bus(Protocol):
 
     @property
     def words(self) -> str:
-        """Where this is, in words: `this process`, `DDS domain 3`."""
+        """Where the nodes meet, in words: `this process`, `DDS domain 3`."""
         ...
 
     def publisher(self, topic: Topic, matched: Callable[[int], None] | None = None) -> Publisher:
-        """A publisher. `matched` gets the number of its peers whenever that changes."""
+        """Return a publisher. `matched` gets the number of its peers whenever that changes."""
         ...
 
     def subscribe(
@@ -185,11 +185,11 @@ class Bus(Protocol):
     def client(
         self, service: Service, receive: Callable[[Answered], None], matched: Callable[[int], None] | None = None
     ) -> Client:
-        """A client. `receive` gets each answer once; `matched` the number of servers whenever that changes."""
+        """Return a client. `receive` gets each answer once; `matched` the number of servers whenever that changes."""
         ...
 
     def serve(self, service: Service, answer: Callable[[Mapping[str, Scalar]], Mapping[str, Scalar]]) -> None:
-        """Serves a service: `answer` gets the fields of a request and returns those of the response."""
+        """Serve a service: `answer` gets the fields of a request and returns those of the response."""
         ...
 
     def why_unmatched(self, what: Topic | Service) -> Unmatched | None:
@@ -197,7 +197,7 @@ class Bus(Protocol):
         ...
 
     async def close(self) -> None:
-        """Leaves: all of its endpoints are gone for the others, at once. What was sent before is on its way."""
+        """Leave at once: all peers lose its endpoints. Messages sent before are still delivered."""
         ...
 
 

@@ -1,4 +1,4 @@
-"""A bus inside the process: nodes on one event loop, nothing between them but its queue."""
+"""A bus inside one process: all nodes on one event loop, connected by its queue."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class LoopbackHub:
-    """Where the buses of one process meet."""
+    """Connects the buses of one process."""
 
     def __init__(self, now_ns: Callable[[], int] = monotonic_ns) -> None:
         """`now_ns` is the clock that messages are stamped by."""
@@ -29,7 +29,7 @@ class LoopbackHub:
         self._servers: dict[str, list[_LoopbackServer]] = {}
 
     def join(self, node: str) -> LoopbackBus:
-        """A bus for a node of this name, on the running event loop."""
+        """Open a bus for a node of this name, on the running event loop."""
         return LoopbackBus(self, node, asyncio.get_running_loop())
 
     # topics
@@ -40,7 +40,7 @@ class LoopbackHub:
         self._match(publisher.topic)
 
     def add_subscription(self, subscription: _LoopbackSubscription) -> None:
-        """A subscription came: it gets the last messages of latched publishers."""
+        """Add a subscription, which gets the last messages of latched publishers."""
         self._subscriptions.setdefault(subscription.topic.name, []).append(subscription)
         self._match(subscription.topic)
         for publisher in self.publishers_for(subscription):
@@ -56,7 +56,7 @@ class LoopbackHub:
         self._match(publisher.topic)
 
     def remove_subscription(self, subscription: _LoopbackSubscription) -> None:
-        """A subscription is gone."""
+        """Remove a subscription."""
         self._subscriptions[subscription.topic.name].remove(subscription)
         self._match(subscription.topic)
 
@@ -73,7 +73,7 @@ class LoopbackHub:
         return [other for other in others if other.bus is not publisher.bus and _fit(publisher.topic, other.topic)]
 
     def types_of(self, name: str, *, but: LoopbackBus) -> list[str]:
-        """The types that other buses use a topic with."""
+        """Return the types that other buses use for a topic."""
         ends: list[_LoopbackPublisher | _LoopbackSubscription] = [
             *self._publishers.get(name, []),
             *self._subscriptions.get(name, []),
@@ -81,7 +81,7 @@ class LoopbackHub:
         return [end.topic.type.value for end in ends if end.bus is not but]
 
     def is_too_weak(self, topic: Topic, *, but: LoopbackBus) -> bool:
-        """Whether another bus publishes it as best effort, and the topic asks for more."""
+        """Whether another bus publishes as best effort a topic that asks for reliable."""
         others = [end.topic for end in self._publishers.get(topic.name, []) if end.bus is not but]
         return not topic.is_best_effort and any(other.is_best_effort for other in others)
 
@@ -94,21 +94,21 @@ class LoopbackHub:
     # services
 
     def add_client(self, client: _LoopbackClient) -> None:
-        """A client came."""
+        """Add a client."""
         self._clients.setdefault(client.service.name, []).append(client)
         client.tell_matched()
 
     def add_server(self, server: _LoopbackServer) -> None:
-        """A server came."""
+        """Add a server."""
         self._servers.setdefault(server.service.name, []).append(server)
         self._match_service(server.service)
 
     def remove_client(self, client: _LoopbackClient) -> None:
-        """A client is gone."""
+        """Remove a client."""
         self._clients[client.service.name].remove(client)
 
     def remove_server(self, server: _LoopbackServer) -> None:
-        """A server is gone."""
+        """Remove a server."""
         self._servers[server.service.name].remove(server)
         self._match_service(server.service)
 
@@ -118,7 +118,7 @@ class LoopbackHub:
         return [server for server in servers if server.service == client.service]
 
     def server_types(self, name: str) -> list[str]:
-        """The types that a service is served with."""
+        """Return the types of the servers of a service."""
         return [server.service.type.name for server in self._servers.get(name, [])]
 
     def _match_service(self, service: Service) -> None:
@@ -126,7 +126,7 @@ class LoopbackHub:
             client.tell_matched()
 
     def next_id(self) -> int:
-        """A number that nothing else here has."""
+        """Return a number that is unique at this hub."""
         return next(self._ids)
 
 
@@ -232,7 +232,7 @@ def _tell(bus: LoopbackBus, matched: Callable[[int], None] | None, known: int, p
 
 
 class LoopbackBus:
-    """What one node sees of the hub."""
+    """The bus of one node at a hub."""
 
     def __init__(self, hub: LoopbackHub, node: str, loop: asyncio.AbstractEventLoop) -> None:
         self.node = node
@@ -243,11 +243,11 @@ class LoopbackBus:
 
     @property
     def words(self) -> str:
-        """Where this is."""
+        """This process, in words."""
         return "this process"
 
     def publisher(self, topic: Topic, matched: Callable[[int], None] | None = None) -> _LoopbackPublisher:
-        """A publisher."""
+        """Return a publisher."""
         made = _LoopbackPublisher(self._hub, self, topic, self._hub.next_id(), matched)
         self._hub.add_publisher(made)
         self._leave.append(lambda: self._hub.remove_publisher(made))
@@ -269,20 +269,20 @@ class LoopbackBus:
     def client(
         self, service: Service, receive: Callable[[Answered], None], matched: Callable[[int], None] | None = None
     ) -> _LoopbackClient:
-        """A client."""
+        """Return a client."""
         made = _LoopbackClient(self._hub, self, service, receive, matched)
         self._hub.add_client(made)
         self._leave.append(lambda: self._hub.remove_client(made))
         return made
 
     def serve(self, service: Service, answer: Callable[[Mapping[str, Scalar]], Mapping[str, Scalar]]) -> None:
-        """Serves a service."""
+        """Serve a service."""
         made = _LoopbackServer(self, service, answer)
         self._hub.add_server(made)
         self._leave.append(lambda: self._hub.remove_server(made))
 
     def why_unmatched(self, what: Topic | Service) -> Unmatched | None:
-        """Whether others use it with another type, or are less reliable."""
+        """Return a mismatch if others use another type, or are less reliable."""
         if isinstance(what, Topic):
             types = self._hub.types_of(what.name, but=self)
             others = [name for name in types if name != what.type.value]
@@ -295,7 +295,7 @@ class LoopbackBus:
         return _mismatch(f"`{what.name}` is of type {others[0]} there, and not of {wanted}") if others else None
 
     def later(self, function: Callable[..., object], *arguments: object) -> None:
-        """Calls back on the loop, unless this bus is closed by then."""
+        """Run a callback on the loop, unless the bus is closed by then."""
         self._loop.call_soon(self._call, function, *arguments)
 
     def _call(self, function: Callable[..., object], *arguments: object) -> None:
@@ -303,7 +303,7 @@ class LoopbackBus:
             function(*arguments)
 
     async def close(self) -> None:
-        """Leaves."""
+        """Leave the hub."""
         for leave in reversed(self._leave):
             leave()
         self._leave.clear()

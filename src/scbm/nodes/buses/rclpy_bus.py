@@ -34,7 +34,7 @@ _TYPES = {FieldType.BOOL: "boolean", FieldType.FLOAT32: "float", FieldType.FLOAT
 
 
 def open_ros2(node: str, domain: int, warn: Callable[[str], None]) -> RclpyBus:
-    """A bus on the running event loop.
+    """Open a bus on the running event loop.
 
     Args:
         node: the name that tools show.
@@ -105,7 +105,7 @@ class RclpyBus:
         self._thread.start()
 
     def publisher(self, topic: Topic, matched: Callable[[int], None] | None = None) -> _RclpyPublisher:
-        """A publisher. Raises `BusError` for names and types that this ROS 2 does not have."""
+        """Return a publisher. Raises `BusError` for names and types that this ROS 2 does not have."""
         class_, qos = _class(topic.type.value), self._qos(topic)
         with _told(f"`{topic.name}` cannot be published"):
             entity = self._node.create_publisher(class_, topic.name, qos)
@@ -135,7 +135,7 @@ class RclpyBus:
     def client(
         self, service: Service, receive: Callable[[Answered], None], matched: Callable[[int], None] | None = None
     ) -> _RclpyClient:
-        """A client. Raises `BusError` for names and types that this ROS 2 does not have, or has with other fields."""
+        """Return a client. Raises `BusError` for names and types that this ROS 2 lacks, or has with other fields."""
         class_, qos = _service_class(service.type), self._qos(Topic(service.name))
         with _told(f"`{service.name}` cannot be called"):
             entity = self._node.create_client(class_, service.name, qos_profile=qos)
@@ -158,7 +158,7 @@ class RclpyBus:
         )
 
     def why_unmatched(self, what: Topic | Service) -> Unmatched | None:
-        """Whether others use it with another type, or are less reliable."""
+        """Return a mismatch if others use another type, or are less reliable."""
         if isinstance(what, Service):
             types = dict(self._node.get_service_names_and_types()).get(what.name, [])
             return _of_another_type(what.name, types, what.type.name)
@@ -177,7 +177,7 @@ class RclpyBus:
         return peers
 
     def _later(self, function: Callable[..., object], *arguments: object) -> None:
-        """Calls back on the loop, unless this bus is closed by then."""
+        """Run a callback on the loop, unless the bus is closed by then."""
         self._loop.call_soon_threadsafe(self._call, function, *arguments)
 
     def _call(self, function: Callable[..., object], *arguments: object) -> None:
@@ -206,7 +206,7 @@ class RclpyBus:
     # the end
 
     async def close(self) -> None:
-        """Leaves. Waits for up to a second while what was published before is not acknowledged."""
+        """Leave. Wait up to a second for acknowledgements of published messages."""
         if self._is_open:
             self._is_open = False
             await asyncio.to_thread(self._leave)
@@ -281,7 +281,7 @@ class _RclpyClient:
         return number
 
     def _answer(self, number: int, future: Foreign) -> None:
-        """On the thread of the executor: a response came, as rclpy has one for each call at most."""
+        """Handle a response, at most one for each call. Called on the thread of the executor."""
         response, stamp_ns = future.result(), monotonic_ns()
         fields = {name: getattr(response, name) for name, _ in self.service.type.response}
         self.answered(Answered(number, fields, stamp_ns))

@@ -1,4 +1,4 @@
-"""Real drivers: the links to those resources that a controller reaches as the model binds them (decision 27).
+"""Links to real drivers, as the bindings of the model describe them (decision 27).
 
 Which real drivers are not there, and why.
 """
@@ -86,7 +86,7 @@ class BoundLink:
 
     @property
     def is_there(self) -> bool:
-        """Whether all is there that the binding names."""
+        """Whether all services and topics of the binding have a peer."""
         return not self.missing
 
     @property
@@ -109,14 +109,14 @@ class BoundLink:
             self._requests.cancel(request)
 
     def why_unmatched(self) -> Unmatched | None:
-        """Why some of it is not there, if it shows."""
+        """Return why a peer is missing, if it is known."""
         requests = None if self._requests is None else self._requests.why_unmatched()
         return Unmatched.by_all([requests, self._measured.why_unmatched()])
 
     # callbacks of its parts
 
     def on_reply(self, resource: str, reply: Reply) -> None:
-        """A reply came."""
+        """Handle a reply."""
         if reply.request in self._answered:
             self._tell_second(reply.request)
         else:
@@ -130,11 +130,11 @@ class BoundLink:
             self._warn(f"{which}: a driver answers twice, or two drivers answer")
 
     def on_values(self, resource: str, measurement: Measurement) -> None:
-        """Values came unasked."""
+        """Handle values that the resource published."""
         self._listener.on_values(resource, measurement)
 
     def on_presence(self, resource: str, *, is_there: bool) -> None:  # noqa: ARG002 - of a part
-        """A part of it came, or was lost."""
+        """Handle a change of presence of a part."""
         if self.is_there != self._was_there:
             self._was_there = self.is_there
             self._listener.on_presence(resource, is_there=self._was_there)
@@ -172,7 +172,7 @@ def _requests(context: LinkContext) -> Link | None:
 
 @dataclass
 class MissingDrivers:
-    """Looks for real resources.
+    """Reports missing real resources.
 
     Attributes:
         links: those to real resources, by their names.
@@ -182,7 +182,7 @@ class MissingDrivers:
     _suspects: tuple[str, ...] = ()
 
     def look(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """A sentence about each that is not there; and those of them that no waiting mends.
+        """Return a sentence about each missing resource, and the sentences about mismatches.
 
         A driver that does not go with its binding may just be being replaced: it is believed at the second look.
         """

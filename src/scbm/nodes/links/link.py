@@ -1,4 +1,4 @@
-"""The way of requests from a controller to one resource, and of replies back."""
+"""Links: how requests of a controller reach one resource, and replies come back."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Correlation:
-    """Which request of which run."""
+    """The identity of a request: its run and its number."""
 
     run: str
     number: int
@@ -20,7 +20,7 @@ class Correlation:
 
 @dataclass(frozen=True, slots=True)
 class Reply:
-    """A resource answered a request; `stamp_ns` says when that came, by the clock of the bus."""
+    """A reply to a request; `stamp_ns` is its time of arrival, by the clock of the bus."""
 
     request: Correlation
     succeeded: bool
@@ -30,7 +30,7 @@ class Reply:
 
 @dataclass(frozen=True, slots=True)
 class Measurement:
-    """A resource published values unasked; `stamp_ns` says when that came, by the clock of the bus."""
+    """Values that a resource published; `stamp_ns` is their time of arrival, by the clock of the bus."""
 
     values: Changes
     stamp_ns: int
@@ -40,20 +40,20 @@ class LinkListener(Protocol):
     """Gets what comes through a link."""
 
     def on_reply(self, resource: str, reply: Reply) -> None:
-        """A reply came, perhaps to a request of another run."""
+        """Handle a reply, perhaps to a request of another run."""
         ...
 
     def on_values(self, resource: str, measurement: Measurement) -> None:
-        """Values came unasked."""
+        """Handle values that the resource published."""
         ...
 
     def on_presence(self, resource: str, *, is_there: bool) -> None:
-        """The resource came, or was lost."""
+        """Handle that the resource came, or was lost."""
         ...
 
 
 class Link(Protocol):
-    """Reaches one resource. It never sends a request twice, and never two replies to one request."""
+    """Reaches one resource. It sends each request at most once, and passes on at most one reply to it."""
 
     @property
     def is_there(self) -> bool:
@@ -74,5 +74,5 @@ class Link(Protocol):
         ...
 
     def why_unmatched(self) -> Unmatched | None:
-        """Why the resource is not there, if it shows."""
+        """Return why the resource is missing, if it is known."""
         ...

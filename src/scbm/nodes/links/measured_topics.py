@@ -1,4 +1,4 @@
-"""Values that a driver publishes on topics of its own, into variables of the model.
+"""Reads values that a driver publishes on topics into variables of the model.
 
 Measured values that mean nothing, told of while somebody can still mend their driver.
 """
@@ -105,7 +105,7 @@ _LONGEST = 40
 
 
 class Refusals:
-    """Says of each variable once that a value for it was refused, and why.
+    """Warns once for each variable of a refused value, with the reason.
 
     The runner refuses by the same rules, and its trace has all of them; but not what comes between runs.
     """
@@ -123,7 +123,7 @@ class Refusals:
         self._told: list[tuple[str, str]] = []
 
     def look(self, resource: str, values: Changes, measurable: tuple[str, ...]) -> None:
-        """Values came from a resource, which may be of certain variables."""
+        """Report refused values of a resource, which may measure certain variables."""
         for name, value in values:
             why = self._why_not(resource, name, value, measurable)
             if why is not None and (resource, name) not in self._told and len(self._told) < _MAX_TOLD:
@@ -148,6 +148,6 @@ def _readings(binding: Binding) -> Iterator[Reading]:
 
 
 def _shown_value(text: str) -> str:
-    """On one line, whatever was sent."""
+    """Return a received value on one line."""
     shown = text if text.isprintable() else json.dumps(text)
     return shown if len(shown) <= _LONGEST else f"{shown[:_LONGEST]}…"

@@ -63,16 +63,16 @@ class ServiceLink:
 
     @property
     def is_there(self) -> bool:
-        """Whether all of its services are there."""
+        """Whether all services have a server."""
         return not self.missing
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """The services that are not there."""
+        """The services without a server."""
         return tuple(service.name for service in self._lonely())
 
     def send(self, request: Correlation, values: Changes) -> None:
-        """Calls the service of a request, as soon as it is there."""
+        """Call the service of a request, as soon as it has a server."""
         call = self._call(values)
         if call is None:
             reply = Reply(request, succeeded=False, measured=(), stamp_ns=self._now_ns())
@@ -87,7 +87,7 @@ class ServiceLink:
             line.forget(request)
 
     def why_unmatched(self) -> Unmatched | None:
-        """Why some of its services are not there, if it shows."""
+        """Return why a service has no server, if it is known."""
         return Unmatched.by_all(map(self._bus.why_unmatched, self._lonely()))
 
     def _lonely(self) -> list[Service]:
@@ -119,7 +119,7 @@ class ServiceLink:
 
 
 def _fields(call: ServiceCall, values: Mapping[str, Scalar]) -> dict[str, Scalar]:
-    """What a call says: values as they are written, or as the request carries them."""
+    """Return the fields of a call: literal values, or values that the request carries."""
     types = dict(call.type.request)
     given = {name: values[said.name] if isinstance(said, Reference) else said for name, said in call.request}
     return {name: float(value) if types[name].is_float else value for name, value in given.items()}
@@ -127,7 +127,7 @@ def _fields(call: ServiceCall, values: Mapping[str, Scalar]) -> dict[str, Scalar
 
 @dataclass(frozen=True, slots=True)
 class _PendingCall:
-    """A request, and the call that it is.
+    """A request with its service call.
 
     Attributes:
         request: which.
@@ -142,7 +142,7 @@ class _PendingCall:
 
 @dataclass(slots=True)
 class _CallQueue:
-    """One service, and the requests that wait for it or that it works on.
+    """One service with its waiting requests and open calls.
 
     Attributes:
         service: the service.

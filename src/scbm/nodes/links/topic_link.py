@@ -112,12 +112,12 @@ class TopicLink:
 
 
 def id_text(request: Correlation) -> str:
-    """A request as drivers see it: `<run>-<n>`."""
+    """Return the id of a request in the protocol of drivers: `<run>-<n>`."""
     return f"{request.run}-{request.number}"
 
 
 def read_id(text: object) -> Correlation:
-    """The request that an id stands for. Raises `NotAMessageError`."""
+    """Return the request of an id. Raises `NotAMessageError`."""
     match = _ID.fullmatch(text) if isinstance(text, str) else None
     if match is None:
         raise NotAMessageError("`id` is not that of a request: letters, digits or `_`, a `-`, and a number")
@@ -125,7 +125,7 @@ def read_id(text: object) -> Correlation:
 
 
 def read_reply(text: object, stamp_ns: int) -> Reply | Measurement:
-    """What a driver says. Raises `NotAMessageError`."""
+    """Parse a message of a driver. Raises `NotAMessageError`."""
     data = read_object(text)
     measured = _values(data.pop("measured", {}))
     if "id" not in data:

@@ -14,7 +14,7 @@ T = TypeVar("T")
 
 
 class Background(Executor):
-    """Does one piece of work after the other.
+    """Runs one piece of work after the other.
 
     A `ThreadPoolExecutor` keeps the process alive until its work is done, and a thread cannot be interrupted.
     """
@@ -25,7 +25,7 @@ class Background(Executor):
         Thread(target=self._go_on, name=name, daemon=True).start()
 
     def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:  # noqa: ANN401 - as it is defined
-        """Begins when all that was asked before is done; what is cancelled until then never does."""
+        """Queue work; it starts when earlier work is done, unless it is cancelled before."""
         future: Future[T] = Future()
         self._waiting = [other for other in self._waiting if not other.done()] + [future]
 
@@ -40,7 +40,7 @@ class Background(Executor):
         return future
 
     def shutdown(self, wait: bool = False, *, cancel_futures: bool = True) -> None:  # noqa: ARG002, FBT001, FBT002 - as it is defined
-        """Nothing more is asked, and what has not begun never will; it does not wait."""
+        """Stop without waiting: queued work is dropped."""
         for future in self._waiting:
             future.cancel()
         self._asked.put(None)

@@ -1,4 +1,4 @@
-"""The names of a cell's topics, and those of its runs and nodes."""
+"""The topics of a cell, and the ids of its runs and nodes."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class CellTopics:
 
     @staticmethod
     def of(model: BehaviorModel) -> CellTopics:
-        """Those of the model; dots in names, which ROS 2 does not know, are levels."""
+        """Return the topics of a model; dots in names become levels, as ROS 2 has no dots."""
         return CellTopics(f"/scbm/{_segment(model.name)}")
 
     @property
@@ -62,25 +62,25 @@ class CellTopics:
 
     @property
     def case(self) -> Topic:
-        """From the tester to all."""
+        """The topic from the tester to all nodes."""
         return Topic(f"{self.root}/case")
 
     @property
     def run(self) -> Topic:
-        """From the controller to the tester."""
+        """The topic from the controller to the tester."""
         return Topic(f"{self.root}/run")
 
     @property
     def simulated(self) -> Topic:
-        """From simulated resources to the tester."""
+        """The topic from simulated resources to the tester."""
         return Topic(f"{self.root}/simulated")
 
     def request(self, resource: str) -> Topic:
-        """From the controller to a simulated resource."""
+        """Return the topic from the controller to a simulated resource."""
         return Topic(f"{self.root}/{_segment(resource)}/request")
 
     def reply(self, resource: str) -> Topic:
-        """From a simulated resource to the controller."""
+        """Return the topic from a simulated resource to the controller."""
         return Topic(f"{self.root}/{_segment(resource)}/reply")
 
 
@@ -95,7 +95,7 @@ _RUN = "run_"
 
 
 def new_run() -> str:
-    """An id that no other run has. It is in no trace."""
+    """Return a unique id of a run. It is in no trace."""
     return f"{_RUN}{uuid4().hex}"
 
 
@@ -105,6 +105,6 @@ def is_of_tester(run: str) -> bool:
 
 
 def new_status(role: str, model: BehaviorModel, digest: str, resources: Iterable[str] = ()) -> Status:
-    """What a node that begins now says of itself."""
+    """Return the first status of a node."""
     words = f"process {os.getpid()} on {socket.gethostname()}"
     return Status(role, uuid4().hex, VERSION, model.name, digest, tuple(resources), (), (), time_ns(), words)

@@ -1,4 +1,4 @@
-"""The other nodes of a cell as processes of this one's: started, watched, started again, ended."""
+"""The other nodes of a cell as child processes: started, watched, restarted, ended."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class Children:
-    """Processes by name, each with the command line that starts it; they end when this process does, however it does.
+    """Child processes by name, each with its command line; they end with this process, however it ends.
 
     Attributes:
         commands: they take the end of their standard input as the end.
@@ -26,7 +26,7 @@ class Children:
     _running: dict[str, Process] = field(default_factory=dict)
 
     async def start(self) -> tuple[str, ...]:
-        """Starts those that do not run; returns the names of those that ended by themselves before."""
+        """Start the children that do not run; return the names of those that had ended by themselves."""
         ended = []
         for name, command in self.commands.items():
             process = self._running.get(name)
@@ -47,7 +47,7 @@ class Children:
         return next((f"{name} {_end(code)}" for name, code in codes if code is not None and code > 0), None)
 
     async def one_ends(self) -> None:
-        """Waits until one of them ends by itself."""
+        """Wait until a child ends by itself."""
         waits = [asyncio.ensure_future(process.wait()) for process in self._running.values()]
         try:
             await asyncio.wait(waits, return_when=asyncio.FIRST_COMPLETED)
@@ -56,7 +56,7 @@ class Children:
                 wait.cancel()
 
     async def end(self) -> None:
-        """Ends all: politely, and what does not listen, by force."""
+        """End all children: close their standard input, and kill those that still run after a timeout."""
         for process in self._running.values():
             if process.stdin is not None:
                 process.stdin.close()

@@ -1,4 +1,4 @@
-"""Cyclone DDS, at home in ROS 2: the one package that imports cyclonedds. Without cyclonedds it says so when asked."""
+"""Cyclone DDS in the layout of ROS 2: the only package that imports cyclonedds, which may be missing."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["open_dds"]
 
 
 def open_dds(node: str, domain: int, warn: Callable[[str], None]) -> Bus:
-    """A bus on the running event loop.
+    """Open a bus on the running event loop.
 
     Args:
         node: the name that tools show.

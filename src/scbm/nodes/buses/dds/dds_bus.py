@@ -66,11 +66,11 @@ class DdsBus:
 
     @property
     def words(self) -> str:
-        """Where this is."""
+        """The domain, in words."""
         return self._words
 
     def publisher(self, topic: Topic, matched: Callable[[int], None] | None = None) -> DdsPublisher:
-        """A publisher. Raises `BusError` for a name that ROS 2 cannot have."""
+        """Return a publisher. Raises `BusError` for a name that ROS 2 cannot have."""
         made = DdsPublisher(self._participant.entity, topic, self._hand_over, matched)
         self._wanted.append((topic, made.wanted))
         self._announcement.add_writer(made.writer)
@@ -93,7 +93,7 @@ class DdsBus:
     def client(
         self, service: Service, receive: Callable[[Answered], None], matched: Callable[[int], None] | None = None
     ) -> ServiceClient:
-        """A client. Raises `BusError` for names that ROS 2 cannot have."""
+        """Return a client. Raises `BusError` for names that ROS 2 cannot have."""
         entity = self._participant.entity
         try:
             made = ServiceClient(entity, service, self._hand_over, receive, matched, self._warn)
@@ -106,7 +106,7 @@ class DdsBus:
         return made
 
     def serve(self, service: Service, answer: Callable[[Mapping[str, Scalar]], Mapping[str, Scalar]]) -> None:
-        """Serves a service. Raises `BusError` for names that ROS 2 cannot have."""
+        """Serve a service. Raises `BusError` for names that ROS 2 cannot have."""
         try:
             made = ServiceServer(self._participant.entity, service, self._hand_over, answer, self._warn)
         except ValueError as error:
@@ -129,7 +129,7 @@ class DdsBus:
         return why_unmatched([wish for where, wish in wanted if where == what], there, known)
 
     async def close(self) -> None:
-        """Leaves. Waits for up to a second while what was sent before is not acknowledged."""
+        """Leave. Wait up to a second for acknowledgements of sent messages."""
         if not self._is_open:
             return
         self._is_open = False

@@ -1,4 +1,4 @@
-"""How ROS 2 names things over DDS, and back: topics, services, types."""
+"""The names of ROS 2 topics, services and types in DDS, and back."""
 
 from __future__ import annotations
 

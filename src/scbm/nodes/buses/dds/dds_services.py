@@ -1,4 +1,4 @@
-"""Services as rmw_cyclonedds has them on the wire: a topic of requests, and one of responses.
+"""Services in the layout of rmw_cyclonedds: a topic of requests, and one of responses.
 
 Each request and response begins with `guid`, which client, and `seq`, which of its calls. All clients of a service hear
 all responses, and drop those that are not their own.
@@ -84,7 +84,7 @@ class ServiceClient:
 
     @property
     def peers(self) -> int:
-        """How many servers are there: those that take requests from here, and whose responses come here."""
+        """The number of servers with a matched reader of requests and a matched writer of responses."""
         return self._peers
 
     def call(self, fields: Mapping[str, Scalar]) -> int:
@@ -100,7 +100,7 @@ class ServiceClient:
         return number
 
     def close(self) -> None:
-        """Leaves. Nothing is called back any more."""
+        """Close the client; no callback runs any more."""
         self._is_closed = True
         self.pair.close()
 
@@ -140,13 +140,13 @@ def _server(match: Match) -> str | UUID:
 
 
 def _id_text(identity: UUID) -> str:
-    """As rmw_cyclonedds writes the 16 bytes."""
+    """Return the 16 bytes in the order of rmw_cyclonedds."""
     return ".".join(f"{byte:x}" for byte in identity.bytes)
 
 
 @dataclass(frozen=True, slots=True)
 class _Response:
-    """A response that waits for the reader of its client, and until when."""
+    """A response that waits for the reader of its client, with its deadline."""
 
     sample: IdlStruct
     writer: int
@@ -197,7 +197,7 @@ class ServiceServer:
         )
 
     def close(self) -> None:
-        """Leaves. Nothing is called back any more, and responses that wait are not sent."""
+        """Close the service; no callback runs any more, and waiting responses are dropped."""
         self._is_closed = True
         for response in self._responses:
             response.timer.cancel()

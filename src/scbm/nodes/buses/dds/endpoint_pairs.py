@@ -1,4 +1,4 @@
-"""A writer and a reader that belong together: one half of a service, its client or its server.
+"""A writer and a reader of one client or one server of a service.
 
 User data of both, `clientid=…;` or `serviceid=…;`, tells others that they do.
 """
@@ -37,7 +37,7 @@ _HANDLES = 2**64
 
 @dataclass(frozen=True, slots=True)
 class Taken:
-    """What a reader had.
+    """Samples taken from a reader.
 
     Attributes:
         samples: in the order in which they came, each with the handle of its writer.
@@ -52,7 +52,7 @@ class Taken:
 
 @dataclass(frozen=True, slots=True)
 class Match:
-    """An endpoint that is matched.
+    """A matched endpoint.
 
     Attributes:
         handle: identifies it in this process.
@@ -66,7 +66,7 @@ class Match:
 
 
 class EndpointPair:
-    """A writer and a reader, reliable and volatile, that keep all: the ten that ROS 2 keeps are lost without a word.
+    """A writer and a reader: reliable, volatile, and keep-all, because the depth of ROS 2, 10, loses samples silently.
 
     Attributes:
         qos: of both.
@@ -192,7 +192,7 @@ def _matches(handles: Callable[[], list[int]], describe: Callable[[int], DcpsEnd
 
 
 def _all(handles: Callable[[], list[int]]) -> list[int]:
-    """It is asked how many there are, and then for so many: there may be more of them then."""
+    """The number is asked first, and then that many are read: there may be more by then."""
     while True:
         try:
             return handles()

@@ -59,7 +59,7 @@ def wanted_by(topic: Topic, role: EndpointRole, policy: int = 0) -> WantedEndpoi
 
 
 class EndpointPeers:
-    """How many endpoints are matched, as the event loop knows it."""
+    """The number of matched endpoints, as known on the event loop."""
 
     def __init__(self, hand_over: HandOver, matched: Callable[[int], None] | None) -> None:
         self.count = 0
@@ -105,7 +105,7 @@ class DdsPublisher:
 
     @property
     def peers(self) -> int:
-        """How many subscriptions are matched."""
+        """The number of matched subscriptions."""
         return self._peers.count
 
     def wanted(self) -> WantedEndpoint:
@@ -168,7 +168,7 @@ class DdsSubscription:
 
     @property
     def peers(self) -> int:
-        """How many publishers are matched."""
+        """The number of matched publishers."""
         return self._peers.count
 
     def wanted(self) -> WantedEndpoint:
@@ -212,7 +212,7 @@ class DdsSubscription:
 
 
 def dds_topic(participant: DomainParticipant, topic: Topic) -> DdsTopic[IdlStruct]:
-    """The topic of DDS. Raises `BusError` if the name is none, or the participant has it with another type."""
+    """Return the DDS topic. Raises `BusError` for an invalid name, or one that has another type in this participant."""
     try:
         return DdsTopic(participant, topic_name(topic.name), message_class(topic.type))
     except ValueError as error:

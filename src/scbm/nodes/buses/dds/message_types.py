@@ -1,4 +1,4 @@
-"""The types of messages, in the layout that ROS 2 has on the wire: XCDR version 1, final, without keys.
+"""The types of messages in the layout of ROS 2: XCDR version 1, final, without keys.
 
 `IdlStruct` reads annotations while the program runs, so this module has no `from __future__ import annotations`.
 """
@@ -66,13 +66,13 @@ _FIELD_NAME = re.compile(r"[a-z](_?[a-z0-9])*")
 
 @cache
 def message_class(type_: MessageType) -> type[IdlStruct]:
-    """The class of the messages of a topic, with `data`."""
+    """Return the class of the messages of a topic, with the field `data`."""
     return _class(dds_names.message_type(type_.value), (("data", _DATA[type_]),))
 
 
 @cache
 def service_classes(type_: ServiceType) -> tuple[type[IdlStruct], type[IdlStruct]]:
-    """The classes of requests and responses, each with which call it is before its fields.
+    """Return the classes of requests and responses, with the header of the call before the fields.
 
     Raises `ValueError` if a field has a name that no field has, or that of another.
     """
@@ -101,13 +101,13 @@ def _check_names(of: str, field_names: list[str]) -> None:
 
 
 def request(type_: ServiceType, guid: int, seq: int, values: Mapping[str, Scalar]) -> IdlStruct:
-    """A request: the call `seq` of the client `guid`. Raises `ValueError` if the values are not those of the fields."""
+    """Return a request: the call `seq` of the client `guid`. Raises `ValueError` for values of other fields."""
     made = _values(f"the request of {type_.name}", type_.request, values)
     return _call(service_classes(type_)[0], guid, seq, made)
 
 
 def response(type_: ServiceType, guid: int, seq: int, values: Mapping[str, Scalar]) -> IdlStruct:
-    """The response to such a request. Raises `ValueError` if the values are not those of the fields."""
+    """Return the response to such a request. Raises `ValueError` if the values are not those of the fields."""
     made = _values(f"the response of {type_.name}", type_.response, values)
     return _call(service_classes(type_)[1], guid, seq, made)
 
@@ -118,13 +118,13 @@ def _call(class_: type[IdlStruct], guid: int, seq: int, values: Mapping[str, Sca
 
 
 def call_of(sample: IdlStruct) -> tuple[int, int]:
-    """The client and its call that a request or a response belongs to."""
+    """Return the client and the call of a request or a response."""
     guid, seq, *_ = vars(sample).values()
     return guid, seq
 
 
 def fields_of(sample: IdlStruct, fields: Fields) -> dict[str, Scalar]:
-    """The values of the fields of a request or a response."""
+    """Return the values of the fields of a request or a response."""
     values = vars(sample)
     return {name: values[name] for name, _ in fields}
 
@@ -146,7 +146,7 @@ def _quoted(names_: Iterable[str]) -> str:
 
 
 def checked(value: Scalar, type_: FieldType, what: str) -> Scalar:
-    """The value as the type has it: an integer in place of a float becomes one, if the float is the same.
+    """Return the value as the type holds it: an integer becomes a float if no digit is lost.
 
     A float for `float32` becomes the nearest one there is, which is what this type means.
     Raises `ValueError`, with `what` in its sentence, if the value is not of the type or out of its range.

@@ -1,4 +1,4 @@
-"""Opening a participant of a domain, and leaving it.
+"""Participants of a DDS domain: joining, the ROS 2 graph, and leaving.
 
 What Cyclone DDS says while it starts: it gives codes that say nothing, and writes the reason to stderr.
 
@@ -38,7 +38,7 @@ _STDERR_IS_ONE = Lock()
 
 @contextmanager
 def heard(lines: list[str]) -> Iterator[None]:
-    """Puts the lines that Cyclone DDS writes meanwhile into a list, when the block is left, by an error too.
+    """Collect the lines that Cyclone DDS logs in the block, also if the block ends by an error.
 
     The library has no other way out for them; what others write there meanwhile goes there when the block is left.
     """
@@ -83,7 +83,7 @@ class NodeAnnouncement:
     """A node, its publishers and its subscriptions, as `ros2 node list` and `ros2 node info` show them."""
 
     def __init__(self, participant: DomainParticipant, node: str, namespace: str = "/") -> None:
-        """Announces a node, the only one of its participant, without endpoints.
+        """Announce a node without endpoints, the only one of its participant.
 
         Raises `BusError` if that is no name of a node, or no namespace.
         """
@@ -103,17 +103,17 @@ class NodeAnnouncement:
         self._say()
 
     def add_writer(self, writer: Entity) -> None:
-        """The node has one more writer of DDS: of a topic, or of a service."""
+        """Announce one more DDS writer of the node."""
         self._writers = (*self._writers, writer.guid.bytes)
         self._say()
 
     def add_reader(self, reader: Entity) -> None:
-        """The node has one more reader of DDS: of a topic, or of a service."""
+        """Announce one more DDS reader of the node."""
         self._readers = (*self._readers, reader.guid.bytes)
         self._say()
 
     def close(self) -> None:
-        """The node is gone, and nothing is said any more."""
+        """Announce that the node is gone."""
         self._send([])
         delete(self._writer)
 
@@ -165,7 +165,7 @@ class Participant:
     """
 
     def __init__(self, node: str, domain: int) -> None:
-        """Joins. Raises `BusError`."""
+        """Join the domain. Raises `BusError`."""
         if not 0 <= domain <= LAST_DOMAIN:
             raise BusError(f"there is no DDS domain {domain}", f"domains are numbered from 0 to {LAST_DOMAIN}")
         self.warnings: list[str] = []
@@ -177,13 +177,13 @@ class Participant:
             raise _error(domain, self.warnings, error) from error
 
     def close(self) -> None:
-        """Leaves. Blocks for up to a second while what was sent before is not acknowledged."""
+        """Leave. Block up to a second for acknowledgements of sent messages."""
         delete(self.entity)
 
 
 @contextmanager
 def _completed_configuration() -> Iterator[None]:
-    """Cyclone DDS reads it with the first participant of a process in a domain, and forgets it with the last.
+    """Cyclone DDS reads the configuration with the first participant of a process in a domain.
 
     A `Domain` with a configuration of its own would be there until it is deleted, and take the participants of others
     in the process with it.
@@ -204,7 +204,7 @@ def _qos(node: str) -> Qos:
 
 
 def _error(domain: int, lines: list[str], error: DDSException) -> BusError:
-    """Why: Cyclone DDS logs it, and raises a code that says nothing."""
+    """Return the reason: Cyclone DDS logs it, and raises only a code."""
     said = "; ".join(lines) or str(error)
     remedy = next((remedy for part, remedy in _REMEDIES if part in said), None)
     return BusError(f"DDS domain {domain} cannot be joined: {said}", remedy)

@@ -1,4 +1,4 @@
-"""Values of topics as they go over the wire: XCDR of a struct with the one field `data`.
+"""Encodes and decodes the values of topics: XCDR of a struct with the one field `data`.
 
 The Python types of cyclonedds would do the same for any type, in some 5 microseconds for each value; this takes one.
 """
@@ -28,7 +28,7 @@ _PADDED_TO = 4
 
 
 class BadPayloadError(ValueError):
-    """Bytes that are no value of the type; the sentence says why."""
+    """A payload that is no value of the type, with the reason."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ _LAYOUTS = {
 
 
 def encode(type_: MessageType, data: Scalar) -> bytes:
-    """The payload of a value, with its header. Raises `BusError` for what the type cannot carry."""
+    """Encode a value as a payload with its header. Raises `BusError` for what the type cannot carry."""
     layout = _LAYOUTS[type_]
     try:
         body = layout.pack(message_types.checked(data, layout.field, "`data`"))
@@ -86,7 +86,7 @@ def encode(type_: MessageType, data: Scalar) -> bytes:
 
 
 def decode(type_: MessageType, payload: bytes) -> Scalar:
-    """The value of a payload with its header. Raises `BadPayloadError` if it holds none."""
+    """Decode the value of a payload with its header. Raises `BadPayloadError` if it holds none."""
     header, body = payload[: len(_HEADER)], payload[len(_HEADER) :]
     if len(header) < len(_HEADER) or header[0] or header[1] not in _ENCODINGS:
         raise BadPayloadError("its encoding is not that of one field")

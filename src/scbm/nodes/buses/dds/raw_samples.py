@@ -1,4 +1,4 @@
-"""Payloads as bytes, in and out of cyclonedds, and the few of its calls that it does not offer in this way.
+"""Reads and writes payloads as bytes through cyclonedds, by calls that its Python API lacks.
 
 `c_call` reads annotations while the program runs, so this module has no `from __future__ import annotations`.
 """
@@ -19,7 +19,7 @@ _AT_ONCE = 256
 
 
 class _Payload(ctypes.Structure):
-    """What a sample is for the topics of cyclonedds: bytes with an encapsulation header."""
+    """A sample of a cyclonedds topic: bytes with an encapsulation header."""
 
     _fields_ = (("data", ctypes.c_char_p), ("size", ctypes.c_size_t))
 
@@ -52,7 +52,7 @@ class RawReader(DataReader[IdlStruct]):
     """A reader of payloads."""
 
     def take_payloads(self) -> list[tuple[bytes, SampleInfo]]:
-        """Everything that came, in the order in which it came. Raises `DDSException`."""
+        """Return all received samples in order. Raises `DDSException`."""
         taken: list[tuple[bytes, SampleInfo]] = []
         while True:
             part = ddspy_take(self._ref, _ANY, _AT_ONCE)
@@ -74,7 +74,7 @@ def listener(**called: Callable[..., None]) -> Listener:
 
 
 def refused_policy(endpoint: DataWriter[IdlStruct] | DataReader[IdlStruct]) -> int:
-    """The number of the policy that kept an endpoint and another apart most recently, or 0."""
+    """Return the number of the QoS policy of the latest mismatch, or 0."""
     if isinstance(endpoint, DataWriter):
         status = endpoint.get_offered_incompatible_qos_status()  # type: ignore[no-untyped-call]  # as in `listener`
     else:

@@ -1,4 +1,4 @@
-"""From the threads of a middleware to the event loop: one wake-up for a burst, in the order in which it came."""
+"""Passes work from the threads of a middleware to the event loop: in order, with one wake-up for a burst."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class HandOver:
-    """Takes work from any thread; the loop does it. Nothing is bounded here, so a slow loop loses nothing."""
+    """Queues work of any thread for the loop. The queue has no bound, so a slow loop loses nothing."""
 
     def __init__(self, loop: AbstractEventLoop) -> None:
         self._loop = loop
@@ -24,18 +24,18 @@ class HandOver:
         self._is_open = True
 
     def __call__(self, work: Callable[[], None]) -> None:
-        """Queues work for the loop, behind all that was queued before."""
+        """Queue work for the loop."""
         self._work.append(work)
         if not self._is_woken:
             self._is_woken = True
             self._bell.ring()
 
     def stop(self) -> None:
-        """From now on nothing is done; called on the loop."""
+        """Stop; queued work is dropped. Called on the loop."""
         self._is_open = False
 
     def close(self) -> None:
-        """Called on the loop, when no thread has work for it any more."""
+        """Close. Called on the loop, when no thread queues work any more."""
         self._bell.close()
 
     def _do(self) -> None:
@@ -54,26 +54,26 @@ class HandOver:
 
 
 class _ThreadsafeBell:
-    """Has the loop call a function soon, on any system."""
+    """Wakes the loop on any system."""
 
     def __init__(self, loop: AbstractEventLoop, call: Callable[[], None]) -> None:
         self._loop = loop
         self._call = call
 
     def ring(self) -> None:
-        """Called on any thread."""
+        """Wake the loop. Called on any thread."""
         # A closed loop calls nothing any more, and this thread has no caller that could handle the error.
         with suppress(RuntimeError):
             self._loop.call_soon_threadsafe(self._call)
 
     def close(self) -> None:
-        """There is nothing to close."""
+        """Do nothing."""
 
 
 if sys.platform == "linux":
 
     class _Bell:
-        """The same by an event of Linux: a round trip is a tenth shorter (benchmarks/round_trip.py)."""
+        """Wakes the loop by an eventfd of Linux: a round trip is a tenth shorter (benchmarks/round_trip.py)."""
 
         def __init__(self, loop: AbstractEventLoop, call: Callable[[], None]) -> None:
             self._loop = loop
@@ -82,7 +82,7 @@ if sys.platform == "linux":
             loop.add_reader(self._event, self._rung)
 
         def ring(self) -> None:
-            """Called on any thread."""
+            """Wake the loop. Called on any thread."""
             os.eventfd_write(self._event, 1)
 
         def close(self) -> None:

@@ -120,7 +120,7 @@ def _writer(service: Service, who: str, dds_topic: str, pair: EndpointPair) -> W
 
 
 def why_unmatched(wanted: Iterable[WantedEndpoint], there: list[Endpoint], known: list[str]) -> Unmatched | None:
-    """Why none of those that are wanted is matched; `None` if nothing shows.
+    """Return why no possible peer is matched; `None` if no reason is known.
 
     Args:
         wanted: in the order in which they are looked at.
@@ -142,7 +142,7 @@ def why_unmatched(wanted: Iterable[WantedEndpoint], there: list[Endpoint], known
 
 
 def _why_not(wish: WantedEndpoint, endpoint: Endpoint) -> str | None:
-    """Why an endpoint with the right name is not matched."""
+    """Return why an endpoint with the right name is not matched."""
     type_ = dds_names.ros_type(endpoint.type)
     if type_ != wish.type:
         return f"`{wish.name}` has a {wish.who} of type {type_}, and not {wish.type}"
@@ -169,7 +169,7 @@ _POLICIES = {
 
 
 def _differences(wish: WantedEndpoint, theirs: Qos) -> Iterator[str]:
-    """What does not go together, with both sides in words."""
+    """Return the incompatible QoS policy, with both values in words."""
     they_in, we_in = _partitions(theirs), _partitions(wish.qos)
     if they_in != we_in:
         yield f"it is in {they_in}, and we are in {we_in}"
