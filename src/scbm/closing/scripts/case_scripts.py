@@ -226,7 +226,7 @@ class _ScriptedRun:
 
     def _answer(self) -> None:
         asked = self._asked
-        assert asked is not None  # noqa: S101 - only who asks is answered
+        assert asked is not None  # noqa: S101 - only a request for a plan is answered
         self._asked = None
         self._plans += 1
         answer = self._planner.plan(asked.state, asked.goal)
