@@ -73,7 +73,7 @@ _LOOK_S = 0.5
 
 @dataclass(slots=True)
 class _ControlledRun:
-    """A run that is prepared or goes on; `asked` has the resource of each request."""
+    """A prepared or running run; `asked` has the resource of each request."""
 
     id: str
     case: Case
@@ -89,7 +89,7 @@ class ControllerNode:
     """Runs the cases of the tester of its cell, one at a time."""
 
     def __init__(self, context: NodeContext, plan_limits: PlanLimits | None = None, drivers: Bus | None = None) -> None:
-        """On the running event loop.
+        """Join the cell, on the running event loop.
 
         Args:
             context: where it is; `resources` of its status are reached at real drivers, as they are bound.
@@ -119,7 +119,7 @@ class ControllerNode:
         self._drivers = drivers or bus
         self._links = {resource.name: self._link(context, topics, resource) for resource in model.resources}
         self._missing = MissingDrivers({name: self._links[name] for name in self._real})
-        self._told_troubles: tuple[str, ...] | None = None
+        self._reported_troubles: tuple[str, ...] | None = None
         troubles, mismatched = self._missing.look()
         self.membership = Membership(bus, topics, replace(context.status, troubles=troubles, mismatched=mismatched))
         self._timer: asyncio.Handle | None = self._look_later() if troubles else None
@@ -142,8 +142,8 @@ class ControllerNode:
         self._timer = None if is_over else self._look_later()
 
     def _tell_troubles(self, troubles: tuple[str, ...]) -> None:
-        if troubles != self._told_troubles:
-            self._told_troubles = troubles
+        if troubles != self._reported_troubles:
+            self._reported_troubles = troubles
             self._tell("; ".join(troubles) or "all real resources are there")
 
     def _look_later(self) -> asyncio.TimerHandle:
@@ -230,7 +230,7 @@ class ControllerNode:
             self._give_up()
 
     def _give_up(self) -> None:
-        """Ends the run by the rules of the model: the plan is aborted, and what is in flight cancelled."""
+        """End the run by the rules of the model: abort the plan, and cancel requests in flight."""
         run = self._run
         if run is not None and run.driver is not None:
             injection = Injection(GIVEN_UP, assign=(("plan.state", "aborted"),))
@@ -255,7 +255,7 @@ class ControllerNode:
     # what the driver wants
 
     def send(self, request: SendRequest) -> None:
-        """A request goes to its resource."""
+        """Send a request to its resource."""
         assert self._run is not None  # noqa: S101 - only a run sends
         self._run.asked[request.request] = request.resource
         with self._warning(f"request {request.request} to `{request.resource}` is lost"):
@@ -268,7 +268,7 @@ class ControllerNode:
             self._links[request.resource].cancel(Correlation(self._run.id, request.request))
 
     def plan(self, asked: AskPlan) -> None:
-        """Plans in a thread, so that replies come in time meanwhile."""
+        """Plan in a thread, so that replies are handled in time meanwhile."""
         run = self._run
         should_continue = lambda: run is self._run  # noqa: E731 - asked in the thread: a run that is over wants nothing
         self._planning = self._loop.run_in_executor(self._thread, self._answer, asked, should_continue)
@@ -291,7 +291,7 @@ class ControllerNode:
             self._give_up()
 
     def stepped(self, at_ns: int, event: Event | Note, records: tuple[Record, ...]) -> None:
-        """The tester learns of each step."""
+        """Publish a step for the tester."""
         run = self._run
         assert run is not None  # noqa: S101 - only a run steps
         run.steps += 1
@@ -299,7 +299,7 @@ class ControllerNode:
         self._say(Stepped(run.id, run.steps, at_ns, event_json(event)))
 
     def finished(self, end: RunFinished) -> None:
-        """The tester learns what the trace was, to see that it has the same."""
+        """Publish the end of the run with the digest of its trace, which the tester compares with its own."""
         run = self._run
         assert run is not None  # noqa: S101 - only a run ends
         trace = Trace(self._model.name, run.case.name, tuple(self._records))
@@ -327,7 +327,7 @@ class ControllerNode:
         run.driver.give(ReplyArrived(number, reply.succeeded, reply.measured), reply.stamp_ns)
 
     def on_values(self, resource: str, measurement: Measurement) -> None:
-        """Values came unasked."""
+        """Handle values that a resource published."""
         run = self._run
         self._refusals.look(resource, measurement.values, self._program.measured)
         self._remember(measurement.values)
@@ -341,7 +341,7 @@ class ControllerNode:
         self._measured.update((name, value) for name, value in known if value in space[name].domain)
 
     def on_presence(self, resource: str, *, is_there: bool) -> None:
-        """A resource came or was lost: the trace says so, the model's deadlines decide."""
+        """Record that a resource came or was lost; the deadlines of the model decide."""
         self._tell(f"{resource} {'is there' if is_there else 'is not there'}")
         if resource in self._real and self._timer is None:
             self._timer = self._loop.call_soon(self._look_for_troubles)

@@ -1,4 +1,4 @@
-"""What becomes of the requests of one run (decision 25).
+"""Decides the reactions to the requests of one run (decision 25).
 
 The tester follows what the runner wants, in its order, and decides as a simulation does: `Choices` is the same, so the
 n-th request of a case fares alike wherever its resource lives.
@@ -42,10 +42,10 @@ _OUTCOMES = {RequestOutcome.SUCCEEDED: Outcome.SUCCEED, RequestOutcome.FAILED: O
 
 
 class RequestStage(Protocol):
-    """Where the decisions go."""
+    """Receives the decisions."""
 
     def tell(self, message: React | Fate | Become | RestartResource) -> None:
-        """To the node that simulates the resource."""
+        """Send a message to the node that simulates the resource."""
         ...
 
     def note(self, record: Note) -> None:
@@ -54,7 +54,7 @@ class RequestStage(Protocol):
 
 
 class Director:
-    """Decides for one run."""
+    """Decides the reactions of one run."""
 
     def __init__(
         self, run: str, resources: Mapping[str, Resource], real: Iterable[str], choices: Choices, stage: RequestStage
@@ -83,11 +83,11 @@ class Director:
 
     @property
     def is_relayed(self) -> bool:
-        """Whether messages of simulated resources have fates."""
+        """Whether messages of simulated resources can be delayed, lost or doubled."""
         return not self._choices.is_plain
 
     def follow(self, effects: Iterable[Effect], at_ns: int) -> None:
-        """What the runner wanted at a time of the run."""
+        """Handle the effects of the runner at a time of the run."""
         for effect in effects:
             match effect:
                 case SendRequest(request, resource):
@@ -114,7 +114,7 @@ class Director:
                     pass
 
     def answering(self, asked: Answering, at_ns: int) -> None:
-        """A simulated resource asks how its reply travels. Raises `ValueError` if it was not asked itself."""
+        """Decide how a reply of a simulated resource travels. Raises `ValueError` if it got no such request."""
         if asked.request not in self._asked or self._asked[asked.request] != asked.resource:
             raise ValueError(f"`{asked.resource[:40]}` has no request {asked.request}")
         copies = self._travel(MessageKind.REPLY, asked.request, asked.resource, at_ns)
@@ -123,7 +123,7 @@ class Director:
         self._stage.tell(Fate(self._run, asked.request, asked.resource, asked.job, copies))
 
     def restart(self, resource: str, *, is_down: bool) -> None:
-        """The case has a resource go down, or come up; such times may overlap."""
+        """Take a resource down, or bring it up, as the case says; such times may overlap."""
         self._downs[resource] = downs = self._downs.get(resource, 0) + (1 if is_down else -1)
         self._expect_nothing_of(resource)
         self._stage.tell(RestartResource(self._run, resource, downs > 0))
@@ -131,7 +131,7 @@ class Director:
         self._stage.note(ResourceChanged(0, NETWORK, resource, condition))
 
     def tell_again(self, resources: Iterable[str]) -> None:
-        """A node that came back in the middle of the run learns what holds of its resources."""
+        """Send a node that rejoined during the run the state of its resources."""
         for resource in resources:
             if resource in self._conditions:
                 self._stage.tell(self._become(resource, self._conditions[resource]))
@@ -174,7 +174,7 @@ class Director:
         return resource in self._conditions or self._downs.get(resource, 0) > 0
 
     def _expect_nothing_of(self, resource: str) -> None:
-        """The case itself stands in the way of its replies."""
+        """Whether the case itself delays or drops replies."""
         self._due = {request: due for request, due in self._due.items() if self._asked[request] != resource}
 
     def _travel(self, message: MessageKind, request: int, resource: str, at_ns: int) -> Delivery:

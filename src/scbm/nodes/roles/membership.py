@@ -18,7 +18,7 @@ UNIQUE = ("controller", "tester")
 
 
 class Membership:
-    """What a node says of itself, and what the others said.
+    """The status of a node, and the statuses that it received.
 
     Attributes:
         own: this node.
@@ -43,27 +43,27 @@ class Membership:
 
     @property
     def others(self) -> tuple[Status, ...]:
-        """The other nodes, in the order in which they came."""
+        """Return the other nodes, in the order of their arrival."""
         return tuple(self._others.values())
 
     @property
     def strangers(self) -> tuple[str, ...]:
-        """Why what others said could not be understood: nodes of another version, or none at all."""
+        """Return why statuses could not be parsed: nodes of another version, or other programs."""
         return tuple(self._strangers.values())
 
     def controller(self) -> Status | None:
-        """The controller, if it is there; the oldest, as the others have to leave."""
+        """Return the controller, if there is one: the oldest, as the others have to leave."""
         return min(self._of("controller"), key=_age, default=None)
 
     def node_of(self, resource: str) -> Status | None:
-        """The node that simulates a resource, if there is one; the oldest."""
+        """Return the oldest node that simulates a resource, if there is one."""
         return min((other for other in self._of("resources") if resource in other.resources), key=_age, default=None)
 
     def _of(self, role: str) -> list[Status]:
         return [other for other in self._others.values() if other.role == role]
 
     def rival(self) -> Status | None:
-        """An older node that cannot be in the cell beside this one; so this one has to leave."""
+        """Return an older node that excludes this one, which then has to leave."""
         return next((other for other in self._others.values() if self._is_rival(other)), None)
 
     def _is_rival(self, other: Status) -> bool:

@@ -31,10 +31,10 @@ MISSED_NS = 1_000_000_000
 
 
 class AbsenceWatch:
-    """Looks at the clock, in a thread of its own: a busy event loop is no absence."""
+    """Detects by a clock in a thread of its own that the process was stopped; a busy event loop does not count."""
 
     def __init__(self, loop: AbstractEventLoop, was_away: Callable[[], None]) -> None:
-        """Begins. `was_away` is called on the loop, once."""
+        """Start. `was_away` is called once, on the loop."""
         self._loop = loop
         self._was_away = was_away
         self._is_over = Event()
@@ -47,7 +47,7 @@ class AbsenceWatch:
         return monotonic_ns() - self._last_ns > MISSED_NS
 
     def close(self) -> None:
-        """Looks no more."""
+        """Stop."""
         self._is_over.set()
 
     def _look(self) -> None:
@@ -80,7 +80,7 @@ async def serve(
     tell: Callable[[str], None],
     until_eof: bool,
 ) -> bool:
-    """Serves a node until SIGINT or SIGTERM, or until nothing can come by the standard input any more.
+    """Serve a node until SIGINT or SIGTERM, or until the standard input ends.
 
     It also ends, and is to be served again, when the process did not run for so long that the others have missed it.
 

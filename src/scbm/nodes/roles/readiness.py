@@ -35,7 +35,7 @@ class Lack(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """One thing that is missing or wrong.
+    """One problem of a cell.
 
     Attributes:
         lack: what sort of thing.
@@ -49,7 +49,7 @@ class Reason:
 
 
 class NotReadyError(Exception):
-    """A cell is not what a tester needs."""
+    """A cell is incomplete or wrong for a tester."""
 
     def __init__(self, reasons: Iterable[Reason]) -> None:
         self.reasons = tuple(reasons)
@@ -72,7 +72,7 @@ def beyond_reach(case: Case, model: BehaviorModel, real: Sequence[str]) -> str |
 
 
 def _told_of(case: Case, model: BehaviorModel) -> list[str | None]:
-    """The resources of which the case says something: themselves, or by the name of an operation.
+    """Return the resources that the case has rules for, by their names or by the name of an operation.
 
     `None`, all of them, is said of the simulated ones.
     """

@@ -52,7 +52,7 @@ class ResourcesNode:
     """Simulates resources of one model."""
 
     def __init__(self, context: NodeContext, reactions: Reactions) -> None:
-        """On the running event loop.
+        """Join the cell, on the running event loop.
 
         Args:
             context: where it is; `resources` of its status are those that it simulates.
@@ -89,7 +89,7 @@ class ResourcesNode:
         return self._reactions.react(resource)
 
     def later(self, delay_ns: int, work: Callable[[], None]) -> None:
-        """Does some work after a time of the run; at once if that is none."""
+        """Run some work after a time of the run; at once for a time of 0."""
         run = self._run
         wall_ns = delay_ns if run is None else run.clock.lasts_ns(delay_ns)
         if wall_ns:
@@ -98,7 +98,7 @@ class ResourcesNode:
             work()
 
     def warn(self, words: str) -> None:
-        """A message cannot be taken."""
+        """Warn of a message that cannot be handled."""
         self._warn(words)
 
     # the tester
@@ -122,7 +122,7 @@ class ResourcesNode:
             self._direct(message)
 
     def _prepare(self, message: Prepare, tester: int) -> None:
-        """Says that it is ready once its answers reach the controller; until then the tester asks again."""
+        """Confirm once replies reach the controller; until then the tester asks again."""
         run = self._run
         if run is None or run.id != message.run:
             if run is not None and run.tester != tester:
@@ -181,7 +181,7 @@ class _PendingRequest:
 
 @dataclass(slots=True)
 class _Answer:
-    """A reply whose fate is awaited."""
+    """A reply whose fate the tester has not decided yet."""
 
     request: Correlation
     text: str
@@ -189,7 +189,7 @@ class _Answer:
 
 @dataclass(slots=True)
 class _RequestProgress:
-    """What is true of a resource in one run."""
+    """The state of a resource in one run."""
 
     resource: SimulatedResource
     requests: dict[Correlation, _PendingRequest] = field(default_factory=dict)
@@ -199,14 +199,14 @@ class _RequestProgress:
     jobs: int = 0
 
     def request(self, known_as: Correlation) -> _PendingRequest:
-        """What is known of a request, if only that there is one."""
+        """Return the state of a request; a new one if it is unknown."""
         if known_as not in self.requests:
             self.last += 1
             self.requests[known_as] = self.numbered[self.last] = _PendingRequest(known_as, self.last)
         return self.requests[known_as]
 
     def forget_oldest(self, most: int) -> None:
-        """Remembers so many requests at most; what is worked on for older ones is given up."""
+        """Keep a bounded number of requests; drop the jobs of older ones."""
         while len(self.requests) > most:
             oldest = self.requests.pop(next(iter(self.requests)))
             del self.numbered[oldest.number]
@@ -214,7 +214,7 @@ class _RequestProgress:
 
 
 class _RequestQueue:
-    """Where the messages of one resource come and go."""
+    """The topics of one resource."""
 
     def __init__(self, node: ResourcesNode, bus: Bus, topics: CellTopics, resource: Resource) -> None:
         self._node = node
@@ -229,11 +229,11 @@ class _RequestQueue:
 
     @property
     def is_heard(self) -> bool:
-        """Whether a controller reaches the resource, and its answers the controller."""
+        """Whether requests of a controller reach the resource, and replies the controller."""
         return bool(self._requests.peers and self._replies.peers)
 
     def begin(self, run: str | None) -> None:
-        """Forgets everything; what came for this run already is what it begins with."""
+        """Reset the state for a run, and keep requests of that run that came early."""
         self._state = _RequestProgress(SimulatedResource(self._resource.name))
         self._run = run
         self._unheard.clear()
@@ -267,7 +267,7 @@ class _RequestQueue:
             self._decide(request, self._node.react(self._resource), AT_ONCE)
 
     def _is_relayed(self, request: Correlation) -> bool:
-        """Whether the tester decides how its messages travel."""
+        """Whether the tester decides how messages of the run travel."""
         run = self._node.run
         return run is not None and run.is_relayed and run.id == request.run
 
@@ -296,7 +296,7 @@ class _RequestQueue:
     # the tester
 
     def hear_tester(self, message: React | Fate | Become | RestartResource) -> None:
-        """What the tester decided."""
+        """Handle a decision of the tester."""
         resource = self._state.resource
         if isinstance(message, React | Fate) and len(message.copies) > _MAX_COPIES:
             raise ValueError(f"more than {_MAX_COPIES} copies of one message")
@@ -327,7 +327,7 @@ class _RequestQueue:
             self._work_on(taken)
 
     def _work_on(self, taken: _PendingRequest) -> None:
-        """Begins when both are there: the request, and what becomes of it."""
+        """Start a request when both have arrived: the request and its reaction."""
         reaction = taken.reaction
         if taken.source is None or reaction is None:
             return
@@ -389,7 +389,7 @@ class _RequestQueue:
                 self._replies.publish(text)
 
     def _after(self, delay_ns: int, work: Callable[[], None]) -> None:
-        """Does some work after a time of the run, if that is not over by then."""
+        """Run some work after a time of the run, unless the run is over by then."""
         state = self._state
         self._node.later(delay_ns, lambda: work() if state is self._state else None)
 
@@ -399,7 +399,7 @@ def _word(job: Job) -> str:
 
 
 def _read_request(text: object) -> tuple[Correlation, bool]:
-    """A request, and whether it is cancelled. Raises `NotAMessageError`."""
+    """Return a request, and whether it is cancelled. Raises `NotAMessageError`."""
     data = read_object(text)
     request = read_id(data.get("id"))
     if data.keys() == {"id", "cancel"} and data["cancel"] is True:

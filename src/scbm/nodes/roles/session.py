@@ -1,4 +1,4 @@
-"""A tester and its cell, for those that run cases one by one and have no event loop."""
+"""A tester and its cell for callers without an event loop, which run cases one by one."""
 
 from __future__ import annotations
 
@@ -36,19 +36,19 @@ T = TypeVar("T")
 
 
 class Cell(Protocol):
-    """What a tester finds itself in."""
+    """The nodes around a tester: how it joins them, and restarts those that it owns."""
 
     async def open(self, model: BehaviorModel, warn: Callable[[str], None]) -> Bus:
-        """Joins it."""
+        """Join the cell."""
         ...
 
     @property
     def is_own(self) -> bool:
-        """Whether all of its nodes are begun here."""
+        """Whether this process starts all other nodes."""
         ...
 
     async def mend(self) -> Bus | None:
-        """Brings back what is lost, as far as that can be done from here. Raises `NotReadyError` if it never can.
+        """Restart lost nodes, as far as this process can. Raises `NotReadyError` if it never can.
 
         Returns:
             The bus from now on, if it had to join again.
@@ -56,11 +56,11 @@ class Cell(Protocol):
         ...
 
     async def keep(self) -> None:
-        """Brings back nodes whenever they are lost, until this is cancelled."""
+        """Restart lost nodes until this is cancelled."""
         ...
 
     async def close(self) -> None:
-        """Leaves it, and ends what was begun."""
+        """Leave the cell, and end the nodes that were started."""
         ...
 
 
@@ -80,7 +80,7 @@ class LoopbackCell:
         self._buses: list[Bus] = []
 
     async def open(self, model: BehaviorModel, warn: Callable[[str], None]) -> Bus:
-        """Makes them."""
+        """Start controller and resources in this process."""
         names = [resource.name for resource in model.resources]
         contexts = []
         for role, resources in (("controller", []), ("resources", names)):
@@ -94,18 +94,18 @@ class LoopbackCell:
 
     @property
     def is_own(self) -> bool:
-        """It is."""
+        """Always true."""
         return True
 
     async def mend(self) -> None:
-        """Nothing is ever lost."""
+        """Do nothing: nodes of this process are never lost."""
 
     async def keep(self) -> None:
-        """Nothing is ever lost."""
+        """Do nothing: nodes of this process are never lost."""
         await asyncio.Event().wait()
 
     async def close(self) -> None:
-        """Ends them."""
+        """End controller and resources."""
         for node in self._nodes:
             await node.close()
         for bus in self._buses:
@@ -131,11 +131,11 @@ class RemoteCell:
 
     @property
     def is_own(self) -> bool:
-        """Whether they are children."""
+        """Whether the other nodes are children."""
         return self._children is not None
 
     async def mend(self) -> Bus | None:
-        """Starts children that are not there. Raises `NotReadyError` if one of them cannot work.
+        """Start missing children. Raises `NotReadyError` if one of them cannot work.
 
         Joins again, as a new participant, if this process was stopped for longer than one DDS lease.
         """
@@ -169,21 +169,21 @@ class RemoteCell:
             self._warn(f"{ended}, and was started again")
 
     async def keep(self) -> None:
-        """Starts children again whenever they end."""
+        """Restart children whenever they end."""
         while self._children is not None:
             await self._children.one_ends()
             await self._start_children()
         await asyncio.Event().wait()
 
     async def close(self) -> None:
-        """Ends the children."""
+        """End the children."""
         if self._children is not None:
             await self._children.end()
         await self._leave()
 
 
 def _interrupt(*_: object) -> None:
-    """SIGTERM ends what goes on as SIGINT does, also where that is ignored, as of what a script starts with `&`."""
+    """Handle SIGTERM like SIGINT, also where SIGINT is ignored, as in a background job of a script."""
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.raise_signal(signal.SIGINT)
@@ -198,7 +198,7 @@ class Session:
     """
 
     def __init__(self, cell: Cell, model: BehaviorModel, digest: str, time_scale: Fraction, wait_s: float) -> None:
-        """Begins with `with`.
+        """Prepare a session, which starts with `with`.
 
         Args:
             cell: where the nodes are.
@@ -221,7 +221,7 @@ class Session:
         self.waiting: Callable[[tuple[Reason, ...]], None] = lambda _: None
 
     def __enter__(self) -> Self:
-        """Joins the cell and waits for all of it. Raises `BusError`, `NotReadyError`."""
+        """Join the cell, and wait for all nodes. Raises `BusError`, `NotReadyError`."""
         if current_thread() is main_thread():  # others cannot be interrupted
             self._before = signal.signal(signal.SIGTERM, _interrupt)
         try:
@@ -243,7 +243,7 @@ class Session:
         return self._tester.real
 
     def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
-        """Runs a case. Raises `LostError` if it is not finished."""
+        """Run a case. Raises `LostError` if it is not finished."""
         return self._runner.run(self._noted(self._run(case, choices, options)))
 
     async def _noted(self, work: Coroutine[Any, Any, T]) -> T:
@@ -282,7 +282,7 @@ class Session:
         return await _beside(self._cell.keep(), run)
 
     def _status_again(self, before: Status) -> Status:
-        """Of a tester that joins again. It is as old as before only among its own nodes, which are not older than it.
+        """Return the status of a tester that rejoins. It keeps its age only among nodes that it started.
 
         Elsewhere another one may have taken its place.
         """
@@ -290,7 +290,7 @@ class Session:
         return replace(status, since_ns=before.since_ns) if self._cell.is_own else status
 
     def _measuring(self) -> list[str]:
-        """The resources that may publish values unasked."""
+        """Return the resources that may publish values."""
         return [resource.name for resource in self._model.resources if resource.measures]
 
     def _close(self) -> None:
@@ -300,7 +300,7 @@ class Session:
             signal.signal(signal.SIGTERM, self._before)
 
     async def _leave(self) -> None:
-        """Gives up first what an exception broke off from outside, as long as there is a bus to say so."""
+        """Cancel the open run first, as long as there is a bus to report it, and leave the cell."""
         if self._work is not None and not self._work.done():
             self._work.cancel()
             await asyncio.wait([self._work])
@@ -308,7 +308,7 @@ class Session:
 
 
 async def _beside(help_: Coroutine[Any, Any, None], work: Coroutine[Any, Any, T]) -> T:
-    """What the work returns; help goes on as long as it takes. Raises what either of them raises."""
+    """Return the result of `work`, with `help_` running beside it. Raises what either of them raises."""
     tasks = helping, working = asyncio.ensure_future(help_), asyncio.ensure_future(work)
     try:
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)

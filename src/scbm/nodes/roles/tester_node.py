@@ -64,12 +64,12 @@ _SILENT_NS = 3_000_000_000
 
 
 class LostError(Exception):
-    """A run was not finished; the sentence says why."""
+    """A run that was not finished, with the reason."""
 
 
 @dataclass(frozen=True, slots=True)
 class NodeRun:
-    """What came of a run over nodes.
+    """The result of a run over nodes.
 
     Attributes:
         run: its end and its records, as of a simulated run.
@@ -91,7 +91,7 @@ class TesterNode:
     __test__ = False  # its name looks to pytest like that of a class of tests
 
     def __init__(self, context: NodeContext, time_scale: Fraction, *, is_first: bool = False) -> None:
-        """On the running event loop.
+        """Join the cell, on the running event loop.
 
         Args:
             context: where it is.
@@ -160,7 +160,7 @@ class TesterNode:
                 timer.cancel()
 
     def _wrong(self) -> tuple[Reason, ...]:
-        """What no waiting mends."""
+        """Return the problems that waiting does not solve."""
         rival = self.membership.rival()
         reasons = [] if rival is None else [Reason(Lack.RIVAL, f"another tester is at work: {rival.words}")]
         if self.real and self._time_scale != 1:
@@ -199,7 +199,7 @@ class TesterNode:
         return [name for name in self._resources if name not in self.real]
 
     def simulating(self) -> dict[str, tuple[str, ...]]:
-        """The ids of the nodes that simulate resources, and what each has."""
+        """Return the ids of the nodes that simulate resources, with their resources."""
         found = map(self.membership.node_of, self._simulated())
         return {other.node: other.resources for other in found if other is not None}
 
@@ -222,13 +222,13 @@ class TesterNode:
         self._told = lacks
 
     def lacks(self) -> tuple[str, ...]:
-        """Which resources are not there, as far as the controller is."""
+        """Return the missing resources, if there is a controller."""
         return tuple(r.message for r in self._missing() if r.lack in (Lack.RESOURCES, Lack.DRIVER))
 
     # runs
 
     async def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
-        """Runs a case. Raises `LostError` if it is not finished, whatever the reason."""
+        """Run a case. Raises `LostError` if it is not finished, for any reason."""
         if (why := beyond_reach(case, self._model, self.real)) is not None:
             raise LostError(f"the case {why}")
         run = _DirectedRun(self, case, choices, options, self._time_scale)
@@ -244,16 +244,16 @@ class TesterNode:
             self._run = None
 
     def expected(self) -> tuple[str, ...]:
-        """The ids of the nodes that have to be ready."""
+        """Return the ids of the nodes that must be ready."""
         controller = self.membership.controller()
         return (*(() if controller is None else (controller.node,)), *self.simulating())
 
     def why_not(self) -> str | None:
-        """Why no run can take place now, in a clause."""
+        """Return why no run can start now, as a clause."""
         return next((reason.message for reason in (*self._wrong(), *self._missing())), None)
 
     def say(self, message: Prepare | Go | NoteMessage | Abandon | React | Fate | Become | RestartResource) -> None:
-        """To all; a run of which the bus does not take a message is lost."""
+        """Publish a message to all nodes; the run is lost if the bus does not take it."""
         try:
             self._to_all.publish(encode(message))
         except BusError as error:
@@ -262,7 +262,7 @@ class TesterNode:
                 self._run.fail("a message of the tester could not be sent")
 
     def words_of(self, node: str) -> str:
-        """A node, for people."""
+        """Return a node in words."""
         for other in self.membership.others:
             if other.node == node:
                 return "the controller" if other.role == "controller" else f"the node of {', '.join(other.resources)}"
@@ -270,7 +270,7 @@ class TesterNode:
 
     @property
     def model(self) -> BehaviorModel:
-        """What is tested."""
+        """The model under test."""
         return self._model
 
     # what comes
@@ -291,7 +291,7 @@ class TesterNode:
 
 
 class _DirectedRun:
-    """One run: its double of the runner makes the records of the controller's steps."""
+    """One run, with a second runner that makes the records from the steps of the controller."""
 
     def __init__(
         self, node: TesterNode, case: Case, choices: Choices, options: RunnerOptions, time_scale: Fraction
@@ -351,7 +351,7 @@ class _DirectedRun:
         return NodeRun(Simulated(finished.end, self._steps[-1].at_ns, records), log)
 
     def close(self) -> None:
-        """Nothing is waited for any more."""
+        """Stop waiting."""
         self.is_going = False
         for timer in self._timers:
             timer.cancel()
@@ -394,7 +394,7 @@ class _DirectedRun:
         self._see_who_is_ready()
 
     def _look_at_real(self) -> None:
-        """Nothing is decided for real resources, so they are the same from the beginning."""
+        """Return the real resources, which do not change during a run."""
         is_led = self._node.membership.controller() is not None
         if is_led and not self.is_going and set(self._node.real) != set(self._real):
             self.fail("another controller came, with other real resources")
@@ -406,17 +406,17 @@ class _DirectedRun:
     # the stage of the director
 
     def tell(self, message: React | Fate | Become | RestartResource) -> None:
-        """To the node that simulates the resource."""
+        """Send a message to the node that simulates the resource."""
         self._node.say(message)
 
     def note(self, record: Note) -> None:
-        """Into the trace."""
+        """Add a record to the trace."""
         self._node.say(NoteMessage(self.id, event_json(record)))
 
     # what comes
 
     def hear(self, message: Message, received: Received) -> None:
-        """Something of this run came."""
+        """Handle a message of this run."""
         match message:
             case Prepared(node=node):
                 self._be_ready(node, received.source)
@@ -451,14 +451,14 @@ class _DirectedRun:
         self._see_who_is_ready()
 
     def lose(self, source: int) -> None:
-        """A controller is gone."""
+        """Handle the loss of a controller."""
         if source == self._controller:
             self._controller = None
             if self.is_going:
                 self.fail("the controller was lost")
 
     def fail(self, why: str) -> None:
-        """The run is lost; `why` is a clause."""
+        """Mark the run as lost; `why` is a clause."""
         self._all_ready.set()
         if not self._done.done():
             self._done.set_exception(LostError(why))
@@ -494,7 +494,7 @@ class _DirectedRun:
         self._director.follow(effects, at_ns)
 
     def _begin(self, stamp_ns: int) -> None:
-        """The controller let the run begin about now: what the case says of resources at times is due then."""
+        """Schedule the timed faults of the case: the controller started the run about now."""
         self._clock = Clock(stamp_ns, self._scale)
         for restart in self._case.network.restarts:
             self._at(restart.at_ns, restart.resource, is_down=True)

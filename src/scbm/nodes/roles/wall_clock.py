@@ -23,10 +23,10 @@ if TYPE_CHECKING:
 
 
 class Surroundings(Protocol):
-    """What a driver does with what its runner wants."""
+    """Carries out the effects of a runner."""
 
     def send(self, request: SendRequest) -> None:
-        """The request goes to its resource."""
+        """Send a request to its resource."""
         ...
 
     def cancel(self, request: CancelRequest) -> None:
@@ -34,15 +34,15 @@ class Surroundings(Protocol):
         ...
 
     def plan(self, asked: AskPlan) -> None:
-        """A plan is wanted; the answer is given to the driver when it is there."""
+        """Start planning; the answer goes to the driver as an event."""
         ...
 
     def stepped(self, at_ns: int, event: Event | Note, records: tuple[Record, ...]) -> None:
-        """The runner was given an event, or the trace a note, at a time of the run; these records came of it."""
+        """Handle an event or a note at a time of the run, with the records that it led to."""
         ...
 
     def finished(self, end: RunFinished) -> None:
-        """The run is over."""
+        """Handle the end of the run."""
         ...
 
 
@@ -50,7 +50,7 @@ class Driver:
     """Gives events to one runner, and arms one timer for the deadline that it answers."""
 
     def __init__(self, runner: Runner, clock: Clock, surroundings: Surroundings) -> None:
-        """On the running event loop. The runner is new, and its time that of `clock`."""
+        """Start, on the running event loop. The runner is new, and its time is that of `clock`."""
         self._runner = runner
         self._clock = clock
         self._surroundings = surroundings
@@ -60,7 +60,7 @@ class Driver:
         self._is_over = False
 
     def give(self, event: Event | Note, stamp_ns: int) -> None:
-        """Something happened, at a reading of `time.monotonic_ns`; nothing does once the run is over."""
+        """Handle an event at a reading of `time.monotonic_ns`; ignore it once the run is over."""
         at_ns = self._clock.of_run_ns(stamp_ns)
         self._pass_deadlines(at_ns)
         if not self._is_over:
@@ -68,12 +68,12 @@ class Driver:
             self._arm()
 
     def close(self) -> None:
-        """Nothing happens any more."""
+        """Stop."""
         self._is_over = True
         self._disarm()
 
     def _pass_deadlines(self, at_ns: int) -> None:
-        """Deadlines before a time pass, each at its own."""
+        """Let the deadlines before a time pass, each at its own time."""
         while not self._is_over:
             deadline_ns = self._runner.deadline_ns
             if deadline_ns is None or deadline_ns >= at_ns:
@@ -121,7 +121,7 @@ class Driver:
             self._timer = None
 
     def _let_others_first(self, deadline_ns: int) -> None:
-        """What came before the deadline may stand in the loop's queue behind the timer."""
+        """Handle the timer after events that came before the deadline and wait in the queue of the loop."""
         self._timer = self._loop.call_soon(self._pass, deadline_ns)
 
     def _pass(self, deadline_ns: int) -> None:
@@ -143,13 +143,13 @@ class Clock:
     scale: Fraction = Fraction(1)
 
     def of_run_ns(self, stamp_ns: int) -> int:
-        """The time of the run at a reading; never negative."""
+        """Return the time of the run at a reading; never negative."""
         return max(0, int((stamp_ns - self.start_ns) * self.scale))
 
     def wall_ns(self, at_ns: int) -> int:
-        """The first reading at which that time of the run has come."""
+        """Return the first reading at which a time of the run has come."""
         return self.start_ns - int(-at_ns / self.scale // 1)
 
     def lasts_ns(self, duration_ns: int) -> int:
-        """How long a duration of the run takes by the wall."""
+        """Return the wall time of a duration of the run."""
         return -int(-duration_ns / self.scale // 1)
