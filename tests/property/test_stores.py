@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
@@ -44,6 +45,7 @@ def _seen(path: Path) -> History:
     return read_history(path)
 
 
+@pytest.mark.slow
 @examples(20)
 @given(st.tuples(pairs(), pairs(), pairs()))
 def test_stores_are_united_in_any_order_and_any_groups(drawn: tuple[Pairs, Pairs, Pairs]) -> None:

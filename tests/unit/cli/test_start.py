@@ -13,12 +13,16 @@ import pytest
 
 from conftest import Ran
 from scbm.cli.main import VERBS, _is_interruption
+from support.profiles import share
 
 ROOT = Path(__file__).parents[3]
 BEFORE = "examples/robot_in_the_air/before.yaml"
 
 
-@pytest.mark.parametrize("module", ["typer._click.core", "typer", "scbm.model", "lark", "ruamel.yaml", "scbm.testing"])
+MODULES = ("scbm.testing", "typer", "scbm.model", "lark", "ruamel.yaml", "typer._click.core")
+
+
+@pytest.mark.parametrize("module", MODULES[: share(len(MODULES), least=2)])
 def test_ctrl_c_while_a_module_is_imported_ends_with_130_and_without_a_word(module: str) -> None:
     """The interpreter prints the name of each module that it has imported, so the test waits for no time to pass."""
     command = [sys.executable, "-X", "importtime", "-m", "scbm", "test", BEFORE, "--cases", "100000"]

@@ -46,6 +46,7 @@ def test_what_is_not_wanted_any_more_before_it_is_begun_is_never_done(how: str) 
     assert 2 not in done
 
 
+@pytest.mark.slow
 def test_a_process_ends_though_its_work_does_not() -> None:
     program = (
         "from threading import Event\nfrom scbm.nodes.roles.background import Background\nstarted = Event()\n"

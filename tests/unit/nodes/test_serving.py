@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.dds
+
 GUARD_S = 600.0
 PROGRAM = Path(__file__).parents[2] / "support/serving.py"
 

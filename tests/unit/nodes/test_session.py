@@ -393,6 +393,7 @@ print(seen)
 """
 
 
+@pytest.mark.slow
 def test_what_sigterm_does_is_as_it_was_before_once_a_session_is_over_or_could_not_begin() -> None:
     ended = subprocess.run(
         [sys.executable, "-c", SIGNALS], check=False, capture_output=True, text=True, timeout=GUARD_S, cwd=TESTS

@@ -44,6 +44,7 @@ def speaker(domain: int, ends: str) -> subprocess.Popen[bytes]:
     return subprocess.Popen([sys.executable, "-c", SPEAKER, str(domain), ends], env=dict(os.environ))
 
 
+@pytest.mark.dds
 @pytest.mark.parametrize("ends", ["closes", "is killed"])
 def test_a_process_is_heard_to_its_end_and_its_end_is_noticed(domain: int, warn: Complain, ends: str) -> None:
     async def scenario() -> list[Received | int]:

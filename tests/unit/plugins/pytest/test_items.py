@@ -29,6 +29,7 @@ def test_the_plugin_itself_imports_no_other_package() -> None:
     assert done.stdout.split() == ["scbm", "scbm.plugins", "scbm.plugins.pytest"]
 
 
+@pytest.mark.slow
 def test_a_session_without_cases_loads_nothing_more(pytester: pytest.Pytester) -> None:
     write(pytester.path, other="lowercase: 1\n")
     pytester.makepyfile(
