@@ -1,6 +1,7 @@
-"""Certificates that nothing visits an obligation, and their check by a route of its own (semantics 8.5, decision 18).
+"""Certificates that no run visits an obligation, and their independent check (semantics 8.5, decision 18).
 
-Knows models, obligations and the plain planner. What finds certificates, and the runner, are strangers to it.
+The checker imports `scbm.model` and nothing else of `scbm`: neither the runner, nor the planners, nor the code that
+finds proofs.
 """
 
 from scbm.proofcheck.certificate import (

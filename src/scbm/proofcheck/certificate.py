@@ -1,6 +1,6 @@
-"""What a certificate says: for some obligations, that no run without injections visits them, and why (decision 18).
+"""The parts of a certificate: obligations that no run without injections visits, and an argument why (decision 18).
 
-What is wrong with a certificate that can be read.
+`CertificateFlaw` says why a certificate that can be read is not a proof.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Fact(StrEnum):
-    """What can be seen in the model file."""
+    """Facts that the model file shows."""
 
     NO_DEADLINE = "the operation has no deadline"
     CANNOT_FAIL = "nothing fails the operation: it has no `failed` transition, and no automatic one assigns its state"
@@ -44,7 +44,7 @@ class StructureArgument:
 
 @dataclass(frozen=True, slots=True)
 class ValuesArgument:
-    """The values that runs can ever give each variable; all others are ruled out (delete relaxation).
+    """For each variable all values that it has in any run; other values are unreachable (delete relaxation).
 
     Attributes:
         values: for every variable of the running space its values, in the order of space and domain.
@@ -55,28 +55,28 @@ class ValuesArgument:
 
 
 class Awaits(StrEnum):
-    """What the runner has asked for, or been told, when it has no operation and no queue."""
+    """What the runner waits for while no operation is current and its queue is empty."""
 
     NOTHING = "nothing"
     PLAN = "plan"
-    """The planner has been asked, and will answer with the plan in `queue`."""
+    """The answer of the planner, which will be the plan in `queue`."""
     UNSOLVABLE = "unsolvable"
-    """The planner has been asked, and will answer that there is no plan from the present state."""
+    """The answer of the planner, which will be that no plan exists from the present state."""
     STALE = "stale"
-    """The same, but the state has changed since it was asked."""
+    """The same, but the state has changed since the plan was requested."""
     CHANGE = "change"
-    """It has answered that there is no plan from the present state; requests are in flight, so the runner waits."""
+    """Another state: no plan exists from the present one, and requests are in flight."""
 
 
 @dataclass(frozen=True, slots=True)
 class Situation:
-    """Where a run can be between two events, when the runner is settled and the run has not ended.
+    """A situation of a run between two events: the runner is settled, and the run has not ended.
 
     Attributes:
         values: of the variables of the argument, in their order. `current.name`, `current.state` and `plan.state` are
             among them; the other operation states follow from these.
-        queue: the operations behind the current one; or the plan that will come, if `awaits` is `PLAN`.
-        in_flight: the resources that a reply is awaited from, in the order of asking.
+        queue: the operations after the current one; if `awaits` is `PLAN`, the plan that will be the answer.
+        in_flight: the resources that owe a reply, in the order of their requests.
         awaits: what the runner waits for beside replies and deadlines.
     """
 
@@ -91,8 +91,8 @@ class RunsArgument:
     """All situations of all runs.
 
     Attributes:
-        variables: the variables that make a difference, in the order of the running space, without `<operation>.state`;
-            all other variables never influence what happens.
+        variables: the variables that can influence a run, in the order of the running space, without
+            `<operation>.state`.
         runs: for each goal of the model, in order, its situations.
     """
 
@@ -117,7 +117,7 @@ class Certificate:
     Attributes:
         model: the model's name.
         digest: the SHA-256 of the model as `notation.write_model` writes it, so that a certificate of another version
-            is told apart.
+            is recognized.
         claims: at least one.
     """
 

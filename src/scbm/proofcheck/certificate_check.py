@@ -1,4 +1,4 @@
-"""Whether a certificate proves what it claims."""
+"""Checks whether a certificate proves its claims."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ if TYPE_CHECKING:
     from scbm.proofcheck.certificate import Certificate
 
 MAX_FLAWS = 20
-"""So many flaws are told."""
+"""Maximum number of flaws that are reported."""
 
 
 def check_certificate(certificate: Certificate, model: BehaviorModel) -> tuple[CertificateFlaw, ...]:
-    """The first flaws of a certificate; none if it proves its claims for this model.
+    """Return the first flaws of a certificate; none if it proves its claims for this model.
 
     Args:
-        certificate: of any origin; nothing in it is believed.
-        model: whether it is the model that `certificate.digest` tells is for the caller to compare.
+        certificate: a certificate of any origin; the check trusts nothing in it.
+        model: the model. The caller compares it with `certificate.digest`.
     """
     return tuple(islice(_flaws(certificate, model), MAX_FLAWS))
 
 
 def _flaws(certificate: Certificate, model: BehaviorModel) -> Iterator[CertificateFlaw]:
-    """What is wrong with the claims themselves, or else with the argument."""
+    """Yield the flaws of the claims themselves, or else of the argument."""
     if certificate.model != model.name:
         yield CertificateFlaw(
             "the certificate", f"it is one of the model {certificate.model}, and this is {model.name}"

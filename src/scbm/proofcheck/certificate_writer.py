@@ -1,4 +1,4 @@
-"""Certificates as text: JSON, one claim, variable or situation on a line, the same bytes for the same certificate."""
+"""Writes certificates as JSON: one claim, variable or situation on a line, the same bytes for the same certificate."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""A run on named values, one method for each kind of micro-step, to be read beside semantics 5 and 6.
+"""The checker's runner on named values, one method for each kind of micro-step; read it beside semantics 5 and 6.
 
-What can happen to a run that is settled, and what comes of it.
+It is a second implementation of `scbm.running`, on purpose. The events of a settled run and its steps are here as well.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ if TYPE_CHECKING:
     from scbm.proofcheck.guarded_parts import GuardedRule, GuardedRules, OperationRules, Values
 
 MAX_AUTOMATIC = 1_000
-"""So many automatic transitions one settling may take (semantics 5.1)."""
+"""Maximum number of automatic transitions in one settling (semantics 5.1)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """A plan was asked for, and the answer has not come yet.
+    """A request for a plan that the planner has not answered yet.
 
     Attributes:
-        asked_in: what the values were then; `None` if they have changed since, whatever they were.
-        answer: what it will be.
+        asked_in: the values at the request; `None` if they have changed since.
+        answer: the answer that it will have.
     """
 
     asked_in: Values | None
@@ -41,17 +41,17 @@ class UncheckableStepError(Exception):
 
 
 class CheckedRun:
-    """A run for one goal while it goes on. Whoever made it says where it is and what happens; then it settles.
+    """A run for one goal. Its creator sets its situation and passes one event; then the run settles.
 
     Attributes:
-        values: of all variables that are looked at, and the states of all operations.
-        queue: the operations behind the current one.
-        in_flight: the resources that a reply is awaited from, in the order of asking.
-        question: what the planner was asked and has not answered.
-        unsolvable_in: the values from which the planner said that there is no plan.
+        values: the values of the variables of the certificate, and the states of all operations.
+        queue: the operations after the current one.
+        in_flight: the resources that owe a reply, in the order of their requests.
+        question: the request for a plan that is open.
+        unsolvable_in: the values from which the planner has answered that no plan exists.
         has_ended: whether the run has ended.
         visited: the names of the obligations visited so far.
-        asked: the values and the requests in flight whenever a plan was asked for.
+        asked: the values and the requests in flight at each request for a plan.
     """
 
     def __init__(self, rules: GuardedRules, goal: Predicate, planner: CanonicalPlanner, values: Values) -> None:
@@ -69,10 +69,10 @@ class CheckedRun:
         self._deadline_has_passed = False
         self._automatic = 0
 
-    # what happens to it
+    # events
 
     def receive_reply(self, reply: ReplyEvent) -> None:
-        """The reply to the request in flight: its measured values, and the request state (6.2, 6.3)."""
+        """Apply the reply to the request in flight: its measured values, and the request state (6.2, 6.3)."""
         self.in_flight.remove(reply.resource)
         state = RequestState.SUCCEEDED if reply.succeeded else RequestState.FAILED
         self._set(dict(reply.measured))
@@ -94,17 +94,17 @@ class CheckedRun:
                 assert_never(question.answer)
 
     def pass_deadline(self) -> None:
-        """The current operation has been in its state for as long as it may."""
+        """Let the timer of the current operation pass."""
         self._deadline_has_passed = True
 
     def settle(self) -> None:
-        """Micro-steps until none applies."""
+        """Take micro-steps until none applies."""
         self._automatic = 0
         while self._micro_step():
             pass
 
     def _micro_step(self) -> bool:
-        """The first thing that applies, in the order of semantics 5; `False` if nothing does."""
+        """Take the first micro-step that applies, in the order of semantics 5; return `False` if none does."""
         return (
             self._take_automatic()
             or self._abort()
@@ -114,10 +114,10 @@ class CheckedRun:
             or self._go_on()
         )
 
-    # 5.1, 5.2: automatic transitions, and what they may lead to
+    # 5.1, 5.2: automatic transitions, livelock, abort
 
     def _take_automatic(self) -> bool:
-        """The first automatic transition that can be taken and changes something. Also when the run has ended."""
+        """Take the first automatic transition that changes the values, also after the end of the run."""
         following = self._rules.next_automatic(self.values)
         if following is None:
             return False
@@ -144,7 +144,7 @@ class CheckedRun:
     # 5.3: requests
 
     def _send_request(self) -> bool:
-        """Sends one. If there is one in flight to the same resource, that one is cancelled (6.2)."""
+        """Send a request; one in flight to the same resource is cancelled (6.2)."""
         for name, resource in self._rules.resources.items():
             if self.values[resource.trigger] and self.values[resource.request_state] == RequestState.INITIAL:
                 self.in_flight = [*(other for other in self.in_flight if other != name), name]
@@ -207,9 +207,9 @@ class CheckedRun:
         return self._become(target)
 
     def _become(self, state: OperationState) -> bool:
-        """The current operation is in another state, in which no time has passed yet.
+        """Set another state of the current operation, in which no time has passed yet.
 
-        Not even a deadline of no time passes in the same settling: behind a deadline that has passed comes a new plan.
+        No second timer passes in the same settling, not even one of 0 s: after a timer a new plan is requested.
         """
         name = str(self.values[CURRENT_NAME])
         self._set({operation_state_name(name): state.value, CURRENT_STATE: state.value})
@@ -218,20 +218,20 @@ class CheckedRun:
         return True
 
     def _leave(self) -> bool:
-        """The current operation is initial, and not current any more."""
+        """Set the current operation to initial; no operation is current afterwards."""
         self._set({**self._rules.at_rest, CURRENT_NAME: NO_OPERATION, CURRENT_STATE: OperationState.INITIAL.value})
         self._deadline_has_passed = False
         return True
 
     def _give_up_waiting(self) -> bool:
-        """The operation was disabled for too long: a new plan is asked for."""
+        """Drop the plan if the timer of the disabled operation has passed."""
         if not self._deadline_has_passed:
             return False
         self.queue = []
         return self._leave()
 
     def _time_out(self, operation: OperationRules) -> bool:
-        """The operation executed for too long; if its `timedout` actions do not fit, that is a model error (2.4)."""
+        """Take the `timedout` actions after the deadline; if they leave a domain, end with a model error (2.4)."""
         if not self._deadline_has_passed:
             return False
         if operation.timedout.taken(self.values) is None:
@@ -240,7 +240,7 @@ class CheckedRun:
         return self._take(operation.timedout, OperationState.TIMEDOUT)
 
     def _ask_plan(self) -> bool:
-        """Asks the planner, unless it has been asked, or has said that there is no plan from here (5.6)."""
+        """Request a plan, unless a request is open or no plan exists from the present values (5.6)."""
         if self.question is not None:
             return False
         if self.unsolvable_in == self.values:
@@ -260,7 +260,7 @@ class CheckedRun:
     # the end
 
     def end(self, plan_state: PlanState) -> None:
-        """Ends the run: requests given up, the operation initial, the queue gone (semantics 5, behind the table)."""
+        """End the run: clear its requests, make the operation initial, drop the plan (semantics 5, after the ends)."""
         self._set({PLAN_STATE: plan_state.value})
         for name, resource in self._rules.resources.items():
             occupied = self.values[resource.request_state] == RequestState.EXECUTING and name not in self.in_flight
@@ -297,7 +297,7 @@ class ReplyEvent:
 
 @dataclass(frozen=True, slots=True)
 class DeadlineEvent:
-    """The time that the current operation may be in its state has passed."""
+    """The timer of the current operation passes."""
 
     def __str__(self) -> str:
         return "the deadline passes"
@@ -316,11 +316,11 @@ Event: TypeAlias = ReplyEvent | DeadlineEvent | PlannerAnswer
 
 @dataclass(frozen=True, slots=True)
 class CheckedStep:
-    """What came of one event.
+    """The step that an event starts.
 
     Attributes:
-        situation: where the run is now; `None` if it has ended, or goes round without waiting for anything.
-        values: the values of all variables that are looked at, and the states of all operations.
+        situation: the situation afterwards; `None` if the run has ended, or repeats itself without an event.
+        values: the values of the variables of the certificate, and the states of all operations.
         visited: the names of the obligations that were visited.
         cut_off: those that would have been visited instead if the limit of plans had ended the run on the way.
     """

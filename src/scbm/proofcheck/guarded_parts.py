@@ -1,4 +1,4 @@
-"""A model as far as some of its variables are concerned: its guards, and the actions that assign one of them.
+"""The guards and actions of a model, restricted to actions on some of its variables.
 
 Everything in a model that has a guard or actions, in one list.
 """
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class GuardedPart:
-    """What the runner takes at once.
+    """A guard with the actions that the runner takes together.
 
     Attributes:
         what: what reports call it.
@@ -37,7 +37,7 @@ class GuardedPart:
 
 
 def parts_of(model: BehaviorModel) -> Iterator[GuardedPart]:
-    """The parts of all operations, then the automatic transitions, in the order of the model."""
+    """Yield the parts of all operations, then the automatic transitions, in the order of the model."""
     for operation in model.operations:
         yield from _parts_of_operation(operation)
     for transition in model.automatic_transitions:
@@ -57,12 +57,12 @@ def _both(transition: Transition) -> tuple[Predicate, tuple[Action, ...]]:
 
 
 def fails_operation(action: Action, space: StateSpace) -> bool:
-    """Whether the action fails the current operation (semantics 1.3)."""
+    """Return whether an action fails the current operation (semantics 1.3)."""
     return space[action.target].role in (Role.OPERATION_STATE, Role.CURRENT_STATE)
 
 
 def results(action: Action, space: StateSpace) -> Iterator[tuple[Value, Value | None]]:
-    """For an action that reads a variable: each value of it, with what is assigned then; `None` outside the domain."""
+    """Yield each value of the variable that an action reads, and the value assigned; `None` outside the domain."""
     (source,) = action.reads()
     domain = space[action.target].domain
     for value in space[source].domain.values:
@@ -71,19 +71,19 @@ def results(action: Action, space: StateSpace) -> Iterator[tuple[Value, Value | 
 
 
 def may_leave(action: Action, space: StateSpace) -> bool:
-    """Whether some value that the action reads makes it leave its domain (semantics 2.4)."""
+    """Return whether an action can leave the domain of its target (semantics 2.4)."""
     if not action.reads():
         return False
     return any(assigned is None for _, assigned in results(action, space))
 
 
 _MAX_REMEMBERED = 200_000
-"""For so many values it is remembered what is taken next."""
+"""Maximum number of states whose next automatic transition is memoized."""
 
 
 @dataclass(frozen=True, slots=True)
 class GuardedRule:
-    """A guard, and actions that are taken at once.
+    """A guard, and actions that are taken together.
 
     Attributes:
         domains: of the targets of the actions.
@@ -97,11 +97,11 @@ class GuardedRule:
     fails_operation: bool = False
 
     def taken(self, values: Values) -> Values | None:
-        """The values afterwards; `None` if the guard does not hold, or an action would leave a domain."""
+        """Return the values afterwards; `None` if the guard does not hold, or an action would leave a domain."""
         return self.acted(values) if self.guard.holds(values) else None
 
     def acted(self, values: Values) -> Values | None:
-        """The values after the actions, whatever the guard says; `None` if one of them would leave a domain."""
+        """Return the values after the actions, without the guard; `None` if one of them would leave a domain."""
         assigned = [action.value(values) for action in self.actions]
         for value, domain in zip(assigned, self.domains, strict=True):
             if value not in domain:
@@ -111,7 +111,7 @@ class GuardedRule:
 
 @dataclass(frozen=True, slots=True)
 class OperationRules:
-    """An operation (semantics 3.2).
+    """The rules of an operation (semantics 3.2).
 
     Attributes:
         failed: its own `failed` transition.
@@ -127,11 +127,11 @@ class OperationRules:
 
 
 class GuardedRules:
-    """All rules of a model.
+    """The rules of a model.
 
     Attributes:
         model: the model.
-        variables: the variables that are looked at, in order.
+        variables: the variables of the certificate, in order.
         at_rest: the states of all operations when none is current.
     """
 
@@ -146,9 +146,9 @@ class GuardedRules:
         self._known: dict[tuple[Value, ...], tuple[GuardedRule, Values] | None] = {}
 
     def next_automatic(self, values: Values) -> tuple[GuardedRule, Values] | None:
-        """The first automatic transition that can be taken and changes something, with the values afterwards (5.1).
+        """Return the first automatic transition that changes the values, and the values afterwards (5.1).
 
-        Remembered, as runs come through the same values again and again. The variables always stand in one order.
+        Memoized, as runs repeat the same values. The variables are always in the same order.
         """
         key = tuple(values.values())
         if key in self._known:
@@ -183,7 +183,7 @@ class GuardedRules:
         return self._acting(transition.name, transition.running_guard, transition.running_actions)
 
     def _automatic(self, transition: Transition) -> GuardedRule:
-        """An automatic transition; one that fails an operation can be taken only while that one executes (1.3)."""
+        """Return an automatic transition; one that fails an operation needs that operation to be executing (1.3)."""
         space = self.model.running_space
         failing = [action for action in transition.running_actions if fails_operation(action, space)]
         others = [action for action in transition.running_actions if action not in failing]

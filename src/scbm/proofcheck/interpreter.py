@@ -1,6 +1,6 @@
-"""From situation to situation: which events can come, and what comes of each.
+"""The events that can follow a situation, and the situations that they lead to.
 
-This is not the runner of `scbm.running`, and shares nothing with it but the semantics.
+This is not the runner of `scbm.running`, and shares only the semantics with it.
 """
 
 from __future__ import annotations
@@ -31,31 +31,30 @@ if TYPE_CHECKING:
 
 
 class Interpreter:
-    """Runs for one goal.
+    """The steps of runs for one goal.
 
-    When a plan is asked for and no request is in flight, nothing can come before the answer. So the answer, and all
-    that follows from it, is a part of the same step. If that goes round for ever, nothing new comes of it: the run goes
-    nowhere from there.
+    If a plan is requested and no request is in flight, the answer is the next event. So the answer and everything after
+    it belong to the same step. If such a step comes back to a situation, it visits nothing new and ends there.
 
-    Limits, of time or of plans, can end a run anywhere. What happens then, at its end, is told beside the steps.
+    Limits of time or of plans can end a run anywhere. `cut_off` has what is visited after such an end.
     """
 
     def __init__(self, model: BehaviorModel, goal: Predicate, variables: Sequence[str]) -> None:
-        """`variables` are those that are looked at; `relevance.check_variables` finds nothing wrong with them."""
+        """`variables` are those of a certificate, without flaws by `runs_check.check_variables`."""
         self._rules = GuardedRules(model, variables)
         self._goal = goal
         self._planner = CanonicalPlanner(model, goal)
-        self._behind_ends: dict[tuple[Value, ...], tuple[str, ...]] = {}
+        self._after_ends: dict[tuple[Value, ...], tuple[str, ...]] = {}
 
     def begin(self, state: Mapping[str, Value]) -> CheckedStep:
-        """The goal is given in an initial state, which has at least the variables of the world that are looked at."""
+        """Return the step in which the goal is given in an initial state, which has a value for each of `variables`."""
         space = self._rules.model.running_space
         values: Values = {v: space[v].initial if space[v].role.is_runner else state[v] for v in self._rules.variables}
         values |= {**self._rules.at_rest, PLAN_STATE: PlanState.PLANNING.value}
         return self._finish(self._run(values))
 
     def events(self, situation: Situation) -> Iterator[Event]:
-        """Everything that can happen next."""
+        """Yield the events that can follow."""
         for name in situation.in_flight:
             for measured in self._measured(self._rules.resources[name]):
                 yield ReplyEvent(name, succeeded=True, measured=measured)
@@ -68,7 +67,7 @@ class Interpreter:
             yield PlannerAnswer()
 
     def after(self, situation: Situation, event: Event) -> CheckedStep:
-        """What comes of one of the events."""
+        """Return the step that one of these events starts."""
         run = self._resumed(situation)
         match event:
             case ReplyEvent():
@@ -82,11 +81,11 @@ class Interpreter:
         return self._finish(run)
 
     def cut_off(self, situation: Situation) -> tuple[str, ...]:
-        """What is visited if the time limit passes here."""
-        return self._behind_end(self._values(situation), situation.in_flight)
+        """Return what is visited if the time limit passes in a situation."""
+        return self._after_end(self._values(situation), situation.in_flight)
 
     def _measured(self, resource: Resource) -> Iterator[tuple[tuple[str, Value], ...]]:
-        """Every choice of measured values. A variable that is not measured is as if it were measured as it is."""
+        """Yield every choice of measured values. Not to measure a variable is the same as to measure its old value."""
         names = [name for name in resource.measures if name in self._rules.variables]
         domains = [self._rules.model.space[name].domain.values for name in names]
         for values in product(*domains):
@@ -122,10 +121,7 @@ class Interpreter:
         return run
 
     def _situation(self, run: CheckedRun) -> Situation:
-        """Where a run is that is settled and has not ended.
-
-        A planner that will give up counts as one that will find no plan: the run would end, and here it may go on.
-        """
+        """Return the situation of a run that is settled and has not ended."""
         values = tuple(run.values[name] for name in self._rules.variables)
         in_flight = tuple(run.in_flight)
         if run.question is None:
@@ -137,7 +133,7 @@ class Interpreter:
         return Situation(values, (), in_flight, awaits)
 
     def _finish(self, run: CheckedRun) -> CheckedStep:
-        """Lets the run settle, and the planner answer if nothing can come before that."""
+        """Let the run settle, and let the planner answer if no other event can come first."""
         asked: dict[Situation, None] = {}
         run.settle()
         while not run.has_ended and run.question is not None and not run.in_flight:
@@ -151,16 +147,16 @@ class Interpreter:
         return self._step(run, None if run.has_ended else self._situation(run))
 
     def _step(self, run: CheckedRun, situation: Situation | None) -> CheckedStep:
-        cut_off = dict.fromkeys(name for values, sent in run.asked for name in self._behind_end(values, sent))
+        cut_off = dict.fromkeys(name for values, sent in run.asked for name in self._after_end(values, sent))
         return CheckedStep(situation, run.values, tuple(run.visited), tuple(cut_off))
 
-    def _behind_end(self, values: Values, in_flight: Sequence[str]) -> tuple[str, ...]:
-        """What is visited behind the end of a run that a limit ends with these values."""
+    def _after_end(self, values: Values, in_flight: Sequence[str]) -> tuple[str, ...]:
+        """Return what is visited after the end of a run that a limit ends with these values."""
         run = self._run(values)
         run.in_flight = list(in_flight)
         run.end(PlanState.ABORTED)
         end = tuple(run.values.values())
-        if end not in self._behind_ends:
+        if end not in self._after_ends:
             run.settle()
-            self._behind_ends[end] = tuple(run.visited)
-        return self._behind_ends[end]
+            self._after_ends[end] = tuple(run.visited)
+        return self._after_ends[end]

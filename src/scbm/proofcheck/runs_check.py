@@ -1,9 +1,8 @@
-"""A set of situations that no step of any run leaves, and on whose steps nothing claimed is visited (`RunsArgument`).
+"""Checks a set of situations that no step of a run leaves, with no visit to a claimed obligation (`RunsArgument`).
 
-That is an induction over the events of a run: its first situation is one of the set, and whatever comes next leads to
-one of the set, or to the end. So all situations of all runs are among them, and what no step visits is never visited.
-
-Which variables a `RunsArgument` may leave out: those that nothing which happens depends on.
+The check is an induction over the events of a run. Its first situation is in the set, and every event leads to a
+situation in the set, or to the end. So all situations of all runs are in the set, and an obligation that no step visits
+is never visited.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ if TYPE_CHECKING:
 
 
 def check_variables(variables: Sequence[str], model: BehaviorModel) -> Iterator[CertificateFlaw]:
-    """Everything by which a variable that is not among `variables` could influence what happens."""
+    """Yield a flaw for each way in which a variable that is not among `variables` could influence a run."""
     space = model.running_space
     possible = [variable.name for variable in space if variable.role is not Role.OPERATION_STATE]
     if list(variables) != [name for name in possible if name in variables]:
@@ -45,7 +44,7 @@ def check_variables(variables: Sequence[str], model: BehaviorModel) -> Iterator[
 
 
 def _uses(kept: Sequence[str], model: BehaviorModel) -> Iterator[tuple[str, str]]:
-    """Each variable that matters, with the reason."""
+    """Yield each variable that can influence a run, with the reason."""
     for resource in model.resources:
         for name in (resource.trigger, resource.request_state):
             yield name, "requests are sent by it"
@@ -72,15 +71,15 @@ def _uses_of_part(part: GuardedPart, kept: Sequence[str], model: BehaviorModel) 
 
 
 MAX_INITIAL_STATES = 4_000_000
-"""So many initial states, allowed or not and whole or in part, are looked at."""
+"""Maximum number of initial states, complete or partial, that are tried."""
 _MAX_SHOWN = 300
-"""So many characters of a situation are told."""
+"""Maximum number of characters of a situation in a message."""
 
 
 def check_runs(
     claimed: Sequence[ClaimedObligation], argument: RunsArgument, model: BehaviorModel
 ) -> Iterator[CertificateFlaw]:
-    """What is wrong with the variables, or else with the goals, or else with the situations of each goal."""
+    """Yield the flaws of the variables and goals, or else of the situations of each goal."""
     flaws = [*check_variables(argument.variables, model)]
     if [goal for goal, _ in argument.runs] != [goal for goal, _ in model.goals]:
         flaws.append(CertificateFlaw("the goals", "they are not those of the model, each once and in order"))
@@ -94,7 +93,7 @@ def check_runs(
 
 
 def initial_states(variables: Sequence[str], model: BehaviorModel) -> Iterator[dict[str, Value]]:
-    """The allowed initial states of the world, as far as these variables and `initial_states` tell them apart.
+    """Yield the allowed initial states of the world, restricted to these variables and those of `initial_states`.
 
     Raises `TooManyStepsError`.
     """
@@ -118,7 +117,7 @@ class _RunsCheck:
     claimed: tuple[str, ...]
 
     def check(self, model: BehaviorModel) -> Iterator[CertificateFlaw]:
-        """What is wrong with the form of situations, or else with the steps between them."""
+        """Yield the flaws in the form of situations, or else in the steps between them."""
         malformed = [*self._malformed(model)]
         yield from malformed or self._wrong_steps(model)
 
@@ -175,7 +174,7 @@ def _shown(values: dict[str, Value]) -> str:
 
 
 def _what_is_malformed(situation: Situation, variables: tuple[str, ...], model: BehaviorModel) -> str | None:
-    """Why this is no situation of the model at all."""
+    """Return why this is no situation of the model; `None` if it is one."""
     if len(situation.values) != len(variables):
         return f"it has {len(situation.values)} values for {len(variables)} variables"
     for name, value in zip(variables, situation.values, strict=True):

@@ -1,4 +1,4 @@
-"""Facts of a model file, seen again (`StructureArgument`)."""
+"""Checks facts of a model file (`StructureArgument`)."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ _RULES_OUT = {
     Fact.CANNOT_FAIL: ClaimedAspect.FAILED,
     Fact.ALWAYS_ENABLED: ClaimedAspect.DISABLED,
 }
-"""What an operation does not visit if the fact holds of it."""
+"""The state that an operation with this fact never visits."""
 
 
 def check_structure(
     claimed: Sequence[ClaimedObligation], argument: StructureArgument, model: BehaviorModel
 ) -> Iterator[CertificateFlaw]:
-    """What is wrong with the facts; one for each claim, in order."""
+    """Yield the flaws of the facts, one fact for each claim in order."""
     if len(argument.facts) != len(claimed):
         yield CertificateFlaw("the argument", f"there are {len(claimed)} claims, and {len(argument.facts)} facts")
         return

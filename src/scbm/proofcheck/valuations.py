@@ -1,4 +1,4 @@
-"""Which values of variables satisfy a predicate: plain backtracking over values that are known in part."""
+"""Enumerates the values of variables that satisfy a predicate, by backtracking over partial valuations."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     Choices: TypeAlias = Mapping[str, tuple[Value, ...]]
 
 MAX_STEPS = 100_000
-"""So many valuations, of all variables or of some, are looked at for one question."""
+"""Maximum number of valuations, complete or partial, that one question may try."""
 
 
 class TooManyStepsError(Exception):
-    """The answer was not found within so many steps."""
+    """The answer was not found within the maximum number of valuations."""
 
 
 def valuations(predicate: Predicate, choices: Choices, most_steps: int) -> Iterator[dict[str, Value]]:
-    """Every way to give each variable one of its values so that the predicate holds.
+    """Yield every valuation of the variables for which the predicate holds.
 
     Args:
         predicate: reads no variables but those in `choices`.
@@ -50,13 +50,13 @@ def valuations(predicate: Predicate, choices: Choices, most_steps: int) -> Itera
 
 
 def is_satisfiable(predicate: Predicate, choices: Choices) -> bool:
-    """Whether there is such a valuation of the variables that the predicate reads. Raises `TooManyStepsError`."""
+    """Return whether a valuation of the variables satisfies the predicate. Raises `TooManyStepsError`."""
     read = {name: choices[name] for name in predicate.reads()}
     return any(True for _ in valuations(predicate, read, MAX_STEPS))
 
 
 def truth(predicate: Predicate, known: Mapping[str, Value]) -> bool | None:
-    """What the predicate is if only some variables are known; `None` if that is open."""
+    """Return the truth of a predicate when only some variables are known; `None` if that is open."""
     match predicate:
         case Truth(value):
             return value

@@ -1,9 +1,9 @@
-"""What can happen in a run if all that is known of its variables is a set of values for each.
+"""Everything that can happen in a run of which only a set of values for each variable is known (delete relaxation).
 
-Which operation is current, and in which state, is told apart: a run is always in a `_Moment`. All else is taken
-variable by variable: a step can be taken if the variables that it reads can have values of their sets so that its guard
-holds and its actions fit. So more is possible here than in any run, and never less. What would take too long to find
-out counts as possible, too.
+The current operation and its state are kept together in a `_Moment`. All other variables are independent of each other:
+a step is possible if the variables that it reads have values in their sets for which its guard holds and its actions
+stay in their domains. So everything that happens in a run is possible here, and more. A question that takes too many
+valuations counts as possible.
 """
 
 from __future__ import annotations
@@ -38,16 +38,16 @@ if TYPE_CHECKING:
 Sets: TypeAlias = "dict[str, tuple[Value, ...]]"
 """The values of each variable of the running space."""
 Given: TypeAlias = "tuple[tuple[str, Value], ...]"
-"""Values that variables get."""
+"""Pairs of a variable and a value that it gets."""
 
 
 @dataclass(frozen=True, slots=True)
 class Possible:
-    """Something that can happen.
+    """An event or a step that is possible.
 
     Attributes:
-        what: what it is.
-        gives: values that variables get by it; those that were in their sets before may be left out.
+        what: its name for messages.
+        gives: values that variables get; values that were in their sets before may be left out.
         visits: the obligations that it visits.
     """
 
@@ -67,7 +67,7 @@ class _Moment:
 
 
 def while_running(sets: Sets, model: BehaviorModel) -> Iterator[Possible]:
-    """Everything that can happen from the beginning of a run until it ends."""
+    """Yield everything that is possible from the beginning of a run to its end."""
     yield _begin(model)
     for resource in model.resources:
         if _can_be_sent(resource, sets):
@@ -81,9 +81,9 @@ def while_running(sets: Sets, model: BehaviorModel) -> Iterator[Possible]:
 
 
 def after_the_end(sets: Sets, model: BehaviorModel) -> tuple[Possible, ...]:
-    """Everything that can happen at the moment at which a run ends, behind its end.
+    """Return everything that is possible after the end of a run, at the same moment.
 
-    Automatic transitions are taken until none applies any more, and requests may be sent, but nobody waits for replies.
+    Automatic transitions are taken until none applies any more, and requests may be sent, but no reply arrives.
     The values that this adds are added until there are no more.
     """
     ends = (PlanState.COMPLETED, PlanState.UNSOLVABLE, PlanState.ABORTED)
@@ -124,7 +124,7 @@ def _can_be_sent(resource: Resource, sets: Sets) -> bool:
 
 
 def _request(resource: Resource, model: BehaviorModel) -> Possible:
-    """A request and its reply. Cancelled, its state is initial, as it was before it was sent."""
+    """Return a request and its reply. A cancelled request is initial again, which adds no value."""
     states = (RequestState.EXECUTING, RequestState.SUCCEEDED, RequestState.FAILED)
     given: list[tuple[str, Value]] = [(resource.request_state, state.value) for state in states]
     given += [(name, value) for name in resource.measures for value in model.space[name].domain.values]
@@ -132,7 +132,7 @@ def _request(resource: Resource, model: BehaviorModel) -> Possible:
 
 
 def _become_current(operation: Operation) -> Possible:
-    """Any operation can be planned, and be disabled at the head of the queue."""
+    """Return that an operation becomes current: any can be planned, and be disabled then."""
     visits = (
         ClaimedObligation(operation.name, ClaimedAspect.QUEUED),
         ClaimedObligation(operation.name, ClaimedAspect.DISABLED),
@@ -149,7 +149,7 @@ def _in_state(operation: Operation, state: OperationState) -> Given:
 
 
 def _moments(sets: Sets, model: BehaviorModel) -> Iterator[_Moment]:
-    """At rest; then each operation in each state that the sets have."""
+    """Yield the moment without a current operation, then each operation in each state that the sets have."""
     rest = _at_rest(sets, model)
     yield rest
     for operation in model.operations:
@@ -171,7 +171,7 @@ def _at_rest(sets: Sets, model: BehaviorModel) -> _Moment:
 
 
 def _lifecycle(moment: _Moment, operation: Operation) -> Iterator[Possible]:
-    """What the current operation can do in its state (semantics 5.5)."""
+    """Yield the moves of the current operation that are possible in its state (semantics 5.5)."""
     if moment.state in (OperationState.INITIAL, OperationState.DISABLED):
         yield from _taken(operation.pre, OperationState.EXECUTING, moment, operation)
     if moment.state is OperationState.EXECUTING:
@@ -196,7 +196,7 @@ def _entered(what: str, given: Given, operation: Operation, state: OperationStat
 
 
 def _automatic_transitions(moment: _Moment, model: BehaviorModel) -> Iterator[Possible]:
-    """Those that can be taken (semantics 5.1)."""
+    """Yield the automatic transitions that are possible (semantics 5.1)."""
     for transition in model.automatic_transitions:
         failing = [action for action in transition.running_actions if fails_operation(action, model.running_space)]
         actions = tuple(action for action in transition.running_actions if action not in failing)
@@ -215,7 +215,7 @@ def _automatic_transitions(moment: _Moment, model: BehaviorModel) -> Iterator[Po
 
 
 def _changes(actions: tuple[Action, ...]) -> Predicate:
-    """That one of the actions changes its variable."""
+    """Return the predicate that one of the actions changes its variable."""
     return Or(
         tuple(
             Truth(True) if isinstance(action, Add) else NotEqual(Reference(action.target), action.source)
@@ -225,7 +225,7 @@ def _changes(actions: tuple[Action, ...]) -> Predicate:
 
 
 def _given(guard: Predicate, actions: tuple[Action, ...], moment: _Moment) -> Given | None:
-    """What the actions give where the guard holds and all of them fit; `None` if that is nowhere."""
+    """Return what the actions give where the guard holds and all stay in their domains; `None` if nowhere."""
     sets = dict(moment.sets)
     for action in actions:
         domain = moment.space[action.target].domain
@@ -241,7 +241,7 @@ def _given(guard: Predicate, actions: tuple[Action, ...], moment: _Moment) -> Gi
 
 
 def _new(action: Action, guard: Predicate, sets: Sets, moment: _Moment) -> Iterator[Value]:
-    """What the action assigns where the guard holds, and its target cannot be so far."""
+    """Yield the values that the action assigns where the guard holds, and that its target does not have yet."""
     if not action.reads():
         yield action.value({})
     for name in action.reads():

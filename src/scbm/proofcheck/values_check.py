@@ -1,4 +1,4 @@
-"""Sets of values that nothing in a run leaves, and obligations that nothing within them visits (`ValuesArgument`)."""
+"""Checks sets of values that no step leaves, with no visit to a claimed obligation (`ValuesArgument`)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 def check_values(
     claimed: Sequence[ClaimedObligation], argument: ValuesArgument, model: BehaviorModel
 ) -> Iterator[CertificateFlaw]:
-    """What is wrong with the sets of values, or else with the claims."""
+    """Yield the flaws of the sets of values, or else of the claims."""
     sets = dict(argument.values)
     yield from _check_shape(argument, model) or _check_closed(sets, model) or _check_claims(claimed, sets, model)
 
@@ -44,7 +44,7 @@ def _is_part(values: tuple[Value, ...], variable: Variable) -> bool:
 
 
 def _check_closed(sets: Sets, model: BehaviorModel) -> list[CertificateFlaw]:
-    """Every value that something gives and that the sets do not have."""
+    """Return a flaw for each value that a possible step gives and that the sets do not have."""
     flaws = (
         CertificateFlaw(name, f"{format_value(value)} is not among its values, but it gets it by {possible.what}")
         for possible in while_running(sets, model)
