@@ -4,13 +4,18 @@ Above `testing`, whose results it keeps; only this package uses SQLite. `docs/re
 the file.
 """
 
+from typing import TYPE_CHECKING
+
 from scbm.files import digest_of
-from scbm.store.history import Drawn, History, ModelSource, Recipe, StoredCase, StoredRun, Written, key_of, sayable
-from scbm.store.model_edits import Dropped
-from scbm.store.replays import Replays, drawn_recipe, network_words, written_recipe
-from scbm.store.store_reader import read_history
-from scbm.store.store_union import Combined, combine_stores
-from scbm.store.store_writer import StoreWriter, begin_run, write_store
+from scbm.model.lazy_exports import lazy_exports
+
+if TYPE_CHECKING:
+    from scbm.store.history import Drawn, History, ModelSource, Recipe, StoredCase, StoredRun, Written, key_of, sayable
+    from scbm.store.model_edits import Dropped
+    from scbm.store.replays import Replays, drawn_recipe, network_words, written_recipe
+    from scbm.store.store_reader import read_history
+    from scbm.store.store_union import Combined, combine_stores
+    from scbm.store.store_writer import StoreWriter, begin_run, write_store
 
 __all__ = [
     "Combined",
@@ -35,3 +40,15 @@ __all__ = [
     "write_store",
     "written_recipe",
 ]
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "history": "Drawn History ModelSource Recipe StoredCase StoredRun Written key_of sayable",
+        "model_edits": "Dropped",
+        "replays": "Replays drawn_recipe network_words written_recipe",
+        "store_reader": "read_history",
+        "store_union": "Combined combine_stores",
+        "store_writer": "StoreWriter begin_run write_store",
+    },
+)

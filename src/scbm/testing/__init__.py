@@ -3,19 +3,24 @@
 Paper, Section VI; semantics 7.
 """
 
-from scbm.testing.campaign import Campaign, CaseResult
-from scbm.testing.campaign_json import FORMAT_VERSION, campaign_json, coverage_json
-from scbm.testing.case_choices import Choice
-from scbm.testing.case_sizes import Size
-from scbm.testing.findings import MAX_SHRUNK, Finding, find_causes
-from scbm.testing.node_runs import Answers
-from scbm.testing.random_cases import RandomCases, draw_network
-from scbm.testing.random_streams import reaction_stream
-from scbm.testing.requirement_monitors import Violation, find_violations
-from scbm.testing.shrinking import Shrinker, Shrunk
-from scbm.testing.tester import Execution, Tester
-from scbm.testing.verdicts import Failure, FailureKind, Outcomes, Verdict, judge
-from scbm.testing.written_cases import WrittenCase, case_texts, find_case_files, load_suite
+from typing import TYPE_CHECKING
+
+from scbm.model.lazy_exports import lazy_exports
+
+if TYPE_CHECKING:
+    from scbm.testing.campaign import Campaign, CaseResult
+    from scbm.testing.campaign_json import FORMAT_VERSION, campaign_json, coverage_json
+    from scbm.testing.case_choices import Choice
+    from scbm.testing.case_sizes import Size
+    from scbm.testing.findings import MAX_SHRUNK, Finding, find_causes
+    from scbm.testing.node_runs import Answers
+    from scbm.testing.random_cases import RandomCases, draw_network
+    from scbm.testing.random_streams import reaction_stream
+    from scbm.testing.requirement_monitors import Violation, find_violations
+    from scbm.testing.shrinking import Shrinker, Shrunk
+    from scbm.testing.tester import Execution, Tester
+    from scbm.testing.verdicts import Failure, FailureKind, Outcomes, Verdict, judge
+    from scbm.testing.written_cases import WrittenCase, case_texts, find_case_files, load_suite
 
 __all__ = [
     "FORMAT_VERSION",
@@ -48,3 +53,22 @@ __all__ = [
     "load_suite",
     "reaction_stream",
 ]
+
+__getattr__ = lazy_exports(
+    __name__,
+    {
+        "campaign": "Campaign CaseResult",
+        "campaign_json": "FORMAT_VERSION campaign_json coverage_json",
+        "case_choices": "Choice",
+        "case_sizes": "Size",
+        "findings": "MAX_SHRUNK Finding find_causes",
+        "node_runs": "Answers",
+        "random_cases": "RandomCases draw_network",
+        "random_streams": "reaction_stream",
+        "requirement_monitors": "Violation find_violations",
+        "shrinking": "Shrinker Shrunk",
+        "tester": "Execution Tester",
+        "verdicts": "Failure FailureKind Outcomes Verdict judge",
+        "written_cases": "WrittenCase case_texts find_case_files load_suite",
+    },
+)

@@ -54,6 +54,28 @@ def test_the_version_needs_no_other_package() -> None:
     assert not _imported("--version") & {"typer", "rich", "pydantic", "numpy", "lark", "scbm.model"}
 
 
+@pytest.mark.parametrize(
+    ("arguments", "unused"),
+    [
+        (("check", BEFORE), {"pydantic", "numpy", "jinja2", "asyncio", "sqlite3", "scbm.testing.tester"}),
+        (
+            ("test", BEFORE, "--cases", "2"),
+            {"pydantic", "numpy", "jinja2", "asyncio", "sqlite3", "scbm.closing.closer"},
+        ),
+    ],
+)
+def test_a_command_imports_only_what_it_uses(arguments: tuple[str, ...], unused: set[str]) -> None:
+    assert _imported(*arguments) & unused == set()
+
+
+@pytest.mark.parametrize("package", ["scbm.closing", "scbm.nodes", "scbm.reports", "scbm.store", "scbm.testing"])
+def test_a_package_that_imports_its_names_late_exports_all_of_them(package: str) -> None:
+    """In a process of its own, as other tests have imported everything."""
+    code = f"import {package} as p; print(len([getattr(p, name) for name in p.__all__]) == len(p.__all__) > 0)"
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True, capture_output=True, text=True)
+    assert done.stdout == "True\n"
+
+
 def test_the_help_shows_whole_sentences(scbm: Callable[..., Ran]) -> None:
     _, _, commands = scbm("--help").out.partition("Commands:\n")
     sentences = re.split(r"\n  (?=\S)", commands.rstrip())

@@ -92,10 +92,11 @@ def _domains_left(model: BehaviorModel, exploration: PlanningExploration) -> Ite
     task = exploration.planner.base_task
     for operation in model.operations:
         here = ("operations", operation.name)
-        enabled = [state for state in exploration.reach.states if task.packing.test(operation.pre.g)(state)]
+        can_start, can_complete = task.packing.test(operation.pre.g), task.packing.test(operation.post.g)
+        enabled = [state for state in exploration.reach.states if can_start(state)]
         yield from _leaving(operation.pre, (*here, "pre", "a"), enabled, task)
         started = [state for state in map(task.update(operation.pre.a), enabled) if state is not None]
-        done = [state for state in started if task.packing.test(operation.post.g)(state)]
+        done = [state for state in started if can_complete(state)]
         yield from _leaving(operation.post, (*here, "post", "a"), done, task)
 
 

@@ -1,0 +1,32 @@
+"""Packages whose names are imported when they are used first, so that a command loads only what it needs."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+
+def lazy_exports(package: str, exports: Mapping[str, str]) -> Callable[[str], Any]:
+    """Return the `__getattr__` of a package (PEP 562), which imports a name from its module when it is used first.
+
+    The package imports the same names under `TYPE_CHECKING`, where tools read them.
+
+    Args:
+        package: the name of the package.
+        exports: for each module below the package the names that the package exports from it, with blanks
+            between them.
+    """
+    modules = {name: module for module, names in exports.items() for name in names.split()}
+
+    def load(name: str) -> Any:  # noqa: ANN401 - whatever the package exports
+        if name not in modules:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        value = getattr(import_module(f"{package}.{modules[name]}"), name)
+        setattr(sys.modules[package], name, value)
+        return value
+
+    return load
