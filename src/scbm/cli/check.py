@@ -23,7 +23,7 @@ def command(
     bindings: Bindings = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
-    """Tell the errors of model files, and what is doubtful about those that have none."""
+    """Report the errors of model files, and warnings about models that load."""
     if bindings is not None and len(models) > 1:
         message = f"bindings are of one model, and these are {len(models)}"
         remedy = "check each model with its own bindings"

@@ -37,7 +37,7 @@ def command(
     cases: Annotated[
         int, typer.Option("--cases", min=0, max=10_000_000, help="How many random cases to begin with.")
     ] = 0,
-    seed: Annotated[int, typer.Option("--seed", help="Decides what random cases draw.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the random cases.")] = 0,
     out: Annotated[
         Path | None, typer.Option("--out", metavar="DIRECTORY", help="Where cases and certificates are written.")
     ] = None,
@@ -46,12 +46,12 @@ def command(
         typer.Option("--write", metavar="NAME", help="Write this suggested goal into the model; `all` of them."),
     ] = None,
     max_states: Annotated[
-        int, typer.Option("--max-states", min=1, help="How many situations of runs to look at.")
+        int, typer.Option("--max-states", min=1, help="Maximum number of explored situations of runs.")
     ] = _DEFAULT,
     check: Annotated[bool, typer.Option("--check", help="Check certificates instead.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
-    """Decide every obligation: covered by a case, proved uncoverable, or undecided. Or check such proofs."""
+    """Decide every obligation: covered by a case, proved uncoverable, or undecided. With --check, check such proofs."""
     if check:
         return check_certificates(files or [], json=json)
     asked = _CloseRequest(_only_model(files or []), tuple(suite or ()), cases, seed, max_states)

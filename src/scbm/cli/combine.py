@@ -24,7 +24,7 @@ def command(
     ] = False,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
-    """Unite coverage stores of one model: every case once, and what all of them visited."""
+    """Combine coverage stores of one model into one store."""
     combined = combine_stores(stores, out, across_edits=across_edits)
     if json:
         write_json(combined_json(combined, str(out)))

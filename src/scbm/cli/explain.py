@@ -34,11 +34,11 @@ def command(
         list[Path] | None, typer.Option("--suite", metavar="CASES", help="Case files to begin with, or a directory.")
     ] = None,
     max_states: Annotated[
-        int, typer.Option("--max-states", min=1, help="How many situations of runs to look at.")
+        int, typer.Option("--max-states", min=1, help="Maximum number of explored situations of runs.")
     ] = _DEFAULT,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
-    """Tell by which case an obligation is covered and how, or why nothing covers it."""
+    """Show which case covers an obligation and how, or why no case does."""
     loaded = load_model(model)
     asked = _read_obligation(obligation, loaded)
     given = Suite.load(loaded, model, tuple(suite or ()))

@@ -23,7 +23,7 @@ def command(
         typer.Argument(metavar="NAME", help="The resources; all, if none is named.", show_default=False),
     ] = None,
     *,
-    seed: Annotated[int, typer.Option("--seed", help="Decides what they do while no tester says it.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of their replies while no tester is connected.")] = 0,
     transport: NodeTransport = None,
     domain: Domain = None,
     while_stdin: WhileStdin = False,

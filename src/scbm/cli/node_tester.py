@@ -56,7 +56,7 @@ def command(
     transport: NodeTransport = None,
     domain: Domain = None,
     wait: Annotated[
-        str, typer.Option("--wait", metavar="DURATION", help="So long controller and resources may take to come.")
+        str, typer.Option("--wait", metavar="DURATION", help="How long to wait for controller and resources.")
     ] = "10 s",
     logs: Logs = None,
     json: Json = False,

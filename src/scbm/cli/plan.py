@@ -23,10 +23,15 @@ def command(
     *,
     goal: Annotated[str, typer.Option("--goal", help="A goal's name, or a predicate.", show_default=False)],
     state: Annotated[
-        list[str] | None, typer.Option("--state", metavar="VAR=VALUE", help="Differs from the nominal state.")
+        list[str] | None,
+        typer.Option("--state", metavar="VAR=VALUE", help="A variable that differs from the nominal state."),
     ] = None,
-    max_length: Annotated[int, typer.Option("--max-length", min=0, help="The longest plan to look for.")] = 1_000,
-    max_expanded: Annotated[int, typer.Option("--max-expanded", min=1, help="The most states to look at.")] = 1_000_000,
+    max_length: Annotated[
+        int, typer.Option("--max-length", min=0, help="Maximum number of operations in the plan.")
+    ] = 1_000,
+    max_expanded: Annotated[
+        int, typer.Option("--max-expanded", min=1, help="Maximum number of expanded states.")
+    ] = 1_000_000,
     planner: Annotated[
         str | None, NameOf(lambda: PLANNERS, typer.Option("--planner", help=f"The search. [{DEFAULT_PLANNER}]"))
     ] = None,

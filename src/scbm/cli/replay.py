@@ -16,20 +16,18 @@ def command(
         Path, typer.Argument(metavar="FILE", help="The case file, or the log of a real run.", show_default=False)
     ],
     *,
-    model: Annotated[
-        Path | None, typer.Option("--model", help="The model file; the one that the file names, if missing.")
-    ] = None,
+    model: Annotated[Path | None, typer.Option("--model", help="The model file. [the one that the file names]")] = None,
     require: Annotated[
-        list[str] | None, typer.Option("--require", metavar="SENTENCE", help="A requirement beside the others.")
+        list[str] | None, typer.Option("--require", metavar="SENTENCE", help="An additional requirement.")
     ] = None,
     time_limit: Annotated[
-        str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time, if the case says none.")
+        str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time, if the case has no limit.")
     ] = None,
     every: Annotated[bool, typer.Option("--all", help="Show changes of every variable.")] = False,
     trace: Annotated[Path | None, typer.Option("--trace", help="Write the trace to a file.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
-    """Run a case file or the log of a real run again, draw what happens, and say whether it is the recorded run."""
+    """Run a case file or the log of a real run again, and compare the run with the recorded one."""
     replayed = rerun(AskedRun(file, model, require or [], time_limit, {} if trace is None else {"--trace": trace}))
     execution = replayed.execution
     is_same = None if replayed.recorded is None else replayed.recorded == execution.digest

@@ -26,7 +26,7 @@ from scbm.testing import case_texts, find_case_files
 def command(
     store: Annotated[Path, typer.Argument(help="The coverage store.", show_default=False)],
     *,
-    missing: Annotated[bool, typer.Option("--missing", help="Show only what is missing, and why.")] = False,
+    missing: Annotated[bool, typer.Option("--missing", help="Show only the missed obligations, and why.")] = False,
     contexts: Annotated[
         bool, typer.Option("--contexts", help="Show which case visits what, and what only it visits.")
     ] = False,

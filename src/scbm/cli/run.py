@@ -26,9 +26,10 @@ def command(
     *,
     goal: Annotated[str | None, typer.Option("--goal", help="A goal's name, or a predicate.")] = None,
     state: Annotated[
-        list[str] | None, typer.Option("--state", metavar="VAR=VALUE", help="Differs from the nominal state.")
+        list[str] | None,
+        typer.Option("--state", metavar="VAR=VALUE", help="A variable that differs from the nominal state."),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Decides what resources do.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the replies of the resources.")] = 0,
     case: Annotated[
         int | None, typer.Option("--case", min=1, help="Goal and initial state of this case of `scbm test --seed`.")
     ] = None,
@@ -36,7 +37,7 @@ def command(
         str | None, typer.Option("--network", help="Faults of the network: `loss: 2 %, jitter: 20 ms`, or `drawn`.")
     ] = None,
     require: Annotated[
-        list[str] | None, typer.Option("--require", metavar="SENTENCE", help="A requirement beside the model's.")
+        list[str] | None, typer.Option("--require", metavar="SENTENCE", help="An additional requirement.")
     ] = None,
     time_limit: Annotated[
         str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time for the goal. [1 h]")
@@ -45,7 +46,7 @@ def command(
     trace: Annotated[Path | None, typer.Option("--trace", help="Write the trace to a file.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
-    """Run one goal against simulated resources, and draw what happens."""
+    """Run one goal against simulated resources, and show what happens."""
     writer = FileWriter([(model, "the model")])
     writer.refuse_clashes({} if trace is None else {"--trace": trace})
     loaded = load_model(model)

@@ -60,9 +60,9 @@ def command(
     save: Annotated[
         Path | None, typer.Option("--save", metavar="DIRECTORY", help="Save every random case as a file.")
     ] = None,
-    shrink: Annotated[bool, typer.Option("--shrink/--no-shrink", help="Make failing cases small.")] = True,
+    shrink: Annotated[bool, typer.Option("--shrink/--no-shrink", help="Shrink failing cases.")] = True,
     failures: Annotated[
-        Path, typer.Option("--failures", metavar="DIRECTORY", help="Where small failing cases are saved.")
+        Path, typer.Option("--failures", metavar="DIRECTORY", help="Directory for shrunk failing cases.")
     ] = Path("scbm-failures"),
     store: Store = None,
     missing: Missing = False,
@@ -78,12 +78,12 @@ def command(
     domain: Domain = None,
     wait: Annotated[
         str | None,
-        typer.Option("--wait", metavar="DURATION", help="So long nodes and drivers may take to come. [10 s]"),
+        typer.Option("--wait", metavar="DURATION", help="How long to wait for nodes and drivers. [10 s]"),
     ] = None,
     logs: Logs = None,
     json: Json = False,
 ) -> int:
-    """Run case files and random cases, judge them, and report how much of the model they visited."""
+    """Run case files and random cases, judge them, and report their coverage of the model."""
     wanted = CampaignOptions(model, files or [], cases, seed, network, require or [], time_limit)
     suite = wanted.suite({"--save": save})
     figures = threshold_option.read_thresholds(fail_under or [])

@@ -49,10 +49,8 @@ def command(
         Path | None, typer.Option("--perfetto", metavar="FILE", help="Write JSON for ui.perfetto.dev.")
     ] = None,
     mcap: Annotated[Path | None, typer.Option("--mcap", metavar="FILE", help="Write MCAP for Foxglove.")] = None,
-    model: Annotated[
-        Path | None, typer.Option("--model", help="The model file; the one that the file names, if missing.")
-    ] = None,
-    seed: Annotated[int | None, typer.Option("--seed", help="Decides what is drawn beside `--case`. [0]")] = None,
+    model: Annotated[Path | None, typer.Option("--model", help="The model file. [the one that the file names]")] = None,
+    seed: Annotated[int | None, typer.Option("--seed", help="Seed of the random case. [0]")] = None,
     case: Annotated[
         int | None, typer.Option("--case", min=1, help="This case of `scbm test --seed`, in place of a file.")
     ] = None,
@@ -60,10 +58,10 @@ def command(
         str | None, typer.Option("--network", help="Beside `--case`: `loss: 2 %, jitter: 20 ms`, or `drawn`.")
     ] = None,
     require: Annotated[
-        list[str] | None, typer.Option("--require", metavar="SENTENCE", help="A requirement beside the others.")
+        list[str] | None, typer.Option("--require", metavar="SENTENCE", help="An additional requirement.")
     ] = None,
     time_limit: Annotated[
-        str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time, if the case says none.")
+        str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time, if the case has no limit.")
     ] = None,
     json: Annotated[bool, typer.Option("--json", help="Print what was written as JSON.")] = False,
 ) -> int:

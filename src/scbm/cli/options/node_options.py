@@ -57,7 +57,7 @@ NodeTransport = Annotated[
 ]
 TimeScale = Annotated[
     str | None,
-    typer.Option("--time-scale", metavar="FACTOR", help="Runs over nodes go so many times faster than the wall. [1]"),
+    typer.Option("--time-scale", metavar="FACTOR", help="Speed of runs over nodes relative to the wall clock. [1]"),
 ]
 Logs = Annotated[Path | None, typer.Option("--logs", metavar="DIRECTORY", help="Save the log of every run over nodes.")]
 Domain = Annotated[
