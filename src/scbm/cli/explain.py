@@ -86,7 +86,7 @@ def _executions(closing: Closing, suite: Suite) -> dict[str, Execution]:
 
 
 def _texts(explanations: tuple[Explanation, ...], suite: Suite) -> dict[str, str]:
-    """The cases that are told of, as YAML, by their names: those of the suite as their files say them."""
+    """Return the cases of the explanations as YAML, by their names; those of the suite as their files have them."""
     cases = [each.visit.execution.case for each in explanations if each.visit is not None]
     return {case.name: suite.text(case.name) or write_case(case, suite.model, suite.file.as_posix()) for case in cases}
 

@@ -95,7 +95,7 @@ class _Drawing:
                 self.out.line(f"  {line}")
 
     def _draw_steps(self, plan: tuple[str, ...]) -> None:
-        """The operations by number, each with what it does to the variables that planning can tell apart."""
+        """Show the operations by number, each with its changes of the variables that guards read."""
         model, told = self.planner.model, self.planner.task(self.goal).packing.space
         width = max(len(name) for name in plan)
         now = State(model.running_space, {v.name: self.start.get(v.name, v.initial) for v in model.running_space})

@@ -20,7 +20,7 @@ FORMAT_VERSION = 1
 
 @dataclass(frozen=True)
 class _TraceOutput:
-    """A file that is asked for.
+    """A file that an option names.
 
     Attributes:
         option: what asks for it.
@@ -86,7 +86,7 @@ def command(
 
 
 def _outputs(perfetto: Path | None, mcap: Path | None) -> list[_TraceOutput]:
-    """What is asked for. Raises `InputError` if that is nothing, or cannot be."""
+    """Return the outputs that the options name. Raise `InputError` if there is none, or a package is missing."""
     outputs = []
     if perfetto is not None:
         from scbm.reports.run.perfetto import write_perfetto  # noqa: PLC0415 - only what is asked for is loaded

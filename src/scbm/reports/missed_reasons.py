@@ -1,4 +1,4 @@
-"""Why obligations are missing, as far as visits tell it, and the command that shows what would close each."""
+"""The reasons for missed obligations, as far as visits show them, with the command that explains each."""
 
 from __future__ import annotations
 

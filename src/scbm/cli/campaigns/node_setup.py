@@ -46,7 +46,7 @@ def serve_node(
     while_stdin: bool,
     open_drivers: Callable[[], Bus] | None = None,
 ) -> int:
-    """Serves a node until somebody stops it; `make` gets the bus of `open_drivers` too. Raises `InputError`."""
+    """Serve a node until it is stopped; `make` gets the bus of `open_drivers` too. Raise `InputError`."""
     output = results()
 
     def tell(words: str) -> None:
@@ -86,7 +86,7 @@ def bus_error(error: BusError) -> InputError:
 
 
 def refuse_beyond_reach(suite: Suite, real: Sequence[str], option: str) -> None:
-    """Raises `InputError` with all cases that say what nobody can bring about.
+    """Raise `InputError` with all cases whose clauses real resources cannot carry out.
 
     Args:
         suite: the cases.

@@ -119,7 +119,7 @@ class OverNodes:
             yield execution
 
     def _count(self, execution: Execution) -> None:
-        """A case that was lost has no log, and nobody knows how it was answered."""
+        """Count the replies of a case; a lost case has no log, so its replies are unknown."""
         for name in () if execution.log is None else execution.log.real:
             self._answers[name] = self._answers.get(name, Answers(name)).after(execution.trace.records)
 

@@ -103,7 +103,7 @@ class Waiting:
     _told: str = ""
 
     def __call__(self, reasons: Sequence[Reason]) -> None:
-        """Tells it, unless that is what was told last."""
+        """Print the reasons for waiting unless they repeat the previous ones."""
         shown = [r.message for r in reasons if not self._asked.starts or r.lack not in _OF_CHILDREN]
         words = "; ".join(shown)
         if words and words != self._told:

@@ -27,7 +27,7 @@ _LONGEST_BEGINNING = 100
 
 @dataclass(frozen=True, slots=True)
 class AskedRun:
-    """One run, as a command line asks for it.
+    """One run, as the options of a command line describe it.
 
     Attributes:
         file: a case or a log.

@@ -108,7 +108,7 @@ class Keeper:
         return write_event_log(execution.log, self._model)
 
     def finish(self, store: ExitStack) -> None:
-        """Closes the store behind the last case, so that the run is finished there; an error is told."""
+        """Close the store after the last case, so that its run is finished; show an error."""
         self.is_unfinished = False  # who interrupts this cannot know
         with self._told(), store:
             self._totals = self._writer.totals() if self.is_whole else None

@@ -1,4 +1,4 @@
-"""A campaign as a command line asks for it: which cases, where they run, what is told and kept of them."""
+"""Campaigns of `scbm test` and `scbm node tester`: run the cases, save what failed, and print the report."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class CampaignOptions:
 
 @dataclass(frozen=True, slots=True)
 class CampaignOutput:
-    """What is told and kept of a campaign.
+    """What a campaign prints and saves.
 
     Attributes:
         thresholds: how much has to be visited.
@@ -103,7 +103,7 @@ class CampaignOutput:
 
 
 def simulate(suite: Suite, telling: CampaignOutput) -> int:
-    """Runs the cases in virtual time, and tells what came of them; the exit code."""
+    """Run the cases in virtual time, print the report, and return the exit code."""
     _refuse_store_that_is_read(suite, telling)
     tester = Tester(suite.model)
     done = _carry_out(suite, telling, lambda cases, _: map(tester.execute, cases), None)
@@ -118,7 +118,7 @@ def simulate(suite: Suite, telling: CampaignOutput) -> int:
 
 
 def run_over_nodes(suite: Suite, telling: CampaignOutput, asked: NodeOptions, command: str) -> int:
-    """Runs the cases over nodes, and tells what came of them; the exit code.
+    """Run the cases over nodes, print the report, and return the exit code.
 
     Args:
         suite: the cases.
@@ -158,7 +158,7 @@ def _carry_out(
     run: Callable[[Iterable[Case], Callable[[str], None]], Iterator[Execution]],
     where: str | None,
 ) -> _Done:
-    """Runs the cases, keeps them in the store, and shows how far that is; what came until something ended it.
+    """Run the cases, add them to the store, and show the progress; return the results up to an interruption.
 
     Args:
         suite: the cases.
@@ -275,7 +275,7 @@ def _tell_progress(words: str) -> None:
 
 
 def _store(path: Path | None, suite: Suite, where: str | None) -> AbstractContextManager[Keeper | None]:
-    """The store that results are added to, if one is asked for."""
+    """Return the store of the command line, if it names one."""
     if path is None:
         return nullcontext()
     from scbm.cli.campaigns.store_keeper import keeping  # noqa: PLC0415 - a database, which few runs need

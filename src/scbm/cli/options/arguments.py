@@ -72,7 +72,7 @@ def read_requirements(sentences: Sequence[str], model: BehaviorModel) -> tuple[R
 
 
 def _add_requirements(case: Case, asked: Iterable[Requirement], model: BehaviorModel) -> tuple[Requirement, ...]:
-    """The requirements of a case and those that are asked for beside them; the latter get names that are free."""
+    """Return the requirements of a case with additional ones, which get names that are free."""
     requirements = list(case.requirements)
     for requirement in asked:
         if all(known.sentence != requirement.sentence for known in requirements):

@@ -89,7 +89,7 @@ class _NameExpression:
 
 @dataclass(frozen=True, slots=True)
 class LastFailed:
-    """The cases of a model that failed when they ran last, and how they were asked for.
+    """The cases of a model that failed when they ran last, and the options that they ran with.
 
     The file `last-failed.json` in the directory of `--failures` has them for each model.
 

@@ -27,7 +27,7 @@ _ENVIRONMENT = "ROS_DOMAIN_ID"
 _MAX_DIGITS = 9
 _MAX_SCALE = 10_000
 _SCALE = re.compile(r"\d{1,9}(\.\d{0,9})?|\.\d{1,9}|\d{1,9}/\d{1,9}", re.ASCII)
-"""Without exponents: a short text with one is a number that takes for ever to be made."""
+"""Without exponents: a short text with one can stand for a number with billions of digits."""
 
 
 class Via(StrEnum):
@@ -117,7 +117,7 @@ def load_bound(model: Path, bindings: Path | None) -> BehaviorModel:
 
 
 def read_domain(domain: int | None) -> int:
-    """The domain that is asked for. Raises `InputError`."""
+    """Return the DDS domain of the option or of the environment. Raise `InputError`."""
     named = os.environ.get(_ENVIRONMENT, "").strip()
     if domain is None and named:
         if not named.isascii() or not named.isdigit() or len(named) > _MAX_DIGITS:
@@ -200,7 +200,7 @@ class NodeOptions:
 
     @property
     def options(self) -> str:
-        """How such nodes are asked for on a command line, with a blank before each option."""
+        """The options of a command line for such nodes, with a blank before each."""
         domain = f" --domain {self.domain}" if TRANSPORTS[self.transport].joins_processes else ""
         scale = "" if self.time_scale == 1 else f" --time-scale {self.time_scale}"
         bindings = "" if self.bindings is None else f" --bindings {shlex.quote(str(self.bindings))}"

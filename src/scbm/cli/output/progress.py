@@ -36,7 +36,7 @@ def bar(count: int) -> Iterator[tuple[Callable[[str], None], Callable[[Iterator[
 def with_lines(
     results: Iterator[CaseResult], count: int, tell: Callable[[str], None], now_s: Callable[[], float] = monotonic
 ) -> Iterator[CaseResult]:
-    """Lets results through, and tells of each once that has gone on for ten seconds."""
+    """Yield the results; print a line for each once ten seconds have passed."""
     begun_s = now_s()
     for number, result in enumerate(results, start=1):
         if now_s() - begun_s >= _SLOW_S:

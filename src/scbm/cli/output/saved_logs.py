@@ -48,7 +48,7 @@ class SavedLogs:
             raise InputError([_unwritable(error, directory, "--logs")]) from None
 
     def keep(self, execution: Execution) -> None:
-        """Saves the log of a case, if it is wanted; where it cannot, that is told once and the cases go on."""
+        """Save the log of a case if an option asks for it; show the first error, and go on with the cases."""
         asked, log = self._asked, execution.log
         directory = asked.logs if asked.logs is not None or execution.verdict.passed else asked.failures
         if log is not None and directory is not None and self.is_whole:

@@ -33,7 +33,7 @@ _STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
 
 
 class _PlainConsole(Console):
-    """A console that goes on when nobody reads any more: what a command found is told by its exit code too."""
+    """A console that ignores a closed pipe, so that the exit code still says what the command found."""
 
     def on_broken_pipe(self) -> None:
         """Rich would end the process with 1, which is how failed tests end."""

@@ -55,7 +55,7 @@ def markdown(history: History, missed: Sequence[Missed] | None = None, most_char
 
 
 def _joined(blocks: Sequence[str], most_characters: int) -> str:
-    """The blocks that there is room for, in their order, and what is said of the others."""
+    """Return the blocks that fit, in their order, and a sentence about the others."""
     text = "\n".join(blocks)
     if len(text) <= most_characters:
         return text

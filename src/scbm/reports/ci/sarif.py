@@ -113,7 +113,7 @@ def _message(cause: Cause, history: History) -> str:
 
 
 def _place(cause: Cause, history: History, places: Places) -> Place:
-    """Where a cause is told: in the model, or in the file of a case that asks for more than the model does."""
+    """Return the location of a cause: the model, or a case file with requirements of its own."""
     failure, recipe = cause.failure, cause.case.recipe
     known = [requirement.name for requirement in history.model.requirements]
     is_own = failure.kind is FailureKind.REQUIREMENT and failure.subject not in known
@@ -157,7 +157,7 @@ def _case_files(history: History) -> Iterator[str]:
 
 
 def _fingerprint(cause: Cause, place: Place) -> str:
-    """What tells a cause from others, also when lines move: kind, subject, goal or file, but no moments and values."""
+    """Return the fingerprint of a cause: kind, subject, goal or file, as these stay when lines and values change."""
     kind = cause.failure.kind
     parts = [kind.value, cause.failure.subject, place.file]
     if kind is FailureKind.REQUIREMENT:

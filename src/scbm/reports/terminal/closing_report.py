@@ -47,7 +47,7 @@ _OPEN = _FigureSegment("?", "bold red", "undecided")
 
 @dataclass(frozen=True, slots=True)
 class ClosingSetting:
-    """What the report tells beside the result.
+    """What the report shows beside the result.
 
     Attributes:
         file: the model file, for the commands that are suggested.
@@ -210,7 +210,7 @@ def _found(setting: ClosingSetting) -> Iterator[Text]:
 
 
 def _decisions(title: str, closing: Closing, decision: Decision) -> Iterator[Text]:
-    """The obligations that end so: operation by operation, with the reason; what is alike is told once."""
+    """Yield the obligations with this decision by operation, each reason once."""
     found = [decided for decided in closing.decided if decided.decision is decision]
     if not found:
         return

@@ -45,7 +45,7 @@ _ADVICE_INDENT = 17
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What a report tells beside the results.
+    """What a report shows beside the results.
 
     Attributes:
         file: the model file, for the commands that are suggested.
@@ -108,7 +108,7 @@ def _early(setting: Setting) -> Iterator[Text]:
 
 
 def _told_answers(answers: Sequence[Answers]) -> Iterator[Text]:
-    """What real resources were asked, and what came of it; nothing if all are simulated."""
+    """Yield the numbers of requests to real resources by their outcome; nothing if all are simulated."""
     if not answers:
         return
     width = max(len(_REAL), *(len(of_one.resource) + 2 for of_one in answers))

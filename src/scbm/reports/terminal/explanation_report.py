@@ -34,7 +34,7 @@ _LINES = 8
 _ARROW = " → "
 
 _MAX_WRONG = 6
-"""So many things that went wrong before a visit are told, the last ones."""
+"""Maximum number of problems before a visit that are shown, the last ones."""
 
 _FOLLOWS_FROM = {
     StructureArgument.kind: "what stands in the model file",
@@ -46,7 +46,7 @@ _STYLES = {Decision.COVERED: "bold green", Decision.UNCOVERABLE: "bold", Decisio
 def told_explanations(
     explanations: Iterable[Explanation], model: BehaviorModel, files: Mapping[str, str], command: str
 ) -> Iterator[Text]:
-    """All of them, with a blank line between; what is not covered for the same reason is told once.
+    """Yield all explanations with a blank line between them; each reason appears once.
 
     Args:
         explanations: what is told.
