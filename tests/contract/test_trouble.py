@@ -409,7 +409,7 @@ def test_resources_that_nobody_simulates_are_told(cell: ProcessCell) -> None:
     cell.resources("arm")
     ended = cell.tester(cell.case("one"), "--wait", "6 s").ends()
     assert (ended.code, ended.out) == (2, "")
-    assert "nobody simulates `lamp`" in ended.err
+    assert "no node simulates `lamp`" in ended.err
 
 
 @contextmanager

@@ -738,7 +738,7 @@ def test_people_are_told_who_is_not_there_and_why_whenever_that_changes() -> Non
         await looking.loop.settle(5 * SECOND_NS)
         await driver.close()
         await looking.loop.settle(5 * SECOND_NS)
-        missing = "`scan` is not reached: nobody is at `/scan`"
+        missing = "`scan` is not reached: there is no peer at `/scan`"
         mismatch = (
             "`scan` is not reached: `/scan` is of type std_srvs/srv/SetBool there, and not of std_srvs/srv/Trigger"
         )

@@ -37,7 +37,7 @@ class Reaching:
 
 
 @pytest.mark.parametrize(
-    ("alone", "why"), [(None, "nobody is at `/a`, `/b`"), (WRONG, WRONG.why), (SIMILAR, SIMILAR.why)]
+    ("alone", "why"), [(None, "there is no peer at `/a`, `/b`"), (WRONG, WRONG.why), (SIMILAR, SIMILAR.why)]
 )
 def test_who_is_not_there_is_said_and_why(alone: Unmatched | None, why: str) -> None:
     links = {"lamp": Reaching(missing=()), "arm": Reaching(alone)}

@@ -154,8 +154,8 @@ def test_a_cell_that_is_not_whole_is_told_and_left() -> None:
             return hub.join("tester")
 
         with pytest.raises(NotReadyError) as raised, session(RemoteCell(open_bus), wait_s=0.05):
-            pytest.fail("nobody simulates its resource")
-        assert raised.value.reasons == (Reason(Lack.RESOURCES, "nobody simulates `scan`", ("scan",)),)
+            pytest.fail("no node simulates its resource")
+        assert raised.value.reasons == (Reason(Lack.RESOURCES, "no node simulates `scan`", ("scan",)),)
 
     in_thread(work)
 

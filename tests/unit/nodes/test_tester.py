@@ -141,7 +141,7 @@ async def why_lost(task: asyncio.Task[NodeRun]) -> str:
 
 NO_CONTROLLER = Reason(Lack.CONTROLLER, "no controller of `scan_cell`", ("scan",))
 UNREACHED = "`scan` is not reached: `/scan` is of another type there"
-NO_SCAN = Reason(Lack.RESOURCES, "nobody simulates `scan`", ("scan",))
+NO_SCAN = Reason(Lack.RESOURCES, "no node simulates `scan`", ("scan",))
 
 
 def test_what_it_waits_for_is_told_after_a_second_and_whenever_that_changes() -> None:
@@ -579,7 +579,7 @@ def test_a_run_that_ends_short_of_its_goal_while_nobody_simulates_a_resource_is_
         await loop.settle(SECOND_NS // 2)
         await resources.close()
         await lost.close()
-        with pytest.raises(LostError, match="nobody simulates `scan`"):
+        with pytest.raises(LostError, match="no node simulates `scan`"):
             await task
 
     play(scene)

@@ -194,9 +194,9 @@ class RclpyBus:
                 if monotonic() >= looks_s:
                     self._look()
                     looks_s = monotonic() + _LOOK_S
-            except Exception as error:  # noqa: BLE001 - there is nobody above to raise it to
+            except Exception as error:  # noqa: BLE001 - no caller could handle it
                 self._later(self._warn, f"rclpy: {error}")
-        for peers in tuple(self._peers):  # somebody has shut the context down: nobody is reached any more
+        for peers in tuple(self._peers):  # the context was shut down, so all peers are lost
             self._later(peers.are, 0)
 
     def _look(self) -> None:

@@ -192,7 +192,7 @@ class MissingDrivers:
             if link.is_there:
                 continue
             alone = link.why_unmatched()
-            why = f"nobody is at {_listed(link.missing)}" if alone is None else alone.why
+            why = f"there is no peer at {_listed(link.missing)}" if alone is None else alone.why
             troubles.append(f"`{name}` is not reached: {why}")
             if alone is not None and alone.is_mismatch:
                 self._suspects += (name,)

@@ -1,6 +1,6 @@
 """Reads values that a driver publishes on topics into variables of the model.
 
-Measured values that mean nothing, told of while somebody can still mend their driver.
+It reports measured values without a meaning, while their driver can still be corrected.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class MeasuredTopics:
             resource: one with a binding.
             listener: gets values and changes of presence.
         """
-        assert resource.binding is not None  # noqa: S101 - whoever makes this has looked
+        assert resource.binding is not None  # noqa: S101 - checked by the caller
         self._bus = bus
         self._resource = resource.name
         self._listener = listener

@@ -25,9 +25,9 @@ class ServiceLink:
 
     - A request waits until its own service is there, unless it is cancelled before; then it is called, once.
     - Services of ROS 2 cannot be cancelled: after `cancel` the driver goes on, and its response is dropped.
-    - A server that is lost with a call under way gives no reply: whether it did the work nobody knows, and the call is
+    - A server that is lost with a call under way gives no reply: whether it did the work is unknown, and the call is
       not repeated. The deadlines of the model decide.
-    - A request that carries a value without a service has failed: nobody can carry it out. No action of the model
+    - A request that carries a value without a service has failed: no driver can carry it out. No action of the model
       sends such a one, but an initial state or an injection may.
     """
 
@@ -48,7 +48,7 @@ class ServiceLink:
             warn: gets a sentence about each call that cannot be made.
             now_ns: the clock that the bus stamps responses by.
         """
-        assert resource.binding is not None  # noqa: S101 - whoever makes this has looked
+        assert resource.binding is not None  # noqa: S101 - checked by the caller
         self._bus = bus
         self._resource = resource.name
         self._requests = resource.binding.requests

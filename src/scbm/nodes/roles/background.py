@@ -33,7 +33,7 @@ class Background(Executor):
             if future.set_running_or_notify_cancel():
                 try:
                     future.set_result(fn(*args, **kwargs))
-                except Exception as error:  # noqa: BLE001 - whoever awaits it gets it
+                except Exception as error:  # noqa: BLE001 - the future passes it on
                     future.set_exception(error)
 
         self._asked.put(work)

@@ -318,7 +318,7 @@ class ControllerNode:
             if reply.request.run not in self._runs:
                 self._warn(f"a reply of `{resource}` was dropped: it is for `{id_text(reply.request)}`, not asked here")
             return
-        asked = run.asked.get(number, resource)  # one that nobody was asked is told by the runner
+        asked = run.asked.get(number, resource)  # the runner records a reply to a request that was not sent
         if asked != resource:
             self._warn(f"a reply of `{resource}` to request {number} was dropped: that went to `{asked}`")
             return

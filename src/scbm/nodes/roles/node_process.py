@@ -3,7 +3,7 @@
 Notices that this process did not run for a while: it was stopped, or its machine slept.
 
 Others have missed it then, and it may have missed them. What two participants of DDS know of each other after that is
-not always whole again; a new participant is nobody's acquaintance.
+not always whole again; a new participant has no such history.
 """
 
 from __future__ import annotations
@@ -139,7 +139,7 @@ def _place(role: str, resources: tuple[str, ...]) -> str:
 def _watch_stdin(stop: asyncio.Event) -> None:
     try:
         asyncio.get_running_loop().add_reader(sys.stdin.fileno(), _drain, stop)
-    except PermissionError:  # a file, or /dev/null: nobody holds it open who could end
+    except PermissionError:  # a file, or /dev/null: no process holds it open that could end
         stop.set()
 
 

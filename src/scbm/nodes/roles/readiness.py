@@ -27,9 +27,9 @@ class Lack(StrEnum):
     MODEL = "a node has another version of the model"
     TIME_SCALE = "a real resource cannot be made faster"
     CHILD = "a node that was started here cannot work"
-    CONTROLLER = "nobody is the controller"
-    RESOURCES = "nobody simulates some resources"
-    STRANGER = "somebody is there who cannot be understood"
+    CONTROLLER = "no controller"
+    RESOURCES = "no node simulates some resources"
+    STRANGER = "a node whose messages cannot be parsed"
     DRIVER = "a real resource is not reached"
 
 

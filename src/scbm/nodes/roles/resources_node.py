@@ -262,7 +262,7 @@ class _RequestQueue:
             else:
                 self._node.warn(f"{id_text(request)} was dropped: too many requests of runs that are not announced")
         else:
-            self._state.forget_oldest(_MAX_WAITING)  # nobody says when such a client has asked for the last time
+            self._state.forget_oldest(_MAX_WAITING)  # such a client does not announce its last request
             self._take(request, received.source)
             self._decide(request, self._node.react(self._resource), AT_ONCE)
 
@@ -380,7 +380,7 @@ class _RequestQueue:
         elif len(self._unheard) < _MAX_WAITING:
             self._unheard.append(text)
         else:
-            self._node.warn(f"the answer to {id_text(request)} was dropped: too many that nobody hears")
+            self._node.warn(f"the answer to {id_text(request)} was dropped: too many wait for a client")
 
     def _matched(self, _: int) -> None:
         if self._replies.peers:

@@ -172,7 +172,7 @@ class TesterNode:
         for other in filter(None, dict.fromkeys(there)):
             node = self.words_of(other.node)
             if self._is_first and other.since_ns < self.membership.own.since_ns:
-                reasons.append(Reason(Lack.FOREIGN, f"{node} is somebody else's: {other.words}"))
+                reasons.append(Reason(Lack.FOREIGN, f"{node} belongs to another tester: {other.words}"))
             elif other.version != VERSION:
                 message = f"{node} speaks version {other.version}, this scbm version {VERSION}: {other.words}"
                 reasons.append(Reason(Lack.VERSION, message))
@@ -192,7 +192,7 @@ class TesterNode:
         troubles = tuple(Reason(Lack.DRIVER, message) for message in controller.troubles)
         if not names:
             return troubles
-        message = f"nobody simulates {', '.join(f'`{name}`' for name in names)}"
+        message = f"no node simulates {', '.join(f'`{name}`' for name in names)}"
         return (*troubles, Reason(Lack.RESOURCES, message, names))
 
     def _simulated(self) -> list[str]:

@@ -1,6 +1,6 @@
 """Case files as pytest items, a fixture that runs cases in Python tests, and the coverability report at the end.
 
-This module is loaded into every pytest session of whoever has `scbm` installed. So it imports nothing but pytest, and
+This module is loaded into every pytest session in an environment with `scbm`. So it imports nothing but pytest, and
 all else only where there is a case; where there is none, it does nothing.
 """
 

@@ -55,7 +55,7 @@ _HEADER: Fields = (("guid", FieldType.UINT64), ("seq", FieldType.INT64))
 """What rmw_cyclonedds puts in front of requests and responses: which client, and which of its calls.
 
 A service may have such fields of its own. The header is called `guid_` and `seq_` then, as no field in ROS 2 is: the
-layout is the same, and ROS 2 tells nobody what members are called.
+layout is the same, and ROS 2 does not send the names of members.
 """
 
 _NOTHING: Fields = (("structure_needs_at_least_one_member", FieldType.UINT8),)
