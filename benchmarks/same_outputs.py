@@ -40,14 +40,16 @@ class Mask:
     """A part of an output that may differ between two versions."""
 
     where: str
-    """`json` or `token` (members of objects), `xml` (attributes), `store` (columns), `text` (patterns in strings)."""
+    """Members of objects (`json`, `token`, `added`), names of files, attributes of XML, columns of stores, or text."""
     names: tuple[str, ...]
     why: str
 
 
 MASKS = (
     Mask("json", ("message", "remedy", "reason", "text", "failures", "note"), "prose"),
-    Mask("json", ("description", "title", "shortDescription", "fullDescription", "help", "markdown"), "prose"),
+    Mask("json", ("shortDescription", "fullDescription", "help", "markdown"), "prose"),
+    Mask("added", ("description", "title"), "prose; a version may describe more keys than another"),
+    Mask("file", ("last-failed.json",), "files that only one version writes"),
     Mask("json", ("semanticVersion", "scbm_version"), "version"),
     Mask("json", ("guid", "correlationGuid"), "run tokens"),
     Mask("token", ("id", "run"), "run tokens, 32 hexadecimal digits"),
@@ -74,6 +76,7 @@ def masked(where: str) -> frozenset[str]:
 
 
 _JSON, _XML, _STORE, _TOKEN = masked("json"), masked("xml"), masked("store"), masked("token")
+_ADDED, _FILE = masked("added"), masked("file")
 _TOKEN_VALUE = re.compile(r"[0-9a-f]{32}")
 _TEXT = re.compile("|".join(pattern for mask in MASKS if mask.where == "text" for pattern in mask.names))
 
@@ -273,12 +276,12 @@ def _run(words: Sequence[str], place: Path, number: str) -> None:
 
 def outputs(place: Path) -> dict[str, object]:
     """Return what a campaign wrote, by path: as values with masked parts replaced."""
-    found = sorted(path for path in place.rglob("*") if path.is_file() and not _is_linked(path, place))
+    found = sorted(path for path in place.rglob("*") if path.is_file() and not _is_left_out(path, place))
     return {path.relative_to(place).as_posix(): _value(path) for path in found}
 
 
-def _is_linked(path: Path, place: Path) -> bool:
-    return (place / path.relative_to(place).parts[0]).is_symlink()
+def _is_left_out(path: Path, place: Path) -> bool:
+    return path.name in _FILE or (place / path.relative_to(place).parts[0]).is_symlink()
 
 
 def _value(path: Path) -> object:
@@ -296,7 +299,9 @@ def _value(path: Path) -> object:
 
 def _json_or_text(text: str, *, is_prose: bool) -> object:
     with suppress(ValueError):
-        return _json(json.loads(text))
+        value = json.loads(text)
+        is_schema = isinstance(value, dict) and "$defs" in value
+        return _json(_inlined(value, value["$defs"]) if is_schema else value)
     lines = text.splitlines()
     try:
         return [_json(json.loads(line)) for line in lines]
@@ -304,9 +309,25 @@ def _json_or_text(text: str, *, is_prose: bool) -> object:
         return "written" if is_prose else _text(text).splitlines()
 
 
+def _inlined(value: object, definitions: Mapping[str, object]) -> object:
+    """Return a JSON Schema with its definitions where they are used, and its members sorted: their order is free."""
+    if isinstance(value, list):
+        return [_inlined(member, definitions) for member in value]
+    if not isinstance(value, dict):
+        return value
+    members = {name: _inlined(member, definitions) for name, member in sorted(value.items()) if name != "$defs"}
+    name = str(members.pop("$ref", "")).removeprefix("#/$defs/")
+    used = _inlined(definitions.get(name), definitions)
+    return {**used, **members} if isinstance(used, dict) else members
+
+
 def _json(value: object) -> object:
     if isinstance(value, dict):
-        return {_text(str(name)): _member(name, member) for name, member in value.items()}
+        return {
+            _text(str(name)): _member(name, member)
+            for name, member in value.items()
+            if not (name in _ADDED and isinstance(member, str))
+        }
     if isinstance(value, list):
         return [_json(member) for member in value]
     return _text(value) if isinstance(value, str) else value
