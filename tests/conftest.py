@@ -6,6 +6,7 @@ import os
 import shutil
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,10 +14,18 @@ from typing import TYPE_CHECKING
 import pytest
 
 from scbm.cli import main
+from scbm.cli.main import VERBS
 from support import tiers
 from support.domains import LOOPBACK, own_domain
 from support.profiles import load_profile
 from support.wording import Wording
+
+# pytester forgets the modules that a test within the process imports; what is imported before stays the same for all.
+for _module in ("scbm.cli.application", *VERBS.values()):
+    import_module(_module)
+for _package in map(import_module, ("scbm.closing", "scbm.nodes", "scbm.reports", "scbm.store", "scbm.testing")):
+    for _name in _package.__all__:
+        getattr(_package, _name)
 
 collect_ignore = ["models"]
 """The models and cases there are right and wrong on purpose; they belong to tests of their own."""
