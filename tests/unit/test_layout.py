@@ -86,3 +86,13 @@ def test_texts_have_no_house_words(request: pytest.FixtureRequest) -> None:
     new = {name: house_words(texts()[name]) for name in found if name not in known}
     assert new == {}
     assert [name for name in known if name not in found] == [], "these leave the list"
+
+
+def test_no_package_exports_a_name_of_one_of_its_modules() -> None:
+    """Importing the module would replace the exported object, in whichever order the two are imported."""
+    clashes = []
+    for init in sorted(SOURCE.glob("*/**/__init__.py")):
+        exported = re.findall(r'^    "(\w+)",$', init.read_text(encoding="utf-8"), re.MULTILINE)
+        modules = {path.stem for path in init.parent.iterdir() if path.suffix == ".py" or path.is_dir()}
+        clashes += [f"{init.parent.name}.{name}" for name in exported if name in modules]
+    assert clashes == []

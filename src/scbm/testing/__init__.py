@@ -9,7 +9,7 @@ from scbm.model.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from scbm.testing.campaign import Campaign, CaseResult
-    from scbm.testing.campaign_json import FORMAT_VERSION, campaign_json, coverage_json
+    from scbm.testing.campaign_as_json import FORMAT_VERSION, campaign_json, coverage_json
     from scbm.testing.case_choices import Choice
     from scbm.testing.case_sizes import Size
     from scbm.testing.findings import MAX_SHRUNK, Finding, find_causes
@@ -58,7 +58,7 @@ __getattr__ = lazy_exports(
     __name__,
     {
         "campaign": "Campaign CaseResult",
-        "campaign_json": "FORMAT_VERSION campaign_json coverage_json",
+        "campaign_as_json": "FORMAT_VERSION campaign_json coverage_json",
         "case_choices": "Choice",
         "case_sizes": "Size",
         "findings": "MAX_SHRUNK Finding find_causes",

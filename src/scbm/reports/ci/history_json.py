@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from scbm.cases.coverage import bits_of, only_by, visitors_of_each
 from scbm.reports.reproduction import again
 from scbm.store import Written
-from scbm.testing.campaign_json import coverage_json
+from scbm.testing.campaign_as_json import coverage_json
 
 if TYPE_CHECKING:
     from scbm.cases.coverage.set_cover import Cover
