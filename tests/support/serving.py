@@ -44,7 +44,7 @@ async def main(mode: str) -> None:
         return _TellingBus(hub, "controller", asyncio.get_running_loop())
 
     try:
-        await serve(open_bus, make, tell=say, until_eof=mode == "eof")
+        await serve(open_bus, make, report=say, until_eof=mode == "eof")
     except BusError as error:
         say(f"{error.message}; {error.remedy}")
 

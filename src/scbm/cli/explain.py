@@ -106,11 +106,11 @@ def _explanation(explanation: Explanation, model: BehaviorModel) -> dict[str, An
     if explanation.visit is not None:
         told["visit"] = _visit(explanation.visit, model)
     if explanation.searched is not None:
-        looked_at = explanation.searched
+        searched = explanation.searched
         told["looked_at"] = {
-            "initial_states": looked_at.initial_states,
-            "goals": looked_at.goals,
-            "situations": looked_at.situations,
+            "initial_states": searched.initial_states,
+            "goals": searched.goals,
+            "situations": searched.situations,
         }
     return told | {"suggestions": [suggestion_json(each) for each in explanation.suggestions]}
 

@@ -1,6 +1,6 @@
-"""What nodes of a cell say to each other: values of these classes as JSON (docs/reference/node-protocol.md).
+"""The messages between the nodes of a cell, encoded as JSON (docs/reference/node-protocol.md).
 
-Whatever comes may come from anybody: what is no message of this version is refused, with a reason.
+A peer may be any program: data that is not a message of this version is refused with a reason.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from msgspec import Meta
 from scbm.model.json_reader import JsonError, convert_json, read_json_object
 
 VERSION = 1
-"""Grows with every change that older nodes do not understand."""
+"""Incremented with every change that older nodes cannot parse."""
 
 _MAX_CHARACTERS = 8_000_000
 Count: TypeAlias = Annotated[int, Meta(ge=0, le=2**63 - 1)]
@@ -27,22 +27,22 @@ _FRACTION = re.compile(r"[1-9]\d{0,17}(/[1-9]\d{0,17})?", re.ASCII)
 
 
 class NotAMessageError(ValueError):
-    """What came is none; the sentence says why."""
+    """The received data is not a message; the text says why."""
 
 
 @dataclass(frozen=True, slots=True)
 class Status:
-    """A node says who it is. The older of two nodes that cannot both be in a cell stays.
+    """The status of a node. If two nodes exclude each other in a cell, the older one stays.
 
     Attributes:
         role: `controller`, `resources` or `tester`.
-        node: an id that no other node has.
+        node: its unique id.
         version: `VERSION`.
-        model, digest: the name of its model, and its identity.
-        resources: those that it simulates, or of a controller those that it reaches at real drivers.
-        troubles: sentences about what it lacks to take part in a run.
-        mismatched: those of them that no waiting mends: a driver is there, and does not go with its binding.
-        since_ns: when it began, in nanoseconds since 1970.
+        model, digest: the name and the digest of its model.
+        resources: the resources that it simulates; of a controller, those that real drivers carry out.
+        troubles: the reasons why it cannot take part in a run.
+        mismatched: the troubles that waiting does not solve: a driver does not match its binding.
+        since_ns: its start, in nanoseconds since 1970.
         words: its process and machine, for people.
     """
 
@@ -64,16 +64,16 @@ class Status:
 
 @dataclass(frozen=True, slots=True)
 class Prepare:
-    """A run is going to begin; all that was before it is over.
+    """Prepare a run, and abandon any earlier one.
 
     Attributes:
-        run: its id, which no other run has.
-        nodes: who has to be ready.
+        run: its unique id.
+        nodes: the ids of the nodes that must confirm.
         case: the case as YAML.
-        options: those of the runner, by their names.
-        time_scale: a fraction: how many seconds of the run pass in one of the wall.
+        options: the options of the runner, by name.
+        time_scale: a fraction: seconds of the run for each second of the wall clock.
         is_relayed: whether the tester decides how messages of resources travel.
-        real: the resources that are reached at real drivers; nobody waits for those who simulate them as well.
+        real: the resources that real drivers carry out; the run does not wait for nodes that simulate them too.
     """
 
     kind: ClassVar[str] = "prepare"
@@ -96,7 +96,7 @@ class Go:
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """Something happened that belongs into the trace: a record without its time."""
+    """An addition to the trace: a record without its time."""
 
     kind: ClassVar[str] = "note"
     run: str
@@ -105,7 +105,7 @@ class Note:
 
 @dataclass(frozen=True, slots=True)
 class Abandon:
-    """Nobody wants the run any more."""
+    """The tester has cancelled the run."""
 
     kind: ClassVar[str] = "abandon"
     run: str
@@ -125,7 +125,7 @@ class Prepared:
 
 @dataclass(frozen=True, slots=True)
 class Forgot:
-    """A node was told something of a run that it does not know, or not any more."""
+    """A node received a message of a run that it does not know, or has forgotten."""
 
     kind: ClassVar[str] = "forgot"
     run: str

@@ -153,14 +153,16 @@ class _RunsCheck:
         yield from self._check_visited(step.visited, where)
         yield from self._check_visited(step.cut_off, f"{where}, the limit of plans is reached")
         if step.situation is not None and step.situation not in listed:
-            yield CertificateFlaw(where, f"leads to a situation that is not listed: {self._told(step.situation)}")
+            yield CertificateFlaw(
+                where, f"leads to a situation that is not listed: {self._situation_words(step.situation)}"
+            )
 
     def _check_visited(self, visited: tuple[str, ...], where: str) -> Iterator[CertificateFlaw]:
         for name in visited:
             if name in self.claimed:
                 yield CertificateFlaw(where, f"visits {name}, which is claimed never to be visited")
 
-    def _told(self, situation: Situation) -> str:
+    def _situation_words(self, situation: Situation) -> str:
         parts = [_shown(dict(zip(self.variables, situation.values, strict=True)))]
         parts += [f"queue {', '.join(situation.queue)}"] if situation.queue else []
         parts += [f"in flight {', '.join(situation.in_flight)}"] if situation.in_flight else []

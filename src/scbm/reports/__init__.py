@@ -1,7 +1,7 @@
-"""What is drawn for people: results as lines of text, one file for each format.
+"""Reports for people: results as lines of text, one module for each format.
 
-Where the lines go is not known here. What tells of closing (`closing`, `explaining`) is imported from its own module,
-as the room that it tells of takes long to load.
+The modules return lines and print nothing. Reports on closing are imported from their own modules, as the package
+`closing` takes long to load.
 """
 
 from typing import TYPE_CHECKING

@@ -56,7 +56,7 @@ class RunTurn(Enum):
 
 MicroStep: TypeAlias = AutomaticMove | RequestSending | RequestCancelling | OperationMove | RunTurn
 
-_MOST_MEMOIZED = 50_000
+_MAX_MEMOIZED = 50_000
 """Maximum number of packed states whose micro-step is memoized: some 20 MB. A campaign repeats the same states."""
 
 
@@ -66,7 +66,7 @@ class MicroSteps:
     Holds no state of any run, so all runs for this goal can share it. Memoizes results.
     """
 
-    def __init__(self, program: Program, goal: Test | None, most_memoized: int = _MOST_MEMOIZED) -> None:
+    def __init__(self, program: Program, goal: Test | None, most_memoized: int = _MAX_MEMOIZED) -> None:
         """Prepare the micro-steps.
 
         Args:

@@ -1,4 +1,4 @@
-"""Opening a store: what can be wrong with the file, each told in one line; and how writers share it (decision 20)."""
+"""Open a store file, report errors of the file in one line each, and let writers share it (decision 20)."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 _PATIENCE_S = 60
-"""So long one writer waits for another, whose transactions take milliseconds."""
+"""Timeout of a writer that waits for the lock of another, whose transactions take milliseconds."""
 
 _START = b"SQLite format 3\0"
 
 
 @contextmanager
-def open_for_reading(path: Path, *, alone: bool = False) -> Iterator[sqlite3.Connection]:
-    """A store that has something in it. Raises `InputError` with what is wrong with the file.
+def open_for_reading(path: Path, *, is_exclusive: bool = False) -> Iterator[sqlite3.Connection]:
+    """Open a store that has at least one run. Raises `InputError` if the file is missing, damaged or not a store.
 
     Args:
         path: the file.
-        alone: whether nobody else may use it until it is closed, as it is going to be replaced.
+        is_exclusive: whether to lock out all other processes until it is closed, as it is going to be replaced.
     """
     with told(path):
         _refuse_other_files(path, must_exist=True)
         connection = _connect(path)
         try:
-            if alone:
-                _keep_others_away(connection, path)
-            with one_moment(connection):
+            if is_exclusive:
+                _lock_exclusively(connection, path)
+            with snapshot(connection):
                 if not has_tables(connection, path):
                     remedy = "`scbm test MODEL --store FILE` adds to it"
                     raise problem(Slug.STORE_EMPTY, path, "no run has added anything to this store", remedy)
@@ -48,9 +48,9 @@ def open_for_reading(path: Path, *, alone: bool = False) -> Iterator[sqlite3.Con
 
 @contextmanager
 def open_for_writing(path: Path) -> Iterator[sqlite3.Connection]:
-    """A store, or an empty database where there is none. Raises `InputError` with what is wrong with the file.
+    """Open a store, or create an empty database. Raises `InputError` if the file is damaged or not a store.
 
-    As long as someone writes, the file is in write-ahead mode: each transaction is quick, and none waits for a disk.
+    While a writer is open, the file is in write-ahead mode: transactions are quick, and none waits for a disk.
     """
     with told(path):
         _refuse_other_files(path, must_exist=False)
@@ -65,18 +65,18 @@ def open_for_writing(path: Path) -> Iterator[sqlite3.Connection]:
 
 
 def _prepare(connection: sqlite3.Connection, path: Path) -> None:
-    with one_moment(connection):
-        has_tables(connection, path)  # refuses a file of someone else before anything is written
+    with snapshot(connection):
+        has_tables(connection, path)  # refuses a file of another program before anything is written
         _refuse_cut_off(connection, path)
     with transaction(connection):
-        pass  # whoever may not write learns it here
+        pass  # fails here if the file is read-only
     _set_journal(connection, "WAL")
     connection.execute("PRAGMA synchronous = NORMAL")
     _refuse_damage(connection, path)
 
 
 def make_tables(connection: sqlite3.Connection) -> None:
-    """The newest tables, also where there are none or older ones; to be called in the transaction that fills them."""
+    """Create the newest tables, or upgrade older ones; to be called in the transaction that fills them."""
     version = _version(connection)
     if version == newest_version():
         return
@@ -87,7 +87,7 @@ def make_tables(connection: sqlite3.Connection) -> None:
 
 
 def show_as_newest(connection: sqlite3.Connection) -> None:
-    """Shows older tables as the newest ones, for reading alone, until the moment ends in which this is called."""
+    """Present older tables as the newest ones, for reading only, until the current transaction ends."""
     for statement in shown_as_newest(_version(connection)):
         connection.execute(statement)
 
@@ -99,7 +99,7 @@ def _version(connection: sqlite3.Connection) -> int:
 
 @contextmanager
 def transaction(connection: sqlite3.Connection) -> Iterator[None]:
-    """All of it or nothing, also if the process is killed in between."""
+    """Run a write transaction: all of it is committed or none, even if the process is killed in between."""
     connection.execute("BEGIN IMMEDIATE")
     try:
         yield
@@ -111,8 +111,8 @@ def transaction(connection: sqlite3.Connection) -> Iterator[None]:
 
 
 @contextmanager
-def one_moment(connection: sqlite3.Connection) -> Iterator[None]:
-    """All that is read in it is the store as it was at one moment, whoever writes meanwhile."""
+def snapshot(connection: sqlite3.Connection) -> Iterator[None]:
+    """Run a read transaction: all queries see one snapshot of the store, whatever other processes write."""
     connection.execute("BEGIN")
     try:
         yield
@@ -121,12 +121,12 @@ def one_moment(connection: sqlite3.Connection) -> Iterator[None]:
             connection.execute("ROLLBACK")  # nothing was written to the file
 
 
-def _keep_others_away(connection: sqlite3.Connection, path: Path) -> None:
-    """Keeps a store for one connection until that is closed. Raises what SQLite says if others do not leave it.
+def _lock_exclusively(connection: sqlite3.Connection, path: Path) -> None:
+    """Lock a store for one connection until that is closed. Raises `sqlite3.Error` if another process keeps it open.
 
-    Who writes to it would not find its run again when the store was replaced, and lose its cases.
+    A writer whose store is replaced would not find its run again, and lose its cases.
     """
-    has_tables(connection, path)  # refuses a file of someone else before anything is written
+    has_tables(connection, path)  # refuses a file of another program before anything is written
     connection.execute("PRAGMA locking_mode = EXCLUSIVE")
     connection.execute("PRAGMA journal_mode = DELETE")
     connection.execute("BEGIN EXCLUSIVE")
@@ -134,7 +134,7 @@ def _keep_others_away(connection: sqlite3.Connection, path: Path) -> None:
 
 
 def overwrite(content: sqlite3.Connection, target: sqlite3.Connection, path: Path) -> None:
-    """Makes a store that is open alone say what another database says, in one transaction. Raises `InputError`."""
+    """Copy a database into a store that is locked exclusively, in one transaction. Raises `InputError`."""
     with told(path):
         if target.in_transaction:
             target.execute("COMMIT")
@@ -142,19 +142,19 @@ def overwrite(content: sqlite3.Connection, target: sqlite3.Connection, path: Pat
 
 
 def replace_store(content: sqlite3.Connection, path: Path) -> None:
-    """The same with a store that is not open, or not there yet. Raises `InputError`."""
+    """Copy a database into a store that is not open, or does not exist yet. Raises `InputError`."""
     with told(path):
         _refuse_other_files(path, must_exist=False)
         target = _connect(path)
         try:
-            _keep_others_away(target, path)
+            _lock_exclusively(target, path)
             overwrite(content, target, path)
         finally:
             _close(target)
 
 
 def problem(slug: Slug, path: Path, message: str, remedy: str | None = None) -> InputError:
-    """One thing that is wrong with a store."""
+    """Return the error for one problem of a store."""
     return InputError([Diagnostic(slug, message, Place(str(path)), remedy)])
 
 
@@ -165,12 +165,12 @@ def _connect(path: Path) -> sqlite3.Connection:
 def _close(connection: sqlite3.Connection) -> None:
     try:
         connection.close()
-    except sqlite3.Error:  # what was wrong has been told by then
+    except sqlite3.Error:  # the error that matters is reported by then
         return
 
 
 def _set_journal(connection: sqlite3.Connection, mode: str) -> None:
-    """Another way to make transactions safe, if nobody else is using the file; all of them are right, some slower."""
+    """Switch the journal mode if no other process uses the file; all modes are safe, some are slower."""
     try:
         connection.execute(f"PRAGMA journal_mode = {mode}")
     except sqlite3.Error:
@@ -178,7 +178,7 @@ def _set_journal(connection: sqlite3.Connection, mode: str) -> None:
 
 
 def _refuse_other_files(path: Path, *, must_exist: bool) -> None:
-    """Looks at the first bytes, so that SQLite is never let loose on a file that is not its own."""
+    """Raise `InputError` unless the first bytes are those of SQLite, which must not open other files."""
     try:
         with path.open("rb") as stream:
             start = stream.read(len(_START))
@@ -202,7 +202,7 @@ def _not_a_store(path: Path) -> InputError:
 
 
 def has_tables(connection: sqlite3.Connection, path: Path) -> bool:
-    """Whether this is a store with tables; an empty database is one without. Raises `InputError` for all others."""
+    """Return whether the store has tables; an empty database has none. Raises `InputError` for other databases."""
     application = connection.execute("PRAGMA application_id").fetchone()[0]
     version = _version(connection)
     is_empty = connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0] == 0
@@ -242,30 +242,30 @@ def _refuse_damage(connection: sqlite3.Connection, path: Path) -> None:
 
 def _damaged(path: Path, detail: str) -> InputError:
     remedy = "the cases can be run again, or it can be taken from a backup"
-    told = " ".join(detail.split()).removeprefix("*** in database main *** ")
-    return problem(Slug.STORE_DAMAGED, path, f"this store is damaged or cut off: {told}", remedy)
+    words = " ".join(detail.split()).removeprefix("*** in database main *** ")
+    return problem(Slug.STORE_DAMAGED, path, f"this store is damaged or cut off: {words}", remedy)
 
 
 @contextmanager
 def understood(path: Path) -> Iterator[None]:
-    """Rows that say what no store says: someone else has written them, or they were hit by damage."""
+    """Turn errors of rows that no scbm writes into `InputError`: the file is damaged, or another program wrote it."""
     try:
         yield
     except InputError as error:
         if error.diagnostics[0].place.file == str(path):
-            raise  # said of the store itself
-        raise _damaged(path, "it says what no store says") from None
+            raise  # an error of the store itself
+        raise _damaged(path, "it has rows that scbm does not write") from None
     except (ValueError, TypeError, LookupError, AttributeError, StopIteration):
-        raise _damaged(path, "it says what no store says") from None
+        raise _damaged(path, "it has rows that scbm does not write") from None
 
 
 _DAMAGE = (sqlite3.SQLITE_ERROR, sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
-"""What SQLite calls tables that are missing, parts that do not fit, and pages that are none."""
+"""Error codes of SQLite for missing tables, inconsistent parts and pages that are not of a database."""
 
 
 @contextmanager
 def told(path: Path) -> Iterator[None]:
-    """What SQLite and the file system complain of, as our errors."""
+    """Turn errors of SQLite and the file system into `InputError`."""
     try:
         yield
     except sqlite3.Error as error:
@@ -273,7 +273,7 @@ def told(path: Path) -> Iterator[None]:
             raise _damaged(path, str(error)) from None
         raise problem(Slug.STORE_UNUSABLE, path, f"this store cannot be used: {error}") from None
     except UnicodeDecodeError:
-        raise _damaged(path, "a text in it is none") from None
+        raise _damaged(path, "a text in it is not UTF-8") from None
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise problem(Slug.STORE_UNUSABLE, path, f"this store cannot be used: {reason}") from None

@@ -21,7 +21,7 @@ def read_history(path: Path) -> History:
 
 
 def history_in(tables: Tables) -> History:
-    """The same, of tables that are open. Raises `ValueError` and others for what no store says."""
+    """The same, of tables that are open. Raises `ValueError` and others for rows that scbm does not write."""
     current = next(row for row in tables.models() if row.is_current)
     runs = tables.runs()
     order = {row.id: index for index, row in enumerate(runs)}

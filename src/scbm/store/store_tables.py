@@ -90,7 +90,7 @@ class Tables:
         return tuple(ModelRow(id_, digest, name, text, bool(current)) for id_, digest, name, text, current in rows)
 
     def runs(self) -> tuple[RunRow, ...]:
-        """All runs, in the order in which they began. Raises `ValueError` and others for what no store says."""
+        """All runs, in the order in which they began. Raises `ValueError` and others for foreign rows."""
         count = self._obligations()
         rows = self._connection.execute(
             "SELECT run.id, model, is_current, token, started, command, path, source.text,"
@@ -119,7 +119,7 @@ class Tables:
         )
 
     def cases(self) -> Iterator[CaseRow]:
-        """All cases, in the order of their keys. Raises `ValueError` and others for what no store says."""
+        """All cases, in the order of their keys. Raises `ValueError` and others for foreign rows."""
         count = self._obligations()
         settings = {
             id_: _options(text) for id_, text in self._connection.execute("SELECT id, options FROM setting ORDER BY id")

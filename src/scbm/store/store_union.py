@@ -60,8 +60,8 @@ def combine_stores(paths: Sequence[Path], target: Path, *, across_edits: bool = 
         opened: dict[str, sqlite3.Connection] = {}
         for path in paths:
             if (place := realpath(path)) not in opened:
-                alone = place == realpath(target)
-                opened[place] = stack.enter_context(open_for_reading(path, alone=alone))
+                is_exclusive = place == realpath(target)
+                opened[place] = stack.enter_context(open_for_reading(path, is_exclusive=is_exclusive))
         stores = [(path, Tables(opened[realpath(path)])) for path in paths]
         models = [_current(path, tables) for path, tables in stores]
         model = read_model(models[-1].text, models[-1].name)

@@ -1,6 +1,6 @@
-"""Adding a run to a store, case by case. Each case is there as soon as it is added, whatever happens next.
+"""Add a run to a store, case by case. Each case is committed at once.
 
-A run that begins now: the one place of the store that reads a clock, and that draws what tells runs apart.
+`begin_run` is the only function of the store that reads a clock and draws a random id.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from scbm.store.model_edits import difference
 from scbm.store.store_file import (
     has_tables,
     make_tables,
-    one_moment,
     open_for_writing,
     problem,
     show_as_newest,
+    snapshot,
     told,
     transaction,
     understood,
@@ -43,13 +43,13 @@ if TYPE_CHECKING:
 
 
 def begin_run(command: Sequence[str], model_path: str, model_text: str, nodes: str | None = None) -> StoredRun:
-    """A run that no other one is equal to.
+    """Return a new run with a unique id and the current time.
 
     Args:
-        command: the words of the command line.
-        model_path: the model file, as people are told of it.
-        model_text: what it says.
-        nodes: where its cases run, in words; `None` for simulation.
+        command: the arguments of the command line.
+        model_path: the path of the model file, as reports show it.
+        model_text: the content of the model file.
+        nodes: a description of the nodes that run the cases; `None` for simulation.
     """
     started = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S.%fZ")
     return StoredRun(
@@ -62,10 +62,10 @@ _MAX_NS = 2**63 - 1
 
 @contextmanager
 def write_store(path: Path, model: BehaviorModel, run: StoredRun) -> Iterator[StoreWriter]:
-    """A store to which a run of a model is added; it is made if there is none.
+    """Open a store, or create it, and add a run of a model to it.
 
-    Several processes may add to one store at the same time. A run is there with its first case, and is finished when
-    this ends without an error.
+    Several processes may add to one store at the same time. A run is stored with its first case, and marked as
+    finished when the block ends without an error.
 
     Raises:
         InputError: the file is not a store, is damaged, newer, of another model, or cannot be written.
@@ -95,7 +95,7 @@ class StoreWriter:
         self._ids: tuple[int, int] | None = None
         self._is_whole = True
         self.lost = 0
-        with told(path), understood(path), one_moment(connection):
+        with told(path), understood(path), snapshot(connection):
             self.before = self._last_finished() if has_tables(connection, path) else None
 
     def _last_finished(self) -> StoredRun | None:

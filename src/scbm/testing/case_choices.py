@@ -44,7 +44,7 @@ def choices_of(case: Case, model: BehaviorModel) -> Iterator[tuple[Choice, Case]
         choice = Choice(f"injection {injection.name}", "without it")
         yield choice, replace(case, injections=_without(case.injections, index))
     for index, rule in enumerate(case.outcomes):
-        yield Choice(_told(rule), "without it"), replace(case, outcomes=_without(case.outcomes, index))
+        yield Choice(_rule_words(rule), "without it"), replace(case, outcomes=_without(case.outcomes, index))
     if case.limits.time_ns is not None:
         choice = Choice(f"limit of {format_duration(case.limits.time_ns)}", "without it")
         yield choice, replace(case, limits=replace(case.limits, time_ns=None))
@@ -65,7 +65,7 @@ def _set(name: str, value: Value) -> str:
     return f"{name} = {format_value(value)} at the beginning"
 
 
-def _told(rule: OutcomeRule) -> str:
+def _rule_words(rule: OutcomeRule) -> str:
     """Return a rule of outcomes in words."""
     numbers = f"request {rule.first}" if rule.first == rule.last else f"requests {rule.first} to {rule.last}"
     numbers = f"requests from {rule.first} on" if rule.last is None else numbers

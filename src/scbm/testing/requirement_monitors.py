@@ -103,36 +103,36 @@ class _LeadsToMonitor:
 
     def __init__(self, sentence: LeadsTo) -> None:
         self._sentence = sentence
-        self._owed_since_ns: int | None = None
+        self._pending_since_ns: int | None = None
 
     @property
     def is_open(self) -> bool:
-        return self._owed_since_ns is not None
+        return self._pending_since_ns is not None
 
     def see(self, state: Valuation, at_ns: int) -> Finding | None:
         late = self._late(at_ns)
         if late is not None:
             return late
         if self._sentence.effect.holds(state):
-            self._owed_since_ns = None
-        elif self._owed_since_ns is None and self._sentence.cause.holds(state):
-            self._owed_since_ns = at_ns
+            self._pending_since_ns = None
+        elif self._pending_since_ns is None and self._sentence.cause.holds(state):
+            self._pending_since_ns = at_ns
         return None
 
     def end(self, at_ns: int) -> Finding | None:
         late = self._late(at_ns)
-        if late is None and self._owed_since_ns is not None and self._sentence.within_ns is None:
-            since = format_moment(self._owed_since_ns)
+        if late is None and self._pending_since_ns is not None and self._sentence.within_ns is None:
+            since = format_moment(self._pending_since_ns)
             return at_ns, f"the run ends, and {self._sentence.effect} is owed since {since}"
         return late
 
     def _late(self, at_ns: int) -> Finding | None:
         within_ns = self._sentence.within_ns
-        if self._owed_since_ns is None or within_ns is None or at_ns - self._owed_since_ns <= within_ns:
+        if self._pending_since_ns is None or within_ns is None or at_ns - self._pending_since_ns <= within_ns:
             return None
-        since = format_moment(self._owed_since_ns)
+        since = format_moment(self._pending_since_ns)
         reason = f"{self._sentence.effect} is owed since {since}, and {format_duration(within_ns)} have passed"
-        return self._owed_since_ns + within_ns, reason
+        return self._pending_since_ns + within_ns, reason
 
 
 class _BeforeMonitor:

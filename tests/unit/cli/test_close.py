@@ -193,7 +193,7 @@ def test_a_new_case_that_ends_in_a_livelock_is_told(scbm: Scbm, tmp_path: Path) 
     path.write_text(SCAN_CELL.replace("automatic_transitions:\n", flicker), encoding="utf-8")
     ran = scbm("close", path, "--out", tmp_path / "out")
     assert ran.code == 0
-    section = ran.out.partition("\nFound on the way\n")[2]
+    section = ran.out.partition("\nFailures found by the search\n")[2]
     assert "ends in a livelock: automatic transitions go round without end: lit -> unlit -> lit\n" in section
     command = next(line for line in section.splitlines() if "again: " in line).partition("again: scbm ")[2]
     assert "livelock" in scbm(*shlex.split(command)).out

@@ -75,7 +75,7 @@ def test_what_follows_from_the_model_file_says_so(scbm: Scbm, tmp_path: Path) ->
     ran = scbm("explain", path, "pick_item_a/timedout")
     assert ran.code == 0
     assert "pick_item_a has no `deadline`, so it never times out." in ran.out
-    assert "Looked at" not in ran.out
+    assert "Searched:" not in ran.out
 
 
 def test_an_undecided_obligation_is_told_with_the_option_that_helps(scbm: Scbm) -> None:
@@ -120,7 +120,7 @@ def test_of_an_operation_nothing_is_told_twice(scbm: Scbm, tmp_path: Path) -> No
     out = scbm("explain", path, "spare").out
     assert "spare: executing, completed  uncoverable\n" in out
     assert out.count("its precondition contradicts itself: at == 3 && at == 0") == 1
-    assert "  Looked at: 1 initial state and 1 goal.\n" in out
+    assert "  Searched: 1 initial state and 1 goal.\n" in out
 
 
 def test_a_plan_of_nothing_is_not_told(scbm: Scbm, tmp_path: Path) -> None:

@@ -311,7 +311,7 @@ def test_names_of_the_nodes_of_cells_are_no_drivers(right: str, wrong: str) -> N
 
 
 def test_names_that_only_look_like_those_of_the_nodes_of_cells_are_fine() -> None:
-    names = "{topics: {request: /scbm_bench/request, reply: /bench/scbm/reply}}"
+    names = "{topics: {request: /scbm_cell/request, reply: /cell/scbm/reply}}"
     read_bindings(f"bindings_of: cell\nresources: {{arm: {names}}}\n", MODEL)
 
 

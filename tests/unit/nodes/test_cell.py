@@ -36,4 +36,4 @@ def test_each_run_has_an_id_of_its_own_that_is_part_of_the_ids_of_its_requests()
     assert all(is_of_tester(run) for run in runs)
     request = Correlation(runs[0], 7)
     assert read_id(id_text(request)) == request
-    assert not is_of_tester("somebody")
+    assert not is_of_tester("another")

@@ -256,7 +256,7 @@ def test_replies_to_other_runs_are_dropped() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         await going(harness, loop)
         harness.reply(1, "run_0")
-        harness.reply(1, "somebody")
+        harness.reply(1, "another")
         await loop.settle()
         assert harness.kinds() == ["GoalGiven", "PlanAnswered"]
         harness.reply(1)
@@ -502,7 +502,7 @@ def test_notes_of_the_tester_stand_in_the_trace_with_the_time_at_which_they_come
 
 
 @pytest.mark.parametrize(
-    "note", [{}, {"kind": "time"}, {"kind": "resource", "resource": "nobody", "condition": "down"}]
+    "note", [{}, {"kind": "time"}, {"kind": "resource", "resource": "missing", "condition": "down"}]
 )
 def test_a_note_that_is_none_is_dropped_with_a_sentence(note: dict[str, Any]) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
@@ -749,17 +749,17 @@ def test_people_are_told_who_is_not_there_and_why_whenever_that_changes() -> Non
 
 
 def test_what_could_not_be_told_is_told_again(monkeypatch: pytest.MonkeyPatch) -> None:
-    tell_troubles, is_full = Membership.tell_troubles, [True]
+    publish_troubles, is_full = Membership.publish_troubles, [True]
 
     def tell_if_it_can(membership: Membership, *troubles: tuple[str, ...]) -> None:
         if is_full[0]:
             raise BusError("full")
-        tell_troubles(membership, *troubles)
+        publish_troubles(membership, *troubles)
 
     async def scene(looking: Looking) -> None:
         driver = looking.serve()
         assert await looking.told() == (0, 0)
-        monkeypatch.setattr(Membership, "tell_troubles", tell_if_it_can)
+        monkeypatch.setattr(Membership, "publish_troubles", tell_if_it_can)
         await driver.close()
         assert await looking.told(SECOND_NS // 4) == (0, 0)
         assert looking.stage.complaints == ["the report of missing resources is lost: full"]

@@ -131,7 +131,7 @@ def test_both_sides_learn_how_many_are_matched_whenever_that_changes() -> None:
         hearing: list[int] = []
         own, other, third = hub.join("a"), hub.join("b"), hub.join("c")
         own.publisher(TALK, publishing.append)
-        own.subscribe(Topic("/nobody"), lambda _: None, publishing.append)
+        own.subscribe(Topic("/unmatched"), lambda _: None, publishing.append)
         other.subscribe(TALK, lambda _: None, hearing.append)
         await settled()
         third.subscribe(TALK, lambda _: None)

@@ -33,7 +33,7 @@ class Cell:
         return Membership(bus, TOPICS, own), bus
 
     def says(self, words: str) -> LoopbackBus:
-        bus = self.hub.join("stranger")
+        bus = self.hub.join("outsider")
         bus.publisher(TOPICS.status).publish(words)
         return bus
 
@@ -134,22 +134,22 @@ def test_who_cannot_be_understood_is_a_stranger_until_it_leaves_or_speaks_clearl
     async def scene(cell: Cell) -> None:
         own, _ = cell.join(status("tester", 1))
         changes: list[int] = []
-        own.changed = lambda: changes.append(len(own.strangers))
+        own.changed = lambda: changes.append(len(own.unreadable))
         bus = cell.says('{"kind": "status", "role": "controller", "version": 99}')
         await cell.loop.settle()
-        counts = [(len(own.others), len(own.strangers))]
-        assert own.strangers[0].startswith("a `status` has the fields role, node, version")
+        counts = [(len(own.others), len(own.unreadable))]
+        assert own.unreadable[0].startswith("a `status` has the fields role, node, version")
         bus.publisher(TOPICS.status).publish("")
         await cell.loop.settle()
-        counts.append((len(own.others), len(own.strangers)))
+        counts.append((len(own.others), len(own.unreadable)))
         await bus.close()
         await cell.loop.settle()
-        counts.append((len(own.others), len(own.strangers)))
+        counts.append((len(own.others), len(own.unreadable)))
         publisher = cell.hub.join("late").publisher(TOPICS.status)
         publisher.publish("what")
         publisher.publish(encode(status("controller", 5)))
         await cell.loop.settle()
-        counts.append((len(own.others), len(own.strangers)))
+        counts.append((len(own.others), len(own.unreadable)))
         assert counts == [(0, 1), (0, 2), (0, 0), (1, 0)]
         assert changes == [1, 2, 1, 0, 1, 0]
 
@@ -171,13 +171,13 @@ def test_others_learn_what_a_node_lacks_now() -> None:
         own, _ = cell.join(status("tester", 1))
         controller, _ = cell.join(status("controller", 1, "scan"))
         await cell.loop.settle()
-        controller.tell_troubles(("`scan` is not reached: nobody is there",), ("`scan` is not reached",))
+        controller.publish_troubles(("`scan` is not reached: no peer is there",), ("`scan` is not reached",))
         await cell.loop.settle()
         told = own.controller()
         assert told is not None
-        assert told.troubles == ("`scan` is not reached: nobody is there",)
+        assert told.troubles == ("`scan` is not reached: no peer is there",)
         assert told.mismatched == ("`scan` is not reached",)
-        controller.tell_troubles(())
+        controller.publish_troubles(())
         await cell.loop.settle()
         assert own.controller() == replace(told, troubles=(), mismatched=())
         late, _ = cell.join(status("resources", 3))
@@ -191,12 +191,12 @@ def test_what_could_not_be_told_is_told_when_it_is_tried_again() -> None:
     async def scene(cell: Cell) -> None:
         own, _ = cell.join(status("tester", 1))
         controller, bus = cell.join(status("controller", 1, "scan"))
-        lacks = (("`scan` is not reached: nobody is there",), ("`scan` is not reached",))
+        lacks = (("`scan` is not reached: no peer is there",), ("`scan` is not reached",))
         bus.is_open = False
         with pytest.raises(BusError):
-            controller.tell_troubles(*lacks)
+            controller.publish_troubles(*lacks)
         bus.is_open = True
-        controller.tell_troubles(*lacks)
+        controller.publish_troubles(*lacks)
         await cell.loop.settle()
         told = own.controller()
         assert told is not None

@@ -310,10 +310,10 @@ def test_what_rclpy_is_not_for_is_refused(
         ),
         (Topic("/weak", is_best_effort=True), None),
         (Topic("/fine"), None),
-        (Topic("/nobody"), None),
+        (Topic("/unmatched"), None),
         (LIGHT, "`/light` is of type std_srvs/srv/Trigger there, and not of std_srvs/srv/SetBool"),
         (Service("/scan", TRIGGER), None),
-        (Service("/nobody", TRIGGER), None),
+        (Service("/unmatched", TRIGGER), None),
     ],
 )
 def test_why_a_driver_is_not_heard_is_told(

@@ -295,7 +295,7 @@ def test_a_tester_that_was_missed_joins_again_before_the_next_case(watches: list
             watches[0].has_noticed = True
             assert [tester.execute(CASE).verdict.passed for _ in range(2)] == [True, True]
             assert (len(buses), [watch.is_over for watch in watches]) == (2, [True, False])
-        assert complaints == ["the tester was stopped for a while, and joins again"]
+        assert complaints == ["the tester was stopped for a while, and rejoins the cell"]
         assert [watch.is_over for watch in watches] == [True, True]
         assert not buses[1].is_open
 

@@ -247,7 +247,7 @@ def test_a_stranger_that_cannot_be_understood_is_told_of() -> None:
         with pytest.raises(NotReadyError) as raised:
             await harness.node.wait_for_cell(1.0)
         assert raised.value.reasons[0] == NO_CONTROLLER
-        assert raised.value.reasons[1].lack is Lack.STRANGER
+        assert raised.value.reasons[1].lack is Lack.UNREADABLE
         assert raised.value.reasons[1].message.startswith("a `status` has the fields")
         assert loop.now_ns() > SECOND_NS
 
@@ -256,14 +256,14 @@ def test_a_stranger_that_cannot_be_understood_is_told_of() -> None:
 
 def test_what_the_controller_lacks_is_missing() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
-        harness.play("controller", "scan", troubles=("`scan` is not reached: nobody is there",))
+        harness.play("controller", "scan", troubles=("`scan` is not reached: no peer is there",))
         await loop.settle()
         assert harness.node.real == ("scan",)
         begun_ns = loop.now_ns()
         with pytest.raises(NotReadyError) as raised:
             await harness.node.wait_for_cell(1.0)
         assert loop.now_ns() - begun_ns == SECOND_NS  # it might have come
-        assert raised.value.reasons == (Reason(Lack.DRIVER, "`scan` is not reached: nobody is there"),)
+        assert raised.value.reasons == (Reason(Lack.DRIVER, "`scan` is not reached: no peer is there"),)
 
     play(scene)
 

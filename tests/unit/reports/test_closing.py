@@ -103,8 +103,8 @@ def test_what_failed_comes_first_with_the_command_that_shows_it(wording: Wording
 def test_what_new_cases_found_on_their_way_has_its_own_section(wording: Wording) -> None:
     fault = FoundFault("scans", End.LIVELOCK, "ends in a livelock: a -> a", "scbm replay scans.yaml")
     lines = _told(closing_of(CELL, [SCANS]), ClosingSetting("cell.yaml", found=(fault,)))
-    wording(_section(lines, "Found on the way"))
-    assert "Found on the way" not in _told(closing_of(CELL, [SCANS]))
+    wording(_section(lines, "Failures found by the search"))
+    assert "Failures found by the search" not in _told(closing_of(CELL, [SCANS]))
 
 
 def test_the_same_reason_of_several_automatic_transitions_is_told_once(wording: Wording) -> None:

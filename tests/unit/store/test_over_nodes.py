@@ -222,7 +222,7 @@ def test_a_log_that_does_not_give_its_run_again_is_not_shown_as_something_else(
 def test_a_damaged_log_is_a_damaged_store(path: Path, tmp_path: Path, log: object) -> None:
     add(path, nodes_run(1), real_run(MODEL, drawn()[0]))
     changed(path, "UPDATE test_case SET log = ?", log)
-    assert complaint(path) == "this store is damaged or cut off: it says what no store says"
+    assert complaint(path) == "this store is damaged or cut off: it has rows that scbm does not write"
     with pytest.raises(InputError):
         combine_stores([path], tmp_path / "all.db")
 

@@ -57,7 +57,7 @@ def _tell(checked: CheckedCertificate, model_path: Path) -> None:
 def _sizes(checked: CheckedCertificate) -> list[str]:
     told = [counted(len(checked.obligations), "obligation")]
     situations = checked.situations
-    return told if situations is None else [*told, f"{counted(situations, 'situation')} looked at"]
+    return told if situations is None else [*told, f"{counted(situations, 'situation')} checked"]
 
 
 def _wrong(checked: CheckedCertificate, model_path: Path) -> list[Diagnostic]:

@@ -1,6 +1,6 @@
-"""What the verbs that run nodes have in common: how a bus is opened, and what goes wrong on the way.
+"""Set-up of the verbs that run nodes: open a bus, serve a node, and report errors of the bus.
 
-Cases that cannot be run as some resources are real: refused before anything moves.
+Refuse cases that real resources cannot carry out, before any request is sent.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 
 
 def open_rclpy(domain: int) -> Bus:
-    """A bus for drivers, through the ROS 2 that is installed."""
-    from scbm.nodes.buses.rclpy_bus import open_ros2  # noqa: PLC0415 - for those who ask for it
+    """Return a bus for drivers that uses the installed ROS 2."""
+    from scbm.nodes.buses.rclpy_bus import open_ros2  # noqa: PLC0415 - rclpy is optional
 
     return open_ros2("scbm_controller_drivers", domain, warn)
 
 
 def warn(words: str) -> None:
-    """Tells of a message that was dropped, or a node that was lost."""
+    """Print a warning, such as a dropped message or a lost node, to the standard error output."""
     errors().line(f"scbm: {in_one_line(words)}")
 
 
@@ -49,12 +49,14 @@ def serve_node(
     """Serve a node until it is stopped; `make` gets the bus of `open_drivers` too. Raise `InputError`."""
     output = results()
 
-    def tell(words: str) -> None:
+    def print_line(words: str) -> None:
         output.line(in_one_line(words))
         sys.stdout.flush()
 
     def with_context(drivers: Bus | None, bus: Bus) -> ServedNode:
-        return make(NodeContext(bus, model, new_status(role, model, digest_of(model), resources), warn, tell), drivers)
+        return make(
+            NodeContext(bus, model, new_status(role, model, digest_of(model), resources), warn, print_line), drivers
+        )
 
     join = TRANSPORTS[transport].connect(domain, warn)
 
@@ -64,7 +66,7 @@ def serve_node(
     async def serve_both() -> bool:
         drivers = None if open_drivers is None else open_drivers()
         try:
-            return await serve(open_bus, partial(with_context, drivers), tell=tell, until_eof=while_stdin)
+            return await serve(open_bus, partial(with_context, drivers), report=print_line, until_eof=while_stdin)
         finally:
             if drivers is not None:
                 await drivers.close()
@@ -81,7 +83,7 @@ def serve_node(
 
 
 def bus_error(error: BusError) -> InputError:
-    """What a user reads if a middleware cannot be used."""
+    """Return the error that a user reads if the middleware cannot be used."""
     return InputError([Diagnostic(Slug.BUS_UNUSABLE, in_one_line(error.message), Place(error.where), error.remedy)])
 
 
@@ -91,7 +93,7 @@ def refuse_beyond_reach(suite: Suite, real: Sequence[str], option: str) -> None:
     Args:
         suite: the cases.
         real: the resources that are reached at real drivers.
-        option: where random ones are told of.
+        option: the command-line option that asks for random cases; errors of those name it as their place.
     """
     if not real:
         return
@@ -100,8 +102,8 @@ def refuse_beyond_reach(suite: Suite, real: Sequence[str], option: str) -> None:
         if (why := beyond_reach(written.case, suite.model, real)) is not None:
             remedy = "leave this case out, or simulate more resources"
             wrong.append(Diagnostic(Slug.BEYOND_REACH, f"the case {why}", Place(str(written.path)), remedy))
-    told = ((case.name, beyond_reach(case, suite.model, real)) for case in suite.drawn())
-    drawn = [(name, why) for name, why in told if why is not None]
+    found = ((case.name, beyond_reach(case, suite.model, real)) for case in suite.drawn())
+    drawn = [(name, why) for name, why in found if why is not None]
     if drawn:
         name, why = drawn[0]
         message = f"{len(drawn)} of {len(suite.numbers)} random cases cannot be run: `{name}` {why}"

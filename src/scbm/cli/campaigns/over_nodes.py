@@ -1,4 +1,4 @@
-"""Cases that are run over nodes: the cell, the progress, and the logs of what happened."""
+"""Campaigns over nodes: the cell, the progress, and the saved event logs."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ if TYPE_CHECKING:
 
 @contextmanager
 def over_nodes(asked: NodeOptions, tester: Tester) -> Iterator[OverNodes]:
-    """Runs cases over nodes as long as this lasts.
+    """Open a session that runs cases over nodes.
 
-    Raises `InputError` if there is no whole cell, or logs cannot be saved.
+    Raises `InputError` if the cell is incomplete, or logs cannot be saved.
     """
     logs = SavedLogs(asked)
     logs.refuse_unwritable()
     session = Session(_cell(asked), asked.model, digest_of(asked.model), asked.time_scale, asked.wait_s)
     session.warn = warn
     session.waiting = Waiting(asked, warn)
-    with _told(asked), session:
+    with _node_errors(asked), session:
         yield OverNodes(asked, logs, session, NodeTester(tester, session))
 
 
 @contextmanager
-def _told(asked: NodeOptions) -> Iterator[None]:
-    """What is wrong with a bus or a cell, as an `InputError`."""
+def _node_errors(asked: NodeOptions) -> Iterator[None]:
+    """Turn errors of a bus or a cell into `InputError`."""
     try:
         yield
     except BusError as error:
@@ -64,7 +64,7 @@ def _cell(asked: NodeOptions) -> Cell:
 
 
 def _commands(asked: NodeOptions) -> dict[str, list[str]]:
-    """How the other nodes of the cell are started."""
+    """Return the commands that start the other nodes of the cell, by their description."""
     scbm = [sys.executable, "-m", "scbm", "node"]
     transport = [] if asked.transport == DEFAULT_TRANSPORT else ["--transport", asked.transport]
     common = [str(asked.file), *transport, "--domain", str(asked.domain), "--while-stdin"]
@@ -81,10 +81,10 @@ def _commands(asked: NodeOptions) -> dict[str, list[str]]:
 
 @dataclass
 class OverNodes:
-    """Runs cases one by one, and saves what cannot be had again.
+    """Runs cases one by one, and saves their event logs.
 
     Attributes:
-        logs: where logs were saved.
+        logs: the files of the saved logs.
     """
 
     _asked: NodeOptions
@@ -95,24 +95,24 @@ class OverNodes:
 
     @property
     def real(self) -> tuple[str, ...]:
-        """The resources that are reached at real drivers."""
+        """Return the resources that real drivers carry out."""
         return self._session.real
 
     @property
     def answers(self) -> tuple[Answers, ...]:
-        """How the resources answered until now that were real, in the order of the model."""
+        """Return the counts of replies of the real resources so far, in the order of the model."""
         names = [resource.name for resource in self._asked.model.resources]
         return tuple(self._answers[name] for name in names if name in self._answers)
 
-    def executions(self, cases: Iterable[Case], said: Callable[[str], None]) -> Iterator[Execution]:
-        """What comes of each; `said` gets the name of the one that runs.
+    def executions(self, cases: Iterable[Case], started: Callable[[str], None]) -> Iterator[Execution]:
+        """Yield the execution of each case; call `started` with its name before it runs.
 
-        Raises `InputError` if the cell cannot be brought back, or the bus cannot be used.
+        Raises `InputError` if the cell cannot recover, or the bus cannot be used.
         """
         self._answers = {name: Answers(name) for name in self.real}
         for case in cases:
-            said(case.name)
-            with _told(self._asked):
+            started(case.name)
+            with _node_errors(self._asked):
                 execution = self._tester.execute(case)
             self.logs.keep(execution)
             self._count(execution)
@@ -125,5 +125,5 @@ class OverNodes:
 
     @property
     def complaints(self) -> Iterator[str]:
-        """What is to be said of the nodes when all is done, besides the report."""
+        """Return warnings about real resources that carried out no request."""
         return (silent_driver(answers, self._asked) for answers in self.answers if answers.is_silent)

@@ -1,4 +1,4 @@
-"""What a user does about a cell that is not whole."""
+"""Remedies for an incomplete cell: the sentences and commands that errors suggest to users."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _PLAIN = {
     Lack.MODEL: "stop that process, and start it again",
     Lack.TIME_SCALE: "leave `--time-scale` out",
     Lack.CHILD: "see above what it says",
-    Lack.STRANGER: "stop that process: all nodes of a cell are of one version of scbm",
+    Lack.UNREADABLE: "stop that process: all nodes of a cell are of one version of scbm",
     Lack.DRIVER: "start its driver in this domain, or correct its binding",
 }
 _OF_CHILDREN = {
@@ -37,7 +37,7 @@ _OF_CHILDREN = {
 
 
 def cell_error(error: NotReadyError, asked: NodeOptions) -> InputError:
-    """What a user reads."""
+    """Return the error for a cell that is incomplete or wrong, with a remedy for each reason."""
     place = Place(asked.where)
     reasons = error.reasons
     return InputError(
@@ -59,7 +59,7 @@ def _remedy(reason: Reason, asked: NodeOptions) -> str:
 
 
 def _node(role: str, asked: NodeOptions, resources: Sequence[str] = ()) -> str:
-    """The command that starts a node in the domain of the tester."""
+    """Return the command that starts a node in the domain of the tester."""
     is_all = len(resources) == len(asked.model.resources)
     names = "" if is_all else "".join(f" {name}" for name in resources)
     is_default = asked.domain == 0 and not os.environ.get("ROS_DOMAIN_ID")
@@ -68,13 +68,13 @@ def _node(role: str, asked: NodeOptions, resources: Sequence[str] = ()) -> str:
 
 
 def silent_driver(answers: Answers, asked: NodeOptions) -> str:
-    """What is said of a real resource that did nothing of what it had to do, and where to look."""
+    """Return a warning about a real resource that carried out none of its requests, and where to look."""
     sent = counted(answers.sent, "request")
-    return f"`{answers.resource}` is real, and of {sent} none succeeded: {_missed(answers)}; {_look(answers, asked)}"
+    return f"`{answers.resource}` is real, and of {sent} none succeeded: {_outcomes(answers)}; {_look(answers, asked)}"
 
 
-def _missed(answers: Answers) -> str:
-    """What became of the requests to a resource that did nothing."""
+def _outcomes(answers: Answers) -> str:
+    """Return how the requests to a resource ended if none of them succeeded."""
     if answers.failed == answers.sent:
         return "each was refused or failed"
     if answers.timed_out == answers.sent:
@@ -96,16 +96,16 @@ def _look(answers: Answers, asked: NodeOptions) -> str:
 
 @dataclass
 class Waiting:
-    """Tells what is waited for; nodes that are started here come by themselves."""
+    """Reports what a cell waits for; nodes that this command starts itself are left out."""
 
     _asked: NodeOptions
-    _tell: Callable[[str], None]
-    _told: str = ""
+    _print: Callable[[str], None]
+    _last: str = ""
 
     def __call__(self, reasons: Sequence[Reason]) -> None:
         """Print the reasons for waiting unless they repeat the previous ones."""
         shown = [r.message for r in reasons if not self._asked.starts or r.lack not in _OF_CHILDREN]
         words = "; ".join(shown)
-        if words and words != self._told:
-            self._tell(f"waiting for {self._asked.wait_s:g} s at most: {words}")
-        self._told = words
+        if words and words != self._last:
+            self._print(f"waiting for {self._asked.wait_s:g} s at most: {words}")
+        self._last = words

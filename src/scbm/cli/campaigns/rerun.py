@@ -57,14 +57,14 @@ class AskedRun:
 
 @dataclass(frozen=True, slots=True)
 class Rerun:
-    """A run that took place again.
+    """A run that was repeated.
 
     Attributes:
-        model: what was run.
-        execution: the run.
-        recorded: the digest of the trace that it should have; `None` if nothing is recorded.
-        saved: what the record was taken of.
-        remedy: what to think of if the trace is another one.
+        model: the model of the run.
+        execution: the repeated run.
+        recorded: the digest of the recorded trace; `None` if none is recorded.
+        saved: the kind of the file that was replayed, for messages.
+        remedy: what to check if the traces differ.
         writer: what writes the outputs of the command.
     """
 
@@ -77,23 +77,23 @@ class Rerun:
 
 
 def rerun(asked: AskedRun) -> Rerun:
-    """The run of a case in simulation, or that of a log, again. Raises `InputError`."""
+    """Run a case again in simulation, or replay a log. Raise `InputError`."""
     return _of_log(asked) if _is_log(asked.file) else _of_case(asked)
 
 
 def _is_log(path: Path) -> bool:
-    """Whether a file begins like a log. What cannot be read twice, such as a pipe, is a case."""
+    """Return whether a file begins like a log. A file that cannot be read twice, such as a pipe, is a case."""
     try:
         if not path.is_file():
             return False
         with path.open("rb") as stream:
             return _LOG.match(stream.read(_LONGEST_BEGINNING)) is not None
     except (OSError, ValueError):
-        return False  # whoever reads it as a case says why it cannot
+        return False  # reading it as a case reports the error
 
 
 def _of_case(asked: AskedRun) -> Rerun:
-    """A case, run again in simulation."""
+    """Run a case again in simulation."""
     document = open_case(asked.file)
     model, writer = asked.load(asked.model or document.required_model_path(), "the case")
     requirements = read_requirements(asked.require, model)
@@ -104,7 +104,7 @@ def _of_case(asked: AskedRun) -> Rerun:
 
 
 def _of_log(asked: AskedRun) -> Rerun:
-    """A real run, by giving its events to a runner again."""
+    """Replay a real run: feed its recorded events to a new runner."""
     from scbm.nodes.log import event_log  # noqa: PLC0415 - it takes long to load, and few runs need it
     from scbm.running import Program  # noqa: PLC0415 - the same
 

@@ -86,12 +86,12 @@ class Keeper:
         return written_recipe(from_file.case, self._model, sayable(str(from_file.path)), case, real)
 
     def _add(self, position: int, recipe: Recipe, execution: Execution) -> None:
-        with self._told():
+        with self._store_errors():
             self._writer.add(position, recipe, execution.result, self._log(execution))
             self.is_unfinished = self.is_unfinished or execution.verdict.end is not End.LOST
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _store_errors(self) -> Iterator[None]:
         """Tells an error of the store, instead of raising it: the cases are not to blame."""
         try:
             yield
@@ -110,7 +110,7 @@ class Keeper:
     def finish(self, store: ExitStack) -> None:
         """Close the store after the last case, so that its run is finished; show an error."""
         self.is_unfinished = False  # who interrupts this cannot know
-        with self._told(), store:
+        with self._store_errors(), store:
             self._totals = self._writer.totals() if self.is_whole else None
 
     def since(self, coverage: Coverage) -> Since:

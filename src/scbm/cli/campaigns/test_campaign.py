@@ -113,7 +113,7 @@ def simulate(suite: Suite, telling: CampaignOutput) -> int:
     saved = [_save_small(suite, finding, telling.failures) for finding in findings]
     _remember_failed(suite, done.campaign, telling.failures)
     commands = tuple(_again(suite, finding, path) for finding, path in zip(findings, saved, strict=True))
-    code = _tell(done, _setting(suite, findings, commands), telling)
+    code = _report(done, _setting(suite, findings, commands), telling)
     return code if is_saved else max(2, code)
 
 
@@ -142,7 +142,7 @@ def run_over_nodes(suite: Suite, telling: CampaignOutput, asked: NodeOptions, co
     logs = (nodes.logs.files.get(finding.results[0].case.name) for finding in findings)
     commands = tuple(command if log is None else f"scbm replay {shown_path(str(log))}" for log in logs)
     setting = replace(_setting(suite, findings, commands), where=asked.words, answers=nodes.answers)
-    code = _tell(done, setting, telling)
+    code = _report(done, setting, telling)
     if nodes.logs.words is not None and not telling.json:
         errors().line(f"scbm: {nodes.logs.words}")
     for complaint in nodes.complaints:
@@ -162,13 +162,13 @@ def _carry_out(
 
     Args:
         suite: the cases.
-        telling: what is told and kept.
-        run: gives what comes of cases, and calls with the name of the one that runs.
-        where: the nodes that they run over, in words; `None` for simulation.
+        telling: the options for output and storage.
+        run: executes the cases, and calls its second argument with the name of the current one.
+        where: a description of the nodes that run the cases; `None` for simulation.
 
     Raises:
-        InputError: it was ended before the first case was done.
-        KeyboardInterrupt: the same, by somebody.
+        InputError: an error ended the campaign before its first case was complete.
+        KeyboardInterrupt: the user interrupted it before its first case was complete.
     """
     is_over_nodes = where is not None
     progress = _progress(suite.count, is_bar=is_over_nodes or suite.count >= _SLOW, is_told=is_over_nodes)
@@ -196,13 +196,13 @@ class _FirstFailure(Exception):  # noqa: N818 - it is no error, but what `-x` as
 
 @dataclass(frozen=True, slots=True)
 class _Done:
-    """What came of a campaign.
+    """The results of a campaign.
 
     Attributes:
         campaign: the cases that were run.
-        count: how many cases there were to run.
-        keeper: what added them to a store, if there is one.
-        ended: what ended the campaign early, if something did.
+        count: the number of selected cases.
+        keeper: added the results to a store; `None` without a store.
+        ended: the reason why the campaign ended early; `None` if it is complete.
     """
 
     campaign: Campaign
@@ -212,14 +212,14 @@ class _Done:
 
     @property
     def since(self) -> Since | None:
-        """What the store says then; nothing if there is none, or the campaign was ended early."""
+        """Return the changes since the previous run in the store; `None` without one, or after an early end."""
         if self.keeper is None or self.ended is not None:
             return None
         return self.keeper.since(self.campaign.coverage)
 
     @property
     def words(self) -> str:
-        """How far it came, if it was ended; for the report."""
+        """Return how many cases ran before an early end; empty after a complete campaign."""
         if self.ended is None:
             return ""
         how = "Interrupted" if isinstance(self.ended, KeyboardInterrupt) else "Ended by an error"
@@ -228,7 +228,7 @@ class _Done:
 
     @property
     def is_stopped(self) -> bool:
-        """Whether `-x` ended it."""
+        """Whether `-x` ended the campaign."""
         return isinstance(self.ended, _FirstFailure)
 
     def drawn(self, random: int) -> int:
@@ -236,7 +236,7 @@ class _Done:
         return max(0, random - (self.count - len(self.campaign.results)))
 
 
-def _tell(done: _Done, setting: Setting, telling: CampaignOutput) -> int:
+def _report(done: _Done, setting: Setting, telling: CampaignOutput) -> int:
     campaign, since = done.campaign, done.since
     if telling.json:
         stored = {} if since is None else {"store": since.as_json}
@@ -248,14 +248,14 @@ def _tell(done: _Done, setting: Setting, telling: CampaignOutput) -> int:
         results().lines((missing_report if telling.missing else coverage_report)(campaign, shown))
         results().lines([] if since is None else since.lines)
     if done.words:
-        return _tell_early(done, telling)
+        return _report_early_end(done, telling)
     if since is not None and not since.is_whole:
         return 2
     return 0 if threshold_option.meets(campaign.coverage, telling.thresholds) and not campaign.failed else 1
 
 
-def _tell_early(done: _Done, telling: CampaignOutput) -> int:
-    """Tells what ended a campaign; the exit code."""
+def _report_early_end(done: _Done, telling: CampaignOutput) -> int:
+    """Report why the campaign ended early; return the exit code."""
     is_unfinished = done.keeper is not None and done.keeper.is_unfinished
     stored = f"; their run in {telling.store} is not finished" if is_unfinished else ""
     if not done.is_stopped or is_unfinished:
@@ -270,7 +270,7 @@ def _tell_early(done: _Done, telling: CampaignOutput) -> int:
     return INTERRUPTED
 
 
-def _tell_progress(words: str) -> None:
+def _print_progress(words: str) -> None:
     errors().line(f"scbm: {in_one_line(words)}")
 
 
@@ -286,11 +286,11 @@ def _store(path: Path | None, suite: Suite, where: str | None) -> AbstractContex
 def _progress(
     count: int, *, is_bar: bool, is_told: bool
 ) -> AbstractContextManager[tuple[Callable[[str], None], Callable[[Iterator[CaseResult]], Iterator[CaseResult]]]]:
-    """What to call with the case that runs, and what lets results through and counts them."""
+    """Return two callbacks: one for the name of the current case, one that counts results and yields them."""
     if is_bar and sys.stderr.isatty():
         return bar(count)
     if is_told:
-        return nullcontext((lambda _: None, lambda results: with_lines(results, count, _tell_progress)))
+        return nullcontext((lambda _: None, lambda results: with_lines(results, count, _print_progress)))
     return nullcontext((lambda _: None, lambda results: results))
 
 

@@ -56,11 +56,11 @@ def meets(coverage: Coverage, thresholds: Sequence[Threshold]) -> bool:
     """Whether enough was visited; says of each kind of which it was not."""
     missed = [threshold for threshold in thresholds if not threshold.is_met(coverage)]
     for threshold in missed:
-        errors().line(_told(threshold, coverage))
+        errors().line(_missed_sentence(threshold, coverage))
     return not missed
 
 
-def _told(threshold: Threshold, coverage: Coverage) -> str:
+def _missed_sentence(threshold: Threshold, coverage: Coverage) -> str:
     figure = threshold.figure(coverage)
     kind = "" if threshold.kind == "all" else f"{threshold.kind}="
     if not figure.of:

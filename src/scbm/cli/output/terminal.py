@@ -1,4 +1,4 @@
-"""Where output goes: to a terminal with colours, to a pipe without, and never wrapped or cut."""
+"""Output of lines and JSON: with colours on a terminal, without them in a pipe; control characters are escaped."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     from scbm.model import Diagnostic
 
 _CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
-"""What a terminal acts on and does not show, and what makes text run backwards; not tabs and ends of lines."""
+"""Control characters and bidirectional marks, except tabs and line feeds."""
 
 _IN_A_LINE = re.compile(rf"{_CONTROLS.pattern}|\n")
-"""The same within one line."""
+"""Characters that are escaped within one line: control characters and line feeds."""
 
-_USUAL_COLUMNS, _FEWEST_COLUMNS, _MOST_COLUMNS = 80, 40, 120
-"""The width of a report where nothing says another one, and the bounds of what a terminal says."""
+_DEFAULT_COLUMNS, _MIN_COLUMNS, _MAX_COLUMNS = 80, 40, 120
+"""The default width of a report in columns, and the bounds of the width of a terminal."""
 
 _STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
 
@@ -37,23 +37,23 @@ class _PlainConsole(Console):
 
     def on_broken_pipe(self) -> None:
         """Rich would end the process with 1, which is how failed tests end."""
-        leave_to_nobody(self.file)
+        redirect_to_null(self.file)
 
 
-def leave_to_nobody(stream: IO[str]) -> None:
-    """What is written to a stream from now on goes nowhere: who reads our output has seen enough."""
+def redirect_to_null(stream: IO[str]) -> None:
+    """Redirect a stream to the null device: the reader of a pipe has closed it."""
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, stream.fileno())
     os.close(nowhere)
 
 
 def escaped(text: str) -> str:
-    """The text with what would act on a terminal shown by its number: it comes from files and peers."""
+    """Return the text with control characters shown as hexadecimal escapes: it may come from files and peers."""
     return _CONTROLS.sub(_visible, text)
 
 
 def in_one_line(text: str) -> str:
-    """The same, and without ends of lines: what a peer says is no line of ours."""
+    """Return the text as one line: control characters and line feeds are escaped."""
     return _IN_A_LINE.sub(_visible, text)
 
 
@@ -61,11 +61,11 @@ def _visible(match: re.Match[str]) -> str:
     number = ord(match[0])
     if match[0] == "\n":
         return "\\n"
-    return f"\\x{number:02x}" if number < 0x100 else f"\\u{number:04x}"  # noqa: PLR2004 - what two digits can say
+    return f"\\x{number:02x}" if number < 0x100 else f"\\u{number:04x}"  # noqa: PLR2004 - two hexadecimal digits suffice
 
 
 def _shown(text: Text, acting: re.Pattern[str]) -> Text:
-    """The same for text with styles, which stay where they are."""
+    """Return a styled text with the characters that match `acting` escaped; styles keep their places."""
     shown, end = text.blank_copy(), 0
     for match in acting.finditer(text.plain):
         shown.append_text(text[end : match.start()]).append(_visible(match))
@@ -75,21 +75,21 @@ def _shown(text: Text, acting: re.Pattern[str]) -> Text:
 
 def report_columns() -> int:
     """Return the width of reports: that of `COLUMNS` or of the terminal, else 80 columns."""
-    said = _said_columns()
-    if said is None:
-        said = os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout.isatty() else _USUAL_COLUMNS
-    return min(max(said, _FEWEST_COLUMNS), _MOST_COLUMNS)
+    columns = _columns_of_environment()
+    if columns is None:
+        columns = os.get_terminal_size(sys.stdout.fileno()).columns if sys.stdout.isatty() else _DEFAULT_COLUMNS
+    return min(max(columns, _MIN_COLUMNS), _MAX_COLUMNS)
 
 
-def _said_columns() -> int | None:
-    """Return what the variable `COLUMNS` says."""
-    said = os.environ.get("COLUMNS", "")
-    return int(said) if said.isascii() and said.isdigit() and len(said) < len("10000") else None
+def _columns_of_environment() -> int | None:
+    """Return the width in the variable `COLUMNS`; `None` if it is not a number below 10000."""
+    value = os.environ.get("COLUMNS", "")
+    return int(value) if value.isascii() and value.isdigit() and len(value) < len("10000") else None
 
 
 def _fold_columns(stream: IO[str]) -> int | None:
     """Return the width at which long lines are broken; `None` for a pipe or a file, if `COLUMNS` is not set."""
-    return report_columns() if stream.isatty() or _said_columns() is not None else None
+    return report_columns() if stream.isatty() or _columns_of_environment() is not None else None
 
 
 def folded(text: Text, columns: int) -> Iterator[Text]:
@@ -139,19 +139,19 @@ class TerminalOutput:
         self._columns = _fold_columns(console.file)
 
     def line(self, text: Text | str = "") -> None:
-        """One line of text, or several."""
+        """Print one line of text, or several."""
         shown = Text(escaped(text)) if isinstance(text, str) else _shown(text, _CONTROLS)
         self._console.print(shown, soft_wrap=True, highlight=False, markup=False)
 
     def lines(self, texts: Iterable[Text]) -> None:
-        """Line after line; an end of a line within one of them comes from a file or a peer, and is shown."""
+        """Print lines; a line feed within one of them comes from a file or a peer, and is escaped."""
         for text in texts:
             shown = _shown(text, _IN_A_LINE)
             for line in [shown] if self._columns is None else folded(shown, self._columns):
                 self.line(line)
 
     def diagnostics(self, diagnostics: Sequence[Diagnostic]) -> None:
-        """Each with its place, its line and its remedy; then how many there are."""
+        """Print each diagnostic with its place, its line and its remedy; then the number of diagnostics."""
         for diagnostic in diagnostics:
             self.line(_coloured(diagnostic))
         if len(diagnostics) > 1:
@@ -159,27 +159,27 @@ class TerminalOutput:
 
 
 def results() -> TerminalOutput:
-    """Where results go."""
+    """Return the output for results: the standard output."""
     return TerminalOutput(_PlainConsole(file=sys.stdout))
 
 
 def errors() -> TerminalOutput:
-    """Where errors and progress go."""
+    """Return the output for errors and progress: the standard error output."""
     return TerminalOutput(_PlainConsole(file=sys.stderr))
 
 
 def write_json(data: dict[str, Any]) -> None:
-    """Data for machines."""
+    """Print data as JSON to the standard output."""
     try:
         text = json.dumps(data, indent=2, ensure_ascii=False)
         sys.stdout.write(_CONTROLS.sub(lambda match: f"\\u{ord(match[0]):04x}", text) + "\n")
         sys.stdout.flush()
     except BrokenPipeError:
-        leave_to_nobody(sys.stdout)
+        redirect_to_null(sys.stdout)
 
 
 def count_of(diagnostics: Sequence[Diagnostic]) -> str:
-    """How many errors and warnings there are."""
+    """Return the numbers of errors and warnings in words."""
     errors = sum(diagnostic.severity is Severity.ERROR for diagnostic in diagnostics)
     warnings = len(diagnostics) - errors
     parts = [counted(number, name) for number, name in ((errors, "error"), (warnings, "warning")) if number]

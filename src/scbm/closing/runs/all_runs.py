@@ -134,7 +134,7 @@ class AllRuns:
                 return
             graph = explore_runs((name, goal), steps, self.starts, left)
             graphs.append(graph)
-            self.observed |= steps.looked_at
+            self.observed |= steps.evaluated
             left -= len(graph.positions)
             if graph.planning_too_large:
                 self.stopped = f"planning for {name} would expand more than {limits.planning:,} states of the world"

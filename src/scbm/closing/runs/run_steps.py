@@ -54,11 +54,11 @@ if TYPE_CHECKING:
     Plan: TypeAlias = Callable[[int], Answer]
     """The planner's answer in a packed state."""
 
-_MOST_REPLIES = 4_096
+_MAX_REPLIES = 4_096
 """Maximum number of combinations of values that one reply can measure."""
-_MOST_ANSWERS = 10_000
+_MAX_ANSWERS = 10_000
 """Maximum number of plans in one step, with no event between them."""
-_MOST_MEMOIZED = 2_000_000
+_MAX_MEMOIZED = 2_000_000
 """Maximum number of packed states whose micro-step is memoized: more than a graph of runs has."""
 _LONG = 16
 """After so many automatic transitions in a row their states are compared, to find a cycle."""
@@ -139,7 +139,7 @@ class RunSteps:
     """The steps of runs for one goal.
 
     Attributes:
-        looked_at: every packed state in which guards were evaluated so far, those between micro-steps included.
+        evaluated: every packed state in which guards were evaluated so far, those between micro-steps included.
     """
 
     def __init__(  # noqa: PLR0913, PLR0917 - what the runs of a model share, and what is the goal's
@@ -165,14 +165,14 @@ class RunSteps:
             inputs: the changes of inputs that the environment can make; empty for runs without injections.
             bound: maximum number of automatic transitions in one settling.
         """
-        self.looked_at: dict[int, None] = {}
+        self.evaluated: dict[int, None] = {}
         self._program = program
         self._kept = relevance.mask
         self._plan = plan
         self._queues = queues
         self._bound = bound
-        self._steps = MicroSteps(program, goal, _MOST_MEMOIZED)
-        self._idle_steps = MicroSteps(program, None, _MOST_MEMOIZED)
+        self._steps = MicroSteps(program, goal, _MAX_MEMOIZED)
+        self._idle_steps = MicroSteps(program, None, _MAX_MEMOIZED)
         self._planning = program.plan_states[PlanState.PLANNING]
         self._executing = program.plan_states[PlanState.EXECUTING]
         self._operations = tuple(program.operations.values())
@@ -253,11 +253,11 @@ class RunSteps:
 
     def _settle(self, run: _SettlingRun, *, timer_passed: bool = False) -> RunStep:
         """Take micro-steps until the run waits or ends."""
-        first, looked_at = self._steps.first, self.looked_at
+        first, evaluated = self._steps.first, self.evaluated
         chain: dict[int, None] = {}
         while True:
             state = run.state
-            looked_at[state] = None
+            evaluated[state] = None
             step = first(state, run.in_flight, timer_passed=timer_passed)
             if isinstance(step, AutomaticMove):
                 if run.automatic == self._bound or state in chain:
@@ -349,7 +349,7 @@ class RunSteps:
             return RunStep(position, run.visits, run.cut_off)
         if position in run.answered:  # without end, until the limit of plans
             return run.ended()
-        if len(run.answered) == _MOST_ANSWERS:
+        if len(run.answered) == _MAX_ANSWERS:
             raise PlanningTooLargeError
         run.answered[position] = None
         run.cut_off |= self._end(run.state, run.in_flight, PlanState.ABORTED)  # a limit can end the run here, too
@@ -422,7 +422,7 @@ class RunSteps:
         in_flight: tuple[RequestLine, ...] = ()
         seen: dict[int, None] = {}
         while True:
-            self.looked_at[state] = None
+            self.evaluated[state] = None
             match self._idle_steps.first(state, in_flight, timer_passed=False):
                 case AutomaticMove(transition, _, after):
                     visits |= self._taken[transition.name]
@@ -451,7 +451,7 @@ def _replies(line: RequestLine, relevance: Relevance) -> dict[Happening, tuple[i
     """
     measured = [name for name in line.resource.measures if name in relevance.names]
     packing = relevance.packing
-    if prod(len(packing.space[name].domain) + 1 for name in measured) > _MOST_REPLIES:
+    if prod(len(packing.space[name].domain) + 1 for name in measured) > _MAX_REPLIES:
         raise TooManyRepliesError
     choices = product(*((None, *packing.space[name].domain.values) for name in measured))
     replies = {}

@@ -57,7 +57,7 @@ def _rclpy() -> ModuleType:
             "the default, `--via dds`, needs no ROS 2"
         )
         raise _error(f"rclpy cannot be imported: {error}", remedy) from error
-    return rclpy  # type: ignore[no-any-return]  # nothing is known of it
+    return rclpy  # type: ignore[no-any-return]  # rclpy has no types
 
 
 def _error(message: str, remedy: str | None = None) -> BusError:
@@ -65,7 +65,7 @@ def _error(message: str, remedy: str | None = None) -> BusError:
 
 
 @contextmanager
-def _told(what: str) -> Iterator[None]:
+def _rclpy_errors(what: str) -> Iterator[None]:
     """Raises `BusError` for whatever rclpy raises: its errors have no base of their own."""
     try:
         yield
@@ -76,10 +76,10 @@ def _told(what: str) -> Iterator[None]:
 class RclpyBus:
     """A node of ROS 2 with a context of its own. It is for links to drivers, and less than other buses.
 
-    - `source` is always 0 and `left` cannot be asked for: rclpy does not tell publishers apart.
+    - `source` is always 0 and `left` is not supported: rclpy does not distinguish publishers.
     - Nothing is served, and no topic is latched.
-    - Its own publishers are not left out; a link never hears what it sends.
-    - Who is there is looked at ten times a second.
+    - A subscription also gets messages of its own publishers; a link never subscribes to its own topics.
+    - Peers are polled ten times a second.
     """
 
     def __init__(self, rclpy: ModuleType, node: str, domain: int, warn: Callable[[str], None]) -> None:
@@ -92,7 +92,7 @@ class RclpyBus:
         self._heard: list[Topic] = []
         self._is_open = True
         self._stop = Event()
-        with _told("rclpy does not start"):
+        with _rclpy_errors("rclpy does not start"):
             self._context = rclpy.context.Context()
             self._context.init(args=[], domain_id=domain)
             # As little as can be: the node is no place of parameters, and `--ros-args` are not for it.
@@ -107,7 +107,7 @@ class RclpyBus:
     def publisher(self, topic: Topic, matched: Callable[[int], None] | None = None) -> _RclpyPublisher:
         """Return a publisher. Raises `BusError` for names and types that this ROS 2 does not have."""
         class_, qos = _class(topic.type.value), self._qos(topic)
-        with _told(f"`{topic.name}` cannot be published"):
+        with _rclpy_errors(f"`{topic.name}` cannot be published"):
             entity = self._node.create_publisher(class_, topic.name, qos)
         self._sent.append((topic, entity))
         return _RclpyPublisher(topic, entity, class_, self._look_at(entity.get_subscription_count, matched))
@@ -127,7 +127,7 @@ class RclpyBus:
             self._later(receive, Received(message.data, 0, monotonic_ns()))
 
         class_, qos = _class(topic.type.value), self._qos(topic)
-        with _told(f"`{topic.name}` cannot be subscribed to"):
+        with _rclpy_errors(f"`{topic.name}` cannot be subscribed to"):
             entity = self._node.create_subscription(class_, topic.name, receive_later, qos)
         self._heard.append(topic)
         return self._look_at(entity.get_publisher_count, matched)
@@ -137,7 +137,7 @@ class RclpyBus:
     ) -> _RclpyClient:
         """Return a client. Raises `BusError` for names and types that this ROS 2 lacks, or has with other fields."""
         class_, qos = _service_class(service.type), self._qos(Topic(service.name))
-        with _told(f"`{service.name}` cannot be called"):
+        with _rclpy_errors(f"`{service.name}` cannot be called"):
             entity = self._node.create_client(class_, service.name, qos_profile=qos)
         peers = self._look_at(lambda: int(entity.service_is_ready()), matched)
         return _RclpyClient(service, entity, class_.Request, peers, partial(self._later, receive))
@@ -256,7 +256,7 @@ class _RclpyPublisher:
         return self.others.peers
 
     def publish(self, data: Scalar) -> None:
-        with _told(f"`{self.topic.name}`: nothing can be sent"):
+        with _rclpy_errors(f"`{self.topic.name}`: nothing can be sent"):
             self.entity.publish(self.message(data=data))
 
 
@@ -275,7 +275,7 @@ class _RclpyClient:
 
     def call(self, fields: Mapping[str, Scalar]) -> int:
         number = next(self.calls)
-        with _told(f"`{self.service.name}`: nothing can be sent"):
+        with _rclpy_errors(f"`{self.service.name}`: nothing can be sent"):
             future = self.entity.call_async(self.request(**fields))
         future.add_done_callback(partial(self._answer, number))
         return number
@@ -306,10 +306,10 @@ def _service_class(type_: ServiceType) -> Foreign:
     parts = ("request", class_.Request, type_.request), ("response", class_.Response, type_.response)
     for what, part, fields in parts:
         there = dict(part.get_fields_and_field_types())
-        said = {name: _TYPES.get(kind, kind.value) for name, kind in fields}
-        if there != said:
+        bound = {name: _TYPES.get(kind, kind.value) for name, kind in fields}
+        if there != bound:
             raise _error(
-                f"the {what} of {type_.name} has the fields {_shown(there)}, and the binding says {_shown(said)}",
+                f"the {what} of {type_.name} has the fields {_shown(there)}, and the binding says {_shown(bound)}",
                 "describe it as `ros2 interface show` does",
             )
     return class_

@@ -97,7 +97,7 @@ def _shown(data: Scalar) -> str:
     return json.dumps(data)
 
 
-_MAX_TOLD = 100
+_MAX_WARNED = 100
 """The maximum number of refused values that are reported: a driver may go on without end."""
 
 _LONGEST = 40
@@ -120,14 +120,14 @@ class Refusals:
         self._program = program
         self._bindings = {resource.name: resource.binding or Binding() for resource in program.model.resources}
         self._warn = warn
-        self._told: list[tuple[str, str]] = []
+        self._warned: list[tuple[str, str]] = []
 
     def look(self, resource: str, values: Changes, measurable: tuple[str, ...]) -> None:
         """Report refused values of a resource, which may measure certain variables."""
         for name, value in values:
             why = self._why_not(resource, name, value, measurable)
-            if why is not None and (resource, name) not in self._told and len(self._told) < _MAX_TOLD:
-                self._told.append((resource, name))
+            if why is not None and (resource, name) not in self._warned and len(self._warned) < _MAX_WARNED:
+                self._warned.append((resource, name))
                 self._warn(f"`{_shown_value(name)}`: {_shown_value(format_value(value))} is refused: {why}")
 
     def _why_not(self, resource: str, name: str, value: Value, measurable: tuple[str, ...]) -> str | None:

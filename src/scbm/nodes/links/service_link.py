@@ -165,11 +165,11 @@ class _CallQueue:
         return self.client is not None and self.client.peers > 0
 
     def open(self, bus: Bus, matched: Callable[[], None]) -> None:
-        def tell(_: int) -> None:
+        def call_and_report(_: int) -> None:
             self._call_waiting()
             matched()
 
-        self.client = bus.client(self.service, self._receive, tell)
+        self.client = bus.client(self.service, self._receive, call_and_report)
 
     def send(self, asked: _PendingCall) -> None:
         self.waiting[asked.request] = asked

@@ -1,7 +1,8 @@
-"""What happened to a runner in a real run: all that its trace follows from, and by which it is judged.
+"""Event logs of real runs: the events of a runner, from which its trace is replayed and judged.
 
-A runner has neither clock nor chance, so the same events at the same times give the same records. A log is JSON Lines
-(docs/reference/event-logs.md): a header, a line for each step, a line for the reaction to each request.
+A runner reads no clock and draws no random numbers, so the same events at the same times give the same records.
+A log is JSON Lines (docs/reference/event-logs.md): a header, a line for each step, a line for the reaction to each
+request.
 """
 
 from __future__ import annotations
@@ -32,33 +33,33 @@ if TYPE_CHECKING:
 
 FORMAT = "scbm-events"
 FORMAT_VERSION = 2
-"""Grows with every change that a reader must know of; `docs/reference/event-logs.md` describes each version."""
+"""Incremented with every change of the format; `docs/reference/event-logs.md` describes each version."""
 
 MAX_BYTES = 256 * 1024 * 1024
-"""A log may be so large: some millions of steps."""
+"""Maximum size of a log: some millions of steps."""
 
 _T = TypeVar("_T")
 
 _MAX_OF_THE_HEADER = 16 * 1024 * 1024
 _MAX_OF_A_LINE = 1024 * 1024
-_MAX_TOLD = 20
-"""So many wrong lines are told of; a log with more is something else."""
+_MAX_REPORTED = 20
+"""Maximum number of wrong lines that an error lists; a file with more is hardly a log."""
 
 _MAX_NS = 2**63 - 1
 
 _MAX_AT_ONCE = 1_000_000
-"""No livelock is awaited for longer: nothing else happens meanwhile, and all of it is kept."""
+"""Maximum of the bounds that detect a livelock: the records of all steps up to the bound stay in memory."""
 _DIGEST = re.compile(r"[0-9a-f]{64}", re.ASCII)
 _SCALE = re.compile(r"[1-9]\d{0,8}(/[1-9]\d{0,8})?", re.ASCII)
 
 
 @dataclass(frozen=True, slots=True)
 class LogStep:
-    """One thing that happened.
+    """One step of a run: an event, or a note.
 
     Attributes:
-        at_ns: when, in time of the run.
-        event: what came to the runner; or a record that did not come from it, which has the same time.
+        at_ns: its time in the run, in nanoseconds.
+        event: the event that the runner handled; or a record from elsewhere, with the same time.
         after: of a note, how many records of the event before it stand before it; `None` if all of them do.
     """
 
@@ -73,16 +74,16 @@ class EventLog:
 
     Attributes:
         model: the name of the model.
-        digest: what tells this version of it from others.
+        digest: the digest of the model, which identifies its version.
         case: the case that was run.
         options: those of the runner, the limits of the case among them.
-        time_scale: how many seconds of the run passed in one of the wall.
-        real: the resources that were reached at real drivers.
-        steps: what happened, in order.
-        reactions: what happened to the requests, in the order in which they were sent.
+        time_scale: seconds of the run for each second of the wall clock.
+        real: the resources that real drivers carried out.
+        steps: the events and notes, in order.
+        reactions: the reaction to each request, in the order of sending.
         end: how the run ended.
         trace: the SHA-256 of its trace as text, in hexadecimal digits.
-        model_file: the model file, seen from the directory of the log; `None` leaves that to who reads it.
+        model_file: the path of the model file from the directory of the log; `None` if it is not recorded.
     """
 
     model: str
@@ -99,11 +100,11 @@ class EventLog:
 
 
 def replay(log: EventLog, program: Program) -> tuple[Record, ...]:
-    """The records of the run, from its events alone.
+    """Return the records of the run, computed from its events.
 
     Args:
         log: the run.
-        program: the model that it is of, compiled.
+        program: the compiled model of the log.
 
     Raises:
         ValueError: a note stands behind more records than its event has.
@@ -124,7 +125,7 @@ def replay(log: EventLog, program: Program) -> tuple[Record, ...]:
 
 
 def rerun(log: EventLog, program: Program) -> Simulated:
-    """The run as a simulation would give it: its records, and how and when it ended.
+    """Replay the run, and return its records, its end and the time of its end, as a simulation does.
 
     Raises:
         ValueError: the events do not end the run; or as in `replay`.
@@ -140,7 +141,7 @@ def rerun(log: EventLog, program: Program) -> Simulated:
 
 
 def write_event_log(log: EventLog, model: BehaviorModel) -> str:
-    """The log as JSON Lines, each line ended. Raises `ValueError` for what no log says."""
+    """Return the log as JSON Lines. Raises `ValueError` for a run that no log can record."""
     header = {
         "format": FORMAT,
         "version": FORMAT_VERSION,
@@ -157,18 +158,18 @@ def write_event_log(log: EventLog, model: BehaviorModel) -> str:
         "reactions": len(log.reactions),
     }
     reactions = ({"reaction": reaction_json(reaction)} for reaction in log.reactions)
-    return "".join(f"{_line(said)}\n" for said in chain([header], map(_step_json, log.steps), reactions))
+    return "".join(f"{_line(data)}\n" for data in chain([header], map(_step_json, log.steps), reactions))
 
 
-def _line(said: dict[str, Any]) -> str:
-    return json.dumps(said, ensure_ascii=False, separators=(",", ":"))
+def _line(data: dict[str, Any]) -> str:
+    return json.dumps(data, ensure_ascii=False, separators=(",", ":"))
 
 
 def _step_json(step: LogStep) -> dict[str, Any]:
     if isinstance(step.event, Note) and step.event.at_ns != step.at_ns:
         raise ValueError(f"a note of {step.event.at_ns} ns stands at {step.at_ns} ns")
-    said = {"at_ns": step.at_ns, "event": event_json(step.event)}
-    return said if step.after is None else said | {"after": step.after}
+    data = {"at_ns": step.at_ns, "event": event_json(step.event)}
+    return data if step.after is None else data | {"after": step.after}
 
 
 def _of_a_trace(end: End) -> End:
@@ -181,7 +182,7 @@ def _of_a_trace(end: End) -> End:
 
 
 def open_event_log(path: Path) -> LogDocument:
-    """The log in a file, cut into lines. Raises `InputError` if the file cannot be read, or its header is wrong."""
+    """Read the lines and the header of a log file. Raises `InputError` if it is unreadable or its header is wrong."""
     try:
         with path.open("rb") as stream:
             data = stream.read(MAX_BYTES + 1)
@@ -201,22 +202,22 @@ def open_event_log(path: Path) -> LogDocument:
 
 
 def read_event_log(text: str, model: BehaviorModel, digest: str, file: str = "log") -> EventLog:
-    """The log that was written as `text`.
+    """Parse a log.
 
     Args:
         text: JSON Lines.
-        model: the model that it is of.
-        digest: what tells this version of it from others.
-        file: what errors call the text.
+        model: the model of the log.
+        digest: the digest of the model, which identifies its version.
+        file: the name of the text in errors.
 
     Raises:
-        InputError: it is none, is cut off, newer, or of another model; or with each line that is wrong.
+        InputError: it is no log, is cut off, newer, or of another model; or some lines are wrong.
     """
     return LogDocument(text, file).read(model, digest)
 
 
 class LogDocument:
-    """A log whose header is read; the names in it are those of a model that is still to come."""
+    """A log whose header is parsed; the other lines are parsed once the model is loaded."""
 
     def __init__(self, text: str, file: str) -> None:
         """Raises `InputError` if the text is no log, is cut off, or newer."""
@@ -228,16 +229,16 @@ class LogDocument:
         self._header = _Header(_object(lines[0], Place(file, 1), _MAX_OF_THE_HEADER), Place(file, 1))
         self._steps, self._reactions = self._header.counts
         self._lines = lines[1:]
-        told, found = self._steps + self._reactions, len(self._lines)
-        if told != found:
-            what = "is cut off" if found < told else "is too long"
+        expected, found = self._steps + self._reactions, len(self._lines)
+        if expected != found:
+            what = "is cut off" if found < expected else "is too long"
             raise _bad(
-                f"the log {what}: it has {told} lines behind the header, as that says, and here are {found}",
+                f"the log {what}: its header announces {expected} lines, and {found} follow",
                 Place(file),
             )
 
     def model_path(self) -> Path:
-        """The model file, seen from where the log is. Raises `InputError` if the log does not name one."""
+        """Return the path of the model file, relative to the log. Raises `InputError` if the log does not name one."""
         named = self._header.model_file
         if named is None:
             message = "the log does not say where its model is"
@@ -245,7 +246,7 @@ class LogDocument:
         return Path(self._file).parent / named
 
     def read(self, model: BehaviorModel, digest: str) -> EventLog:
-        """The log, for a model of which `digest` tells the version. Raises `InputError`."""
+        """Parse the log with its model, whose version `digest` identifies. Raises `InputError`."""
         header = self._header
         self._refuse_another_model(model, digest)
         case = read_case(header.case, model, f"{self._file} (case)")
@@ -254,7 +255,7 @@ class LogDocument:
         steps = tuple(self._read_steps(model, wrong))
         reactions = tuple(self._read_reactions(model, wrong))
         if wrong:
-            raise InputError(wrong[:_MAX_TOLD])
+            raise InputError(wrong[:_MAX_REPORTED])
         return EventLog(
             model.name, digest, case, header.options, header.time_scale, header.real, steps, reactions, header.end,
             header.trace, header.model_file,
@@ -290,42 +291,42 @@ class LogDocument:
     def _read_reactions(self, model: BehaviorModel, wrong: list[Diagnostic]) -> Iterator[Reaction]:
         for number, line in enumerate(self._lines[self._steps :], start=2 + self._steps):
             try:
-                said = _object(line, Place(self._file, number))
-                _refuse_other_keys(said, ("reaction",))
-                yield read_reaction(said["reaction"], model)
+                data = _object(line, Place(self._file, number))
+                _refuse_other_keys(data, ("reaction",))
+                yield read_reaction(data["reaction"], model)
             except InputError as error:
                 wrong += error.diagnostics
             except ValueError as error:
                 wrong += _bad(str(error), Place(self._file, number)).diagnostics
 
 
-def _step(said: dict[str, Any], model: BehaviorModel, now_ns: int) -> LogStep:
-    """A step, not before `now_ns`. Raises `ValueError`."""
-    _refuse_other_keys(said, ("at_ns", "event"), ("after",))
-    at_ns, after = said["at_ns"], said.get("after", 0)
+def _step(data: dict[str, Any], model: BehaviorModel, now_ns: int) -> LogStep:
+    """Parse a step that is not before `now_ns`. Raises `ValueError`."""
+    _refuse_other_keys(data, ("at_ns", "event"), ("after",))
+    at_ns, after = data["at_ns"], data.get("after", 0)
     if not _is_count(at_ns) or at_ns > _MAX_NS:
         raise ValueError("`at_ns` is not a time in nanoseconds")
     if at_ns < now_ns:
         raise ValueError(f"time runs backwards, from {now_ns} ns to {at_ns} ns")
-    event = read_event(said["event"], model, at_ns)
-    if not _is_count(after) or ("after" in said and not isinstance(event, Note)):
+    event = read_event(data["event"], model, at_ns)
+    if not _is_count(after) or ("after" in data and not isinstance(event, Note)):
         raise ValueError("`after` is a number of records, and belongs to a note")
-    return LogStep(at_ns, event, said.get("after"))
+    return LogStep(at_ns, event, data.get("after"))
 
 
 class _Header:
-    """The first line of a log. What is wrong with it is told at once."""
+    """The header: the first line of a log. Its first error is reported at once."""
 
-    def __init__(self, said: dict[str, Any], place: Place) -> None:
-        self._said = said
+    def __init__(self, data: dict[str, Any], place: Place) -> None:
+        self._data = data
         self._place = place
-        if said.get("format") != FORMAT:
+        if data.get("format") != FORMAT:
             noun = (
-                "the trace of a run, which does not have its events" if said.get("format") == "scbm-trace" else "no log"
+                "the trace of a run, which does not have its events" if data.get("format") == "scbm-trace" else "no log"
             )
             raise _bad(f"this is {noun}", place)
-        if said.get("version") != FORMAT_VERSION:
-            message = f"version {said.get('version')} of the format of logs; this scbm reads version {FORMAT_VERSION}"
+        if data.get("version") != FORMAT_VERSION:
+            message = f"version {data.get('version')} of the format of logs; this scbm reads version {FORMAT_VERSION}"
             raise _bad(message, place)
         try:
             self._read()
@@ -333,20 +334,20 @@ class _Header:
             raise _bad(str(error), place) from None
 
     def _read(self) -> None:
-        _refuse_other_keys(self._said, _HEADER)
+        _refuse_other_keys(self._data, _HEADER)
         self.model = (self._text("model"), self._matched("model_digest", _DIGEST))
-        self.model_file = None if self._said["model_file"] is None else self._text("model_file")
+        self.model_file = None if self._data["model_file"] is None else self._text("model_file")
         self.case = self._text("case")
         self.time_scale = Fraction(self._matched("time_scale", _SCALE))
         self.real = self._names("real")
-        self.options = read_options(self._said["options"])
+        self.options = read_options(self._data["options"])
         self.end = self._end()
         self.trace = self._matched("trace", _DIGEST)
         self.counts = self._count("steps"), self._count("reactions")
 
     def _typed(self, name: str, type_: type[_T], what: str) -> _T:
         try:
-            return convert_json(self._said[name], type_)
+            return convert_json(self._data[name], type_)
         except JsonError as error:
             raise ValueError(f"`{name}` is not {what}: {error.message}") from None
 
@@ -367,7 +368,7 @@ class _Header:
 
     def _end(self) -> End:
         try:
-            return _of_a_trace(End(self._said["end"]))
+            return _of_a_trace(End(self._data["end"]))
         except ValueError:
             raise ValueError("`end` is not the end of a run") from None
 
@@ -384,26 +385,26 @@ _WORDS = {
 }
 
 
-def read_options(said: object) -> RunnerOptions:
-    """The options of a runner by their names, all of them. Raises `ValueError`."""
+def read_options(data: object) -> RunnerOptions:
+    """Parse the options of a runner, all of which must be there. Raises `ValueError`."""
     types = {field.name: type(getattr(RunnerOptions(), field.name)) for field in fields(RunnerOptions)}
-    if not isinstance(said, dict):
+    if not isinstance(data, dict):
         raise ValueError("`options` are not an object")  # noqa: TRY004 - it is data
-    _refuse_other_keys(said, tuple(types))
+    _refuse_other_keys(data, tuple(types))
     for name, type_ in types.items():
-        if type(said[name]) is not type_ or not 0 <= said[name] <= _MAX_NS:
+        if type(data[name]) is not type_ or not 0 <= data[name] <= _MAX_NS:
             raise ValueError(
                 f"`{name}` of `options` is not {'a number from 0 on' if type_ is int else 'true or false'}"
             )
     for name in ("livelock_bound", "instant_bound"):
-        if said[name] > _MAX_AT_ONCE:
+        if data[name] > _MAX_AT_ONCE:
             raise ValueError(f"`{name}` of `options` is more than {_MAX_AT_ONCE}")
-    return RunnerOptions(**said)
+    return RunnerOptions(**data)
 
 
-def _refuse_other_keys(said: dict[str, Any], required: Sequence[str], optional: Iterable[str] = ()) -> None:
+def _refuse_other_keys(data: dict[str, Any], required: Sequence[str], optional: Iterable[str] = ()) -> None:
     allowed = (*required, *optional)
-    if any(name not in said for name in required) or any(name not in allowed for name in said):
+    if any(name not in data for name in required) or any(name not in allowed for name in data):
         raise ValueError(f"the fields here are {', '.join(required)}")
 
 
@@ -412,7 +413,7 @@ def _is_count(value: object) -> bool:
 
 
 def _object(line: str, place: Place, most: int = _MAX_OF_A_LINE) -> dict[str, Any]:
-    """The JSON object of a line. Raises `InputError`."""
+    """Parse a line as a JSON object. Raises `InputError`."""
     try:
         return read_json_object(line, most)
     except JsonError as error:

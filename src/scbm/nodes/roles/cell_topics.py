@@ -28,7 +28,7 @@ class NodeContext:
         model: the model of the cell.
         status: the first status that the node publishes.
         warn: gets a sentence about each message that cannot be taken.
-        tell: gets a line about each change of the node, for its log.
+        report: gets a line about each change of the node, for its log.
         now_ns: the clock that the bus stamps messages by, and that the event loop goes by.
     """
 
@@ -36,7 +36,7 @@ class NodeContext:
     model: BehaviorModel
     status: Status
     warn: Callable[[str], None]
-    tell: Callable[[str], None] = lambda _: None
+    report: Callable[[str], None] = lambda _: None
     now_ns: Callable[[], int] = monotonic_ns
 
 

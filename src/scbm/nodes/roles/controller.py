@@ -99,7 +99,7 @@ class ControllerNode:
         bus, model = context.bus, context.model
         self._model = model
         self._warn = context.warn
-        self._tell = context.tell
+        self._report = context.report
         self._now_ns = context.now_ns
         self._program = Program(model)
         self._refusals = Refusals(self._program, context.warn)
@@ -136,15 +136,15 @@ class ControllerNode:
         is_over = False
         with self._warning("the report of missing resources is lost"):
             troubles, mismatched = self._missing.look()
-            self._tell_troubles(troubles)
-            self.membership.tell_troubles(troubles, mismatched)
+            self._publish_troubles(troubles)
+            self.membership.publish_troubles(troubles, mismatched)
             is_over = not troubles
         self._timer = None if is_over else self._look_later()
 
-    def _tell_troubles(self, troubles: tuple[str, ...]) -> None:
+    def _publish_troubles(self, troubles: tuple[str, ...]) -> None:
         if troubles != self._reported_troubles:
             self._reported_troubles = troubles
-            self._tell("; ".join(troubles) or "all real resources are there")
+            self._report("; ".join(troubles) or "all real resources are there")
 
     def _look_later(self) -> asyncio.TimerHandle:
         return self._loop.call_later(_LOOK_S, self._look_for_troubles)
@@ -226,7 +226,7 @@ class ControllerNode:
 
     def _lose_tester(self, source: int) -> None:
         if self._run is not None and self._run.tester == source:
-            self._tell("the tester is gone, and its run is given up")
+            self._report("the tester is gone, and its run is given up")
             self._give_up()
 
     def _give_up(self) -> None:
@@ -306,7 +306,7 @@ class ControllerNode:
         self._say(Ended(run.id, run.steps, sha256(write_trace(trace).encode()).hexdigest()))
         applied = [record.injection for record in self._records if isinstance(record, InjectionApplied)]
         how = GIVEN_UP if GIVEN_UP in applied else end.end.replace("_", " ")
-        self._tell(f"{run.case.name}: {how} after {self._records[-1].at_ns / 1e9:.3f} s")
+        self._report(f"{run.case.name}: {how} after {self._records[-1].at_ns / 1e9:.3f} s")
         self._run = None
 
     # callbacks of links
@@ -342,7 +342,7 @@ class ControllerNode:
 
     def on_presence(self, resource: str, *, is_there: bool) -> None:
         """Record that a resource came or was lost; the deadlines of the model decide."""
-        self._tell(f"{resource} {'is there' if is_there else 'is not there'}")
+        self._report(f"{resource} {'is there' if is_there else 'is not there'}")
         if resource in self._real and self._timer is None:
             self._timer = self._loop.call_soon(self._look_for_troubles)
         run = self._run

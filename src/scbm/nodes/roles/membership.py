@@ -29,12 +29,12 @@ class Membership:
         self.own = own
         self.changed: Callable[[], None] = lambda: None
         self._others: dict[int, Status] = {}
-        self._strangers: dict[int, str] = {}
+        self._unreadable: dict[int, str] = {}
         self._publisher = bus.publisher(topics.status)
         self._publisher.publish(encode(own))
         bus.subscribe(topics.status, self._receive, left=self._lose)
 
-    def tell_troubles(self, troubles: tuple[str, ...], mismatched: tuple[str, ...] = ()) -> None:
+    def publish_troubles(self, troubles: tuple[str, ...], mismatched: tuple[str, ...] = ()) -> None:
         """Publish what this node lacks, and which of it needs a change of code. Raises `BusError`."""
         own = replace(self.own, troubles=troubles, mismatched=mismatched)
         if own != self.own:
@@ -47,9 +47,9 @@ class Membership:
         return tuple(self._others.values())
 
     @property
-    def strangers(self) -> tuple[str, ...]:
+    def unreadable(self) -> tuple[str, ...]:
         """Return why statuses could not be parsed: nodes of another version, or other programs."""
-        return tuple(self._strangers.values())
+        return tuple(self._unreadable.values())
 
     def controller(self) -> Status | None:
         """Return the controller, if there is one: the oldest, as the others have to leave."""
@@ -76,16 +76,16 @@ class Membership:
         try:
             message = decode(received.data)
         except NotAMessageError as error:
-            self._strangers[received.source] = str(error)
+            self._unreadable[received.source] = str(error)
         else:
             if isinstance(message, Status):
                 self._others[received.source] = message
-                self._strangers.pop(received.source, None)
+                self._unreadable.pop(received.source, None)
         self.changed()
 
     def _lose(self, source: int) -> None:
         self._others.pop(source, None)
-        self._strangers.pop(source, None)
+        self._unreadable.pop(source, None)
         self.changed()
 
 

@@ -77,17 +77,17 @@ async def serve(
     open_bus: Callable[[], Awaitable[Bus]],
     make: Callable[[Bus], ServedNode],
     *,
-    tell: Callable[[str], None],
+    report: Callable[[str], None],
     until_eof: bool,
 ) -> bool:
     """Serve a node until SIGINT or SIGTERM, or until the standard input ends.
 
-    It also ends, and is to be served again, when the process did not run for so long that the others have missed it.
+    It also ends, and has to be served again, when the process was stopped for longer than one DDS lease.
 
     Args:
         open_bus: joins the cell.
-        make: the node.
-        tell: gets a line when the node is there.
+        make: creates the node.
+        report: gets a line when the node has joined.
         until_eof: whether the end of the standard input ends it too.
 
     Returns:
@@ -114,11 +114,11 @@ async def serve(
         node.membership.changed = lambda: stop.set() if node.membership.rival() else None
         if until_eof:
             _watch_stdin(stop)
-        tell(f"{node.membership.own.role} of `{node.membership.own.model}`, {bus.words}")
+        report(f"{node.membership.own.role} of `{node.membership.own.model}`, {bus.words}")
         await stop.wait()
         await node.close()
         if was_away.is_set():
-            tell("it was stopped for a while, and joins again")
+            report("it was stopped for a while, and rejoins the cell")
             return True
         rival = node.membership.rival()
         if rival is not None:

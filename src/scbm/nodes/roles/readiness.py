@@ -1,7 +1,4 @@
-"""Which cases cannot be run because some resources are real.
-
-What stands between a cell and its first run, or its next one.
-"""
+"""Reasons why a cell is not ready for a run, and cases that real resources cannot carry out."""
 
 from __future__ import annotations
 
@@ -29,7 +26,7 @@ class Lack(StrEnum):
     CHILD = "a node that was started here cannot work"
     CONTROLLER = "no controller"
     RESOURCES = "no node simulates some resources"
-    STRANGER = "a node whose messages cannot be parsed"
+    UNREADABLE = "a node whose messages cannot be parsed"
     DRIVER = "a real resource is not reached"
 
 
@@ -38,7 +35,7 @@ class Reason:
     """One problem of a cell.
 
     Attributes:
-        lack: what sort of thing.
+        lack: the sort of the problem.
         message: one sentence, lower case, without a full stop.
         resources: the resources that no node simulates, as far as that is known.
     """
@@ -61,8 +58,8 @@ def beyond_reach(case: Case, model: BehaviorModel, real: Sequence[str]) -> str |
 
     The tester decides nothing for a real resource: only simulated ones carry out the faults of a network.
     """
-    told = _told_of(case, model)
-    name = next((name for name in real if name in told), None)
+    subjects = _resources_with_rules(case, model)
+    name = next((name for name in real if name in subjects), None)
     if name is not None:
         return f"says what becomes of `{name}`, which is real"
     is_alone = all(resource.name in real for resource in model.resources)
@@ -71,10 +68,10 @@ def beyond_reach(case: Case, model: BehaviorModel, real: Sequence[str]) -> str |
     return None
 
 
-def _told_of(case: Case, model: BehaviorModel) -> list[str | None]:
+def _resources_with_rules(case: Case, model: BehaviorModel) -> list[str | None]:
     """Return the resources that the case has rules for, by their names or by the name of an operation.
 
-    `None`, all of them, is said of the simulated ones.
+    `None` stands for all simulated resources.
     """
     network = case.network
     subjects = [rule.subject for rule in case.outcomes]

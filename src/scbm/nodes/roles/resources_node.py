@@ -45,7 +45,7 @@ _MAX_WAITING = 1_000
 
 
 _MAX_COPIES = 1_000
-"""No network makes more of one message."""
+"""Maximum number of copies of one message."""
 
 
 class ResourcesNode:
@@ -55,12 +55,12 @@ class ResourcesNode:
         """Join the cell, on the running event loop.
 
         Args:
-            context: where it is; `resources` of its status are those that it simulates.
-            reactions: decides what becomes of requests when there is no tester.
+            context: its bus, model and status; it simulates the `resources` of the status.
+            reactions: decides the reactions to requests without a tester.
         """
         bus, model, status = context.bus, context.model, context.status
         self._warn = context.warn
-        self.tell = context.tell
+        self.report = context.report
         self._loop = asyncio.get_running_loop()
         self._reactions = reactions
         self._run: _AnsweredRun | None = None
@@ -68,7 +68,7 @@ class ResourcesNode:
         self.membership = Membership(bus, topics, status)
         self._to_tester = bus.publisher(topics.simulated)
         by_name = {resource.name: resource for resource in model.resources}
-        self._desks = {name: _RequestQueue(self, bus, topics, by_name[name]) for name in status.resources}
+        self._queues = {name: _RequestQueue(self, bus, topics, by_name[name]) for name in status.resources}
         bus.subscribe(topics.case, self._hear, left=self._lose_tester)
 
     async def close(self) -> None:
@@ -114,11 +114,11 @@ class ResourcesNode:
             if self.membership.own.node in message.nodes:
                 self._prepare(message, received.source)
         elif run is None or getattr(message, "run", None) != run.id:
-            if isinstance(message, React) and message.resource in self._desks:
+            if isinstance(message, React) and message.resource in self._queues:
                 self.say(Forgot(message.run, self.membership.own.node))
         elif isinstance(message, Abandon):
             self._forget()
-        elif isinstance(message, React | Fate | Become | RestartResource) and message.resource in self._desks:
+        elif isinstance(message, React | Fate | Become | RestartResource) and message.resource in self._queues:
             self._direct(message)
 
     def _prepare(self, message: Prepare, tester: int) -> None:
@@ -126,21 +126,21 @@ class ResourcesNode:
         run = self._run
         if run is None or run.id != message.run:
             if run is not None and run.tester != tester:
-                return  # that one is still there: one of the two leaves
+                return  # the other tester is still there: one of the two has to leave
             try:
                 clock = Clock(0, read_fraction(message.time_scale))
             except NotAMessageError as error:
                 self._warn(f"a time scale of a tester cannot be used: {error}")
                 return
             self._run = _AnsweredRun(message.run, clock, message.is_relayed, tester)
-            for desk in self._desks.values():
-                desk.begin(message.run)
-        if all(desk.is_heard for name, desk in self._desks.items() if name not in message.real):
+            for queue in self._queues.values():
+                queue.begin(message.run)
+        if all(queue.is_heard for name, queue in self._queues.items() if name not in message.real):
             self.say(Prepared(message.run, self.membership.own.node))
 
     def _direct(self, message: React | Fate | Become | RestartResource) -> None:
         try:
-            self._desks[message.resource].hear_tester(message)
+            self._queues[message.resource].hear_tester(message)
         except ValueError as error:
             self._warn(f"a `{message.kind}` of a tester was dropped: {error}")
 
@@ -150,8 +150,8 @@ class ResourcesNode:
 
     def _forget(self) -> None:
         self._run = None
-        for desk in self._desks.values():
-            desk.begin(None)
+        for queue in self._queues.values():
+            queue.begin(None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -339,7 +339,7 @@ class _RequestQueue:
         if taken.is_cancelled:
             return
         begun = self._state.resource.receive(taken.number, reaction)
-        self._node.tell(f"{self._resource.name} gets {id_text(request)}")
+        self._node.report(f"{self._resource.name} gets {id_text(request)}")
         if begun is not None:
             self._begin(*begun, request)
 
@@ -353,9 +353,9 @@ class _RequestQueue:
         if not state.resource.finish(job):
             return
         measured = dict(job.reaction.measured or ()) if job.succeeds else {}
-        said: dict[str, Any] = {"id": id_text(request), "succeeded": job.succeeds}
-        text = json.dumps({**said, "measured": measured} if measured else said, ensure_ascii=False)
-        self._node.tell(f"{self._resource.name} answers {id_text(request)}: {_word(job)}")
+        reply: dict[str, Any] = {"id": id_text(request), "succeeded": job.succeeds}
+        text = json.dumps({**reply, "measured": measured} if measured else reply, ensure_ascii=False)
+        self._node.report(f"{self._resource.name} answers {id_text(request)}: {_word(job)}")
         if not self._is_relayed(request):
             self._answer(request, text)
             return

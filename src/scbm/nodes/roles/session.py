@@ -150,7 +150,7 @@ class RemoteCell:
         return bus
 
     async def _join_again(self) -> Bus:
-        self._warn("the tester was stopped for a while, and joins again")
+        self._warn("the tester was stopped for a while, and rejoins the cell")
         await self._leave()
         return await self._join()
 

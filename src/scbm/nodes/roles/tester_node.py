@@ -109,7 +109,7 @@ class TesterNode:
         self._resources = {resource.name: resource for resource in model.resources}
         self._topics = topics = CellTopics.of(model)
         self._run: _DirectedRun | None = None
-        self._told: tuple[str, ...] = ()
+        self._warned: tuple[str, ...] = ()
         self._changed = asyncio.Event()
         self.membership = Membership(bus, topics, context.status)
         self.membership.changed = self._look
@@ -128,10 +128,10 @@ class TesterNode:
     async def wait_for_cell(
         self, wait_s: float, waiting: Callable[[tuple[Reason, ...]], None] = lambda _: None
     ) -> None:
-        """Wait until all nodes are there. Raises `NotReadyError` with all that is missing or wrong then.
+        """Wait until all nodes have joined. Raises `NotReadyError` with all problems after the timeout.
 
         Args:
-            wait_s: so long they may take.
+            wait_s: the timeout in seconds.
             waiting: gets what is missing after a second, and again whenever that changes.
         """
         try:
@@ -145,14 +145,14 @@ class TesterNode:
 
     async def _wait(self, waiting: Callable[[tuple[Reason, ...]], None]) -> None:
         loop = asyncio.get_running_loop()
-        told: tuple[Reason, ...] = ()
+        reported: tuple[Reason, ...] = ()
         late = asyncio.Event()
         timers = [loop.call_later(_QUIET_S, wake) for wake in (late.set, self._changed.set)]
         try:
             while (missing := self._missing()) and not self._wrong():
-                if late.is_set() and missing != told:
+                if late.is_set() and missing != reported:
                     waiting(missing)
-                    told = missing
+                    reported = missing
                 self._changed.clear()
                 await self._changed.wait()
         finally:
@@ -185,10 +185,10 @@ class TesterNode:
         controller = self.membership.controller()
         names = tuple(name for name in self._simulated() if not self.membership.node_of(name))
         if controller is None:
-            alone = self._bus.why_unmatched(self._topics.status)
-            strangers = (*self.membership.strangers, *(() if alone is None else (alone.why,)))
+            unmatched = self._bus.why_unmatched(self._topics.status)
+            unreadable = (*self.membership.unreadable, *(() if unmatched is None else (unmatched.why,)))
             first = Reason(Lack.CONTROLLER, f"no controller of `{self._model.name}`", names)
-            return (first, *(Reason(Lack.STRANGER, message) for message in strangers))
+            return (first, *(Reason(Lack.UNREADABLE, message) for message in unreadable))
         troubles = tuple(Reason(Lack.DRIVER, message) for message in controller.troubles)
         if not names:
             return troubles
@@ -209,17 +209,17 @@ class TesterNode:
         if self._run is not None:
             self._run.look()
             if self._run.is_going and self.membership.controller() is not None:
-                self._tell_lacks()
+                self._report_lacks()
 
-    def _tell_lacks(self) -> None:
+    def _report_lacks(self) -> None:
         """Report a resource that is lost during a run once: the run goes on, and may wait long for it."""
         lacks = self.lacks()
         for message in lacks:
-            if message not in self._told:
+            if message not in self._warned:
                 self.warn(f"{message}; the run goes on, by the deadlines of the model")
-        if self._told and not lacks:
+        if self._warned and not lacks:
             self.warn("all resources are there again")
-        self._told = lacks
+        self._warned = lacks
 
     def lacks(self) -> tuple[str, ...]:
         """Return the missing resources, if there is a controller."""
@@ -233,7 +233,7 @@ class TesterNode:
             raise LostError(f"the case {why}")
         run = _DirectedRun(self, case, choices, options, self._time_scale)
         self._run = run
-        self._told = ()
+        self._warned = ()
         try:
             return await run.finish()
         except (LostError, asyncio.CancelledError):

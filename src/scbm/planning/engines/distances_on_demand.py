@@ -39,7 +39,7 @@ class DistancesOnDemand:
         self._distances: dict[int, int | None] = {}
 
     def know(self, state: int) -> bool:
-        """Return whether the distance of the state is known now; explore from it if there is room."""
+        """Return whether the distance of the state is known now; explore from it unless the limit is reached."""
         if state not in self._distances and not self._is_full:
             is_goal = self._explore(state)
             if is_goal is None:

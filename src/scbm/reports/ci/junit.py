@@ -71,10 +71,10 @@ def _add_failure(test: Element, case: StoredCase, history: History) -> None:
     more = f" (and {counted(len(others), 'more failure')})" if others else ""
     tag = "error" if case.is_lost else "failure"  # that a test was not carried out is another thing to JUnit
     failure = SubElement(test, tag, {"type": first.kind.value, "message": f"{first}{more}"})
-    failure.text = "\n".join(_told(case, history))
+    failure.text = "\n".join(_failure_lines(case, history))
 
 
-def _told(case: StoredCase, history: History) -> Iterator[str]:
+def _failure_lines(case: StoredCase, history: History) -> Iterator[str]:
     """All that is to be said of a case that failed."""
     for failure in case.verdict.failures:
         yield f"{failure.kind.value} {failure.subject}: {failure}"

@@ -32,7 +32,7 @@ _MAX_NAMED = 3
 _RULES = {
     FailureKind.REQUIREMENT: ("A requirement was broken", "A run came into a state that a requirement forbids."),
     FailureKind.EXPECTATION: ("An expectation was not met", "Something that a case expects did not come of its run."),
-    FailureKind.LIVELOCK: ("Automatic transitions go round", "Automatic transitions enable each other for ever."),
+    FailureKind.LIVELOCK: ("Automatic transitions go round", "Automatic transitions enable each other without end."),
     FailureKind.MODEL_ERROR: ("The model is wrong", "A run came to where the model does not say what happens."),
     FailureKind.NOT_REACHED: (
         "A goal was not reached",
@@ -40,7 +40,7 @@ _RULES = {
     ),
     FailureKind.LOST: ("A run was not finished", "A node was lost meanwhile, which says nothing of the model."),
 }
-"""For each kind of failure a title and a sentence."""
+"""The title and the description of each kind of failure."""
 
 
 def sarif_log(history: History) -> str:

@@ -200,7 +200,7 @@ def _cells(cells: Sequence[str], widths: Sequence[int], style: str = "") -> Text
 def _found(setting: ClosingSetting) -> Iterator[Text]:
     if not setting.found:
         return
-    yield from _head("Found on the way", "bold red")
+    yield from _head("Failures found by the search", "bold red")
     for fault in setting.found:
         yield Text(f"  {fault.name} {fault.message}", style="red")
         yield command_text("    again: ", fault.again)
@@ -220,7 +220,7 @@ def _decisions(title: str, closing: Closing, decision: Decision) -> Iterator[Tex
     for subjects, groups in _grouped(found).items():
         yield from _told_groups(subjects, groups)
     if decision is Decision.UNDECIDED:
-        yield Text("  --max-states says how many situations of runs may be looked at")
+        yield Text("  --max-states sets the maximum number of situations to search")
 
 
 def _grouped(found: Iterable[Decided]) -> dict[tuple[str, ...], tuple[tuple[str, str], ...]]:

@@ -68,14 +68,14 @@ def combined_report(combined: Combined, target: str) -> Iterator[Text]:
     for path, dropped in combined.dropped:
         if dropped:
             yield Text(f"{path}: of an earlier version of the model; dropped what means something else now")
-            yield from _told(dropped)
+            yield from _dropped_lines(dropped)
         else:
             yield Text(f"{path}: of an earlier version of the model; all that it visited is unchanged")
     history = combined.history
     yield in_all(len(history.cases), history.coverage.figure, target).append(f", {counted(len(history.runs), 'run')}")
 
 
-def _told(dropped: Sequence[Dropped]) -> Iterator[Text]:
+def _dropped_lines(dropped: Sequence[Dropped]) -> Iterator[Text]:
     for subject, group in groupby(dropped, key=lambda d: d.obligation.subject):
         of_subject = list(group)
         aspects = ", ".join(d.obligation.aspect.value for d in of_subject)

@@ -90,7 +90,7 @@ class _ExplanationText:
         self._files = files
         self._command = command
         self._suggestions: dict[Suggestion, None] = {}
-        self._looked_at: dict[SearchedRuns, None] = {}
+        self._searched: dict[SearchedRuns, None] = {}
         self._cases: dict[str, None] = {}
 
     def lines(self, alike: Sequence[Explanation]) -> Iterator[Text]:
@@ -114,13 +114,13 @@ class _ExplanationText:
     def _not_covered(self, explanation: Explanation) -> Iterator[Text]:
         yield Text(f"  {_sentence(explanation.decided.reason)}")
         if explanation.searched is not None:
-            if explanation.searched not in self._looked_at:
-                yield Text(f"  {_looked_at(explanation.searched)}")
-            self._looked_at[explanation.searched] = None
+            if explanation.searched not in self._searched:
+                yield Text(f"  {_search_sentence(explanation.searched)}")
+            self._searched[explanation.searched] = None
         elif explanation.decided.certificate in _FOLLOWS_FROM:
-            yield Text(f"  That follows from {_FOLLOWS_FROM[explanation.decided.certificate]}; no run was looked at.")
+            yield Text(f"  That follows from {_FOLLOWS_FROM[explanation.decided.certificate]}; no run was searched.")
         if explanation.decided.decision is Decision.UNDECIDED:
-            yield Text("  --max-states says how many situations of runs may be looked at.", style="dim")
+            yield Text("  --max-states sets the maximum number of situations to search.", style="dim")
 
     def _visit(self, visit: Visit, obligation: Obligation) -> Iterator[Text]:
         case = visit.execution.case
@@ -186,15 +186,15 @@ def _with_short_plan(line: EventLine) -> EventLine:
     return replace(line, outcome=f"{len(plan)}: {plan_in_words(plan, _ARROW)}")
 
 
-def _looked_at(looked_at: SearchedRuns) -> str:
-    count = looked_at.initial_states
+def _search_sentence(searched: SearchedRuns) -> str:
+    count = searched.initial_states
     states = "all initial states" if count is None else counted(count, "initial state")
-    if not looked_at.situations:
-        return f"Looked at: {states} and {counted(looked_at.goals, 'goal')}."
-    situations = f"{looked_at.situations:,} situation{'' if looked_at.situations == 1 else 's'}"
+    if not searched.situations:
+        return f"Searched: {states} and {counted(searched.goals, 'goal')}."
+    situations = f"{searched.situations:,} situation{'' if searched.situations == 1 else 's'}"
     return (
-        f"Looked at: {states}, {counted(looked_at.goals, 'goal')}, and {situations}, "
-        "which are all that runs can be in between two events."
+        f"Searched: {states}, {counted(searched.goals, 'goal')}, and {situations}, "
+        "all that runs reach between two events."
     )
 
 

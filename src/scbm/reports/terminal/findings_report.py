@@ -31,7 +31,7 @@ def told_findings(campaign: Campaign, findings: Sequence[Finding], commands: Seq
     yield Text()
     yield Text(f"Failed: {counted(len(campaign.failed), 'case')}", style="bold red")
     for finding, command in islice(zip_longest(findings, commands), _MAX_FINDINGS):
-        yield from _told(finding, campaign.model, command)
+        yield from _finding_lines(finding, campaign.model, command)
     if len(findings) > _MAX_FINDINGS:
         yield Text(f"  and {counted(len(findings) - _MAX_FINDINGS, 'more finding', 'more findings')}")
 
@@ -49,7 +49,7 @@ def told_unused(campaign: Campaign) -> Iterator[Text]:
         yield Text(f"  and {len(unused) - _MAX_UNUSED} more")
 
 
-def _told(finding: Finding, model: BehaviorModel, command: str | None) -> Iterator[Text]:
+def _finding_lines(finding: Finding, model: BehaviorModel, command: str | None) -> Iterator[Text]:
     yield Text(f"  {_names(finding)}")
     for failure in finding.failures:
         yield Text(f"    {failure}", style="red")

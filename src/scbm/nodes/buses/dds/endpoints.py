@@ -200,9 +200,9 @@ class DdsSubscription:
         stamp_ns = monotonic_ns()
         for payload, info in taken:
             if info.valid_data:
-                self._hand_over(self._told(payload, info.publication_handle, stamp_ns))
+                self._hand_over(self._delivery(payload, info.publication_handle, stamp_ns))
 
-    def _told(self, payload: bytes, source: int, stamp_ns: int) -> Callable[[], None]:
+    def _delivery(self, payload: bytes, source: int, stamp_ns: int) -> Callable[[], None]:
         try:
             data = decode(self.topic.type, payload)
         except BadPayloadError as error:
