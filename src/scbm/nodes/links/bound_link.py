@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from scbm.model import RequestBinding, ServiceCall, ServiceChoice, TopicPair
 from scbm.nodes.buses.bus import Topic, Unmatched
-from scbm.nodes.links.link import Reply
+from scbm.nodes.links.link import PresenceMonitor, Reply
 from scbm.nodes.links.measured_topics import MeasuredTopics
 from scbm.nodes.links.service_link import ServiceLink
 from scbm.nodes.links.topic_link import TopicLink
@@ -78,7 +78,7 @@ class BoundLink:
         self._listener = listener
         self._now_ns = now_ns
         self._warn = warn
-        self._was_there = False
+        self._presence = PresenceMonitor(resource.name, listener, lambda: self.is_there)
         self._answered: deque[Correlation] = deque(maxlen=_MAX_ANSWERED)
         self._answered_twice: deque[str] = deque(maxlen=_MAX_ANSWERED)
         self._measured = MeasuredTopics(bus, resource, self)
@@ -133,11 +133,9 @@ class BoundLink:
         """Handle values that the resource published."""
         self._listener.on_values(resource, measurement)
 
-    def on_presence(self, resource: str, *, is_there: bool) -> None:  # noqa: ARG002 - of a part
+    def on_presence(self, resource: str, *, is_there: bool) -> None:  # noqa: ARG002 - of a part alone
         """Handle a change of presence of a part."""
-        if self.is_there != self._was_there:
-            self._was_there = self.is_there
-            self._listener.on_presence(resource, is_there=self._was_there)
+        self._presence.update()
 
 
 def _service_link(context: LinkContext) -> Link:

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from scbm.cases.trace import Changes
     from scbm.nodes.buses.bus import Unmatched
 
@@ -50,6 +52,32 @@ class LinkListener(Protocol):
     def on_presence(self, resource: str, *, is_there: bool) -> None:
         """Handle that the resource came, or was lost."""
         ...
+
+
+class PresenceMonitor:
+    """Reports to a listener each time that a resource comes, or is lost; a new resource counts as lost."""
+
+    def __init__(self, resource: str, listener: LinkListener, is_there: Callable[[], bool]) -> None:
+        """Made once for each link.
+
+        Args:
+            resource: the name of the resource.
+            listener: gets the changes.
+            is_there: returns whether the resource is there now.
+        """
+        self._resource = resource
+        self._listener = listener
+        self._is_there = is_there
+        self._was_there = False
+
+    def update(self) -> bool:
+        """Report a change since the last call, if any; return whether the resource has just come."""
+        is_there = self._is_there()
+        if is_there == self._was_there:
+            return False
+        self._was_there = is_there
+        self._listener.on_presence(self._resource, is_there=is_there)
+        return is_there
 
 
 class Link(Protocol):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from scbm.model import Binding, format_value
 from scbm.nodes.buses.bus import Topic, Unmatched
-from scbm.nodes.links.link import Measurement
+from scbm.nodes.links.link import Measurement, PresenceMonitor
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -39,7 +39,7 @@ class MeasuredTopics:
         self._bus = bus
         self._resource = resource.name
         self._listener = listener
-        self._was_there = False
+        self._presence = PresenceMonitor(resource.name, listener, lambda: self.is_there)
         grouped: dict[Topic, list[MeasuredTopic]] = {}
         for measured in resource.binding.measured:
             topic = Topic(measured.topic, measured.type, is_best_effort=measured.is_best_effort)
@@ -72,10 +72,7 @@ class MeasuredTopics:
         self._listener.on_values(self._resource, Measurement(values, received.stamp_ns))
 
     def _matched(self, _: int) -> None:
-        is_there = self.is_there
-        if is_there != self._was_there:
-            self._was_there = is_there
-            self._listener.on_presence(self._resource, is_there=is_there)
+        self._presence.update()
 
 
 def value_of(reading: Reading, data: Scalar) -> Value:

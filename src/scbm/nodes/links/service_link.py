@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from scbm.model import Reference, ServiceCall, ServiceChoice
 from scbm.nodes.buses.bus import BusError, Service, Unmatched
-from scbm.nodes.links.link import Reply
+from scbm.nodes.links.link import PresenceMonitor, Reply
 from scbm.nodes.links.measured_topics import value_of
 
 if TYPE_CHECKING:
@@ -55,11 +55,11 @@ class ServiceLink:
         self._listener = listener
         self._warn = warn
         self._now_ns = now_ns
-        self._was_there = False
+        self._presence = PresenceMonitor(resource.name, listener, lambda: self.is_there)
         services = dict.fromkeys(Service(call.name, call.type) for call in resource.binding.calls)
         self._lines = {service.name: _CallQueue(service, self._answered, self._lost) for service in services}
         for line in self._lines.values():
-            line.open(bus, self._matched)
+            line.open(bus, self._presence.update)
 
     @property
     def is_there(self) -> bool:
@@ -111,12 +111,6 @@ class ServiceLink:
     def _lost(self, asked: _PendingCall, error: BusError) -> None:
         self._warn(f"request {asked.request.number} to `{self._resource}` is lost: {error.message}")
 
-    def _matched(self) -> None:
-        is_there = self.is_there
-        if is_there != self._was_there:
-            self._was_there = is_there
-            self._listener.on_presence(self._resource, is_there=is_there)
-
 
 def _fields(call: ServiceCall, values: Mapping[str, Scalar]) -> dict[str, Scalar]:
     """Return the fields of a call: literal values, or values that the request carries."""
@@ -164,7 +158,7 @@ class _CallQueue:
     def is_there(self) -> bool:
         return self.client is not None and self.client.peers > 0
 
-    def open(self, bus: Bus, matched: Callable[[], None]) -> None:
+    def open(self, bus: Bus, matched: Callable[[], object]) -> None:
         def call_and_report(_: int) -> None:
             self._call_waiting()
             matched()

@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from scbm.nodes.buses.bus import BusError, Unmatched
-from scbm.nodes.links.link import Correlation, Measurement, Reply
+from scbm.nodes.links.link import Correlation, Measurement, PresenceMonitor, Reply
 from scbm.nodes.node_messages import NotAMessageError, read_object
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ class TopicLink:
         self._listener = listener
         self._warn = warn
         self._waiting: dict[Correlation, str] = {}
-        self._was_there = False
+        self._presence = PresenceMonitor(resource, listener, lambda: self.is_there)
         self._requests = bus.publisher(topics[0], self._matched)
         self._replies = bus.subscribe(topics[1], self._receive, self._matched)
 
@@ -82,12 +82,7 @@ class TopicLink:
         return [topic for topic, end in ends if not end.peers]
 
     def _matched(self, _: int) -> None:
-        is_there = self.is_there
-        if is_there == self._was_there:
-            return
-        self._was_there = is_there
-        self._listener.on_presence(self._resource, is_there=is_there)
-        if is_there:
+        if self._presence.update():
             self._send_waiting()
 
     def _send_waiting(self) -> None:
