@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from importlib import import_module
@@ -62,6 +63,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     load_profile(is_full=config.getoption("--full"))
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # a shell does so for a job in the background
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # the processes that tests start inherit it
 
 
 @pytest.hookimpl(optionalhook=True, tryfirst=True)
