@@ -18,7 +18,7 @@ install_tools() { # programs that some tests use, where apt may install them
   local wanted=()
   command -v chromium > /dev/null || wanted+=(chromium fonts-dejavu-core)
   command -v genhtml > /dev/null || wanted+=(lcov)
-  command -v idlc > /dev/null || wanted+=(cyclonedds-dev)
+  command -v idlc > /dev/null || wanted+=(cyclonedds-dev cyclonedds-tools)
   if [ ${#wanted[@]} -gt 0 ] && command -v apt-get > /dev/null && [ "$(id -u)" = 0 ]; then
     apt-get update -qq && apt-get install -y -qq --no-install-recommends "${wanted[@]}" > /dev/null || true
   fi
