@@ -96,7 +96,7 @@ def convert_json(value: object, expected: type[_T]) -> _T:
     Raises:
         JsonError: the value is not of this type; the message names the inner place.
     """
-    import msgspec  # noqa: PLC0415 - most commands read no JSON, and importing msgspec takes a tenth of a start
+    import msgspec  # noqa: PLC0415 - traces, logs and certificates need it; most commands read none
 
     try:
         return msgspec.convert(value, expected, strict=True)

@@ -39,7 +39,7 @@ def _record(record: Record) -> dict[str, Any]:
 
 
 _MAX_LINE_CHARACTERS = 64 * 1024 * 1024
-"""The maximum length of a line of a trace. The state of a model of 100,000 variables takes some 5 million."""
+"""The maximum length of a line of a trace: far beyond the first record, which has the state of the whole model."""
 
 _CLASSES: dict[str, Any] = {record.kind: record for record in get_args(Record)}
 
