@@ -4,10 +4,30 @@ Cases are immutable values; this package reads no clock, draws nothing at random
 writes cases, `running` runs them in simulation, `testing` draws, judges and shrinks them.
 """
 
-from scbm.cases.case import Case, CaseLimits, Expectations, Origin, RecordedRun
-from scbm.cases.injections import CONDITIONS, Condition, ConditionKind, Injection, Intake, condition_kind
-from scbm.cases.network import Network, Partition, Restart
-from scbm.cases.reactions import AT_ONCE, LOST, Delivery, OutcomeRule, Reaction
+from scbm.cases.case import (
+    AT_ONCE,
+    LOST,
+    Case,
+    CaseLimits,
+    Delivery,
+    Expectations,
+    Origin,
+    OutcomeRule,
+    Reaction,
+    RecordedPlan,
+    RecordedRun,
+)
+from scbm.cases.injections import (
+    CONDITIONS,
+    Condition,
+    ConditionKind,
+    Injection,
+    Intake,
+    Network,
+    Partition,
+    Restart,
+    condition_kind,
+)
 
 __all__ = [
     "AT_ONCE",
@@ -26,6 +46,7 @@ __all__ = [
     "OutcomeRule",
     "Partition",
     "Reaction",
+    "RecordedPlan",
     "RecordedRun",
     "Restart",
     "condition_kind",

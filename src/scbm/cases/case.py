@@ -1,18 +1,75 @@
-"""A test case: the inputs that decide a run, and the results that it expects (semantics 7.1)."""
+"""A test case: the inputs that decide a run, and the results that it expects (semantics 7.1).
+
+Part of the inputs are reactions to requests: the reply of a resource, and the delivery of its messages (semantics 6).
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
-from scbm.cases.network import Network
+from scbm.cases.injections import Network
+from scbm.model import FIRST_PLANNER, PlannerIdentity
 
 if TYPE_CHECKING:
     from scbm.cases.coverage import Obligation
     from scbm.cases.injections import Injection
-    from scbm.cases.reactions import OutcomeRule
-    from scbm.cases.trace import End
-    from scbm.model import Predicate, Requirement, State
+    from scbm.cases.trace import Changes, End
+    from scbm.model import Outcome, Predicate, Requirement, State
+
+
+Delivery: TypeAlias = tuple[int, ...]
+"""The latency of each copy of a message that arrives, in nanoseconds."""
+
+AT_ONCE: Delivery = (0,)
+LOST: Delivery = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Reaction:
+    """The complete reaction to one request.
+
+    Attributes:
+        resource: the resource that the request was sent to.
+        outcome: success, failure, or no reply.
+        latency_ns: the time from the arrival of the request to the reply.
+        measured: the values that the reply carries; `None` if it fails or the resource measures nothing.
+        request, reply, cancel: the delivery of each message; `None` leaves it to the network. The resource answers each
+            copy of a request, and all these replies are delivered alike.
+    """
+
+    resource: str
+    outcome: Outcome
+    latency_ns: int
+    measured: Changes | None = None
+    request: Delivery | None = None
+    reply: Delivery | None = None
+    cancel: Delivery | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class OutcomeRule:
+    """The reaction that a case prescribes for some requests to a resource, or sent while an operation executes.
+
+    Requests are numbered from 1, for each resource and for each operation. `None` prescribes nothing. If rules for an
+    operation and for a resource apply to one request, the rule for the operation takes precedence.
+
+    Attributes:
+        subject: the name of a resource or of an operation.
+        first: the number of the first request that the rule applies to.
+        last: the number of the last one; `None` for all later requests.
+        outcome, latency_ns, measured, request, reply, cancel: as in `Reaction`.
+    """
+
+    subject: str
+    first: int
+    last: int | None
+    outcome: Outcome | None = None
+    latency_ns: int | None = None
+    measured: Changes | None = None
+    request: Delivery | None = None
+    reply: Delivery | None = None
+    cancel: Delivery | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,16 +117,31 @@ class CaseLimits:
 
 
 @dataclass(frozen=True, slots=True)
+class RecordedPlan:
+    """The answer of the planner to one question of a run.
+
+    Attributes:
+        status: the answer: `solved`, `unsolvable`, `limit_reached` or `no_plan_found`.
+        plan: the operations, in order, if the answer is a plan.
+    """
+
+    status: str
+    plan: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class RecordedRun:
     """The result of the run that a case was saved from.
 
     Attributes:
         end: how the run ended.
-        trace: the SHA-256 of its trace as text, in hexadecimal digits.
+        trace: the digest of its trace.
+        planner: the planner that made its plans.
     """
 
     end: str
     trace: str
+    planner: PlannerIdentity = FIRST_PLANNER
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +161,7 @@ class Case:
         expect: the expected results.
         origin: the random streams for choices that the case leaves open; `None` draws nothing.
         recorded: the result of the run that the case was saved from.
+        plans: the answers of the planner, in the order of the questions; without them the planner is asked.
     """
 
     name: str
@@ -103,3 +176,4 @@ class Case:
     expect: Expectations = _NOTHING
     origin: Origin | None = None
     recorded: RecordedRun | None = None
+    plans: tuple[RecordedPlan, ...] = ()

@@ -137,7 +137,7 @@ def _mode_of(path: Path) -> int | None:
 
 def _refuse_existing(paths: Iterable[Path]) -> None:
     """Raise `InputError` for all files that are there."""
-    message = "this file is there already, and says something else"
+    message = "this file exists already, with other content"
     existing = [path for path in paths if lexists(path)]
     if existing:
         remedy = "save into another directory, or move this file away"
@@ -157,7 +157,7 @@ def _reason(error: OSError) -> str:
 
 
 def _identity(path: Path) -> object:
-    """Return what tells files apart under all their names: device and inode, or the resolved path of a new file."""
+    """Return the identity of a file under all its names: device and inode, or the resolved path of a new file."""
     try:
         status = path.stat()
     except (OSError, ValueError):

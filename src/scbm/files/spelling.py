@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-_SHOWN = 8
+_SHOWN = 10
 """The maximum number of names listed if none is similar."""
 
 _ALIKE = 0.65

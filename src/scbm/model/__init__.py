@@ -3,7 +3,7 @@
 Every object prints itself in the notation of model files; `scbm.files` reads that notation.
 """
 
-from scbm.model.behavior import BehaviorModel, InitialStates
+from scbm.model.behavior import FIRST_PLANNER, BehaviorModel, InitialStates, PlannerChoice, PlannerIdentity
 from scbm.model.bindings import (
     SET_BOOL,
     TRIGGER,
@@ -44,11 +44,11 @@ from scbm.model.predicates import (
 from scbm.model.requirements import FORMS, AfterAlways, Always, Before, LeadsTo, Never, Requirement, RequirementForm
 from scbm.model.resources import Latency, LatencyShape, Outcome, Resource, Simulation
 from scbm.model.slugs import Slug
-from scbm.model.state import State
 from scbm.model.values import Domain, Value, ValueKind, format_value
-from scbm.model.variables import OperationState, PlanState, RequestState, Role, StateSpace, Variable
+from scbm.model.variables import OperationState, PlanState, RequestState, Role, State, StateSpace, Variable
 
 __all__ = [
+    "FIRST_PLANNER",
     "FORMS",
     "SET_BOOL",
     "TRIGGER",
@@ -87,6 +87,8 @@ __all__ = [
     "Packing",
     "Place",
     "PlanState",
+    "PlannerChoice",
+    "PlannerIdentity",
     "Predicate",
     "Reading",
     "Reference",

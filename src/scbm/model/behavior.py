@@ -8,8 +8,7 @@ from math import prod
 from typing import TYPE_CHECKING
 
 from scbm.model.predicates import TRUE, Predicate
-from scbm.model.state import State
-from scbm.model.variables import StateSpace, Variable, resource_variables, runner_variables
+from scbm.model.variables import State, StateSpace, Variable, resource_variables, runner_variables
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -18,6 +17,44 @@ if TYPE_CHECKING:
     from scbm.model.requirements import Requirement
     from scbm.model.resources import Resource
     from scbm.model.values import Value
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerChoice:
+    """The planner that the runs of a model use, and the limits of its searches; `None` for the default.
+
+    Attributes:
+        name: an entry of the registry of planners.
+        max_length: the maximum number of operations of a plan.
+        max_expanded: the maximum number of states that a search expands.
+    """
+
+    name: str | None = None
+    max_length: int | None = None
+    max_expanded: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerIdentity:
+    """The name and the version of the planner that made the plans of a run."""
+
+    name: str
+    version: str
+
+    @staticmethod
+    def parse(text: str) -> PlannerIdentity:
+        """Return the identity that `str` has written. Raise `ValueError` for any other text."""
+        name, blank, version = text.partition(" ")
+        if not name or not blank or not version or not text.isprintable():
+            raise ValueError(f"`{text}` is not the name and the version of a planner")
+        return PlannerIdentity(name, version)
+
+    def __str__(self) -> str:
+        return f"{self.name} {self.version}"
+
+
+FIRST_PLANNER = PlannerIdentity("canonical", "1")
+"""The planner of files that name none: the versions of `scbm` that wrote them had no other."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +71,7 @@ class BehaviorModel:
         initial_states: the predicate that every initial state satisfies.
         goals: the goals of runs, by name.
         requirements: the requirements that hold during runs.
+        planner: the planner of its runs; it is how plans are found, and no part of what the model means.
     """
 
     name: str
@@ -44,6 +82,7 @@ class BehaviorModel:
     initial_states: Predicate = TRUE
     goals: tuple[tuple[str, Predicate], ...] = ()
     requirements: tuple[Requirement, ...] = ()
+    planner: PlannerChoice = PlannerChoice()
 
     @cached_property
     def space(self) -> StateSpace:

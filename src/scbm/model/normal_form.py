@@ -13,13 +13,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias, assert_never
 
-from scbm.model.predicates import And, Equal, Implies, Member, Not, NotEqual, Or, Order, Predicate, Truth
+from scbm.model.predicates import And, Constant, Equal, Implies, Member, Not, NotEqual, Or, Order, Predicate, Truth
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
     from scbm.model.values import Value
-    from scbm.model.variables import StateSpace
+    from scbm.model.variables import StateSpace, Variable
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,12 +127,25 @@ def _literal(leaf: Equal | NotEqual | Order | Member, space: StateSpace, *, want
     values = space.variables[left].domain.values
     if len(names) == 1:
         name = names[0]
+        if isinstance(leaf, Equal | NotEqual) and isinstance(leaf.right, Constant):
+            is_equal = wanted is isinstance(leaf, Equal)
+            return _comparison(leaf.right.constant, space.variables[left], left, wanted=is_equal)
         allowed = bits_of(index for index, value in enumerate(values) if leaf.holds({name: value}) is wanted)
         return one_of(left, allowed, len(values))
     assert not isinstance(leaf, Member)  # noqa: S101 - that reads one variable
     right = space.position(names[1])
     right_values = space.variables[right].domain.values
     return Pair(left, values, right, right_values, leaf.compare, wanted, isinstance(leaf, Order))
+
+
+def _comparison(value: Value, variable: Variable, position: int, *, wanted: bool) -> NormalForm:
+    """Return whether a variable has one value, without a look at the others: its domain may be large."""
+    count = len(variable.domain)
+    try:
+        equal = 1 << variable.domain.index(value)
+    except KeyError:
+        equal = 0
+    return one_of(position, equal if wanted else ((1 << count) - 1) & ~equal, count)
 
 
 # constructors that simplify
@@ -191,6 +204,12 @@ def _grouped(group: type[AllOf | AnyOf], parts: tuple[NormalForm, ...], *, empty
     if not parts:
         return empty
     return parts[0] if len(parts) == 1 else group(parts)
+
+
+def is_cube(form: NormalForm) -> bool:
+    """Return whether the form is `true`, or asks for single values of some variables and for nothing else."""
+    parts = form.parts if isinstance(form, AllOf) else (form,)
+    return all(part is True or (isinstance(part, OneOf) and part.allowed.bit_count() == 1) for part in parts)
 
 
 # sets of values as bits

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from scbm.model.predicates import Term
-    from scbm.model.state import State
     from scbm.model.values import Value
+    from scbm.model.variables import State
 
 
 @dataclass(frozen=True, slots=True)

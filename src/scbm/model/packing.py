@@ -11,21 +11,74 @@ from dataclasses import dataclass
 from functools import reduce
 from typing import TYPE_CHECKING, TypeAlias, assert_never, cast
 
-from scbm.model.bit_fields import BitRange, Field, lay_out
 from scbm.model.normal_form import AllOf, AnyOf, OneOf, Pair, normal_form
 from scbm.model.operations import Action, Add, Assign
 from scbm.model.predicates import Constant, Predicate
-from scbm.model.state import State
+from scbm.model.variables import State
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from scbm.model.normal_form import NormalForm
     from scbm.model.values import Domain, Value
-    from scbm.model.variables import StateSpace
+    from scbm.model.variables import StateSpace, Variable
 
     Test: TypeAlias = Callable[[int], bool]
     Update: TypeAlias = Callable[[int], int | None]
+
+
+@dataclass(frozen=True, slots=True)
+class BitRange:
+    """A range of bits of an integer.
+
+    Attributes:
+        shift: the lowest bit.
+        mask: all its bits, in place.
+    """
+
+    shift: int
+    mask: int
+
+    def index(self, packed: int) -> int:
+        """Return the number that an integer has here."""
+        return (packed & self.mask) >> self.shift
+
+
+@dataclass(frozen=True, slots=True)
+class Field(BitRange):
+    """The range of bits that has the index of a variable's value in its domain.
+
+    Attributes:
+        variable: the variable.
+        width: how many bits; 0 for a domain of one value.
+    """
+
+    variable: Variable
+    width: int
+
+    def bits(self, value: Value) -> int:
+        """Return a value, in place. Raises `KeyError` if it is outside the domain."""
+        return self.variable.domain.index(value) << self.shift
+
+
+def bit_width(count: int) -> int:
+    """Return the number of bits that `count` different numbers need."""
+    return max(count - 1, 0).bit_length()
+
+
+def lay_out(space: StateSpace) -> tuple[Field, ...]:
+    """Return a field for each variable of the space, one after the other."""
+    fields = []
+    shift = 0
+    for variable in space:
+        width = bit_width(len(variable.domain))
+        fields.append(Field(shift, ((1 << width) - 1) << shift, variable, width))
+        shift += width
+    return tuple(fields)
+
+
+_MAX_MEMOIZED_CHANGES = 50_000
+"""Maximum number of pairs of states whose changes are memoized: some 20 MB. A campaign repeats the same pairs."""
 
 
 class Packing:
@@ -38,6 +91,7 @@ class Packing:
         readers = [(f.variable.name, f.variable.domain.values, f.mask, f.shift) for f in self.fields]
         self._readers = tuple(readers)
         self._by_bit = [r for f, r in zip(self.fields, readers, strict=True) for _ in range(f.width)]
+        self._changes: dict[tuple[int, int], tuple[tuple[str, Value], ...]] = {}
         self._writers = tuple((f.variable.name, {v: f.bits(v) for v in f.variable.domain.values}) for f in self.fields)
 
     def __getitem__(self, name: str) -> Field:
@@ -64,7 +118,15 @@ class Packing:
         return State(self.space, self.values(packed))
 
     def changes(self, before: int, after: int) -> tuple[tuple[str, Value], ...]:
-        """Return the variables that differ, in order, with their values in `after`."""
+        """Return the variables that differ, in order, with their values in `after`; memoized, as runs repeat them."""
+        known = self._changes.get((before, after))
+        if known is None:
+            known = self._new_changes(before, after)
+            if len(self._changes) < _MAX_MEMOIZED_CHANGES:
+                self._changes[before, after] = known
+        return known
+
+    def _new_changes(self, before: int, after: int) -> tuple[tuple[str, Value], ...]:
         changes = []
         difference = before ^ after
         while difference:
@@ -87,7 +149,10 @@ class Packing:
 
     def cube(self, predicate: Predicate) -> tuple[int, int]:
         """Return `(mask, bits)`, so that `packed & mask == bits` wherever the predicate holds: a cheap first test."""
-        form = normal_form(predicate, self.space)
+        return self.cube_of(normal_form(predicate, self.space))
+
+    def cube_of(self, form: NormalForm) -> tuple[int, int]:
+        """Return the same for a predicate in normal form."""
         return _cube(form.parts if isinstance(form, AllOf) else (form,), self.fields)
 
     def update(self, actions: Iterable[Action]) -> Update:

@@ -1,4 +1,4 @@
-"""Requirements: sentences over a run (semantics 7.3). `testing` checks them with monitors.
+"""Requirements: sentences over a run, and their forms (`FORMS`; semantics 7.3). `testing` checks them with monitors.
 
 A form of requirement is a class with a pattern, and an entry in `FORMS`. The grammar, the printed sentence and the help
 follow from the pattern.

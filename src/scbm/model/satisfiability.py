@@ -34,7 +34,7 @@ def is_satisfiable(predicate: Predicate, space: StateSpace) -> bool | None:
         form = normal_form(predicate, space)
     except RecursionError:
         return None
-    return satisfiable(form, [(1 << len(variable.domain)) - 1 for variable in space])
+    return satisfiable(form, space.all_values)
 
 
 def satisfiable(form: NormalForm, values: Sequence[int]) -> bool | None:

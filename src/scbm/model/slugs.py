@@ -1,4 +1,7 @@
-"""The identifiers of all errors and warnings. `docs/reference/messages.md` describes each with its remedy."""
+"""The slugs: the identifiers that all errors and warnings have in brackets.
+
+`docs/reference/messages.md` describes each with its remedy.
+"""
 
 from enum import StrEnum
 
@@ -79,6 +82,11 @@ class Slug(StrEnum):
     INITIAL_STATE_NOT_ALLOWED = "initial-state-not-allowed"
     NO_CASES = "no-cases"
 
+    # planners
+    UNKNOWN_PLANNER = "unknown-planner"
+    PLANNER_MISSING = "planner-missing"
+    PLANNER_FAILED = "planner-failed"
+
     # test cases
     UNKNOWN_OPERATION = "unknown-operation"
     UNKNOWN_RESOURCE = "unknown-resource"
@@ -104,6 +112,10 @@ class Slug(StrEnum):
     CELL_INCOMPLETE = "cell-incomplete"
     BEYOND_REACH = "beyond-reach"
 
+    # workers of campaigns
+    WORKERS_LOST = "workers-lost"
+    CLUSTER_UNUSABLE = "cluster-unusable"
+
     # coverage stores
     NOT_A_STORE = "not-a-store"
     STORE_DAMAGED = "store-damaged"
@@ -128,4 +140,3 @@ class Slug(StrEnum):
     FAILURE_UNNOTICED = "failure-unnoticed"
     NO_DEADLINE = "no-deadline"
     UNUSED_VARIABLE = "unused-variable"
-    CHECK_INCOMPLETE = "check-incomplete"

@@ -63,7 +63,9 @@ class Domain:
         return len(self.values)
 
     def __contains__(self, value: object) -> bool:
-        return isinstance(value, (bool, int, str)) and kind_of(value) is self.kind and value in self._positions
+        if not isinstance(value, (int, str)) or value not in self._positions:
+            return False
+        return isinstance(value, bool) is isinstance(self.values[0], bool)  # 0 and 1 equal the values of `bool`
 
     @cached_property
     def _positions(self) -> dict[Value, int]:

@@ -1,15 +1,19 @@
-"""Variables: declared ones, those of resources, and those of the runner (semantics 1)."""
+"""Variables: declared ones, those of resources, and those of the runner (semantics 1); and states of them.
+
+A state has one value for every variable (paper, Section II). It is immutable and hashable.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum, StrEnum
 from typing import TYPE_CHECKING, assert_never
 
-from scbm.model.values import Domain, Value
+from scbm.model.values import Domain, Value, format_value
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable
 
 
 class OperationState(StrEnum):
@@ -21,6 +25,8 @@ class OperationState(StrEnum):
     TIMEDOUT = "timedout"
     FAILED = "failed"
     COMPLETED = "completed"
+
+    __hash__ = str.__hash__  # of equal value, and without a call of Python for each lookup
 
 
 class RequestState(StrEnum):
@@ -41,6 +47,8 @@ class PlanState(StrEnum):
     COMPLETED = "completed"
     UNSOLVABLE = "unsolvable"
     ABORTED = "aborted"
+
+    __hash__ = str.__hash__  # of equal value, and without a call of Python for each lookup
 
 
 NO_OPERATION = "none"
@@ -144,12 +152,18 @@ def runner_variables(operations: Iterable[str]) -> tuple[Variable, ...]:
 
 
 class StateSpace:
-    """The variables of a model, in order and by name. Immutable."""
+    """The variables of a model, in order and by name. Immutable.
 
-    __slots__ = ("_by_name", "variables")
+    Attributes:
+        variables: the variables, in order.
+        all_values: for each variable the indices of all its values, as bits.
+    """
+
+    __slots__ = ("_by_name", "all_values", "variables")
 
     def __init__(self, variables: Iterable[Variable]) -> None:
         self.variables = tuple(variables)
+        self.all_values = tuple((1 << len(variable.domain)) - 1 for variable in self.variables)
         self._by_name = {variable.name: index for index, variable in enumerate(self.variables)}
 
     def __getitem__(self, name: str) -> Variable:
@@ -181,3 +195,53 @@ class StateSpace:
     def names(self) -> tuple[str, ...]:
         """All names, in order."""
         return tuple(self._by_name)
+
+
+class State(Mapping[str, Value]):
+    """A mapping from the name of each variable of a space to a value of its domain."""
+
+    __slots__ = ("_values", "space")
+
+    def __init__(self, space: StateSpace, values: Mapping[str, Value]) -> None:
+        """Raise `ValueError` for a variable without a value, and a value without a variable or outside its domain."""
+        unknown = [name for name in values if name not in space]
+        if unknown:
+            raise ValueError(f"no such variable: {', '.join(unknown)}")
+        missing = [name for name in space.names if name not in values]
+        if missing:
+            raise ValueError(f"no value for {', '.join(missing)}")
+        for variable in space:
+            if values[variable.name] not in variable.domain:
+                raise ValueError(f"{variable.name} cannot be {format_value(values[variable.name])}")
+        self.space = space
+        self._values = tuple(values[name] for name in space.names)
+
+    @staticmethod
+    def nominal(space: StateSpace) -> State:
+        """Return the state in which every variable has its nominal value."""
+        return State(space, {variable.name: variable.initial for variable in space})
+
+    def __getitem__(self, name: str) -> Value:
+        return self._values[self.space.position(name)]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.space.names)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, State) and self.space == other.space and self._values == other._values
+
+    def __hash__(self) -> int:
+        return hash(self._values)
+
+    def __str__(self) -> str:
+        return ", ".join(f"{name}={format_value(value)}" for name, value in self.items())
+
+    def __repr__(self) -> str:
+        return f"State({self})"
+
+    def replace(self, changes: Mapping[str, Value]) -> State:
+        """Return the state with `changes`. Raises `ValueError` as `State(…)` does."""
+        return State(self.space, {**self, **changes})

@@ -1,14 +1,23 @@
-"""Planning: the canonical plan from a state to a goal, or why there is none (semantics 4).
+"""Planning: a plan from a state to a goal, or why there is none (semantics 4).
 
 The planner sees `g` and `a` of pre- and postconditions, and nothing that is only for running.
 """
 
-from scbm.planning.plan_answers import Answer, Limit, LimitReached, PlanLimits, SearchCancelledError, Solved, Unsolvable
-from scbm.planning.plan_cache import PlanCache
+from scbm.planning.plan_answers import (
+    Answer,
+    Limit,
+    LimitReached,
+    NoPlanFound,
+    PlanFlaw,
+    PlanLimits,
+    SearchCancelledError,
+    Solved,
+    Unsolvable,
+    find_flaw,
+)
 from scbm.planning.plan_search import Reach, explore
-from scbm.planning.plan_validation import PlanFlaw, find_flaw
-from scbm.planning.planner import Planner
-from scbm.planning.planners import DEFAULT_PLANNER, PLANNERS, PlanFunction, PlanProblem
+from scbm.planning.planner import PlanCache, Planner, recorded_answer
+from scbm.planning.planners import DEFAULT_PLANNER, PLANNERS, PlanFunction, PlannerEntry, PlanProblem, planner_of
 from scbm.planning.planning_task import Task, system_of
 from scbm.planning.policy import Policy
 
@@ -18,12 +27,14 @@ __all__ = [
     "Answer",
     "Limit",
     "LimitReached",
+    "NoPlanFound",
     "PlanCache",
     "PlanFlaw",
     "PlanFunction",
     "PlanLimits",
     "PlanProblem",
     "Planner",
+    "PlannerEntry",
     "Policy",
     "Reach",
     "SearchCancelledError",
@@ -32,5 +43,7 @@ __all__ = [
     "Unsolvable",
     "explore",
     "find_flaw",
+    "planner_of",
+    "recorded_answer",
     "system_of",
 ]

@@ -1,9 +1,15 @@
-"""The planner's search: breadth-first, so that the first plan found is the canonical one (semantics 4.2)."""
+"""The planner's search for the canonical plan: the first that a breadth-first search finds (semantics 4.2).
+
+The breadth-first search on packed states decides small problems. Where it has expanded `MAX_PLAIN` states, the delete
+relaxation reduces the problem, and an engine of `SEARCHES` decides it. The shape of the problem and the limits choose
+the engine, so answers are the same on every machine. Where an engine meets the limit on expanded states, the next one
+that suits goes on. To add an engine: a class with the methods of `PlanSearch`, and an entry in `SEARCHES`.
+"""
 
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scbm.planning.engines.breadth_first import BreadthFirst
@@ -17,15 +23,33 @@ from scbm.planning.plan_answers import (
     always,
     raise_if_cancelled,
 )
+from scbm.planning.searches import SearchEntry, SearchRequest
+from scbm.planning.searches.dense_search import DenseSearch
+from scbm.planning.searches.informed_search import InformedSearch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
+    from scbm.model.normal_form import NormalForm
+    from scbm.planning.engines.reduced_system import ReducedSystem
     from scbm.planning.plan_answers import ShouldContinue
-    from scbm.planning.planning_task import Task
+    from scbm.planning.planning_task import Problem, Task
+    from scbm.planning.searches import PlanSearch
+
+MAX_PLAIN = 256
+"""Number of states that the breadth-first search on packed states expands before an engine takes over.
+
+It is the fastest for so few states: the successors of states are cached, and nothing has to be prepared.
+"""
+
+_MAX_SHORTCUT = 500
+"""Number of states that an informed search may evaluate as a shortcut: it finds the plan where its bound is exact."""
 
 POLL_INTERVAL = 1_000
 """Number of expanded states after which a search asks again whether it is cancelled."""
+
+_EXPLORED_AT_ONCE = 100
+"""Number of states that an exploration expands before it counts again; each may have many successors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,27 +65,114 @@ class Reach:
     complete: bool
 
 
-def explore(task: Task, starts: Iterable[int], limit: int) -> Reach:
-    """Return the states that operations reach from `starts`; no more levels once there are more than `limit` states."""
+def explore(task: Task, starts: Iterable[int], limit: int, progress: Callable[[int], None] | None = None) -> Reach:
+    """Return the states that operations reach from `starts`; no more are expanded once there are more than `limit`.
+
+    `progress` is called at intervals with the number of states found so far.
+    """
     search = BreadthFirst(starts, task.successors)
     while search.frontier and len(search.states) <= limit:
-        search.expand_level()
-    return Reach(tuple(search.states), not search.frontier)
+        search.expand(search.expanded + _EXPLORED_AT_ONCE)
+        if progress is not None:
+            progress(len(search.states))
+    return Reach(tuple(search.states[: limit + 1]), not search.frontier)
 
 
 def search_plan(
-    task: Task, start: int, is_goal: Callable[[int], bool], limits: PlanLimits, should_continue: ShouldContinue = always
+    problem: Problem,
+    start: int,
+    limits: PlanLimits,
+    should_continue: ShouldContinue = always,
+    engine: str | None = None,
 ) -> Answer:
-    """Return the canonical plan from a packed state to a state where `is_goal` holds, or why there is none.
+    """Return the canonical plan from a packed state, or why there is none.
 
-    Raises `SearchCancelledError` once `should_continue` returns `False`.
+    Args:
+        problem: the goal and the packed task.
+        start: the state to plan from.
+        limits: the limits of the search.
+        should_continue: called at intervals; `SearchCancelledError` is raised once it returns `False`.
+        engine: the name of the one engine to use, to compare engines; by default the first one that suits.
     """
-    return Solved((), 0) if is_goal(start) else _searched(task, start, is_goal, limits, should_continue)
+    if problem.is_goal(start):
+        return Solved((), 0)
+    if engine is None:
+        plain = PlanLimits(limits.length, min(limits.expansions, MAX_PLAIN))
+        answer = breadth_first(problem, start, plain, should_continue)
+        if limits.expansions <= MAX_PLAIN or not _has_spent_expansions(answer):
+            return answer
+    system = problem.task.reduced(start)
+    goal = system.condition(problem.goal)
+    if goal is False:
+        return Unsolvable(0 if engine else MAX_PLAIN)
+    coordinates = system.coordinates(problem.task.packing.values(start))
+    assert coordinates is not None  # noqa: S101 - the reduced system has all states that are reachable from the start
+    engines = _Engines(problem, system, goal, SearchRequest(coordinates, limits, should_continue))
+    return engines.one(engine) if engine else engines.all()
 
 
-def _searched(
-    task: Task, start: int, is_goal: Callable[[int], bool], limits: PlanLimits, should_continue: ShouldContinue
-) -> Answer:
+class _Engines:
+    """The engines of `SEARCHES` on one problem."""
+
+    def __init__(self, problem: Problem, system: ReducedSystem, goal: NormalForm, request: SearchRequest) -> None:
+        self._problem = problem
+        self._system = system
+        self._goal = goal
+        self._request = request
+
+    def one(self, name: str, request: SearchRequest | None = None) -> Answer:
+        """Return the answer of one engine."""
+        search = self._problem.prepared(name, self._system, self._goal, SEARCHES[name].make)
+        return search.answer(request or self._request)
+
+    def all(self) -> Answer:
+        """Return the answer of the first engine that suits and stays within the limit on expanded states."""
+        request = replace(self._request, shortcut=self._shortcut)
+        answer: Answer = LimitReached(Limit.EXPANSIONS, 0)
+        for name in SEARCHES:
+            if self._suits(name) and _has_spent_expansions(answer):
+                found = self.one(name, request)
+                answer = replace(found, expanded=answer.expanded + found.expanded)
+        return answer
+
+    def _suits(self, name: str) -> bool:
+        return SEARCHES[name].suits(self._system, self._request.limits)
+
+    def _shortcut(self) -> Answer | None:
+        """Return the answer of the informed search if it needs few states."""
+        if not self._suits("informed"):
+            return None
+        limits = PlanLimits(self._request.limits.length, _MAX_SHORTCUT)
+        answer = self.one("informed", replace(self._request, limits=limits))
+        return None if _has_spent_expansions(answer) else answer
+
+
+def _has_spent_expansions(answer: Answer) -> bool:
+    return isinstance(answer, LimitReached) and answer.limit is Limit.EXPANSIONS
+
+
+def _array_search(system: ReducedSystem, goal: NormalForm) -> PlanSearch:
+    # It loads numpy, which takes longer than all other packages together, and few problems need it.
+    from scbm.planning.searches.array_search import ArraySearch  # noqa: PLC0415
+
+    return ArraySearch(system, goal)
+
+
+def _suits_all(_: ReducedSystem, __: PlanLimits) -> bool:
+    return True
+
+
+SEARCHES: dict[str, SearchEntry] = {
+    "dense": SearchEntry(DenseSearch.suits, DenseSearch),
+    "arrays": SearchEntry(_suits_all, _array_search),
+    "informed": SearchEntry(InformedSearch.suits, InformedSearch),
+}
+"""The engines by name. The first one that suits a problem searches for its plan; at its limit the next one does."""
+
+
+def breadth_first(problem: Problem, start: int, limits: PlanLimits, should_continue: ShouldContinue = always) -> Answer:
+    """Return the answer of the breadth-first search on packed states; the goal does not hold at the start."""
+    task, is_goal = problem.task, problem.is_goal
     search = BreadthFirst((start,), task.successors)
     levels = _Levels(search)
     while search.frontier:

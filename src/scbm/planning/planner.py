@@ -1,19 +1,29 @@
-"""The planner of a model, which keeps its packed tasks for later problems."""
+"""The planner of a model, and a cache of plans for callers that plan often.
+
+The planner keeps its packed tasks for later problems. The cache serves a run that replans, a campaign, and all runs of
+a model: each answer is searched for once. Once the searches for a goal have expanded many states, the distances of all
+states around are computed together (`Policy`), for at most a few times the number of states that the searches expanded.
+So one request costs one search, and a thousand requests cost much less than a thousand searches.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from scbm.planning.plan_answers import Answer, PlanLimits, always
+from scbm.model import Diagnostic, InputError, Place, PlannerIdentity, Slug
+from scbm.planning.plan_answers import Answer, PlanLimits, PlanValidator, Solved, always
 from scbm.planning.planners import DEFAULT_PLANNER, PLANNERS, PlanProblem
 from scbm.planning.planning_task import Problem, Task
 from scbm.planning.policy import Policy
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
+    from scbm.cases import Case, RecordedPlan
     from scbm.model import BehaviorModel, Predicate, Value
-    from scbm.planning.plan_answers import ShouldContinue
+    from scbm.planning.plan_answers import PlanFlaw, ShouldContinue
+
 
 _DEFAULT_LIMITS = PlanLimits()
 
@@ -21,20 +31,30 @@ _DEFAULT_LIMITS = PlanLimits()
 class Planner:
     """Finds plans for one model. Answers depend on the problem alone, never on earlier calls.
 
-    Every plan of a run, a test, `scbm plan` and a proof comes from here: the entry of `PLANNERS` finds it.
+    Every plan of a run, a test, `scbm plan` and a proof comes from here: the entry of `PLANNERS` finds it, and each
+    plan is replayed before it is used.
 
     Attributes:
         model: the model.
+        name: the name of the planner.
+        entry: the entry of that name.
         base_task: the packed task with the variables that decide which operations are enabled, whatever the goal.
     """
 
     def __init__(self, model: BehaviorModel, name: str = DEFAULT_PLANNER) -> None:
         """Pack the model; `name` is an entry of `PLANNERS`."""
         self.model = model
-        self._search = PLANNERS[name]
+        self.name = name
+        self.entry = PLANNERS[name]
+        self._validator = PlanValidator(model)
         self.base_task = Task(model)
         self._tasks: dict[tuple[str, ...], Task] = {}
         self._problems: dict[Predicate, Problem] = {}
+
+    @staticmethod
+    def of(model: BehaviorModel) -> Planner:
+        """Return the planner that the model names, or the default one."""
+        return Planner(model, model.planner.name or DEFAULT_PLANNER)
 
     def plan(
         self,
@@ -54,10 +74,37 @@ class Planner:
 
         Raises:
             SearchCancelledError: the search was cancelled.
+            InputError: an external planner returned a plan that is not valid.
         """
         problem = self.problem(goal)
         start = problem.task.pack(state)
-        return self._search(PlanProblem(problem.task, start, problem.is_goal, should_continue), limits)
+        answer = self.entry.search(PlanProblem(problem, start, should_continue), limits)
+        self.validate(state, goal, answer)
+        return answer
+
+    @property
+    def identity(self) -> PlannerIdentity:
+        """The name and the version of the planner."""
+        return PlannerIdentity(self.name, self.entry.whole_version)
+
+    def find_flaw(self, state: Mapping[str, Value], goal: Predicate, plan: Sequence[str]) -> PlanFlaw | None:
+        """Return the first flaw of a plan from `state` to `goal`; `None` if the plan is valid."""
+        return self._validator.find_flaw(state, goal, plan)
+
+    def validate(self, state: Mapping[str, Value], goal: Predicate, answer: Answer) -> None:
+        """Replay the plan of an answer; raise an error that names the planner if the plan is not valid.
+
+        The error is an `InputError` where another program planned, otherwise an `AssertionError`: a fault of `scbm`.
+        """
+        flaw = self.find_flaw(state, goal, answer.plan) if isinstance(answer, Solved) else None
+        if flaw is None:
+            return
+        message = f"the plan of the planner {self.identity} has a flaw at step {flaw.step + 1}"
+        if not self.entry.is_external:
+            raise AssertionError(f"{message}: {flaw.reason}")
+        remedy = "choose another planner, and report this to the authors of the program"
+        place = Place(f"planner {self.name}")
+        raise InputError([Diagnostic(Slug.PLANNER_FAILED, f"{message}: {flaw.reason}", place, remedy)])
 
     def policy(
         self, goal: Predicate, limits: PlanLimits = _DEFAULT_LIMITS, most: int | None = None, whole: int | None = None
@@ -66,7 +113,7 @@ class Planner:
 
         For `most` and `whole` see `Policy`.
         """
-        return Policy(self.problem(goal), limits, most, whole, self._search)
+        return Policy(self.problem(goal), limits, most, whole, self.entry.search)
 
     def task(self, goal: Predicate) -> Task:
         """Return the packed task with all variables that decide whether the goal holds."""
@@ -87,3 +134,85 @@ class Planner:
         if key not in self._tasks:
             self._tasks[key] = Task(self.model, more)
         return self._tasks[key]
+
+
+_FIRST_BUDGET = 20_000
+_GROWTH = 4
+
+_MAX_VALIDATED = 200_000
+"""Maximum number of states to plan from, for each goal, whose valid plans are remembered."""
+
+
+def recorded_answer(case: Case, ask: int, planner: Planner, state: Mapping[str, Value]) -> RecordedPlan:
+    """Return the answer that a case has to question `ask` of its run, from 1; the planner is not asked.
+
+    Raises `InputError` if the case has no such answer, or its plan is not valid in this state: the model was changed.
+    """
+    message = None
+    if ask > len(case.plans):
+        message = f"the run asks for {ask} plans, and the case has {len(case.plans)}"
+    else:
+        answer = case.plans[ask - 1]
+        flaw = planner.find_flaw(state, case.predicate, answer.plan) if answer.status == Solved.status else None
+        if flaw is None:
+            return answer
+        message = f"plan {ask} of the case has a flaw at step {flaw.step + 1}: {flaw.reason}"
+    remedy = "the model or the case was changed since then; without `plans:` the planner is asked"
+    raise InputError([Diagnostic(Slug.REPLAY_DIFFERS, message, Place(case.name), remedy)])
+
+
+class PlanCache:
+    """Returns the answers of `Planner.plan`; `expanded` counts the states that were expanded for this call."""
+
+    def __init__(self, planner: Planner, first_budget: int = _FIRST_BUDGET) -> None:
+        """Create an empty cache; searches for a goal expand `first_budget` states before its distances are computed."""
+        self._planner = planner
+        self._first_budget = first_budget
+        self._goals: dict[tuple[Predicate, PlanLimits], _CachedPlans] = {}
+
+    def plan(
+        self,
+        state: Mapping[str, Value],
+        goal: Predicate,
+        limits: PlanLimits = _DEFAULT_LIMITS,
+        should_continue: ShouldContinue = always,
+    ) -> Answer:
+        """Return the planner's plan from a state of the world to a goal, or why there is none.
+
+        Raises `SearchCancelledError` once `should_continue` returns `False`; nothing is cached then.
+        """
+        key = (goal, limits)
+        if key not in self._goals:
+            self._goals[key] = _CachedPlans(
+                self._planner.policy(goal, limits, most=0), self._first_budget, self._first_budget
+            )
+        cached = self._goals[key]
+        start = cached.policy.task.pack(state)
+        answer = cached.policy.plan(start, should_continue)
+        if start not in cached.validated:
+            self._planner.validate(state, goal, answer)
+            if len(cached.validated) < _MAX_VALIDATED:
+                cached.validated[start] = None
+        cached.budget -= answer.expanded
+        if cached.budget < 0 and self._planner.name == DEFAULT_PLANNER:
+            cached.size = cached.size * _GROWTH + 1
+            cached.budget = cached.size
+            cached.policy = self._planner.policy(goal, limits, most=cached.size)
+        return answer
+
+
+@dataclass(slots=True)
+class _CachedPlans:
+    """The cached answers for one goal.
+
+    Attributes:
+        policy: the answers so far.
+        size: the number of states whose distances may be computed.
+        budget: the number of states that searches may still expand before more distances are computed.
+        validated: the packed states to plan from whose plans were replayed; later answers are the same.
+    """
+
+    policy: Policy
+    budget: int
+    size: int
+    validated: dict[int, None] = field(default_factory=dict)

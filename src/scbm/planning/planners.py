@@ -1,18 +1,23 @@
-"""The planners by name. To add one: a function from a planning problem and limits to an answer, and an entry here."""
+"""The planners by name (`PLANNERS`): each finds plans for the runs of a model.
+
+To add one: a function from a planning problem and limits to an answer, and an entry here.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
-from scbm.planning.plan_answers import always
+from scbm.model import PlannerIdentity
+from scbm.planning.plan_answers import PlanLimits, Solved, Unsolvable, always
 from scbm.planning.plan_search import search_plan
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from scbm.planning.plan_answers import Answer, PlanLimits, ShouldContinue
-    from scbm.planning.planning_task import Task
+    from scbm.model import BehaviorModel
+    from scbm.planning.plan_answers import Answer, ShouldContinue
+    from scbm.planning.planning_task import Problem, Task
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,33 +28,122 @@ class PlanProblem:
     `task.operations`, with the state that it leads to.
 
     Attributes:
-        task: the model as a packed transition system.
+        problem: the model and the goal, with their packed task.
         start: the packed state to plan from.
-        is_goal: whether the goal holds in a packed state.
         should_continue: called at intervals by long searches, through `raise_if_cancelled`.
     """
 
-    task: Task
+    problem: Problem
     start: int
-    is_goal: Callable[[int], bool]
     should_continue: ShouldContinue = always
+
+    @property
+    def task(self) -> Task:
+        """The model as a packed transition system."""
+        return self.problem.task
+
+    @property
+    def is_goal(self) -> Callable[[int], bool]:
+        """Whether the goal holds in a packed state."""
+        return self.problem.is_goal
 
 
 class PlanFunction(Protocol):
     """A planner. Its answer depends on the problem and the limits alone, never on earlier calls."""
 
     def __call__(self, problem: PlanProblem, limits: PlanLimits) -> Answer:
-        """Return a plan, the proof that there is none, or the limit that ended the search."""
+        """Return a plan, the proof that there is none, the limit that ended the search, or that it found nothing."""
         ...
 
 
 def canonical(problem: PlanProblem, limits: PlanLimits) -> Answer:
     """Return the canonical plan: the shortest, and of the shortest the first in the order of the model."""
-    return search_plan(problem.task, problem.start, problem.is_goal, limits, problem.should_continue)
+    return search_plan(problem.problem, problem.start, limits, problem.should_continue)
 
 
-PLANNERS: dict[str, PlanFunction] = {"canonical": canonical}
-"""The function of each planner by the name that `--planner` takes."""
+_EVALUATED_SHARE = 20
+"""Evaluating a state by its relaxed plan takes about as long as expanding this many states."""
+
+_MIN_EVALUATED = 1_000
+
+
+def greedy(problem: PlanProblem, limits: PlanLimits) -> Answer:
+    """Return some plan, mostly a short one.
+
+    The greedy search has a share of the limit. Where that is not enough, the canonical search has the rest: it ends
+    on small systems, and it finds the plans that are shorter than a limit on their length.
+    """
+    share = min(limits.expansions, max(limits.expansions // _EVALUATED_SHARE, _MIN_EVALUATED))
+    answer = problem.problem.greedy.plan(problem.start, share, problem.should_continue)
+    if isinstance(answer, Unsolvable) or (isinstance(answer, Solved) and len(answer.plan) <= limits.length):
+        return answer
+    rest = PlanLimits(limits.length, limits.expansions - answer.expanded)
+    exact = canonical(problem, rest)
+    return replace(exact, expanded=exact.expanded + answer.expanded)
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerEntry:
+    """A planner that `--planner` and `planner:` can name.
+
+    Attributes:
+        version: changes whenever the planner may answer a problem differently. Traces, cases, stores and certificates
+            record it beside the name.
+        search: the function that plans.
+        help: what its plans are, in a few words for `--help`.
+        is_external: whether another program plans. Its answers may depend on the machine and the time, so traces and
+            cases record them, and a replay never asks the planner again.
+        program_version: returns the version of the other program.
+    """
+
+    version: str
+    search: PlanFunction
+    help: str
+    is_external: bool = False
+    program_version: Callable[[], str] | None = None
+
+    @property
+    def whole_version(self) -> str:
+        """The version, with that of the program that plans. Raise `InputError` if the program is not installed."""
+        return self.version if self.program_version is None else f"{self.version}/{self.program_version()}"
+
+
+def _fast_downward(function: str) -> PlanFunction:
+    """Return a planner of the module `fast_downward`, which is imported when it is first asked."""
+
+    def search(problem: PlanProblem, limits: PlanLimits) -> Answer:
+        from scbm.planning import fast_downward  # noqa: PLC0415 - most commands do not use it
+
+        answer: Answer = getattr(fast_downward, function)(problem, limits)
+        return answer
+
+    return search
+
+
+def _version_of_fast_downward() -> str:
+    from scbm.planning.fast_downward import program_version  # noqa: PLC0415 - most commands do not use it
+
+    return program_version()
+
+
+def _external(function: str, help_text: str) -> PlannerEntry:
+    return PlannerEntry("1", _fast_downward(function), help_text, True, _version_of_fast_downward)
+
+
+PLANNERS: dict[str, PlannerEntry] = {
+    "canonical": PlannerEntry("1", canonical, "the shortest plan, and of these the first in the order of the file"),
+    "greedy": PlannerEntry("1", greedy, "some plan, found fast in large models"),
+    "fast-downward": _external("lama_first", "some plan, by Fast Downward; an extra"),
+    "fast-downward-optimal": _external("optimal", "a plan of proved length, by Fast Downward; an extra"),
+}
+"""The planners by the names that `--planner` takes."""
+
+
+def planner_of(model: BehaviorModel) -> PlannerIdentity:
+    """Return the name and the version of the planner that the runs of a model use."""
+    name = model.planner.name or DEFAULT_PLANNER
+    return PlannerIdentity(name, PLANNERS[name].whole_version)
+
 
 DEFAULT_PLANNER = "canonical"
-"""The planner of runs, tests and proofs: their traces and certificates rely on canonical plans."""
+"""The planner of commands and models that name none; the proofs of `scbm close` rely on canonical plans."""

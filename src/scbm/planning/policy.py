@@ -170,7 +170,7 @@ class Policy:
         return Solved(plan, 0) if len(plan) <= self._limits.length else LimitReached(Limit.LENGTH, 0)
 
     def _searched(self, state: int) -> Answer:
-        return self._search(PlanProblem(self.task, state, self._problem.is_goal, self._should_continue), self._limits)
+        return self._search(PlanProblem(self._problem, state, self._should_continue), self._limits)
 
     def _path(self, state: int) -> tuple[str, ...]:
         names = []

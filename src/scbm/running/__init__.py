@@ -4,7 +4,6 @@ A caller passes events, each with its time, and gets effects and the next deadli
 packages that drive it (simulation, nodes) nor the planner: a request for a plan is an effect.
 """
 
-from scbm.running.automatic import describe_cycle
 from scbm.running.events import (
     AskPlan,
     CancelRequest,
@@ -23,6 +22,7 @@ from scbm.running.events import (
     TimePassed,
     records_of,
 )
+from scbm.running.micro_steps import describe_cycle
 from scbm.running.program import Program
 from scbm.running.runner import Runner
 

@@ -104,11 +104,12 @@ class InjectionGiven:
 
 
 class PlanStatus(StrEnum):
-    """The three answers of a planner."""
+    """The four answers of a planner."""
 
     SOLVED = "solved"
     UNSOLVABLE = "unsolvable"
     LIMIT_REACHED = "limit_reached"
+    NO_PLAN_FOUND = "no_plan_found"
 
 
 @dataclass(frozen=True, slots=True)

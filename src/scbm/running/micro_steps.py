@@ -14,7 +14,8 @@ micro-step is next. It is a pure function of the packed state, the requests in f
 | 5.5 | no operation is current | `RunTurn.FOLLOW_PLAN`, then `next_in_plan` |
 
 The runner turns micro-steps into records and effects. The exploration (`closing.runs`) collects the obligations that
-they visit. Neither has a second copy of this order.
+they visit. Neither has a second copy of this order. `find_cycle` finds the cycle in a chain of automatic transitions
+that does not end (semantics 5.1).
 """
 
 from __future__ import annotations
@@ -22,14 +23,94 @@ from __future__ import annotations
 from enum import Enum
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
-from scbm.running.automatic import AutomaticMove, next_automatic
 from scbm.running.lifecycle import OperationMove
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
+    from collections.abc import Collection, Sequence
 
     from scbm.model.packing import Test
-    from scbm.running.program import Program, RequestLine
+    from scbm.running.program import CompiledStep, Program, RequestLine, RunnableOperation
+
+
+class AutomaticMove(NamedTuple):
+    """The micro-step in which an automatic transition is taken.
+
+    Attributes:
+        transition: the transition.
+        failed: the current operation, if the transition fails it.
+        after: the packed state afterwards.
+    """
+
+    transition: CompiledStep
+    failed: RunnableOperation | None
+    after: int
+
+
+def next_automatic(program: Program, state: int) -> AutomaticMove | None:
+    """Return the first automatic transition in the file whose guard holds and that changes a packed state."""
+    for mask, bits, step in program.automatic_cubes:  # most are ruled out without a call
+        if state & mask != bits or not step.test(state):
+            continue
+        after = step.update(state)
+        if after is None or after == state:
+            continue
+        return (
+            AutomaticMove(step, *program.fail_current(after))
+            if step.fails_operation
+            else AutomaticMove(step, None, after)
+        )
+    return None
+
+
+def find_cycle(program: Program, state: int, bound: int) -> tuple[str, ...]:
+    """Return `name_cycle` of the chain of automatic transitions from `state`; empty if it ends within `bound`."""
+    taken: list[tuple[str, int]] = []
+    seen: dict[int, None] = {}
+    while len(taken) <= bound:
+        following = next_automatic(program, state)
+        if following is None:
+            return ()
+        state = following.after
+        taken.append((following.transition.name, state))
+        if state in seen:
+            break
+        seen[state] = None
+    return name_cycle(taken)
+
+
+def name_cycle(taken: Sequence[tuple[str, int]]) -> tuple[str, ...]:
+    """Return the names of the transitions of a chain that is too long.
+
+    If the last state occurred before, these are the names of one cycle, with the first name again at the end. Otherwise
+    the chain has no cycle, and each name occurs once.
+
+    Args:
+        taken: the transitions, each with the packed state after it.
+    """
+    *before, (_, state) = taken
+    for index in range(len(before) - 1, -1, -1):
+        if before[index][1] == state:
+            return _round([name for name, _ in taken[index + 1 :]], [name for name, _ in taken])
+    return tuple(dict.fromkeys(name for name, _ in taken))
+
+
+def _round(names: list[str], taken: list[str]) -> tuple[str, ...]:
+    """Return the names of a cycle from the one that was taken first, with that one again at the end."""
+    first = min(range(len(names)), key=lambda index: taken.index(names[index]))
+    return (*names[first:], *names[:first], names[first])
+
+
+NO_TIME_PASSES = "no time passes"
+"""Replaces the names of a cycle where requests are sent and answered without end at one moment."""
+
+
+def describe_cycle(names: Sequence[str]) -> str:
+    """Return the result of `name_cycle` as a sentence."""
+    if tuple(names) == (NO_TIME_PASSES,):
+        return "requests are sent and answered without end, and no time passes: give the resources a latency"
+    if len(names) > 1 and names[0] == names[-1]:
+        return f"automatic transitions go round without end: {' -> '.join(names)}"
+    return f"too many automatic transitions in a row, though they do not go round: {', '.join(names)}"
 
 
 class RequestSending(NamedTuple):
@@ -85,7 +166,7 @@ class MicroSteps:
 
         Args:
             state: the packed state.
-            in_flight: the resources that owe a reply, in the order of their requests.
+            in_flight: the resources with a pending request, in the order of their requests.
             timer_passed: whether the timer of the current operation has passed.
         """
         # Without a timer that has passed and a request to cancel, the packed state alone decides.
@@ -152,7 +233,7 @@ def next_in_plan(*, is_queued: bool, is_asking: bool, is_unsolvable: bool, may_c
 
     Args:
         is_queued: whether the plan has another operation.
-        is_asking: whether the planner owes an answer.
+        is_asking: whether a planning request is pending.
         is_unsolvable: whether the planner has answered that no plan exists from the present state.
         may_change: whether the run waits for something that could change the state.
     """

@@ -32,9 +32,10 @@ from scbm.running.lifecycle import LifecycleState, OperationPart
 from scbm.running.micro_steps import MicroSteps
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from scbm.cases import Injection
+    from scbm.model import Value
     from scbm.model.packing import Test, Update
 
 
@@ -152,6 +153,8 @@ class Program:
         self._tests: dict[Predicate, Test] = {}
         self._micro_steps: dict[Predicate | None, MicroSteps] = {}
         self.operations = {operation.name: self._operation(operation) for operation in model.operations}
+        self._rest = {v.name: v.initial for v in model.running_space if v.role.is_runner}
+        self._world = tuple(v.name for v in model.running_space if not v.role.is_runner)
         self.automatic = tuple(self._automatic(transition) for transition in model.automatic_transitions)
         self.automatic_cubes = tuple((*step.cube, step) for step in self.automatic)
         self.requests = tuple(self._request_line(*numbered) for numbered in enumerate(model.resources))
@@ -161,6 +164,10 @@ class Program:
         self.measured = tuple(dict.fromkeys(name for resource in model.resources for name in resource.measures))
         self._current_mask = self.packing[CURRENT_NAME].mask | self.packing[CURRENT_STATE].mask
         self._current = dict(self._lifecycle_states())
+
+    def begin(self, state: Mapping[str, Value]) -> int:
+        """Return the packed state of a world whose runner is at rest; `state` has a value for every variable of it."""
+        return self.packing.pack(self._rest | {name: state[name] for name in self._world})
 
     def current(self, state: int) -> LifecycleState | None:
         """Return the current operation of a packed state with its state; `None` if no operation is current."""

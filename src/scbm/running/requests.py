@@ -28,7 +28,7 @@ class Requests:
 
     @property
     def in_flight(self) -> Collection[RequestLine]:
-        """The resources that owe a reply, in the order of their requests."""
+        """The resources with a pending request, in the order of their requests."""
         return self._lines.values()
 
     def send(self, line: RequestLine) -> int:

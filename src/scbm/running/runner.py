@@ -1,4 +1,4 @@
-"""The operation runner (paper, Sections II and IV; semantics 5 and 6).
+"""The operation runner: applies events such as replies to the state of a run (paper, Sections II, IV; semantics 5, 6).
 
 `Runner.handle` takes one event and then micro-steps until none applies. Injections come first; `micro_steps` has the
 order of all others. The runner keeps the requests, the plan and the timers, and turns micro-steps into effects.
@@ -32,7 +32,6 @@ from scbm.cases.trace import (
     RunStarted,
 )
 from scbm.model import PlanState
-from scbm.running.automatic import NO_TIME_PASSES, AutomaticMove, name_cycle
 from scbm.running.events import (
     AskPlan,
     CancelRequest,
@@ -52,11 +51,14 @@ from scbm.running.events import (
 )
 from scbm.running.lifecycle import OperationMove, PlanEffect
 from scbm.running.micro_steps import (
+    NO_TIME_PASSES,
+    AutomaticMove,
     MicroStep,
     PlanStep,
     RequestCancelling,
     RequestSending,
     RunTurn,
+    name_cycle,
     next_in_plan,
 )
 from scbm.running.requests import Requests
@@ -121,8 +123,7 @@ class Runner:
         self._now_ns = now_ns
         self._at_once = 0
         self._time_passes = False
-        space = program.packing.space
-        self._state = program.packing.pack({v.name: v.initial if v.role.is_runner else state[v.name] for v in space})
+        self._state = program.begin(state)
         self._effects: list[Effect] = []
         self._requests = Requests()
         self._waiting: deque[_Goal] = deque()
@@ -166,9 +167,11 @@ class Runner:
     @property
     def deadline_ns(self) -> int | None:
         """The time at which `TimePassed` is due unless another event comes first; `None` if the runner has no timer."""
-        times = [armed.injection.at_ns for armed in self._armed if armed.injection.at_ns is not None]
-        times = [at_ns for at_ns in times if at_ns > self._now_ns]
-        times += [held.until_ns for held in self._held]
+        times = []
+        if self._armed or self._held:
+            times += [armed.injection.at_ns for armed in self._armed if armed.injection.at_ns is not None]
+            times = [at_ns for at_ns in times if at_ns > self._now_ns]
+            times += [held.until_ns for held in self._held]
         if self._timer_ns is not None:
             times.append(self._timer_ns)
         if self._goal is not None:
@@ -241,6 +244,8 @@ class Runner:
         self._effects.append(PlanReceived(self._now_ns, answer.ask, answer.status.value, answer.plan, changes))
         if answer.status is PlanStatus.LIMIT_REACHED:
             self._end(End.PLANNER_LIMIT)
+        elif answer.status is PlanStatus.NO_PLAN_FOUND:
+            self._end(End.NO_PLAN_FOUND)
         elif answer.status is PlanStatus.UNSOLVABLE:
             self._unsolvable_in = self._asked_in
 
@@ -268,8 +273,11 @@ class Runner:
         """Take the first micro-step that applies; return `False` if none does, so that the runner is settled."""
         if (self._held and self._put_back()) or (self._armed and self._inject()):
             return True
-        timer_passed = self._timer_ns is not None and self._has_passed(self._timer_ns)
+        timer_passed = self._time_passes and self._timer_ns is not None and self._has_passed(self._timer_ns)
         step = self._steps.first(self._state, self._requests.in_flight, timer_passed=timer_passed)
+        if isinstance(step, OperationMove):  # most steps are moves
+            self._move_operation(step)
+            return True
         if isinstance(step, AutomaticMove) and len(self._taken) == self.options.livelock_bound:
             if self._goal is not None:
                 self._end(End.LIVELOCK, name_cycle(self._taken))
@@ -333,7 +341,7 @@ class Runner:
             self._held.append(_Held(injection, self._now_ns + injection.hold_ns, was))
 
     def _change_resource(self, injection: Injection, resource: str) -> None:
-        """Record the condition of a resource after an injection, and tell it to the caller.
+        """Record the condition of a resource after an injection, and report it to the caller.
 
         Of the injections that are in force, the last one decides.
         """

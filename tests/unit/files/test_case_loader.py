@@ -20,6 +20,7 @@ from scbm.files import (
 )
 from scbm.files.yaml.text_files import MAX_BYTES
 from scbm.model import InputError, Place, Slug
+from support.wording import Wording
 
 if TYPE_CHECKING:
     from scbm.model import Diagnostic
@@ -156,7 +157,7 @@ def test_a_goal_that_is_no_name_is_a_predicate() -> None:
     assert read_case("case: first\ngoal: [scans == 2, true]\n", CELL).goal == "scans == 2 && true"
 
 
-def test_a_nominal_state_that_is_not_allowed_is_told_of_at_the_name() -> None:
+def test_a_nominal_state_that_is_not_allowed_is_told_of_at_the_name(wording: Wording) -> None:
     text = (MODELS / "cell.yaml").read_text(encoding="utf-8").replace("initial: home", "initial: box_a", 1)
     model = read_model(text.replace("initial: green", "initial: red"))
     with pytest.raises(InputError) as raised:
@@ -164,7 +165,7 @@ def test_a_nominal_state_that_is_not_allowed_is_told_of_at_the_name() -> None:
     (diagnostic,) = raised.value.diagnostics
     assert diagnostic.slug is Slug.INITIAL_STATE_NOT_ALLOWED
     assert diagnostic.place == Place("case.yaml", 1, 1, 4)
-    assert diagnostic.remedy == "here robot_at is box_a, scanned is false, light is red"
+    wording(diagnostic.remedy)
 
 
 def test_a_list_of_many_requests_is_no_larger_for_that() -> None:

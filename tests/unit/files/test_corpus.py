@@ -13,7 +13,8 @@ import pytest
 from scbm.files import load_model, read_model
 from scbm.files.codec.binding_keys import RosKeys
 from scbm.files.yaml.text_files import MAX_BYTES, MAX_ERRORS
-from scbm.model import InputError, Slug, format_duration, format_value
+from scbm.model import InputError, PlannerChoice, Slug, format_duration, format_value
+from support.wording import Wording
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -151,6 +152,8 @@ def facts(model: BehaviorModel) -> Iterator[str]:
     yield f"initial states {model.initial_states}"
     yield from (f"goal {name}: {goal}" for name, goal in model.goals)
     yield from (f"requirement {requirement}" for requirement in model.requirements)
+    if model.planner != PlannerChoice():
+        yield str(model.planner)
 
 
 def facts_of_resource(resource: Resource) -> Iterator[str]:
@@ -238,14 +241,14 @@ def test_one_mistake_is_told_once_and_nothing_that_follows_from_it(text: str, sl
 # files that are no models
 
 
-def test_a_missing_file_is_told_with_the_name_of_its_neighbour(tmp_path: Path) -> None:
+def test_a_missing_file_is_told_with_the_name_of_its_neighbour(tmp_path: Path, wording: Wording) -> None:
     (tmp_path / "scan_cell.yaml").touch()
     (tmp_path / "other.txt").touch()
     path = tmp_path / "scan_cel.yaml"
     diagnostic = the_diagnostic_of_file(path)
-    assert str(diagnostic) == (
-        f"{path}: error[file-missing]: there is no such file\n    = did you mean `{tmp_path / 'scan_cell.yaml'}`?"
-    )
+    assert (diagnostic.slug, str(diagnostic.place)) == (Slug.FILE_MISSING, str(path))
+    assert f"`{tmp_path / 'scan_cell.yaml'}`" in (diagnostic.remedy or "")
+    wording(diagnostic)
 
 
 def test_a_missing_file_in_a_missing_directory_has_no_neighbour(tmp_path: Path) -> None:
@@ -257,11 +260,11 @@ def test_a_directory_is_not_a_file(tmp_path: Path) -> None:
     assert the_diagnostic_of_file(tmp_path).slug is Slug.FILE_IS_DIRECTORY
 
 
-def test_a_path_through_a_file_cannot_be_read(tmp_path: Path) -> None:
+def test_a_path_through_a_file_cannot_be_read(tmp_path: Path, wording: Wording) -> None:
     (tmp_path / "model.yaml").touch()
     diagnostic = the_diagnostic_of_file(tmp_path / "model.yaml" / "more.yaml")
     assert diagnostic.slug is Slug.FILE_UNREADABLE
-    assert diagnostic.message == "cannot read the file: not a directory"
+    wording(diagnostic.message)
 
 
 @pytest.mark.parametrize("name", ["a\0b.yaml", "x" * 5000 + ".yaml"])
@@ -286,26 +289,27 @@ def test_a_byte_that_is_not_utf8_is_told_by_its_place(
     path.write_bytes(data)
     diagnostic = the_diagnostic_of_file(path)
     assert diagnostic.slug is Slug.NOT_UTF8
-    assert diagnostic.message == f"the byte {byte} is not UTF-8"
+    assert f" {byte} " in diagnostic.message
     assert (diagnostic.place.line, diagnostic.place.column) == (line, column)
 
 
 @pytest.mark.parametrize(
-    ("text", "message"),
+    "text",
     [
-        ("", "the file is empty"),
-        (" \n\n", "the file is empty"),
-        ("\N{BYTE ORDER MARK}", "the file is empty"),
-        ("# a comment\n# and one more\n", "there is no model in the file"),
-        ("---\n...\n", "there is no model in the file"),
-        ("~", "there is no model in the file"),
+        "",
+        " \n\n",
+        "\N{BYTE ORDER MARK}",
+        "# a comment\n# and one more\n",
+        "---\n...\n",
+        "~",
     ],
 )
-def test_a_file_without_a_model_is_empty(text: str, message: str, tmp_path: Path) -> None:
+def test_a_file_without_a_model_is_empty(text: str, tmp_path: Path, wording: Wording) -> None:
     path = tmp_path / "empty.yaml"
     path.write_text(text, encoding="utf-8")
     diagnostic = the_diagnostic_of_file(path)
-    assert (diagnostic.slug, diagnostic.message) == (Slug.FILE_EMPTY, message)
+    assert diagnostic.slug is Slug.FILE_EMPTY
+    wording(diagnostic.message)
     assert str(diagnostic.place) == str(path)
 
 
@@ -317,7 +321,7 @@ def test_a_scalar_or_a_list_is_no_model(text: str) -> None:
 
 
 @pytest.mark.slow
-def test_a_file_may_have_so_many_bytes_and_not_one_more(tmp_path: Path) -> None:
+def test_a_file_may_have_so_many_bytes_and_not_one_more(tmp_path: Path, wording: Wording) -> None:
     path = tmp_path / "large.yaml"
     text = "behavior_model: large\nvariables: {}\noperations: {}\n#"
     path.write_text(text + "x" * (MAX_BYTES - len(text)), encoding="utf-8")
@@ -325,7 +329,8 @@ def test_a_file_may_have_so_many_bytes_and_not_one_more(tmp_path: Path) -> None:
     with path.open("a", encoding="utf-8") as stream:
         stream.write("x")
     diagnostic = the_diagnostic_of_file(path)
-    assert (diagnostic.slug, diagnostic.message) == (Slug.FILE_TOO_LARGE, "the file is larger than 4 MiB")
+    assert diagnostic.slug is Slug.FILE_TOO_LARGE
+    wording(diagnostic.message)
 
 
 # texts that are made to harm
@@ -341,10 +346,10 @@ def test_an_alias_bomb_is_refused_before_it_goes_off() -> None:
 
 
 @pytest.mark.parametrize("opening", ["[", "{a: ", "- ", "{", "? ", "[{"])
-def test_deep_nesting_is_refused_where_it_gets_too_deep(opening: str) -> None:
+def test_deep_nesting_is_refused_where_it_gets_too_deep(opening: str, wording: Wording) -> None:
     (diagnostic,) = diagnostics_of(opening * 5_000)
     assert diagnostic.slug is Slug.YAML_TOO_LARGE
-    assert diagnostic.message == "nested more than 30 levels deep"
+    wording(diagnostic.message)
     assert 30 <= diagnostic.place.column <= 31 * len(opening) + 1
 
 
@@ -360,11 +365,12 @@ def test_nested_parentheses_are_too_deep(predicate: str) -> None:
     assert diagnostic.place.line == 5
 
 
-def test_a_predicate_may_be_long_but_not_huge() -> None:
+def test_a_predicate_may_be_long_but_not_huge(wording: Wording) -> None:
     long = " && ".join(["a == true"] * 1_500)
     assert str(read_model(f"{BEGIN}goals:\n  done: {long}\n").goals[0][1]) == long
     (diagnostic,) = diagnostics_of(f"{BEGIN}goals:\n  done: {long} && {long}\n")
-    assert (diagnostic.slug, diagnostic.message) == (Slug.TOO_DEEP, "longer than 20000 characters")
+    assert diagnostic.slug is Slug.TOO_DEEP
+    wording(diagnostic.message)
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -379,14 +385,14 @@ def test_binary_junk_ends_in_one_located_error(seed: int) -> None:
 @pytest.mark.parametrize("character", ["\0", "\a", "\x0b", "\x0c", "\x1b", "\x7f", "\ud800", "\ufffe"])
 def test_a_character_that_yaml_does_not_allow_is_told_by_its_place(character: str) -> None:
     (diagnostic,) = diagnostics_of(f"behavior_model: cell\nvariables: {{}}  # {character}\noperations: {{}}\n")
-    assert diagnostic.message == f"the character U+{ord(character):04X} cannot stand in a YAML file"
+    assert f" U+{ord(character):04X} " in diagnostic.message
     assert (diagnostic.slug, diagnostic.place.line, diagnostic.place.column) == (Slug.YAML_SYNTAX, 2, 18)
 
 
 def test_messages_have_no_characters_that_move_the_cursor() -> None:
     text = BEGIN + 'goals: {"\\e[2Jdone\\r\\n\\u202e": true, "\\x07": "a == \\x08true"}\n'
     shown = [f"{diagnostic.message} {diagnostic.remedy}" for diagnostic in diagnostics_of(text)]
-    assert shown[0].startswith("`\\x1b[2Jdone\\r\\n\\u202e` is not a name")
+    assert shown[0].startswith("`\\x1b[2Jdone\\r\\n\\u202e` ")
     assert all(words.isprintable() for words in shown)
 
 

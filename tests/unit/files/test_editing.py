@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from scbm.files import is_model_text, read_model
 from scbm.files.codec.goal_editing import add_goals, with_goals
 from scbm.model import BehaviorModel, InputError, Slug
+from support.wording import Wording
 
 ROOT = Path(__file__).parents[3]
 MODELS = [
@@ -267,7 +268,9 @@ def test_a_file_that_cannot_be_edited_is_as_it_was(tmp_path: Path) -> None:
     assert path.read_text(encoding="utf-8") == HEAD
 
 
-def test_a_file_that_cannot_be_written_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_that_cannot_be_written_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
+) -> None:
     path = tmp_path / "cell.yaml"
     path.write_text(HEAD, encoding="utf-8")
 
@@ -277,9 +280,11 @@ def test_a_file_that_cannot_be_written_is_told(tmp_path: Path, monkeypatch: pyte
     monkeypatch.setattr(Path, "replace", refuse)
     with pytest.raises(InputError) as raised:
         add_goals(path, [BACK])
-    assert "cannot write the file: no space left on device" in str(raised.value)
+    (diagnostic,) = raised.value.diagnostics
+    assert (diagnostic.slug, str(diagnostic.place)) == (Slug.BAD_OPTION, str(path))
+    wording(diagnostic.message)
     assert [entry.name for entry in tmp_path.iterdir()] == ["cell.yaml"]
     assert path.read_text(encoding="utf-8") == HEAD
     monkeypatch.setattr("scbm.files.file_writer.os.access", lambda *_: False)
-    with pytest.raises(InputError, match="permission denied"):
+    with wording.raises(InputError):
         add_goals(path, [BACK])

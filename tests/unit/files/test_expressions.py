@@ -35,6 +35,7 @@ from scbm.model import (
 )
 from scbm.model.variables import resource_variables, runner_variables
 from support.models import scan_cell
+from support.wording import Wording
 
 if TYPE_CHECKING:
     from scbm.model import Action, Diagnostic, Predicate
@@ -217,15 +218,12 @@ def test_all_that_is_wrong_is_told_from_left_to_right() -> None:
     assert [under(text, diagnostic) for diagnostic in found] == ["x", "hme", "n", "1"]
 
 
-def test_a_place_in_a_text_of_several_lines_counts_on_one() -> None:
+def test_a_place_in_a_text_of_several_lines_counts_on_one(wording: Wording) -> None:
     text = "a == true\n  && x == true"
     (diagnostic,) = predicate_faults(text)
-    assert str(diagnostic) == (
-        "--goal:1:16: error[unknown-variable]: there is no variable `x`\n"
-        "    a == true   && x == true\n"
-        "                   ^\n"
-        "    = the variables are: a, b, c, at, was_at, n, m, far, …"
-    )
+    assert (str(diagnostic.place), diagnostic.slug) == ("--goal:1:16", Slug.UNKNOWN_VARIABLE)
+    assert str(diagnostic).splitlines()[1:3] == ["    a == true   && x == true", "                   ^"]
+    wording(diagnostic)
 
 
 def test_goals_and_initial_states_do_not_read_the_runner_and_get_no_hints_to_it() -> None:
@@ -234,46 +232,46 @@ def test_goals_and_initial_states_do_not_read_the_runner_and_get_no_hints_to_it(
     (diagnostic,) = predicate_faults("go.stat == initial", Where.WORLD)
     assert "go.state" not in str(diagnostic)
     (diagnostic,) = predicate_faults("go.stat == initial", Where.GUARD)
-    assert diagnostic.remedy == "did you mean `go.state`?"
+    assert "`go.state`" in (diagnostic.remedy or "")
 
 
 @pytest.mark.parametrize(
-    ("text", "remedy"),
+    "text",
     [
-        ("a = true", "write `==` to compare"),
-        ("a <- true", "`<-` assigns and belongs into actions; write `==` to compare"),
-        ("n => 3", "write `->` to imply, or `>=` to compare"),
-        ("n =< 3", "write `<=`"),
-        ("n <> 3", "write `!=`"),
-        ("n ≤ 3", "write `<=`"),
-        ("a == true AND b == true", "write `&&`"),
-        ("a == true | b == true", "write `||`"),
-        ("a == 'true'", "names and values are written without quotes"),
-        ("n == 1.5", "numbers are whole"),
-        ("n in {1..3}", "list the numbers, or compare with `<=`"),
-        ("at == ag-v", "names are letters, digits, `_` and `.`, so write `_` for `-`"),
-        ("if a == true then b == true", "write `p -> q` for `if p then q`"),
-        ("never a == true", "`never` belongs into requirements"),
-        ("n + 1 == 2", "predicates do not calculate"),
-        ("a == true)", "there is no `(` for it"),
-        ("a == true,", "expected `&&`, `||`, `->` or the end"),
-        ("at in (home)", "expected `{`"),
-        ("a == True", "did you mean `true`?"),
-        ("a == off", "write `true` or `false`"),
-        ("a == 0", "write `true` or `false`"),
-        ("True", "write `true`"),
-        ("aa", "did you mean a comparison with `a`?"),
-        ("n", "compare it: `n == 0`"),
-        ("n == 7", "its domain is 0..5"),
-        ("at == Agv", "did you mean `agv`?"),
-        ("at == table", "its values are: home, agv, box"),
-        ("at == was_ta", "did you mean `was_at`?"),
-        ("xx == home", "the variables are: a, b, c, at, was_at, n, m, far, …"),
+        "a = true",
+        "a <- true",
+        "n => 3",
+        "n =< 3",
+        "n <> 3",
+        "n ≤ 3",
+        "a == true AND b == true",
+        "a == true | b == true",
+        "a == 'true'",
+        "n == 1.5",
+        "n in {1..3}",
+        "at == ag-v",
+        "if a == true then b == true",
+        "never a == true",
+        "n + 1 == 2",
+        "a == true)",
+        "a == true,",
+        "at in (home)",
+        "a == True",
+        "a == off",
+        "a == 0",
+        "True",
+        "aa",
+        "n",
+        "n == 7",
+        "at == Agv",
+        "at == table",
+        "at == was_ta",
+        "xx == home",
     ],
 )
-def test_the_remedy_says_what_to_write(text: str, remedy: str) -> None:
+def test_the_remedy_says_what_to_write(text: str, wording: Wording) -> None:
     (diagnostic,) = predicate_faults(text)
-    assert diagnostic.remedy == remedy
+    wording(f"{text}\n    = {diagnostic.remedy}")
 
 
 # actions
@@ -353,21 +351,21 @@ def test_an_operation_may_abort_the_plan_where_the_planner_does_not_look() -> No
 
 
 @pytest.mark.parametrize(
-    ("text", "remedy"),
+    "text",
     [
-        ("a == true", "write `<-` to assign"),
-        ("a := true", "write `<-` to assign"),
-        ("a -> true", "write `<-` to assign"),
-        ("n++", "to count, write `v += 1` or `v -= 1`"),
-        ("n <- n + 1", "to count, write `v += 1` or `v -= 1`"),
-        ('at <- "home"', "names and values are written without quotes"),
-        ("a <-", "expected a name, a number, `true` or `false`"),
-        ("n += m", "expected a number"),
+        "a == true",
+        "a := true",
+        "a -> true",
+        "n++",
+        "n <- n + 1",
+        'at <- "home"',
+        "a <-",
+        "n += m",
     ],
 )
-def test_the_remedy_of_a_wrong_action_says_what_to_write(text: str, remedy: str) -> None:
+def test_the_remedy_of_a_wrong_action_says_what_to_write(text: str, wording: Wording) -> None:
     (diagnostic,) = action_faults(text)
-    assert diagnostic.remedy == remedy
+    wording(f"{text}\n    = {diagnostic.remedy}")
 
 
 # requirements

@@ -19,6 +19,7 @@ from scbm.files.codec.value_reader import ValueReader
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import ErrorCollector, read_tree
 from scbm.model import InputError, Slug
+from support.wording import Wording
 
 MODELS = Path(__file__).parent.parent.parent / "models"
 
@@ -107,10 +108,10 @@ def test_every_deviation_is_an_error_at_its_place(text: str, expected: list[tupl
     assert slugs(text) == expected
 
 
-def test_an_unknown_key_that_belongs_elsewhere_is_told_where() -> None:
+def test_an_unknown_key_that_belongs_elsewhere_is_told_where(wording: Wording) -> None:
     keys, report = read("{length: 2 s, others: 1}")
     keys.pause()
-    with pytest.raises(InputError, match="`others` belongs to a plan; the keys here are: length, label, lead, repeats"):
+    with wording.raises(InputError):
         report.raise_any()
 
 
@@ -125,13 +126,10 @@ def test_the_schema_describes_what_is_declared() -> None:
     assert pause["description"] == "A pause."
 
 
-def test_the_table_has_a_row_for_each_key() -> None:
-    assert key_table(PauseKeys).splitlines()[2:] == [
-        "| `length` | duration | required | How long it lasts. |",
-        "| `label` | name | no name | What \\| reports call it. |",
-        "| `lead` | duration | `0 s` | How long before. |",
-        "| `repeats` | name → duration | none | Further pauses. |",
-    ]
+def test_the_table_has_a_row_for_each_key(wording: Wording) -> None:
+    rows = [line.split(" | ") for line in key_table(PauseKeys).splitlines()[2:]]
+    assert [row[0] for row in rows] == [f"| `{name}`" for name in ("length", "label", "lead", "repeats")]
+    wording(key_table(PauseKeys))
 
 
 @pytest.mark.parametrize("root", [ModelKeys, CaseKeys, BindingsKeys])

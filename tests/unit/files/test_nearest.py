@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from scbm.files import nearest, suggestion
+from support.wording import Wording
 
 NAMES = ["robot_at", "gantry_at", "mounted", "scan_req_state", "scan_req_trigger", "Home"]
 
@@ -42,21 +43,23 @@ def test_of_two_near_names_the_nearer_one_is_taken() -> None:
 
 def test_nothing_is_near_where_nothing_is_known() -> None:
     assert nearest("robot_at", []) is None
-    assert suggestion("robot_at", [], "the variables are") is None
+    assert suggestion("robot_at", [], "names") is None
 
 
-def test_a_suggestion_names_the_nearest() -> None:
-    assert suggestion("robt_at", iter(NAMES), "the variables are") == "did you mean `robot_at`?"
+def test_a_suggestion_names_the_nearest(wording: Wording) -> None:
+    told = suggestion("robt_at", iter(NAMES), "names") or ""
+    assert "`robot_at`" in told
+    wording(told)
 
 
 def test_a_suggestion_lists_a_few_names_if_none_is_near() -> None:
-    assert suggestion("xyz", iter(["a", "b"]), "its values are") == "its values are: a, b"
+    assert suggestion("xyz", iter(["a", "b"]), "values") == "values: a, b"
 
 
 def test_a_suggestion_lists_no_more_than_a_line_of_names() -> None:
-    names = [f"name_{number}" for number in range(9)]
-    assert suggestion("xyz", names[:8], "they are") == f"they are: {', '.join(names[:8])}"
-    assert suggestion("xyz", names, "they are") == f"they are: {', '.join(names[:8])}, …"
+    names = [f"name_{number}" for number in range(11)]
+    assert suggestion("xyz", names[:10], "these") == f"these: {', '.join(names[:10])}"
+    assert suggestion("xyz", names, "these") == f"these: {', '.join(names[:10])}, …"
 
 
 def test_names_are_compared_in_bounded_numbers() -> None:

@@ -101,6 +101,7 @@ def test_the_schema_is_one() -> None:
         "initial_states",
         "goals",
         "requirements",
+        "planner",
     ]
 
 

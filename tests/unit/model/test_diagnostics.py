@@ -10,37 +10,29 @@ from scbm.model import Diagnostic, InputError, Place, ScbmError, Severity, Slug
 def shown(line: str, column: int, length: int = 1) -> list[str]:
     """The two lines that show a source line and the caret under it, without their common indentation."""
     place = Place("model.yaml", 7, column, length)
-    diagnostic = Diagnostic(Slug.UNKNOWN_VARIABLE, "there is no variable", place, source_line=line)
+    diagnostic = Diagnostic(Slug.UNKNOWN_VARIABLE, "message", place, source_line=line)
     head, *excerpt = str(diagnostic).split("\n")
-    assert head == f"model.yaml:7:{column}: error[unknown-variable]: there is no variable"
+    assert head == f"model.yaml:7:{column}: error[unknown-variable]: message"
     assert all(part == "" or part.startswith("    ") for part in excerpt)
     return [part[4:] for part in excerpt]
 
 
 def test_a_diagnostic_shows_all_that_it_has() -> None:
     place = Place("model.yaml", 3, 5, 4)
-    diagnostic = Diagnostic(
-        Slug.UNKNOWN_VARIABLE, "there is no variable `b`", place, "did you mean `a`?", "g: (b1b2 == c)"
-    )
+    diagnostic = Diagnostic(Slug.UNKNOWN_VARIABLE, "message `b`", place, "remedy `a`", "g: (b1b2 == c)")
     assert str(diagnostic) == (
-        "model.yaml:3:5: error[unknown-variable]: there is no variable `b`\n"
-        "    g: (b1b2 == c)\n"
-        "        ^~~~\n"
-        "    = did you mean `a`?"
+        "model.yaml:3:5: error[unknown-variable]: message `b`\n    g: (b1b2 == c)\n        ^~~~\n    = remedy `a`"
     )
 
 
 def test_a_diagnostic_shows_no_more_than_it_has() -> None:
     place = Place("model.yaml")
-    assert (
-        str(Diagnostic(Slug.FILE_EMPTY, "the file is empty", place))
-        == "model.yaml: error[file-empty]: the file is empty"
-    )
+    assert str(Diagnostic(Slug.FILE_EMPTY, "empty", place)) == "model.yaml: error[file-empty]: empty"
 
 
 def test_a_warning_says_that_it_is_one() -> None:
-    diagnostic = Diagnostic(Slug.UNUSED_VARIABLE, "nothing reads it", Place("m", 1), severity=Severity.WARNING)
-    assert str(diagnostic) == "m:1: warning[unused-variable]: nothing reads it"
+    diagnostic = Diagnostic(Slug.UNUSED_VARIABLE, "unused", Place("m", 1), severity=Severity.WARNING)
+    assert str(diagnostic) == "m:1: warning[unused-variable]: unused"
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from scbm.model.json_reader import (
     read_json_object,
     value_positions,
 )
+from support.wording import Wording
 
 MAX = 1_000
 JSON = st.recursive(
@@ -46,35 +47,41 @@ def test_json_comes_back_as_it_was(value: object) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "message", "position"),
+    ("text", "position"),
     [
-        ("", "this is not JSON: expecting value", 0),
-        ('{"a": 1,}', "this is not JSON", 8),
-        ('{"a": 1, "a": 2}', "the key `a` stands twice in one object", 9),
-        ('[{"b": {"c": 1, "c": 1}}]', "the key `c` stands twice", 16),
-        ("[1, NaN]", "`NaN` is not a JSON number", 4),
-        ("[-Infinity]", "`-Infinity` is not a JSON number", 1),
-        ("1" * 5_000, "more than 1000 characters", 0),
-        ('["\\ud83d\\ude00", "\\ud800"]', "half of a surrogate pair", 18),
-        ('{"\\udfff": 1}', "half of a surrogate pair", 2),
+        ("", 0),
+        ('{"a": 1,}', 8),
+        ('{"a": 1, "a": 2}', 9),
+        ('[{"b": {"c": 1, "c": 1}}]', 16),
+        ("[1, NaN]", 4),
+        ("[-Infinity]", 1),
+        ("1" * 5_000, 0),
+        ('["\\ud83d\\ude00", "\\ud800"]', 18),
+        ('{"\\udfff": 1}', 2),
     ],
 )
-def test_text_that_is_not_acceptable_is_refused_at_its_place(text: str, message: str, position: int) -> None:
+def test_text_that_is_not_acceptable_is_refused_at_its_place(text: str, position: int, wording: Wording) -> None:
     with pytest.raises(JsonError) as raised:
         read_json(text, MAX)
-    assert message in raised.value.message
+    wording(raised.value.message.partition(": ")[0])  # Python words the rest
     assert raised.value.position == position
 
 
-@pytest.mark.parametrize(("text", "message"), [("1" * 5_000, "too many digits"), ("[" * 500_000, "nested too deeply")])
-def test_numbers_and_nesting_beyond_the_limits_of_python_are_refused(text: str, message: str) -> None:
-    with pytest.raises(JsonError, match=message):
+@pytest.mark.parametrize(
+    "text",
+    [
+        "1" * 5_000,
+        "[" * 500_000,
+    ],
+)
+def test_numbers_and_nesting_beyond_the_limits_of_python_are_refused(text: str, wording: Wording) -> None:
+    with wording.raises(JsonError):
         read_json(text, len(text))
 
 
 @pytest.mark.parametrize("text", ["[]", "1", "null", '"x"'])
-def test_another_value_is_not_an_object(text: str) -> None:
-    with pytest.raises(JsonError, match="not a JSON object"):
+def test_another_value_is_not_an_object(text: str, wording: Wording) -> None:
+    with wording.raises(JsonError):
         read_json_object(text, MAX)
 
 
@@ -85,18 +92,18 @@ def test_plain_data_becomes_typed_values() -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "type_", "message"),
+    ("value", "type_"),
     [
-        (1.0, int, "expected `int`, got `float`"),
-        (True, int, "expected `int`, got `bool`"),
-        ("1", int, "expected `int`, got `str`"),
-        ("any", Word, "invalid enum value 'any'"),
-        ({"name": "a", "counts": [0, -1]}, Pair, r"`\$\.counts\[1\]`"),
-        ({"name": "a"}, Pair, "missing required field `counts`"),
+        (1.0, int),
+        (True, int),
+        ("1", int),
+        ("any", Word),
+        ({"name": "a", "counts": [0, -1]}, Pair),
+        ({"name": "a"}, Pair),
     ],
 )
-def test_a_value_of_another_type_is_refused_with_its_place(value: object, type_: Any, message: str) -> None:  # noqa: ANN401
-    with pytest.raises(JsonError, match=message):
+def test_a_value_of_another_type_is_refused_with_its_place(value: object, type_: Any, wording: Wording) -> None:  # noqa: ANN401
+    with wording.raises(JsonError):
         convert_json(value, type_)
 
 

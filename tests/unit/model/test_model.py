@@ -19,6 +19,7 @@ from scbm.model import (
     format_duration,
 )
 from support.models import scan_cell
+from support.wording import Wording
 
 
 def test_booleans_and_integers_are_different_values_though_python_thinks_otherwise() -> None:
@@ -82,16 +83,18 @@ def test_a_state_is_a_hashable_mapping_that_never_changes() -> None:
 
 
 @pytest.mark.parametrize(
-    ("values", "told"),
+    "values",
     [
-        ({"light": "red"}, "no value for count"),
-        ({"light": "red", "count": 1, "extra": 1}, "no such variable: extra"),
-        ({"light": "red", "count": 3}, "count cannot be 3"),
-        ({"light": "red", "count": True}, "count cannot be true"),
+        {"light": "red"},
+        {"light": "red", "count": 1, "extra": 1},
+        {"light": "red", "count": 3},
+        {"light": "red", "count": True},
     ],
 )
-def test_a_state_has_one_value_of_its_domain_for_each_variable(values: dict[str, bool | int | str], told: str) -> None:
-    with pytest.raises(ValueError, match=told):
+def test_a_state_has_one_value_of_its_domain_for_each_variable(
+    values: dict[str, bool | int | str], wording: Wording
+) -> None:
+    with wording.raises(ValueError):
         State(SPACE, values)
 
 

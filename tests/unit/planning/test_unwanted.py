@@ -50,7 +50,8 @@ def test_as_long_as_it_is_wanted_a_search_goes_on_and_what_is_soon_found_is_not_
     patience = Patience(100)
     answer = searched(patience)
     assert isinstance(answer, Solved)
-    assert (len(answer.plan), patience.asked) == (36, answer.expanded // 1_000)
+    assert len(answer.plan) == 36
+    assert answer.expanded // 1_000 <= patience.asked < 100
     hasty = Patience(0)
     assert Planner(MODEL).plan(START, GOALS["one"], LIMITS, hasty) == Solved(("count_0",), 1)
     assert hasty.asked == 0

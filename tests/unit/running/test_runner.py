@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import pytest
-
 from scbm.cases import Injection
 from scbm.cases.coverage import Obligations, visited_by
 from scbm.cases.trace import (
@@ -16,6 +14,7 @@ from scbm.cases.trace import (
     ReplyDropped,
     RunEnded,
     RunStarted,
+    state_after,
 )
 from scbm.model import Constant, Equal, Reference
 from scbm.running import (
@@ -31,6 +30,7 @@ from scbm.running import (
 )
 from support.driving import SECOND_NS, Hand
 from support.models import scan_cell
+from support.wording import Wording
 
 
 def current_is(name: str) -> Equal:
@@ -438,6 +438,13 @@ def test_a_planner_that_gives_up_is_not_an_unsolvable_goal() -> None:
     assert hand.ends == [End.PLANNER_LIMIT]
 
 
+def test_an_incomplete_search_that_finds_nothing_is_not_an_unsolvable_goal() -> None:
+    hand = Hand(scan_cell(), plans=[PlanAnswered(0, PlanStatus.NO_PLAN_FOUND)])
+    hand.goal()
+    assert hand.ends == [End.NO_PLAN_FOUND]
+    assert state_after(hand.records)["plan.state"] == "aborted"
+
+
 def test_a_livelock_is_named_by_its_transitions() -> None:
     ring = (
         "automatic_transitions:\n"
@@ -462,14 +469,14 @@ def test_a_livelock_between_an_automatic_transition_and_the_sending_of_requests_
     assert next(record.detail for record in hand.records if isinstance(record, RunEnded)) == ("again", "again")
 
 
-def test_a_long_chain_that_does_not_go_round_is_not_called_a_round() -> None:
+def test_a_long_chain_that_does_not_go_round_is_not_called_a_round(wording: Wording) -> None:
     count = "automatic_transitions:\n  count_up: {g: count != 9, a: [count += 1]}"
     model = scan_cell(("automatic_transitions:", count), ("count: {domain: 0..2", "count: {domain: 0..9"))
     hand = Hand(model, RunnerOptions(livelock_bound=5))
     hand.goal()
     detail = next(record.detail for record in hand.records if isinstance(record, RunEnded))
     assert detail == ("count_up",)
-    assert "do not go round: count_up" in describe_cycle(detail)
+    wording(describe_cycle(detail))
 
 
 def test_exactly_as_many_automatic_transitions_as_the_bound_are_no_livelock() -> None:
@@ -607,10 +614,10 @@ def test_a_plan_that_ends_without_the_goal_is_followed_by_another() -> None:
     assert hand.ends == [End.REPLAN_LIMIT]
 
 
-def test_time_does_not_run_backwards() -> None:
+def test_time_does_not_run_backwards(wording: Wording) -> None:
     hand = Hand(scan_cell())
     hand.wait(2)
-    with pytest.raises(ValueError, match="time runs backwards"):
+    with wording.raises(ValueError):
         hand.wait(1)
 
 

@@ -5,7 +5,16 @@ This package reads traces and counts; it runs nothing and prints nothing.
 
 from scbm.cases.coverage.obligations import KINDS, STATE_ASPECTS, Aspect, Figure, Obligation, Obligations, Threshold
 from scbm.cases.coverage.set_cover import Cover, smallest_cover
-from scbm.cases.coverage.visits import Coverage, GrowthStep, bits_of, growth, only_by, visited_by, visitors_of_each
+from scbm.cases.coverage.visits import (
+    Coverage,
+    GrowthStep,
+    Unnamed,
+    bits_of,
+    growth,
+    only_by,
+    visited_by,
+    visitors_of_each,
+)
 
 __all__ = [
     "KINDS",
@@ -18,6 +27,7 @@ __all__ = [
     "Obligation",
     "Obligations",
     "Threshold",
+    "Unnamed",
     "bits_of",
     "growth",
     "only_by",

@@ -58,6 +58,8 @@ class Aspect(StrEnum):
     TAKEN = "taken"
     QUEUED = "queued"
 
+    __hash__ = str.__hash__  # of equal value, and without a call of Python for each lookup
+
 
 STATE_ASPECTS = (Aspect.DISABLED, Aspect.EXECUTING, Aspect.FAILED, Aspect.TIMEDOUT, Aspect.COMPLETED)
 """The five states of an operation, in the order of the paper's report."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage.obligations import Aspect, Figure, Obligations
@@ -53,16 +54,36 @@ def visited_by(records: Iterable[Record], obligations: Obligations) -> int:
 
 
 @dataclass(frozen=True, slots=True)
+class Unnamed:
+    """Cases of a long campaign that are only counted: they visited nothing that a named case did not.
+
+    Attributes:
+        count: how many there are.
+        visits: for each obligation how many of them visited it; empty if there are none.
+    """
+
+    count: int = 0
+    visits: tuple[int, ...] = ()
+
+    def __add__(self, other: Unnamed) -> Unnamed:
+        """Return the cases of both."""
+        pairs = zip_longest(self.visits, other.visits, fillvalue=0)
+        return Unnamed(self.count + other.count, tuple(mine + others for mine, others in pairs))
+
+
+@dataclass(frozen=True, slots=True)
 class Coverage:
     """The obligations of a model, and for each case the set of those that it visited.
 
     Attributes:
         obligations: the obligations of the model.
         cases: the name of each case with its visited obligations as bits, in the order in which they were run.
+        unnamed: further cases, which are only counted.
     """
 
     obligations: Obligations
     cases: tuple[tuple[str, int], ...] = ()
+    unnamed: Unnamed = Unnamed()
 
     def __add__(self, other: Coverage) -> Coverage:
         """Return the union of two coverages. Raises `ValueError` for coverage of another model."""
@@ -71,7 +92,12 @@ class Coverage:
         merged = dict(self.cases)
         for name, visited in other.cases:
             merged[name] = merged.get(name, 0) | visited
-        return Coverage(self.obligations, tuple(merged.items()))
+        return Coverage(self.obligations, tuple(merged.items()), self.unnamed + other.unnamed)
+
+    @property
+    def count(self) -> int:
+        """The number of cases."""
+        return len(self.cases) + self.unnamed.count
 
     @property
     def visited(self) -> int:
@@ -98,13 +124,14 @@ class Coverage:
         return tuple(obligation for obligation in self.obligations if self.obligations.bit(obligation) & open_ones)
 
     def visitors(self, obligation: Obligation) -> Iterable[str]:
-        """Return the names of the cases that visited `obligation`, in the order in which they were run."""
+        """Return the names of the named cases that visited `obligation`, in the order in which they were run."""
         bit = self.obligations.bit(obligation)
         return (name for name, visited in self.cases if visited & bit)
 
     def visits(self) -> dict[Obligation, int]:
         """Return for each obligation the number of cases that visited it."""
         counts = Counter(position for _, visited in self.cases for position in bits_of(visited))
+        counts.update(dict(enumerate(self.unnamed.visits)))
         return {obligation: counts[position] for position, obligation in enumerate(self.obligations)}
 
     def first_visitor(self, obligation: Obligation) -> str | None:

@@ -52,7 +52,7 @@ from scbm.cases.trace.spans import (
     Span,
     spans_of,
 )
-from scbm.cases.trace.trace_text import FORMAT_VERSION, read_trace, records_json, write_trace
+from scbm.cases.trace.trace_text import FORMAT_VERSION, read_trace, records_json, trace_digest, write_trace
 
 __all__ = [
     "FORMAT_VERSION",
@@ -99,5 +99,6 @@ __all__ = [
     "sentence_of",
     "spans_of",
     "state_after",
+    "trace_digest",
     "write_trace",
 ]

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, ClassVar, TypeAlias
 
-from scbm.model import OperationState, PlanState, Value
+from scbm.model import FIRST_PLANNER, OperationState, PlannerIdentity, PlanState, Value
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 class End(StrEnum):
     """How the run for a goal can end (semantics 5).
 
-    A planner that reaches a limit has not proved its problem unsolvable, so `planner_limit` is an end of its own. A run
-    is `lost` if a node disappeared: it has no trace, and the tester reports this end in place of the runner.
+    A planner that reaches a limit, or whose incomplete search finds nothing, has not proved its problem unsolvable. So
+    `planner_limit` and `no_plan_found` are ends of their own. A run is `lost` if a node disappeared: it has no trace,
+    and the tester reports this end in place of the runner.
     """
 
     REACHED = "reached"
@@ -33,6 +34,7 @@ class End(StrEnum):
     TIME_LIMIT = "time_limit"
     REPLAN_LIMIT = "replan_limit"
     PLANNER_LIMIT = "planner_limit"
+    NO_PLAN_FOUND = "no_plan_found"
     LIVELOCK = "livelock"
     MODEL_ERROR = "model_error"
     LOST = "lost"
@@ -347,11 +349,13 @@ class Trace:
         model: the name of the model that was run.
         case: the name of the test case.
         records: the records.
+        planner: the planner that made the plans of the run.
     """
 
     model: str
     case: str
     records: tuple[Record, ...]
+    planner: PlannerIdentity = FIRST_PLANNER
 
 
 def state_after(records: Iterable[Record]) -> dict[str, Value]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 from dataclasses import fields
 from functools import cache
+from hashlib import sha256
 from typing import Any, get_args, get_type_hints
 
 from scbm.cases.trace.records import Record, Trace
-from scbm.model import Diagnostic, InputError, Place, Slug, Value
+from scbm.model import FIRST_PLANNER, Diagnostic, InputError, Place, PlannerIdentity, Slug, Value
 from scbm.model.json_reader import JsonError, convert_json, read_json_object
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 """The version of the format, as `docs/reference/formats.md` describes it; it grows with every incompatible change."""
 
 PAIRED = ("changes", "state", "payload")
@@ -21,6 +22,19 @@ PAIRED = ("changes", "state", "payload")
 def write_trace(trace: Trace) -> str:
     """Return `trace` as JSON Lines; each line ends with a line feed."""
     header = {"format": "scbm-trace", "version": FORMAT_VERSION, "model": trace.model, "case": trace.case}
+    return _lines(header | {"planner": {"name": trace.planner.name, "version": trace.planner.version}}, trace)
+
+
+def trace_digest(trace: Trace) -> str:
+    """Return the SHA-256 of a trace, in hexadecimal digits: of its text in version 1 of the format.
+
+    So the digests in cases and logs that older versions wrote stay valid. The planner is not covered.
+    """
+    header = {"format": "scbm-trace", "version": 1, "model": trace.model, "case": trace.case}
+    return sha256(_lines(header, trace).encode()).hexdigest()
+
+
+def _lines(header: dict[str, Any], trace: Trace) -> str:
     lines = [header, *records_json(trace)]
     return "".join(f"{json.dumps(line, ensure_ascii=False, separators=(',', ':'))}\n" for line in lines)
 
@@ -50,11 +64,20 @@ def read_trace(text: str, file: str = "trace") -> Trace:
     header = _object(lines[0] if lines else "", Place(file, 1))
     if header.get("format") != "scbm-trace":
         raise _bad("this is not a trace of scbm", Place(file, 1))
-    if header.get("version") != FORMAT_VERSION:
-        message = f"version {header.get('version')} of the trace format; this scbm reads version {FORMAT_VERSION}"
+    version = header.get("version")
+    if version not in range(1, FORMAT_VERSION + 1):
+        message = f"version {version} of the trace format; this scbm reads version {FORMAT_VERSION} and older ones"
         raise _bad(message, Place(file, 1))
+    planner = FIRST_PLANNER if version == 1 else _planner(header.get("planner"), Place(file, 1))
     records = tuple(_read_record(line, Place(file, number)) for number, line in enumerate(lines[1:], start=2))
-    return Trace(str(header.get("model")), str(header.get("case")), records)
+    return Trace(str(header.get("model")), str(header.get("case")), records, planner)
+
+
+def _planner(value: object, place: Place) -> PlannerIdentity:
+    try:
+        return convert_json(value, PlannerIdentity)
+    except JsonError as error:
+        raise _bad(f"`planner` is not the name and the version of a planner: {error.message}", place) from None
 
 
 def _read_record(line: str, place: Place) -> Record:

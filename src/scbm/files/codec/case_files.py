@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scbm.files.codec.case_keys import CASE_OWNERS, CaseKeys, CaseToWrite
+from scbm.files.codec.injection_keys import NETWORK_OWNERS, NetworkKeys
 from scbm.files.codec.keys import check_shape
-from scbm.files.codec.network_keys import NETWORK_OWNERS, NetworkKeys
 from scbm.files.codec.value_reader import ValueReader
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import read_file, read_tree, similar_file_remedy

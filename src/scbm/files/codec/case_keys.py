@@ -6,10 +6,10 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scbm.cases import Case, CaseLimits, Expectations, Injection, Network, Origin, RecordedRun
+from scbm.cases import Case, CaseLimits, Expectations, Injection, Network, Origin, RecordedPlan, RecordedRun
 from scbm.cases.coverage import Obligation, Obligations
 from scbm.cases.trace import End
-from scbm.files.codec.injection_keys import InjectionKeys, InjectionsReader
+from scbm.files.codec.injection_keys import InjectionKeys, InjectionsReader, NetworkKeys, PartitionKeys, random_keys
 from scbm.files.codec.key_types import (
     CASE_NAME_TYPE,
     COUNT,
@@ -28,13 +28,12 @@ from scbm.files.codec.key_types import (
     node_of,
     predicate_data,
 )
-from scbm.files.codec.keys import DefaultKey, Key, Keys
-from scbm.files.codec.network_keys import NetworkKeys, PartitionKeys, random_keys
+from scbm.files.codec.keys import Data, DefaultKey, Definitions, Key, Keys, KeyType, ShapeCheck, Spot
 from scbm.files.codec.outcome_keys import OutcomeKeys, RuleReader, RuleType, stretches_of
 from scbm.files.codec.value_reader import NAME, ValueReader
 from scbm.files.language.scope import Where
 from scbm.files.spelling import nearest, suggestion
-from scbm.model import Slug
+from scbm.model import FIRST_PLANNER, PlannerIdentity, Slug
 from scbm.model.requirements import Requirement
 from scbm.model.values import format_value
 
@@ -44,7 +43,7 @@ if TYPE_CHECKING:
     from scbm.files.yaml.document import YamlNode
     from scbm.model.behavior import BehaviorModel
     from scbm.model.predicates import Predicate
-    from scbm.model.state import State
+    from scbm.model.variables import State
 
 _DIGEST = re.compile(r"[0-9a-f]{64}", re.ASCII)
 _WORD = re.compile(rf"(?!true$|false$){NAME.pattern}", re.ASCII)
@@ -87,6 +86,58 @@ def _read_digest(reader: ValueReader, node: YamlNode, text: str) -> str:
         message = f"expected the SHA-256 of a trace, 64 hexadecimal digits, found `{text}`"
         reader.add(Slug.WRONG_SHAPE, message, node.place, "leave out `recorded`, or save the case again")
     return text
+
+
+def _read_planner(reader: ValueReader, node: YamlNode, text: str) -> PlannerIdentity | None:
+    try:
+        return PlannerIdentity.parse(text)
+    except ValueError:
+        message = f"expected the name and the version of a planner, found `{text}`"
+        reader.add(Slug.WRONG_SHAPE, message, node.place, "write for example `greedy 1`, or save the case again")
+        return None
+
+
+_NO_PLAN = ("unsolvable", "limit_reached", "no_plan_found")
+"""The answers of a planner that are no plans."""
+
+
+class RecordedPlanType(KeyType[tuple[RecordedPlan, ...]]):
+    """A list of answers: each is a list of operations, or the word for an answer that is no plan."""
+
+    words = "list of answers"
+
+    def check(self, spot: Spot, check: ShapeCheck) -> None:
+        """Note anything but a list of lists and words."""
+        if not isinstance(spot.node.plain, list):
+            check.wrong_shape(spot, "a list of answers", "write for example `[[move, scan], unsolvable]`")
+        for element in spot.elements():
+            if isinstance(element.node.plain, list):
+                for name in element.elements():
+                    if not name.is_scalar:
+                        check.wrong_shape(name, "the name of an operation")
+            elif not element.is_scalar:
+                check.wrong_shape(element, "a list of operations, or an answer such as `unsolvable`")
+
+    def read(self, node: YamlNode, reader: ValueReader) -> tuple[RecordedPlan, ...]:
+        """Return the answers; note unknown operations and words."""
+        found = []
+        for element in node.elements:
+            if isinstance(element.plain, list):
+                found.append(RecordedPlan("solved", reader.operations(element)))
+            elif element.text is not None and element.plain is not None:
+                word = reader.word(element, element.text, _NO_PLAN, "an answer of a planner")
+                found.append(RecordedPlan(word or _NO_PLAN[0]))
+        return tuple(found)
+
+    def write(self, value: object) -> Data:
+        """Return the answers as data."""
+        answers: Any = value
+        return [flow_list(each.plan) if each.status == "solved" else each.status for each in answers]
+
+    def schema(self, definitions: Definitions) -> dict[str, Data]:  # noqa: ARG002 - refers to no definition
+        """Return the JSON Schema."""
+        operations = {"type": "array", "items": {"type": "string"}}
+        return {"type": "array", "items": {"anyOf": [operations, {"enum": list(_NO_PLAN)}]}}
 
 
 def _verdict_type(what: str) -> ScalarType[End]:
@@ -199,6 +250,11 @@ class RecordedKeys(Keys):
         "The SHA-256 of the trace of the run, in 64 hexadecimal digits.",
         required=True,
     )
+    planner: DefaultKey[PlannerIdentity] = DefaultKey(
+        ScalarType("name and version", "the name and the version of a planner", {"type": "string"}, _read_planner, str),
+        "The name and the version of the planner that made the plans.",
+        default=FIRST_PLANNER,
+    )
 
 
 # the case
@@ -294,6 +350,13 @@ class CaseKeys(Keys):
         "The random streams for everything that the case leaves open.",
         source="case.origin",
     )
+    plans: DefaultKey[tuple[RecordedPlan, ...]] = DefaultKey(
+        RecordedPlanType(),
+        "The answers of the planner, in the order in which the run asks; without them the planner is asked.",
+        default=(),
+        absent="the planner is asked",
+        source="case.plans",
+    )
     recorded = Key(
         MappingType(RecordedKeys), "The result of the run that the case was saved from.", source="case.recorded"
     )
@@ -314,7 +377,10 @@ class CaseKeys(Keys):
             tuple(self._requirements(model)),
             Expectations() if self.expect is None else self.expect.expectations(model),
             None if self.drawn is None else Origin(self.drawn.seed or 0, self.drawn.case),
-            None if self.recorded is None else RecordedRun(str(self.recorded.end or ""), self.recorded.trace or ""),
+            None
+            if self.recorded is None
+            else RecordedRun(str(self.recorded.end or ""), self.recorded.trace or "", self.recorded.planner),
+            self.plans,
         )
 
     def _goal(self, model: BehaviorModel) -> tuple[str, Predicate]:

@@ -1,4 +1,4 @@
-"""What the declared keys say to others: JSON Schemas for editors, and the tables of the documentation."""
+"""JSON Schemas for editors and tables for the documentation, generated from the declared keys."""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The keys of a file. Each is declared once, and all that is known of it comes from that declaration.
+"""Declarations of the keys of files: type, help text, default and source.
+
+Each key is declared once, and all that is known of it comes from that declaration.
 
 A subclass of `Keys` declares one sort of mapping: an operation, a case, the network of a case. Each of its keys is a
 `Key` with a type, a help text and, where it has one, a default. From this come

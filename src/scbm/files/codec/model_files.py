@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from hashlib import sha256
+from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,7 @@ from scbm.files.codec.value_reader import ValueReader
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import read_file, read_tree
 from scbm.files.yaml.yaml_writer import dump
-from scbm.model import Place
+from scbm.model import Diagnostic, InputError, Place, PlannerChoice, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -103,6 +104,7 @@ def read_model(text: str, file: str = "model") -> BehaviorModel:
 
 def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
     document, source, report = read_tree(text, file, "model", "a model begins with `behavior_model: <name>`")
+    _refuse_too_many(document, source)
     check_shape(document, report, ModelKeys, MODEL_OWNERS)
     reader = ValueReader(report, Scope({}))
     model = ModelKeys(document, reader).model()
@@ -110,6 +112,21 @@ def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
     if not reader.is_whole:
         raise AssertionError(f"{file}: something was not resolved, and nothing was complained of")
     return model, Places(document, source)
+
+
+_MAX_ENTRIES = 10_000
+"""Maximum number of entries of one section; the largest published model in the benchmarks has 3,160 operations."""
+
+
+def _refuse_too_many(document: YamlNode, source: SourceText) -> None:
+    """Raise `InputError` for a model that is too large to be read and explored."""
+    for section in document.items.values():
+        if len(section.items) > _MAX_ENTRIES:
+            name = next(islice(section.items, _MAX_ENTRIES, None))
+            message = f"more than {_MAX_ENTRIES:,} entries in one section, {len(section.items):,} in all"
+            place = section.key_places[name]
+            line = source.lines[place.line - 1]
+            raise InputError([Diagnostic(Slug.YAML_TOO_LARGE, message, place, source_line=line)])
 
 
 # files of bindings
@@ -149,12 +166,13 @@ def write_model(model: BehaviorModel) -> str:
 
 
 def digest_of(model: BehaviorModel) -> str:
-    """Return the SHA-256 of a model without comments, layout and bindings; it identifies the model.
+    """Return the SHA-256 of a model without comments, layout, bindings and planner; it identifies the model.
 
-    The bindings do not change what the model means.
+    Bindings and planner do not change what the model means.
     """
     resources = tuple(replace(resource, binding=None) for resource in model.resources)
-    return sha256(write_model(replace(model, resources=resources)).encode()).hexdigest()
+    meaning = replace(model, resources=resources, planner=PlannerChoice())
+    return sha256(write_model(meaning).encode()).hexdigest()
 
 
 def write_operation(operation: Operation) -> str:

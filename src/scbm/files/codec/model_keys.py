@@ -6,16 +6,26 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
 from scbm.files.codec.binding_keys import BindingReader, RosKeys
-from scbm.files.codec.key_types import MODEL_NAME, REQUIREMENTS, MappingType, NamesType, predicate_type
+from scbm.files.codec.key_types import (
+    COUNT,
+    MODEL_NAME,
+    REQUIREMENTS,
+    MappingType,
+    NamesType,
+    ScalarOrMappingType,
+    ScalarType,
+    predicate_type,
+)
 from scbm.files.codec.keys import DefaultKey, Key, Keys
 from scbm.files.codec.operation_keys import AutomaticKeys, OperationKeys, TransitionKeys
 from scbm.files.codec.resource_keys import ResourceKeys, SimulationKeys
-from scbm.files.codec.value_reader import NAME
+from scbm.files.codec.value_reader import NAME, ValueReader
 from scbm.files.codec.variable_keys import VariableKeys
 from scbm.files.language.grammar import keywords
 from scbm.files.language.scope import Scope, Where
+from scbm.files.spelling import suggestion
 from scbm.model import Place, Slug
-from scbm.model.behavior import BehaviorModel
+from scbm.model.behavior import BehaviorModel, PlannerChoice
 from scbm.model.predicates import TRUE, Predicate
 from scbm.model.requirements import Requirement
 from scbm.model.variables import NO_OPERATION, Variable, resource_variables, runner_variables
@@ -24,6 +34,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.files.codec.key_types import Entry
+    from scbm.files.yaml.document import YamlNode
 
 T = TypeVar("T")
 
@@ -31,6 +42,65 @@ _WORLD = predicate_type(Where.WORLD)
 _RESERVED_OPERATIONS = (NO_OPERATION, "current", "plan", "automatic")
 _DECLARING: dict[str, type[Keys]] = {"variables": VariableKeys, "resources": ResourceKeys, "operations": OperationKeys}
 """The sections whose keys are names that expressions use."""
+
+
+def _read_planner(reader: ValueReader, node: YamlNode, text: str) -> str | None:
+    """Return the name of a planner; note a name that the registry does not have."""
+    from scbm.planning import PLANNERS  # noqa: PLC0415 - the engines, which few models need to be loaded
+
+    if text in PLANNERS:
+        return text
+    remedy = suggestion(text, PLANNERS, "the planners are")
+    reader.add(Slug.UNKNOWN_PLANNER, f"there is no planner `{text}`", node.place, remedy)
+    return None
+
+
+_PLANNER_NAME = ScalarType("planner", "the name of a planner", {"type": "string"}, _read_planner)
+
+
+class PlannerKeys(Keys):
+    """The planner of the runs of a model, and the limits of its searches."""
+
+    in_flow = True
+
+    name = Key(_PLANNER_NAME, "The name of the planner.", absent="`canonical`")
+    max_length = Key(COUNT, "The maximum number of operations of a plan.", absent="1000")
+    max_expanded = Key(
+        COUNT,
+        "The maximum number of states that a search expands; not for planners that are other programs.",
+        absent="1000000",
+    )
+
+    def choice(self) -> PlannerChoice:
+        """Return the planner with its limits; valid only if no error is noted."""
+        if not isinstance(self.node.plain, dict):
+            return PlannerChoice(_PLANNER_NAME.read(self.node, self.reader))
+        choice = PlannerChoice(self.name, self.max_length, self.max_expanded)
+        if choice.name is not None and choice.max_expanded is not None:
+            self._refuse_uncounted(choice.name)
+        return choice
+
+    def _refuse_uncounted(self, name: str) -> None:
+        """Note a limit of expanded states for another program, which would ignore the limit."""
+        from scbm.planning import PLANNERS  # noqa: PLC0415 - as above
+
+        if PLANNERS[name].is_external:
+            message = f"the planner `{name}` is another program and takes no limit of expanded states"
+            self.reader.add(Slug.CONTRADICTION, message, self.place("max_expanded"), "leave out `max_expanded`")
+
+
+def _planner_data(choice: PlannerChoice) -> object:
+    has_limits = choice.max_length is not None or choice.max_expanded is not None
+    return choice.name if choice.name is not None and not has_limits else PlannerKeys.write(choice)
+
+
+_PLANNER = ScalarOrMappingType(
+    PlannerKeys,
+    "planner",
+    "a planner such as `greedy`, or `{name: greedy, max_length: 500}`",
+    {"type": "string"},
+    _planner_data,
+)
 
 
 class ModelKeys(Keys):
@@ -75,6 +145,11 @@ class ModelKeys(Keys):
         default=(),
         source=lambda model: {requirement.name: requirement.sentence for requirement in model.requirements},
     )
+    planner = Key(
+        _PLANNER,
+        "The planner of runs and tests, by its name or as a mapping with limits; `--planner` overrides it.",
+        absent="`canonical`",
+    )
 
     def model(self) -> BehaviorModel:
         """Return the model; valid only if no error is noted."""
@@ -94,6 +169,7 @@ class ModelKeys(Keys):
             initial_states=self.initial_states,
             goals=tuple((entry.name, entry.value or TRUE) for entry in self._named(self.goals)),
             requirements=tuple(Requirement(name, sentence) for name, sentence in requirements if sentence is not None),
+            planner=PlannerChoice() if self.planner is None else self.planner.choice(),
         )
         return self._bound(model)
 
@@ -195,6 +271,7 @@ MODEL_OWNERS: tuple[tuple[type[Keys], str], ...] = (
     (RosKeys, "`ros` of a resource"),
     (OperationKeys, "an operation"),
     (TransitionKeys, "a transition"),
+    (PlannerKeys, "the planner"),
     (ModelKeys, "the model"),
 )
 """What messages call the mappings of a model file; an unknown key belongs to the first that declares it."""

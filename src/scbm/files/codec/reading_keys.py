@@ -170,7 +170,7 @@ class ReadingKeys(Keys):
     def _texts(self, variable: Variable | None) -> Iterator[tuple[str, Value]]:
         self._refuse_none("values")
         for entry in (self.values or ()) if variable is not None else ():
-            assert variable is not None  # noqa: S101 - said above
+            assert variable is not None  # noqa: S101 - without a variable, the loop has no entries
             value = self.reader.value(entry.node, variable.domain, variable.name, variable.domain.values)
             if value is not None:
                 yield entry.name, value

@@ -9,8 +9,8 @@ from scbm.files.language.scope import Scope, Where
 from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.text_files import ErrorCollector
 from scbm.model import InputError, Place, Slug
-from scbm.model.state import State
 from scbm.model.values import Domain, Value, format_value
+from scbm.model.variables import State
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

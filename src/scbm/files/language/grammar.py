@@ -65,7 +65,7 @@ def grammar() -> str:
 def keywords() -> tuple[str, ...]:
     """Return the words that cannot be names.
 
-    In a requirement, a word right behind another one is told apart by that, as `to` in `leads to`, and may be a name.
+    In a requirement, the second word of a phrase may be a name, such as `to` of `leads to`: its position identifies it.
     """
     return (*_WORDS, *dict.fromkeys(phrase[0] for phrase in _phrases()))
 

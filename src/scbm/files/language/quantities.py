@@ -1,4 +1,4 @@
-"""Quantities as people write them.
+"""Durations and shares: from text to number, and back.
 
 Durations are a number and a unit: `10 s`, `1.5 seconds`, `500 ms`. Shares are `2 %`, `0.5 %`, or a number from 0 to 1.
 """

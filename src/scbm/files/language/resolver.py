@@ -9,8 +9,7 @@ from lark import Token
 
 from scbm.files.language.quantities import parse_duration
 from scbm.files.language.scope import Scope, Where
-from scbm.files.language.syntax import SyntaxTree, extent, parse
-from scbm.files.language.syntax_faults import Start, SyntaxFault
+from scbm.files.language.syntax import Start, SyntaxFault, SyntaxTree, extent, parse
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import Slug
 from scbm.model.operations import Action, Add, Assign

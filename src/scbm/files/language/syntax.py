@@ -1,16 +1,233 @@
-"""Parses predicates, actions and requirements: from a text to its syntax tree, or to one located syntax error."""
+"""Parses predicates, actions and requirements: from a text to its syntax tree, or to one located syntax error.
+
+Syntax errors are explained to people who write predicates, actions and requirements.
+"""
 
 from __future__ import annotations
 
+import re
+from dataclasses import dataclass
 from functools import cache
-from typing import TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 from lark import Lark, Token, Tree
-from lark.exceptions import UnexpectedInput
+from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
-from scbm.files.language.grammar import grammar
-from scbm.files.language.syntax_faults import SLUGS, Start, SyntaxFault, example, syntax_fault
+from scbm.files.language.grammar import grammar, keywords, opening_words, requirement_phrases
 from scbm.model import FORMS, RequirementForm, Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
+
+
+Start: TypeAlias = Literal["predicate", "action", "requirement"]
+
+SLUGS = {
+    "predicate": Slug.PREDICATE_SYNTAX,
+    "action": Slug.ACTION_SYNTAX,
+    "requirement": Slug.REQUIREMENT_SYNTAX,
+}
+
+_EXAMPLES = {
+    "predicate": "`robot_at == home && box_is_scanned == false`, or `true`",
+    "action": "`box_is_scanned <- true`, or `count += 1`",
+}
+
+
+def example(start: Start) -> str:
+    """Return the remedy for an empty text: what to write instead."""
+    if start == "requirement":
+        return f"write {_alternatives([f'`{form.pattern}`' for form in FORMS.values()])}"
+    return f"write for example {_EXAMPLES[start]}"
+
+
+@dataclass(slots=True)
+class SyntaxFault(Exception):  # noqa: N818 - it never leaves this package; outside it is a diagnostic
+    """A syntax error: the message, its characters in the text, and a remedy."""
+
+    slug: Slug
+    message: str
+    begin: int
+    end: int
+    remedy: str | None = None
+
+
+def syntax_fault(error: UnexpectedInput, text: str, start: Start) -> SyntaxFault:
+    """Return the syntax error for an error of the parser."""
+    accepted = _accepted(error)
+    if isinstance(error, UnexpectedCharacters):
+        begin = cast("int", error.pos_in_stream)  # Lark declares it without a type
+        return _misplaced(text, begin, begin + 1, start, accepted)
+    if isinstance(error, UnexpectedToken) and error.token.type != "$END":
+        begin = error.token.start_pos or 0
+        return _misplaced(text, begin, error.token.end_pos or begin + 1, start, accepted)
+    return _early_end(text, start, accepted)
+
+
+def _accepted(error: UnexpectedInput) -> Collection[str]:
+    """Return the terminals that the parser could have accepted."""
+    parser: Any = getattr(error, "interactive_parser", None)  # set by the parser, and declared nowhere
+    return () if parser is None else parser.accepts()
+
+
+def _early_end(text: str, start: Start, accepted: Collection[str]) -> SyntaxFault:
+    opened = _unclosed(text)
+    if opened is not None:
+        message = f"this `{text[opened]}` is not closed"
+        return SyntaxFault(SLUGS[start], message, opened, opened + 1, _expected(accepted))
+    end = len(text.rstrip())
+    remedy = _expected(accepted)
+    if start == "requirement" and "_LEADS" in accepted:  # all of it is a predicate
+        remedy = f"{remedy}; write `always {text.strip()}` for what must hold all the time"
+    return SyntaxFault(SLUGS[start], f"the {start} ends too early", max(0, end - 1), end, remedy)
+
+
+def _misplaced(text: str, begin: int, end: int, start: Start, accepted: Collection[str]) -> SyntaxFault:
+    """Return the error for a misplaced word; the word before it is blamed if it belongs to another language."""
+    opening = _LAST_WORD.search(text, 0, begin)
+    if opening is not None:
+        remedy = _opening_remedy(opening[1], start)
+        if remedy is not None:
+            begin, end = opening.span(1)
+            return SyntaxFault(SLUGS[start], f"`{opening[1]}` cannot stand here", begin, end, remedy)
+    message = f"`{text[begin:end]}` cannot stand here"
+    remedy = _remedy(text, begin, end, start, accepted) or _expected(accepted)
+    return SyntaxFault(SLUGS[start], message, begin, end, remedy)
+
+
+_LAST_WORD = re.compile(r"(?<![\w.])([A-Za-z]+)\s*$")
+
+
+def _opening_remedy(word: str, start: Start) -> str | None:
+    """Return the remedy for a word that does not begin a sentence of this language."""
+    lower = word.lower()
+    if lower in keywords() and start == "requirement" and lower != word:
+        return f"write `{lower}`"
+    if lower in opening_words() and start != "requirement":
+        return f"`{lower}` belongs into requirements"
+    return _OPENING_WORDS.get(lower)
+
+
+_OPENING_WORDS = {
+    "not": "write `!`",
+    "if": "write `p -> q` for `if p then q`",
+    "when": "write `p leads to q`, or `always p -> q`",
+    "whenever": "write `p leads to q`, or `always p -> q`",
+    "eventually": "write `true leads to p`",
+    "set": "write `v <- value`",
+}
+
+
+def _remedy(text: str, begin: int, end: int, start: Start, accepted: Collection[str]) -> str | None:
+    written = text[begin:end]
+    if written.lower() in _WORDS:
+        return f"write `{_WORDS[written.lower()]}`"
+    if written == ")" and _unclosed(text[:begin]) is None:
+        return "there is no `(` for it"
+    if _HYPHEN.search(text, max(0, begin - 1), begin + 2):
+        return "names are letters, digits, `_` and `.`, so write `_` for `-`"
+    if start == "action":
+        return _action_remedy(written, text[end:].lstrip(), accepted)
+    for pattern, remedy in _OPERATORS:
+        match = pattern.search(text, max(0, begin - 2), end + 2)
+        if match is not None and match.start() <= begin < match.end():
+            return remedy
+    return _CHARACTERS.get(written)
+
+
+def _action_remedy(written: str, rest: str, accepted: Collection[str]) -> str | None:
+    if written in ("+", "-", "*", "/") and not rest[:1].isalpha():
+        return "to count, write `v += 1` or `v -= 1`"
+    if "_GETS" in accepted and not written[0].isalnum():
+        return "write `<-` to assign"
+    return _CHARACTERS[written] if written in ("'", '"') else None
+
+
+_HYPHEN = re.compile(r"\w-\w")
+_WORDS = {
+    "and": "&&",
+    "or": "||",
+    "not": "!",
+    "is": "==",
+    "equals": "==",
+    "eq": "==",
+    "implies": "->",
+    "then": "->",
+}
+_OPERATORS = (
+    (re.compile("<-"), "`<-` assigns and belongs into actions; write `==` to compare"),
+    (re.compile("=>"), "write `->` to imply, or `>=` to compare"),
+    (re.compile("=<"), "write `<=`"),
+    (re.compile("<>"), "write `!=`"),
+    (re.compile(r"\d\.\d"), "numbers are whole"),
+    (re.compile(r"\d\.\."), "list the numbers, or compare with `<=`"),
+)
+"""Operators of other languages, wherever in them the parser stopped."""
+
+_CHARACTERS = {
+    "&": "write `&&`",
+    "|": "write `||`",
+    "=": "write `==` to compare",
+    "∧": "write `&&`",
+    "\N{LOGICAL OR}": "write `||`",
+    "¬": "write `!`",
+    "~": "write `!`",
+    "→": "write `->`",
+    "≠": "write `!=`",
+    "≤": "write `<=`",
+    "≥": "write `>=`",
+    '"': "names and values are written without quotes",
+    "'": "names and values are written without quotes",
+    "←": "write `<-`",
+    "+": "predicates do not calculate",
+    "*": "predicates do not calculate",
+    "/": "predicates do not calculate",
+}
+
+_TERMINALS = {
+    "NAME": "a name",
+    "INTEGER": "a number",
+    "TRUE": "`true`",
+    "FALSE": "`false`",
+    "RELATION": "a comparison such as `==`",
+    "DURATION": "a duration such as `10 s`",
+    "LPAR": "`(`",
+    "RPAR": "`)`",
+    "LBRACE": "`{`",
+    "RBRACE": "`}`",
+    "COMMA": "`,`",
+    "BANG": "`!`",
+    "_IN": "`in`",
+    "_AND": "`&&`",
+    "_OR": "`||`",
+    "_IMPLIES": "`->`",
+    "_GETS": "`<-`",
+    "_INCREASES": "`+=`",
+    "_DECREASES": "`-=`",
+    "$END": "the end",
+}
+
+
+def _expected(accepted: Collection[str]) -> str | None:
+    phrases = {terminal: f"`{phrase}`" for terminal, phrase in requirement_phrases().items()}
+    names = [name for terminal, name in (_TERMINALS | phrases).items() if terminal in accepted]
+    return f"expected {_alternatives(names)}" if names else None
+
+
+def _alternatives(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
+
+
+def _unclosed(text: str) -> int | None:
+    """Return the position of the last bracket that is not closed; `None` if all are closed."""
+    opened: list[int] = []
+    for index, character in enumerate(text):
+        if character in "({":
+            opened.append(index)
+        elif character in ")}" and opened:
+            opened.pop()
+    return opened[-1] if opened else None
+
 
 SyntaxTree: TypeAlias = Tree[Token]
 

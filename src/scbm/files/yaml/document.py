@@ -10,8 +10,6 @@ import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
-from ruamel.yaml import YAML
-from ruamel.yaml.error import YAMLError
 from ruamel.yaml.events import (
     AliasEvent,
     CollectionStartEvent,
@@ -26,17 +24,14 @@ from ruamel.yaml.events import (
 
 from scbm.files.spelling import nearest
 from scbm.files.yaml.source_text import Scalar, SourceText
-from scbm.files.yaml.yaml_faults import yaml_fault
-from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.files.yaml.yaml_events import MAX_NODES, events_of, too_large, too_many_nodes
+from scbm.model import Place, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from ruamel.yaml.events import Event
 
     from scbm.files.yaml.text_files import ErrorCollector
 
-MAX_NODES = 200_000
 MAX_DEPTH = 30
 
 Plain: TypeAlias = "bool | int | float | str | list[Plain] | dict[str, Plain] | None"
@@ -126,14 +121,6 @@ def read_document(source: SourceText, report: ErrorCollector, noun: str = "model
     return _Reader(source, report, noun).document()
 
 
-def _events(source: SourceText) -> Iterator[Event]:
-    """Yield the events of the YAML parser; turn every exception of the parser into an `InputError`."""
-    try:
-        yield from YAML(typ="safe", pure=True).parse(source.text)
-    except (YAMLError, ValueError, IndexError, AssertionError, AttributeError) as error:
-        raise InputError([yaml_fault(error, source)]) from None
-
-
 class _Reader:
     """Builds the tree from the events of the YAML parser; an alias counts as its whole anchored subtree."""
 
@@ -141,7 +128,7 @@ class _Reader:
         self._noun = noun
         self._source = source
         self._report = report
-        self._events = _events(source)
+        self._events = events_of(source)
         self._anchors: dict[str, YamlNode | None] = {}
         self._count = 0
         self._end = 0  # of what was read last: a block ends with its last child, not before the next key
@@ -167,7 +154,7 @@ class _Reader:
             return self._alias(event)
         assert isinstance(event, (ScalarEvent, CollectionStartEvent))  # noqa: S101 - the parser says so
         if depth > MAX_DEPTH:
-            raise self._too_large(f"nested more than {MAX_DEPTH} levels deep", begin)
+            raise too_large(self._source, f"nested more than {MAX_DEPTH} levels deep", begin)
         self._add_to_count(1, begin)
         if event.anchor is not None:
             self._anchors[event.anchor] = None  # until it is complete: it cannot stand inside itself
@@ -291,13 +278,7 @@ class _Reader:
     def _add_to_count(self, size: int, index: int) -> None:
         self._count += size
         if self._count > MAX_NODES:
-            message = f"more than {MAX_NODES} YAML nodes; an alias counts as often as it is used"
-            raise self._too_large(message, index)
-
-    def _too_large(self, message: str, index: int) -> InputError:
-        place = self._source.place(index)
-        line = self._source.lines[place.line - 1]
-        return InputError([Diagnostic(Slug.YAML_TOO_LARGE, message, place, source_line=line)])
+            raise too_many_nodes(self._source, index)
 
 
 def _condemn(node: YamlNode) -> None:

@@ -4,10 +4,17 @@ Imports `model` alone. The engines themselves are imported from `scbm.planning.e
 `scbm` imports this package, and only large models need the engines.
 """
 
-from scbm.planning.engines.distances_on_demand import DistancesOnDemand
+from scbm.planning.engines.breadth_first import DistancesOnDemand
 from scbm.planning.engines.engine import Exceeded, ExplorationBound, ExplorationLimits
-from scbm.planning.engines.relevance import may_leave, narrowed, relevant
-from scbm.planning.engines.transition_system import Move, MovePart, Region, TransitionSystem
+from scbm.planning.engines.transition_system import (
+    Move,
+    MovePart,
+    Region,
+    TransitionSystem,
+    may_leave,
+    narrowed,
+    relevant,
+)
 
 __all__ = [
     "DistancesOnDemand",

@@ -9,17 +9,16 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scbm.planning.engines.engine import check_bytes, check_states
-from scbm.planning.engines.masks import BitPlanes, Masks, codes_of, holds_bit
+from scbm.planning.engines.masks import BitPlanes, Masks, ShiftedStep, codes_of, holds_bit, shifts_of, stages_of
 from scbm.planning.engines.reduced_system import StateCodes
-from scbm.planning.engines.shifts import ShiftedStep, shifts_of, stages_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.model.normal_form import NormalForm
     from scbm.planning.engines.engine import ExplorationLimits
+    from scbm.planning.engines.masks import Shifts
     from scbm.planning.engines.reduced_system import ReducedSystem
-    from scbm.planning.engines.shifts import Shifts
 
 _MAX_STATES = 1 << 24
 _MAX_COMBINATIONS = 1 << 14

@@ -6,8 +6,7 @@ from itertools import product
 from typing import TYPE_CHECKING
 
 from scbm.model.packing import compile_test, compile_update
-from scbm.planning.engines.breadth_first import BreadthFirst
-from scbm.planning.engines.distances_on_demand import DistancesOnDemand
+from scbm.planning.engines.breadth_first import BreadthFirst, DistancesOnDemand
 from scbm.planning.engines.engine import check_bytes, check_states
 from scbm.planning.engines.reduced_system import StateCodes
 

@@ -1,18 +1,40 @@
-"""Masks: the states in which a normal form holds, as one large integer with bit i for the state of code i.
+"""Masks: sets of states as large integers with bit i for the state of code i, and moves as shifts of masks.
 
-Also sets of numbers as large integers, and bit planes for one number per state.
+A mask holds the states in which a normal form holds; bit planes hold one number per state. All states that agree in the
+variables which a move sets and reads are shifted by the same distance.
+
+A move has stages. No stage sets or reads a variable that another stage sets, so their order does not matter. A stage
+needs one shift for each way to set its variables; one stage for all variables would need the product.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, assert_never
+from dataclasses import dataclass
+from itertools import product
+from math import prod
+from typing import TYPE_CHECKING, TypeAlias, assert_never
 
-from scbm.model.normal_form import AllOf, AnyOf, NormalForm, OneOf, Pair
+from scbm.model.normal_form import (
+    AllOf,
+    AnyOf,
+    NormalForm,
+    OneOf,
+    Pair,
+    all_of,
+    allowed_values,
+    any_of,
+    indices_of,
+    one_of,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping, Sequence
 
+    from scbm.model.packing import ValueTable
+    from scbm.planning.engines.joint_moves import JointMove
     from scbm.planning.engines.reduced_system import StateCodes
+
+    Shifts: TypeAlias = tuple[dict[int, NormalForm], ...]
 
 _BITS_OF_BYTE = tuple(tuple(bit for bit in range(8) if byte >> bit & 1) for byte in range(256))
 
@@ -113,3 +135,139 @@ def _repeated(pattern: int, width: int, times: int) -> int:
     half = _repeated(pattern, width, times // 2)
     doubled = half | half << (width * (times // 2))
     return doubled << width | pattern if times % 2 else doubled
+
+
+@dataclass(frozen=True, slots=True)
+class ShiftStage:
+    """Variables that a move sets and that depend on each other.
+
+    Attributes:
+        writes: what the stage sets.
+        choices: for every variable that it sets or reads the values that the guard of the move allows.
+    """
+
+    writes: tuple[ValueTable, ...]
+    choices: Mapping[int, tuple[int, ...]]
+
+    @property
+    def combinations(self) -> int:
+        """The number of combinations of the variables before the stage."""
+        return prod(map(len, self.choices.values()))
+
+    def joined(self, other: ShiftStage) -> ShiftStage:
+        """Return both stages as one."""
+        return ShiftStage((*self.writes, *other.writes), {**self.choices, **other.choices})
+
+    def shifts(self, layout: StateCodes) -> dict[int, NormalForm]:
+        """Return, for each distance, the condition under which codes are shifted so far, where the guard holds."""
+        found: dict[int, list[NormalForm]] = {}
+        for before in self._assignments():
+            if (shift := self._shift(before, layout)) is not None:
+                chosen = (one_of(v, 1 << value, layout.counts[v]) for v, value in before.items() if self._is_open(v))
+                found.setdefault(shift, []).append(all_of(chosen))
+        return {shift: any_of(conditions) for shift, conditions in found.items()}
+
+    def _assignments(self) -> Iterator[dict[int, int]]:
+        for values in product(*self.choices.values()):
+            yield dict(zip(self.choices, values, strict=True))
+
+    def _shift(self, before: Mapping[int, int], layout: StateCodes) -> int | None:
+        shift = 0
+        for write in self.writes:
+            after = write.indices[before[write.source]]
+            if after is None:
+                return None
+            shift += (after - before[write.target]) * layout.strides[write.target]
+        return shift
+
+    def _is_open(self, variable: int) -> bool:
+        """Return whether the guard allows more than one value of the variable."""
+        return len(self.choices[variable]) > 1
+
+
+class ShiftedStep:
+    """A move on sets of states: for each stage masks, and how far the states under each mask are shifted.
+
+    Attributes:
+        index: the place of the move in its system.
+    """
+
+    def __init__(self, step: JointMove, shifts: Shifts, layout: StateCodes, masks: Masks) -> None:
+        self.index = step.index
+        self._step = step
+        self._layout = layout
+        self._stages = tuple(
+            tuple((masks.of(condition), shift) for shift, condition in stage.items()) for stage in shifts
+        )
+
+    def after(self, states: int) -> int:
+        """Return the successors of these states."""
+        for shifts in self._stages:
+            found = 0
+            for mask, shift in shifts:
+                if moved := states & mask:
+                    found |= _shifted(moved, shift)
+            states = found
+        return states
+
+    def target(self, code: int) -> int:
+        """Return the successor of one state in which the move is enabled."""
+        coordinates = self._layout.coordinates(code)
+        moved = list(coordinates)
+        for write in self._step.writes:
+            after = write.indices[coordinates[write.source]]
+            assert after is not None  # noqa: S101 - where a table has nothing the step cannot be taken
+            moved[write.target] = after
+        return self._layout.code(tuple(moved))
+
+    def before(self, states: int) -> int:
+        """Return the predecessors of these states."""
+        for shifts in reversed(self._stages):
+            found = 0
+            for mask, shift in shifts:
+                found |= _shifted(states, -shift) & mask
+            states = found
+        return states
+
+
+def _shifted(states: int, shift: int) -> int:
+    return states << shift if shift >= 0 else states >> -shift
+
+
+def shifts_of(step: JointMove, layout: StateCodes) -> Shifts:
+    """Return the shifts of each stage of a move; the first stage includes its guard."""
+    first, *others = (stage.shifts(layout) for stage in stages_of(step, layout))
+    return ({shift: all_of((step.guard, condition)) for shift, condition in first.items()}, *others)
+
+
+def stages_of(step: JointMove, layout: StateCodes) -> tuple[ShiftStage, ...]:
+    """Return the stages of a move, at least one; the first has all writes that need one shift only."""
+    ready = ShiftStage((), {})
+    stages = [ShiftStage(tuple(writes), _choices(step, writes, layout)) for writes in _connected(step.writes)]
+    for stage in stages:
+        if stage.combinations == 1:
+            ready = ready.joined(stage)
+    others = [stage for stage in stages if stage.combinations != 1]
+    if not others:
+        return (ready,)
+    return (ready.joined(others[0]), *others[1:])
+
+
+def _choices(step: JointMove, writes: Sequence[ValueTable], layout: StateCodes) -> dict[int, tuple[int, ...]]:
+    variables = dict.fromkeys(variable for write in writes for variable in (write.target, write.source))
+    everything = {variable: (1 << layout.counts[variable]) - 1 for variable in variables}
+    return {variable: indices_of(bits & allowed_values(step.guard, variable)) for variable, bits in everything.items()}
+
+
+def _connected(writes: Sequence[ValueTable]) -> list[list[ValueTable]]:
+    """Return the writes in groups that have no variable in common."""
+    groups: list[list[ValueTable]] = []
+    for write in writes:
+        near = [group for group in groups if any(_share(write, other) for other in group)]
+        groups = [group for group in groups if group not in near]
+        groups.append([*(other for group in near for other in group), write])
+    return groups
+
+
+def _share(one: ValueTable, other: ValueTable) -> bool:
+    return one.target in (other.target, other.source) or one.source in (other.target, other.source)

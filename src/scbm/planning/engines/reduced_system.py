@@ -11,12 +11,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
-from scbm.model.bit_fields import BitRange, bit_width
 from scbm.model.normal_form import NormalForm, allowed_values, bits_of, indices_of, normal_form
+from scbm.model.packing import BitRange, bit_width
 from scbm.planning.engines.delete_relaxation import Effect, RelaxedRule, relaxed_values
-from scbm.planning.engines.joint_moves import JointMove, joint_moves, restricted_move
-from scbm.planning.engines.relevance import narrowed, relevant
-from scbm.planning.engines.substitution import restricted
+from scbm.planning.engines.joint_moves import JointMove, joint_moves, restricted, restricted_moves
+from scbm.planning.engines.transition_system import narrowed, relevant
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
@@ -93,17 +92,35 @@ def reduce_system(system: TransitionSystem, starts: Sequence[Region], observed: 
         observed: variables that are relevant besides those that the moves and the regions read.
     """
     space = relevant(system, [*observed, *(name for region in starts for name in region.where.reads())])
-    moves = joint_moves(narrowed(system, space))
-    regions = [_whole_region(region, space) for region in starts]
-    values = tuple(map(indices_of, relaxed_values(map(_relaxed, moves), _values_at(regions, space))))
-    possible = (restricted_move(move, values) for move in moves)
-    return ReducedSystem(
-        space,
-        values,
-        tuple(move.name for move in system.moves),
-        tuple(move for move in possible if move.guard is not False and move.writes),
-        tuple(_restricted_region(region, values) for region in regions),
-    )
+    return SystemReducer(narrowed(system, space)).reduced(starts)
+
+
+class SystemReducer:
+    """Reduces one system for different initial regions; its moves are joined once.
+
+    Attributes:
+        system: the system, with relevant variables only.
+    """
+
+    def __init__(self, system: TransitionSystem) -> None:
+        self.system = system
+        self._names = tuple(move.name for move in system.moves)
+        self._moves = joint_moves(system)
+        self._rules = tuple(map(_relaxed, self._moves))
+
+    def reduced(self, starts: Sequence[Region]) -> ReducedSystem:
+        """Return the reduced system that has all states reachable from some regions."""
+        space = self.system.space
+        regions = [_whole_region(region, space) for region in starts]
+        values = tuple(map(indices_of, relaxed_values(self._rules, _values_at(regions, space))))
+        possible = restricted_moves(self._moves, values)
+        return ReducedSystem(
+            space,
+            values,
+            self._names,
+            tuple(move for move in possible if move.guard is not False and move.writes),
+            tuple(_restricted_region(region, values) for region in regions),
+        )
 
 
 def _whole_region(region: Region, space: StateSpace) -> ReducedRegion:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from functools import cache
+from itertools import accumulate
 from typing import TYPE_CHECKING, assert_never
 
 from scbm.cases import Reaction
 from scbm.model import LatencyShape, Outcome
 
 if TYPE_CHECKING:
+    from fractions import Fraction
     from random import Random
 
     from scbm.cases.trace import Changes
@@ -67,13 +70,8 @@ class DrawnReactions:
 
     def _outcome(self, resource: Resource) -> Outcome:
         drawn = self._random.random()
-        outcomes = resource.simulation.outcomes
-        reached = 0.0
-        for outcome, probability in outcomes:
-            reached += float(probability)
-            if drawn < reached and probability:
-                return outcome
-        return next(outcome for outcome, probability in reversed(outcomes) if probability)
+        possible = _cumulative(resource.simulation.outcomes)
+        return next((outcome for outcome, reached in possible if drawn < reached), possible[-1][0])
 
     def _latency_ns(self, latency: Latency) -> int:
         """Draw a latency by the inverse of its distribution function."""
@@ -91,6 +89,14 @@ class DrawnReactions:
 
     def _below(self, count: int) -> int:
         return int(self._random.random() * count)
+
+
+@cache
+def _cumulative(outcomes: tuple[tuple[Outcome, Fraction], ...]) -> tuple[tuple[Outcome, float], ...]:
+    """Return the outcomes that are possible, each with the sum of the probabilities up to it."""
+    reached = accumulate(float(probability) for _, probability in outcomes)
+    pairs = zip(outcomes, reached, strict=True)
+    return tuple((outcome, share) for (outcome, probability), share in pairs if probability)
 
 
 def _rounded(drawn_ns: float, low_ns: int, high_ns: int) -> int:

@@ -1,7 +1,8 @@
-"""Free choices of a run: how resources react, and how messages travel (semantics 7.1, decision 11).
+"""Free choices of a run: how resources react, and how the network delivers messages (semantics 7.1, decision 11).
 
 A case can fix any of them. The others are drawn, or plain where there is no source of random numbers. All choices are
-recorded, so that a case can be made from a run that leaves nothing open.
+recorded, so that a case can be made from a run that leaves nothing open. Messages travel on `Links` between the runner
+and simulated resources.
 """
 
 from __future__ import annotations
@@ -14,7 +15,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 from scbm.cases import AT_ONCE, LOST, Network, OutcomeRule, Reaction
 from scbm.model import Outcome
 from scbm.running.simulation.default_reactions import plainly_measured
-from scbm.running.simulation.message_links import Links
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -22,6 +22,60 @@ if TYPE_CHECKING:
 
     from scbm.cases import Delivery
     from scbm.model import Resource
+
+
+_MICROSECOND_NS = 1_000
+_WIDE_NS = 1_000_000
+
+
+class Links:
+    """One link to each resource and one back. On each, messages keep their order unless one is held back."""
+
+    def __init__(self, network: Network, random: Random | None) -> None:
+        self._network = network
+        self._random = random
+        self._last_ns: dict[tuple[str, bool], int] = {}
+        self.are_plain = not network.latency_ns and not network.draws
+
+    def cuts(self, resource: str, now_ns: int) -> bool:
+        """Return whether a partition cuts the resource off now."""
+        return any(
+            cut.at_ns <= now_ns < cut.at_ns + cut.for_ns and cut.resource in (None, resource)
+            for cut in self._network.partitions
+        )
+
+    def deliver(self, resource: str, now_ns: int, *, inward: bool) -> Delivery:
+        """Decide how a message travels that is sent now; `inward` is from the resource to the runner.
+
+        Only what can happen is drawn: whether it is lost, its jitter, whether it is held back, whether it is doubled.
+        """
+        network = self._network
+        if self._happens(float(network.loss)):
+            return LOST
+        arrives_ns = now_ns + network.latency_ns + self._up_to(network.jitter_ns)
+        if self._happens(float(network.reordering)):
+            arrives_ns += self._up_to(network.held_back_ns)
+        else:
+            link = (resource, inward)
+            arrives_ns = self._last_ns[link] = max(arrives_ns, self._last_ns.get(link, 0))
+        copies = (arrives_ns - now_ns,)
+        if self._happens(float(network.duplication)):
+            return (*copies, copies[0] + self._up_to(network.held_back_ns))
+        return copies
+
+    def _happens(self, probability: float) -> bool:
+        return bool(probability) and self._draw() < probability
+
+    def _up_to(self, most_ns: int) -> int:
+        """Round to whole microseconds, which are easy to read; finer in a narrow range."""
+        if not most_ns:
+            return 0
+        step_ns = _MICROSECOND_NS if most_ns >= _WIDE_NS else 1
+        return int(self._draw() * most_ns) // step_ns * step_ns
+
+    def _draw(self) -> float:
+        assert self._random is not None  # noqa: S101 - `Choices` sees to it
+        return self._random.random()
 
 
 class MessageKind(StrEnum):
@@ -104,9 +158,9 @@ class Choices:
         reaction = self._taken[request - 1]
         if self._links.cuts(reaction.resource, now_ns):
             return LOST
-        said: Delivery | None = getattr(reaction, message.value)
-        if said is not None:
-            return said
+        given: Delivery | None = getattr(reaction, message.value)
+        if given is not None:
+            return given
         if self._links.are_plain:
             return AT_ONCE
         delivery = self._links.deliver(reaction.resource, now_ns, inward=message is MessageKind.REPLY)
@@ -170,7 +224,7 @@ def leave_nothing_open(reactions: Iterable[Reaction]) -> tuple[OutcomeRule, ...]
 def _rule(reaction: Reaction, number: int) -> OutcomeRule:
     answered = reaction.outcome is not Outcome.TIMEOUT
     reply = reaction.reply if answered else None
-    said = (None if delivery == AT_ONCE else delivery for delivery in (reaction.request, reply, reaction.cancel))
+    deliveries = (None if delivery == AT_ONCE else delivery for delivery in (reaction.request, reply, reaction.cancel))
     return OutcomeRule(
         reaction.resource,
         number,
@@ -178,5 +232,5 @@ def _rule(reaction: Reaction, number: int) -> OutcomeRule:
         reaction.outcome,
         reaction.latency_ns if answered else None,
         reaction.measured,
-        *said,
+        *deliveries,
     )

@@ -5,12 +5,12 @@ from __future__ import annotations
 import heapq
 from dataclasses import dataclass, replace
 from itertools import count
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, assert_never
 
 from scbm.cases import AT_ONCE
 from scbm.cases.trace import BecameCurrent, End, MessageDisturbed, OperationStepped, ResourceChanged
 from scbm.model import OperationState
-from scbm.planning import PlanCache, PlanLimits, Planner, Solved
+from scbm.planning import PlanCache, PlanLimits, Planner, Solved, recorded_answer
 from scbm.running.events import (
     AskPlan,
     CancelRequest,
@@ -71,9 +71,10 @@ class Simulator:
     ) -> None:
         self.model = model
         self.options = options or RunnerOptions()
-        self.plan_limits = plan_limits or PlanLimits()
+        self.plan_limits = plan_limits or PlanLimits.of(model)
         self.program = Program(model)
-        self.plans = PlanCache(Planner(model))
+        self.planner = Planner.of(model)
+        self.plans = PlanCache(self.planner)
         self.resources = {resource.name: resource for resource in model.resources}
 
     def run(self, case: Case, choices: Choices, most_records: int | None = None) -> Simulated:
@@ -88,7 +89,7 @@ class Simulator:
             TooLongError: the run has more records.
         """
         runner = Runner(self.program, case.initial, self.options_for(case.limits))
-        run = _SimulationRun(self, runner, choices)
+        run = _SimulationRun(self, runner, choices, case)
         for injection in case.injections:
             run.schedule(0, InjectionGiven(injection))
         run.schedule(0, GoalGiven(case.goal, case.predicate))
@@ -134,8 +135,9 @@ _Occurrence: TypeAlias = Event | _Arrives | _Finishes | _Restarts
 class _SimulationRun:
     """The state of one simulation."""
 
-    def __init__(self, simulator: Simulator, runner: Runner, choices: Choices) -> None:
+    def __init__(self, simulator: Simulator, runner: Runner, choices: Choices, case: Case) -> None:
         self._simulator = simulator
+        self._case = case
         self._runner = runner
         self._choices = choices
         self._order = count()
@@ -193,6 +195,11 @@ class _SimulationRun:
 
     def _perform(self, effect: Effect) -> None:
         """Carry out the effects of the runner; all but five kinds are records, which are kept."""
+        if not isinstance(effect, (SendRequest, CancelRequest, ChangeResource, AskPlan, RunFinished)):
+            self._records.append(effect)
+            if self._choices.needs_operation:
+                self._follow_operation(effect)
+            return
         match effect:
             case SendRequest():
                 self._choices.react(self._simulator.resources[effect.resource], self._operation)
@@ -207,9 +214,7 @@ class _SimulationRun:
             case RunFinished():
                 self._end = effect.end
             case _:
-                self._records.append(effect)
-                if self._choices.needs_operation:
-                    self._follow_operation(effect)
+                assert_never(effect)
 
     def _follow_operation(self, record: Record) -> None:
         """Keep track of the current operation, which the records of one event may change several times."""
@@ -270,6 +275,10 @@ class _SimulationRun:
     def _plan(self, asked: AskPlan) -> None:
         """Plan at once: planning takes no time in a simulation."""
         simulator = self._simulator
+        if self._case.plans:
+            known = recorded_answer(self._case, asked.ask, simulator.planner, asked.state)
+            self.schedule(self._now_ns, PlanAnswered(asked.ask, PlanStatus(known.status), known.plan))
+            return
         answer = simulator.plans.plan(asked.state, asked.goal, simulator.plan_limits)
         plan = answer.plan if isinstance(answer, Solved) else ()
         self.schedule(self._now_ns, PlanAnswered(asked.ask, PlanStatus(answer.status), plan))

@@ -10,6 +10,7 @@ import pytest
 from scbm.cases import AT_ONCE, LOST, Network, OutcomeRule, Partition, Reaction
 from scbm.model import Latency, LatencyShape, Outcome, Resource, Simulation
 from scbm.running.simulation import Choices, MessageKind, PlainReactions, leave_nothing_open
+from support.wording import Wording
 
 MS = 1_000_000
 SCAN = Resource("scan", simulation=Simulation(Latency(LatencyShape.FIXED, (5,))))
@@ -72,8 +73,8 @@ def test_messages_travel_at_once_unless_the_network_or_the_case_says_more() -> N
     assert choices.travel(2, MessageKind.REQUEST, 0) == AT_ONCE
 
 
-def test_chance_needs_something_to_draw_from() -> None:
-    with pytest.raises(ValueError, match="nothing to draw from"):
+def test_chance_needs_something_to_draw_from(wording: Wording) -> None:
+    with wording.raises(ValueError):
         Choices(PlainReactions(), network=Network(loss=Fraction(1, 2)))
 
 
