@@ -11,11 +11,11 @@ from hypothesis import strategies as st
 from scbm.cases.coverage import Obligations
 from scbm.cases.trace import Record, RunStarted
 from scbm.closing.proofs.possible_values import possible_values, ruled_out
-from scbm.closing.proofs.structural_facts import structural_facts
+from scbm.closing.proofs.proofs import structural_facts
 from scbm.model import BehaviorModel, InputError, Value
 from scbm.planning import PlanLimits
 from scbm.proofcheck import StructureArgument, ValuesArgument
-from scbm.proofcheck.claimed_obligations import claimable_obligations
+from scbm.proofcheck.certificate import claimable_obligations
 from scbm.proofcheck.structure_check import check_structure
 from scbm.proofcheck.values_check import check_values
 from scbm.running import RunnerOptions

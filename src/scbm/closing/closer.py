@@ -1,8 +1,13 @@
-"""Decides every obligation of a model: cheap proofs first, then runs, cases, and what remains undecided."""
+"""Decides every obligation of a model in stages, each for what the stages before it left open (decision 38).
+
+Few runs are explored at once. Where they are not few, nominal and random cases run first, then changed ones, and then
+as many runs are explored as the limits allow. Ctrl-C ends a stage; what was decided until then is the result.
+"""
 
 from __future__ import annotations
 
 import re
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import reduce
 from operator import or_
@@ -12,26 +17,31 @@ from scbm.cases import Case, Expectations
 from scbm.cases.coverage import Aspect, Coverage, Obligation, Obligations, visited_by
 from scbm.closing.advice.goal_search import GoalSearch
 from scbm.closing.advice.suggestions import Oracles, suggest
-from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision
+from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Stage, StageEnd
 from scbm.closing.proofs.possible_values import possible_values, ruled_out
 from scbm.closing.proofs.proofs import Proof, Proofs
-from scbm.closing.runs.all_runs import AllRuns, CloseLimits
-from scbm.closing.runs.observed_states import ObservedStates
+from scbm.closing.runs.all_runs import AllRuns, CloseLimits, ObservedStates
 from scbm.closing.scripts.case_search import CaseSearch, bounded, minimal, without_leftovers
-from scbm.closing.scripts.inputs import distinguishing_values, inputs, with_free_inputs, with_inputs
+from scbm.closing.scripts.closing_injections import distinguishing_values, inputs, with_free_inputs, with_inputs
+from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
 from scbm.model import Diagnostic, InputError, Place, Slug, State
+from scbm.planning import DEFAULT_PLANNER
 from scbm.testing import Campaign, Tester
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from scbm.closing.decisions import Suggestion
     from scbm.model import BehaviorModel, Predicate
     from scbm.testing import Execution
+    from scbm.testing.batches.campaign_runs import Executor
 
 
 _MAX_FOR_A_GOAL = 20_000
 """Maximum number of situations that are explored to verify a suggested goal."""
+
+_FEW_SITUATIONS = 30_000
+"""So many situations are explored in some three seconds. With fewer, the graph of all runs decides all, and fastest."""
 
 
 class Closer:
@@ -46,16 +56,20 @@ class Closer:
         model: BehaviorModel,
         limits: CloseLimits = CloseLimits(),  # noqa: B008 - an immutable value
         progress: Callable[[str], None] | None = None,
+        executor: Executor | None = None,
     ) -> None:
         """Prepare closing.
 
         Args:
             model: the model.
             limits: the limits of exploration and search.
-            progress: called with a description of each phase as it begins.
+            progress: called with what is being decided, with counts.
+            executor: where random cases run; by default in this process.
         """
         self.model = model
         self._limits = limits
+        self._executor = executor
+        self._ended: list[StageEnd] = []
         self._progress = progress or (lambda _: None)
         self._tester = Tester(model)
         self._obligations = Obligations.of(model)
@@ -74,18 +88,62 @@ class Closer:
         asked = tuple(self._obligations if wanted is None else wanted)
         self._refuse_without_goals()
         suite = suite or Campaign.of(self.model, ())
+        self._ended = []
         proofs = Proofs(self.model)
-        runs = AllRuns(self.model, self._limits, self._progress)
+        few = replace(self._limits, situations=min(self._limits.situations, _FEW_SITUATIONS))
+        runs = AllRuns(self.model, few, self._progress)
         if not runs.starts and runs.stopped is None:
             message = "no combination of random values satisfies `initial_states`"
             raise InputError([Diagnostic(Slug.NO_INITIAL_STATE, message, Place(self.model.name))])
-        cases = self._cases(suite, proofs, runs, asked, short=wanted is not None)
+        runs, cases = self._cases(suite, proofs, runs, asked, short=wanted is not None)
         after = suite.coverage + Coverage(self._obligations, tuple((c.case.name, c.execution.visited) for c in cases))
         decided = tuple(self._decide(obligation, after, cases, proofs, runs) for obligation in asked)
         proved = [(d.obligation, Proof(d.certificate, d.reason)) for d in decided if d.certificate is not None]
         certificates = tuple((each.argument.kind, each) for each in proofs.certificates(proved, runs))
-        suggestions = self._suggestions([obligation for obligation, _ in proved], runs)
-        return Closing(self.model, suite.coverage, after, decided, cases, certificates, suggestions)
+        suggestions: tuple[Suggestion, ...] = ()
+        with self._stage(Stage.SUGGESTIONS):
+            suggestions = self._suggestions([obligation for obligation, _ in proved], runs)
+        ended = tuple(self._ended)
+        return Closing(self.model, suite.coverage, after, decided, cases, certificates, suggestions, ended)
+
+    # stages
+
+    @property
+    def _is_interrupted(self) -> bool:
+        return any(end.is_interrupted for end in self._ended)
+
+    @contextmanager
+    def _stage(self, stage: Stage) -> Iterator[None]:
+        """End a stage, and not closing, when the user interrupts it."""
+        try:
+            yield
+        except KeyboardInterrupt:
+            self._interrupt(stage)
+
+    def _interrupt(self, stage: Stage) -> None:
+        self._ended.append(StageEnd(stage, "it was interrupted", is_interrupted=True))
+
+    def _sample(self, runs: AllRuns, missing: int, never: int) -> SampledCases:
+        """Run nominal, random and changed cases."""
+        sampled = SampledCases(self._tester, runs.starts, missing, never, self._progress)
+        with self._stage(Stage.RANDOM):
+            sampled.sample(self._limits.random, self._executor)
+            self._note(Stage.RANDOM, sampled.limit)
+        if not self._is_interrupted:
+            with self._stage(Stage.SEARCH):
+                sampled.change(self._limits.changes)
+                self._note(Stage.SEARCH, sampled.limit)
+        return sampled
+
+    def _note(self, stage: Stage, limit: tuple[str, str | None] | None) -> None:
+        if limit is not None:
+            self._ended.append(StageEnd(stage, *limit))
+
+    def _explored(self, few: AllRuns, missing: int) -> AllRuns:
+        """Return the graph of all runs as far as the limits allow, if anything is missing that it can decide."""
+        if not missing or not few.may_grow or self._is_interrupted:
+            return few
+        return AllRuns(self.model, self._limits, self._progress)
 
     def _refuse_without_goals(self) -> None:
         if not self.model.goals:
@@ -96,16 +154,43 @@ class Closer:
 
     def _cases(
         self, suite: Campaign, proofs: Proofs, runs: AllRuns, asked: Sequence[Obligation], *, short: bool
-    ) -> tuple[ClosingCase, ...]:
+    ) -> tuple[AllRuns, tuple[ClosingCase, ...]]:
+        """Return the runs that were explored, and the new cases."""
         missing = sum(self._obligations.bit(o) for o in asked) & ~suite.coverage.visited
         never = sum(self._obligations.bit(o) for o in self._obligations if proofs.cheap(o) is not None)
-        self._progress("looking for cases")
-        search = CaseSearch(runs, self._tester, missing, never, self._limits)
-        search.run(short=short)
-        found = [*search.found, *self._with_inputs(search.found, runs, missing)]
-        found += self._with_changing_inputs(missing & ~reduce(or_, (each.visited for each in found), 0))
+        sampled: list[Execution] = []
+        if runs.is_interrupted:
+            self._interrupt(Stage.GRAPH)
+        elif runs.stopped is not None and missing & ~never:
+            search = self._sample(runs, missing, never)
+            sampled = search.found
+            runs = self._explored(runs, search.missing)
+            if runs.is_interrupted and not self._is_interrupted:
+                self._interrupt(Stage.GRAPH)
+        left = missing if runs.stopped is None else missing & ~_visited(sampled)
+        found = self._searched(runs, left, never, sampled, short=short)
+        found += _helpful(sampled, missing & ~_visited(found))
+        if missing & ~never & ~_visited(found) and runs.stopped is not None and not self._is_interrupted:
+            self._ended.append(StageEnd(Stage.GRAPH, runs.stopped, runs.option))
         kept = minimal(found, suite.coverage.visited)
-        return tuple(self._finished(kept, suite, asked))
+        needed = {id(each): _alone(each, kept, suite.coverage.visited | ~missing) for each in kept}
+        kept = [as_closing_case(each, needed[id(each)], self._tester) for each in kept]
+        return runs, tuple(self._finished(kept, suite, asked))
+
+    def _searched(
+        self, runs: AllRuns, missing: int, never: int, sampled: Sequence[Execution], *, short: bool
+    ) -> list[Execution]:
+        """Return the runs of cases that follow paths through the graph, or in which inputs change."""
+        found: list[Execution] = []
+        if self._is_interrupted:
+            return found
+        self._progress("looking for cases")
+        search = CaseSearch(runs, self._tester, missing, never, self._limits, found)
+        with self._stage(Stage.SEARCH):
+            search.run(short=short)
+            found += self._with_inputs([*found, *sampled], runs, missing)
+            found += self._with_changing_inputs(missing & ~_visited(found))
+        return found
 
     def _with_inputs(self, found: Sequence[Execution], runs: AllRuns, missing: int) -> Iterator[Execution]:
         """Yield runs with an injection into inputs, for automatic transitions that no run without injections takes."""
@@ -133,7 +218,10 @@ class Closer:
             return []
         self._progress("exploring runs in which inputs change")
         limits = replace(self._limits, situations=min(self._limits.inputs, self._limits.situations), beyond=0)
-        search = CaseSearch(AllRuns(self.model, limits, self._progress, changes), self._tester, missing, 0, limits)
+        runs = AllRuns(self.model, limits, self._progress, changes)
+        if runs.is_interrupted:
+            raise KeyboardInterrupt
+        search = CaseSearch(runs, self._tester, missing, 0, limits)
         search.run(short=True)
         return search.found
 
@@ -198,12 +286,37 @@ class Closer:
         """Return what cases of a model with the same operations visit."""
         limits = replace(self._limits, situations=min(self._limits.situations, _MAX_FOR_A_GOAL), beyond=0)
         runs = AllRuns(model, limits, self._progress)
+        if runs.is_interrupted:
+            raise KeyboardInterrupt
         search = CaseSearch(runs, Tester(model), runs.visits.mask, 0, limits)
         search.run(short=False)
-        return reduce(or_, (execution.visited for execution in search.found), 0)
+        return _visited(search.found)
+
+
+def _visited(executions: Iterable[Execution]) -> int:
+    return reduce(or_, (execution.visited for execution in executions), 0)
+
+
+def _helpful(executions: Sequence[Execution], missing: int) -> list[Execution]:
+    """Return runs that visit all of the missing that any of them visits: again and again the one with most of it."""
+    found = []
+    while missing & _visited(executions):
+        found.append(max(executions, key=lambda each: (each.visited & missing).bit_count()))
+        missing &= ~found[-1].visited
+    return found
+
+
+def _alone(execution: Execution, kept: Sequence[Execution], others: int) -> int:
+    """Return what one run visits and no other one, nor `others`."""
+    return execution.visited & ~_visited(each for each in kept if each is not execution) & ~others
 
 
 def _what_stopped(runs: AllRuns, bit: int) -> str:
+    if runs.other_planner is not None:
+        return (
+            f"no case that visits it was found; under the planner `{runs.other_planner}` only proofs count that hold "
+            f"whichever plan is chosen, and there is none: `--planner {DEFAULT_PLANNER}` explores all runs"
+        )
     if (runs.visited | runs.cut_off) & bit:
         simulated = "in a simulation planning takes no time, and deadlines pass last in their instant"
         return f"there are runs that visit it, but none of the cases that were tried is one of them: {simulated}"

@@ -103,7 +103,7 @@ def _refuse_to_lose(texts: Mapping[Path, str], kept: Collection[Path], model_fil
 def _what_would_be_lost(path: Path, text: str, kept: Collection[Path], model_file: Path) -> Iterator[Diagnostic]:
     if not os.path.lexists(path) or _text_of(path) == text:
         return
-    message, remedy = "this file is there already, and closing did not write it", "or move this file away"
+    message, remedy = "this file exists already, and closing did not write it", "or move this file away"
     if _is_own(path) and path.resolve() not in kept:
         other = _other_model(path, model_file)
         if other is None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scbm.closing.decisions import Decision
+from scbm.planning import planner_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -24,11 +25,13 @@ def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[s
         closing: the result of closing.
         output: the files of its cases and certificates, if they were written.
     """
+    planner = planner_of(closing.model)
     counted = [decided for decided in closing.decided if decided.obligation.counts]
     queued = [decided for decided in closing.decided if not decided.obligation.counts]
     return {
         "format_version": FORMAT_VERSION,
         "model": closing.model.name,
+        "planner": {"name": planner.name, "version": planner.version},
         "before": _figure(closing.before.figure),
         "after": _figure(closing.after.figure),
         "decisions": {decision.value: _count(counted, decision) for decision in Decision},
@@ -37,6 +40,7 @@ def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[s
         "cases": [_case(case, output) for case in closing.cases],
         "certificates": [_certificate(name, certificate, output) for name, certificate in closing.certificates],
         "suggestions": [suggestion_json(suggestion) for suggestion in closing.suggestions],
+        "ended": [{"stage": end.stage.value, "why": end.why, "option": end.option} for end in closing.ended],
     }
 
 

@@ -1,4 +1,7 @@
-"""The result of closing: a decision for each obligation, with its cases, certificates and suggestions."""
+"""The result of closing: a decision for each obligation, with its cases, certificates and suggestions; and faults.
+
+The cases that show a fault are failed cases, and new cases that end as no run of a correct model does.
+"""
 
 from __future__ import annotations
 
@@ -6,12 +9,17 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
+from scbm.cases.trace import End, run_end
+from scbm.running import describe_cycle
+
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from scbm.cases import Case
     from scbm.cases.coverage import Coverage, Obligation
     from scbm.model import BehaviorModel, Predicate
     from scbm.proofcheck import Certificate
-    from scbm.testing import Execution
+    from scbm.testing import Campaign, Execution
 
 
 class Decision(StrEnum):
@@ -86,6 +94,32 @@ class Suggestion:
     blamed: tuple[str, ...] = ()
 
 
+class Stage(StrEnum):
+    """A stage of closing; what a stage decides stays decided."""
+
+    RANDOM = "random cases"
+    SEARCH = "guided search"
+    GRAPH = "graph of all runs"
+    SUGGESTIONS = "suggestions"
+
+
+@dataclass(frozen=True, slots=True)
+class StageEnd:
+    """A stage that ended before it was complete.
+
+    Attributes:
+        stage: the stage.
+        why: what ended it, as a clause.
+        option: the option of `scbm close` that lets it go on, if there is one.
+        is_interrupted: whether the user ended it.
+    """
+
+    stage: Stage
+    why: str
+    option: str | None = None
+    is_interrupted: bool = False
+
+
 @dataclass(frozen=True, slots=True)
 class Closing:
     """The result of closing a model.
@@ -97,6 +131,7 @@ class Closing:
         cases: the new cases, in order; each adds something.
         certificates: by name: `structure`, `values`, `runs`.
         suggestions: in the order of the obligations that they are about.
+        ended: the stages that ended early, in order.
     """
 
     model: BehaviorModel
@@ -106,3 +141,72 @@ class Closing:
     cases: tuple[ClosingCase, ...]
     certificates: tuple[tuple[str, Certificate], ...]
     suggestions: tuple[Suggestion, ...]
+    ended: tuple[StageEnd, ...] = ()
+
+    @property
+    def is_interrupted(self) -> bool:
+        """Whether the user ended a stage."""
+        return any(end.is_interrupted for end in self.ended)
+
+
+@dataclass(frozen=True, slots=True)
+class FailedCase:
+    """A case that failed.
+
+    Attributes:
+        name: the name of the case.
+        failures: one sentence for each reason.
+        again: the command that reproduces the failure.
+    """
+
+    name: str
+    failures: tuple[str, ...]
+    again: str
+
+
+def failed_cases(suite: Campaign, closing: Closing, again: Callable[[str], str]) -> tuple[FailedCase, ...]:
+    """Return the failed cases, those of the suite first; `again` returns the command that runs a case, by its name."""
+    verdicts = [(result.case.name, result.verdict) for result in suite.failed]
+    verdicts += [(made.case.name, made.execution.verdict) for made in closing.cases]
+    return tuple(
+        FailedCase(name, tuple(str(failure) for failure in verdict.failures), again(name))
+        for name, verdict in verdicts
+        if not verdict.passed
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class FoundFault:
+    """A new case that passes, because it expects its end, but ends as no run of a correct model does.
+
+    Attributes:
+        name: the name of the case.
+        end: the end of its run.
+        message: the fault, as what the case does.
+        again: the command that reproduces it.
+    """
+
+    name: str
+    end: End
+    message: str
+    again: str
+
+
+def found_faults(closing: Closing, again: Callable[[str], str]) -> tuple[FoundFault, ...]:
+    """Return the faults that new cases found; `again` as in `failed_cases`."""
+    ends = [(made.case.name, made.execution.verdict.end, made.execution) for made in closing.cases]
+    return tuple(
+        FoundFault(name, end, _end_sentence(end, execution), again(name))
+        for name, end, execution in ends
+        if end in (End.LIVELOCK, End.MODEL_ERROR, End.TIME_LIMIT)
+    )
+
+
+def _end_sentence(end: End, execution: Execution) -> str:
+    if end is End.TIME_LIMIT:
+        return "ends at the time limit: neither is the goal reached nor is the run given up before"
+    last = run_end(execution.trace.records)
+    detail = () if last is None else last.detail
+    if end is End.LIVELOCK:
+        return f"ends in a livelock: {describe_cycle(detail)}"
+    return f"ends in an error of the model: {', '.join(detail)}"

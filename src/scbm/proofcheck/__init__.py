@@ -16,9 +16,8 @@ from scbm.proofcheck.certificate import (
     StructureArgument,
     ValuesArgument,
 )
-from scbm.proofcheck.certificate_check import check_certificate
-from scbm.proofcheck.certificate_reader import read_certificate, read_certificate_file
-from scbm.proofcheck.certificate_writer import FORMAT_VERSION, certificate_text
+from scbm.proofcheck.certificate_arguments import check_certificate
+from scbm.proofcheck.certificate_json import FORMAT_VERSION, certificate_text, read_certificate, read_certificate_file
 
 __all__ = [
     "FORMAT_VERSION",

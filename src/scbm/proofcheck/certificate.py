@@ -1,6 +1,8 @@
 """The parts of a certificate: obligations that no run without injections visits, and an argument why (decision 18).
 
-`CertificateFlaw` says why a certificate that can be read is not a proof.
+`CertificateFlaw` says why a certificate that can be read is not a proof. The names of obligations (semantics 8.1, 8.2)
+are defined a second time for the checker; `scbm.cases.coverage` has the names for everything else. A test compares the
+two.
 """
 
 from __future__ import annotations
@@ -9,8 +11,40 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, ClassVar, Protocol
 
+from scbm.model import FIRST_PLANNER, PlannerIdentity
+
 if TYPE_CHECKING:
-    from scbm.model import Value
+    from scbm.model import BehaviorModel, Value
+
+
+class ClaimedAspect(StrEnum):
+    """What of an operation or of an automatic transition is claimed never to be visited."""
+
+    DISABLED = "disabled"
+    EXECUTING = "executing"
+    FAILED = "failed"
+    TIMEDOUT = "timedout"
+    COMPLETED = "completed"
+    QUEUED = "queued"
+    TAKEN = "taken"
+
+
+@dataclass(frozen=True, slots=True)
+class ClaimedObligation:
+    """One aspect of an operation, or the taking of an automatic transition."""
+
+    subject: str
+    aspect: ClaimedAspect
+
+    def __str__(self) -> str:
+        return f"automatic/{self.subject}" if self.aspect is ClaimedAspect.TAKEN else f"{self.subject}/{self.aspect}"
+
+
+def claimable_obligations(model: BehaviorModel) -> tuple[ClaimedObligation, ...]:
+    """Return everything that a certificate for a model may claim."""
+    aspects = [aspect for aspect in ClaimedAspect if aspect is not ClaimedAspect.TAKEN]
+    of_operations = [ClaimedObligation(operation.name, aspect) for operation in model.operations for aspect in aspects]
+    return (*of_operations, *(ClaimedObligation(t.name, ClaimedAspect.TAKEN) for t in model.automatic_transitions))
 
 
 class Fact(StrEnum):
@@ -76,7 +110,7 @@ class Situation:
         values: of the variables of the argument, in their order. `current.name`, `current.state` and `plan.state` are
             among them; the other operation states follow from these.
         queue: the operations after the current one; if `awaits` is `PLAN`, the plan that will be the answer.
-        in_flight: the resources that owe a reply, in the order of their requests.
+        in_flight: the resources with a pending request, in the order of their requests.
         awaits: what the runner waits for beside replies and deadlines.
     """
 
@@ -119,12 +153,19 @@ class Certificate:
         digest: the SHA-256 of the model as `notation.write_model` writes it, so that a certificate of another version
             is recognized.
         claims: at least one.
+        planner: the planner of the runs that the claims are about; `None` if they hold whichever plans are chosen.
     """
 
     model: str
     digest: str
     claims: tuple[Claim, ...]
     argument: Argument
+    planner: PlannerIdentity | None = FIRST_PLANNER
+
+    @property
+    def is_for_any_plan(self) -> bool:
+        """Whether the claims hold whichever plans are chosen."""
+        return not isinstance(self.argument, RunsArgument)
 
 
 @dataclass(frozen=True, slots=True)

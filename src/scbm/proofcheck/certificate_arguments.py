@@ -1,15 +1,28 @@
-"""The arguments of certificates by name: how a certificate writes each of them, and what checks it.
+"""The arguments of certificates by name: how a certificate writes each of them, what checks it, and the whole check.
 
-To add one: a class beside the others in `certificate`, and an entry in `ARGUMENTS`.
+To add one: a class beside the others in `certificate`, and an entry in `ARGUMENTS`. `check_certificate` says whether a
+certificate proves its claims.
 """
 
 from __future__ import annotations
 
 import json
+from collections import Counter
 from dataclasses import dataclass
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from scbm.proofcheck.certificate import Awaits, Fact, RunsArgument, Situation, StructureArgument, ValuesArgument
+from scbm.model import FIRST_PLANNER
+from scbm.proofcheck.certificate import (
+    Awaits,
+    CertificateFlaw,
+    Fact,
+    RunsArgument,
+    Situation,
+    StructureArgument,
+    ValuesArgument,
+    claimable_obligations,
+)
 from scbm.proofcheck.runs_check import check_runs
 from scbm.proofcheck.structure_check import check_structure
 from scbm.proofcheck.values_check import check_values
@@ -19,9 +32,9 @@ if TYPE_CHECKING:
 
     from scbm.model import BehaviorModel, Value
     from scbm.model.json_reader import JsonPath
-    from scbm.proofcheck.certificate import CertificateFlaw
-    from scbm.proofcheck.certificate_reader import CertificateParts
-    from scbm.proofcheck.claimed_obligations import ClaimedObligation
+    from scbm.proofcheck.certificate import Certificate, ClaimedObligation
+    from scbm.proofcheck.certificate_json import CertificateParts
+
 
 _FACTS = {fact.name.lower(): fact for fact in Fact}
 _AWAITS = {awaits.value: awaits for awaits in Awaits}
@@ -141,3 +154,52 @@ ARGUMENTS: dict[str, ArgumentFormat] = {
     RunsArgument.kind: ArgumentFormat(("variables", "runs"), _read_runs, _write_runs, check_runs),
 }
 """The arguments by the names that certificates give them under `argument`, the cheapest first."""
+
+
+MAX_FLAWS = 20
+"""Maximum number of flaws that are reported."""
+
+
+def check_certificate(certificate: Certificate, model: BehaviorModel) -> tuple[CertificateFlaw, ...]:
+    """Return the first flaws of a certificate; none if it proves its claims for this model.
+
+    Args:
+        certificate: a certificate of any origin; the check trusts nothing in it.
+        model: the model. The caller compares it with `certificate.digest`.
+    """
+    return tuple(islice(_flaws(certificate, model), MAX_FLAWS))
+
+
+def _flaws(certificate: Certificate, model: BehaviorModel) -> Iterator[CertificateFlaw]:
+    """Yield the flaws of the claims themselves, or else of the argument."""
+    if certificate.model != model.name:
+        yield CertificateFlaw(
+            "the certificate", f"it is one of the model {certificate.model}, and this is {model.name}"
+        )
+        return
+    known = {str(obligation): obligation for obligation in claimable_obligations(model)}
+    names = [claim.obligation for claim in certificate.claims]
+    flaws = [
+        CertificateFlaw(f"claim {name}", "the model has no such obligation") for name in names if name not in known
+    ]
+    flaws += [
+        CertificateFlaw(f"claim {name}", "it is made twice") for name, times in Counter(names).items() if times > 1
+    ]
+    if not names:
+        flaws.append(CertificateFlaw("the claims", "there are none"))
+    flaws += _flaws_of_planner(certificate, model)
+    argument = certificate.argument
+    yield from flaws or ARGUMENTS[argument.kind].check([known[name] for name in names], argument, model)
+
+
+def _flaws_of_planner(certificate: Certificate, model: BehaviorModel) -> list[CertificateFlaw]:
+    """Return why claims about all runs do not hold for the planner of the model; only canonical plans are checked."""
+    if certificate.is_for_any_plan:
+        return []
+    known, used = FIRST_PLANNER.name, model.planner.name or FIRST_PLANNER.name
+    flaws = []
+    if certificate.planner is None or certificate.planner.name != known:
+        flaws.append(CertificateFlaw("the planner", f"claims about all runs are checked for `{known}` alone"))
+    if used != known:
+        flaws.append(CertificateFlaw("the planner", f"the runs of the model are planned by `{used}`"))
+    return flaws

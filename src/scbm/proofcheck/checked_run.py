@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, TypeAlias, assert_never
 
 from scbm.model import OperationState, PlanState, RequestState, format_value
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
+from scbm.proofcheck.certificate import ClaimedAspect, ClaimedObligation
 from scbm.proofcheck.checker_planner import NoPlanExists, PlanFound, PlanningLimitReached
-from scbm.proofcheck.claimed_obligations import ClaimedAspect, ClaimedObligation
 
 if TYPE_CHECKING:
     from scbm.model import Predicate, Value
@@ -46,7 +46,7 @@ class CheckedRun:
     Attributes:
         values: the values of the variables of the certificate, and the states of all operations.
         queue: the operations after the current one.
-        in_flight: the resources that owe a reply, in the order of their requests.
+        in_flight: the resources with a pending request, in the order of their requests.
         question: the request for a plan that is open.
         unsolvable_in: the values from which the planner has answered that no plan exists.
         has_ended: whether the run has ended.
@@ -290,9 +290,9 @@ class ReplyEvent:
     measured: tuple[tuple[str, Value], ...] = ()
 
     def __str__(self) -> str:
-        said = f"{self.resource} {'succeeds' if self.succeeded else 'fails'}"
+        outcome = f"{self.resource} {'succeeds' if self.succeeded else 'fails'}"
         measured = ", ".join(f"{name} = {format_value(value)}" for name, value in self.measured)
-        return f"{said} with {measured}" if measured else said
+        return f"{outcome} with {measured}" if measured else outcome
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,9 +23,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     from scbm.model import BehaviorModel, Value
-    from scbm.proofcheck.certificate import RunsArgument, Situation
+    from scbm.proofcheck.certificate import ClaimedObligation, RunsArgument, Situation
     from scbm.proofcheck.checked_run import CheckedStep
-    from scbm.proofcheck.claimed_obligations import ClaimedObligation
 
 
 def check_variables(variables: Sequence[str], model: BehaviorModel) -> Iterator[CertificateFlaw]:

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, assert_never
 
 from scbm.model import Not
 from scbm.model.variables import CURRENT_STATE, operation_state_name
-from scbm.proofcheck.certificate import CertificateFlaw, Fact
-from scbm.proofcheck.claimed_obligations import ClaimedAspect
+from scbm.proofcheck.certificate import CertificateFlaw, ClaimedAspect, Fact
 from scbm.proofcheck.guarded_parts import may_leave
 from scbm.proofcheck.valuations import TooManyStepsError, is_satisfiable
 
@@ -15,8 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from scbm.model import BehaviorModel, Operation
-    from scbm.proofcheck.certificate import StructureArgument
-    from scbm.proofcheck.claimed_obligations import ClaimedObligation
+    from scbm.proofcheck.certificate import ClaimedObligation, StructureArgument
 
 _RULES_OUT = {
     Fact.NO_DEADLINE: ClaimedAspect.TIMEDOUT,

@@ -27,10 +27,10 @@ def valuations(predicate: Predicate, choices: Choices, most_steps: int) -> Itera
     Args:
         predicate: reads no variables but those in `choices`.
         choices: the values of each variable. What comes first is varied last.
-        most_steps: how many valuations, of all variables or of some, are looked at.
+        most_steps: the maximum number of valuations, complete or partial, that are evaluated.
 
     Raises:
-        TooManyStepsError: there are more of them, or more dead ends, than are looked at.
+        TooManyStepsError: the enumeration needs more valuations than `most_steps`.
     """
     names = tuple(choices)
     stack: list[dict[str, Value]] = [{}]

@@ -1,20 +1,275 @@
-"""Checks sets of values that no step leaves, with no visit to a claimed obligation (`ValuesArgument`)."""
+"""Checks sets of values that no step leaves, with no visit to a claimed obligation (`ValuesArgument`).
+
+The check derives everything that can happen in a run of which only a set of values for each variable is known (delete
+relaxation). The current operation and its state are kept together in a `_Moment`. All other variables are independent
+of each other: a step is possible if the variables that it reads have values in their sets for which its guard holds
+and its actions stay in their domains. So everything that happens in a run is possible here, and more. A question that
+takes too many valuations counts as possible.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from itertools import chain
+from typing import TYPE_CHECKING, TypeAlias
 
-from scbm.model import format_value
-from scbm.proofcheck.certificate import CertificateFlaw
-from scbm.proofcheck.value_propagation import after_the_end, while_running
+from scbm.model import (
+    Add,
+    And,
+    Constant,
+    Equal,
+    NotEqual,
+    OperationState,
+    Or,
+    PlanState,
+    Reference,
+    RequestState,
+    Truth,
+    format_value,
+)
+from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
+from scbm.proofcheck.certificate import CertificateFlaw, ClaimedAspect, ClaimedObligation
+from scbm.proofcheck.guarded_parts import fails_operation
+from scbm.proofcheck.valuations import TooManyStepsError, is_satisfiable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.model import BehaviorModel, Value, Variable
+    from scbm.model import (
+        Action,
+        BehaviorModel,
+        Operation,
+        Predicate,
+        Resource,
+        StateSpace,
+        Transition,
+        Value,
+        Variable,
+    )
     from scbm.proofcheck.certificate import ValuesArgument
-    from scbm.proofcheck.claimed_obligations import ClaimedObligation
-    from scbm.proofcheck.value_propagation import Sets
+
+
+Sets: TypeAlias = "dict[str, tuple[Value, ...]]"
+"""The values of each variable of the running space."""
+Given: TypeAlias = "tuple[tuple[str, Value], ...]"
+"""Pairs of a variable and a value that it gets."""
+
+
+@dataclass(frozen=True, slots=True)
+class Possible:
+    """An event or a step that is possible.
+
+    Attributes:
+        what: its name for messages.
+        gives: values that variables get; values that were in their sets before may be left out.
+        visits: the obligations that it visits.
+    """
+
+    what: str
+    gives: Given
+    visits: tuple[ClaimedObligation, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class _Moment:
+    """An operation is current and in one of its states, the others are initial; or none is current, and all are."""
+
+    operation: Operation | None
+    state: OperationState
+    sets: Sets
+    space: StateSpace
+
+
+def while_running(sets: Sets, model: BehaviorModel) -> Iterator[Possible]:
+    """Yield everything that is possible from the beginning of a run to its end."""
+    yield _begin(model)
+    for resource in model.resources:
+        if _can_be_sent(resource, sets):
+            yield _request(resource, model)
+    for operation in model.operations:
+        yield _become_current(operation)
+    for moment in _moments(sets, model):
+        yield from _automatic_transitions(moment, model)
+        if moment.operation is not None:
+            yield from _lifecycle(moment, moment.operation)
+
+
+def after_the_end(sets: Sets, model: BehaviorModel) -> tuple[Possible, ...]:
+    """Return everything that is possible after the end of a run, at the same moment.
+
+    Automatic transitions are taken until none applies any more, and requests may be sent, but no reply arrives.
+    The values that this adds are added until there are no more.
+    """
+    ends = (PlanState.COMPLETED, PlanState.UNSOLVABLE, PlanState.ABORTED)
+    cleared: list[tuple[str, Value]] = [(resource.trigger, False) for resource in model.resources]
+    cleared += [(resource.request_state, RequestState.INITIAL.value) for resource in model.resources]
+    sets = _with({**sets, PLAN_STATE: tuple(end.value for end in ends)}, tuple(cleared))
+    while True:
+        sent = ((r.request_state, RequestState.EXECUTING.value) for r in model.resources if _can_be_sent(r, sets))
+        possible = tuple(_automatic_transitions(_at_rest(sets, model), model))
+        grown = _with(sets, (*sent, *chain.from_iterable(p.gives for p in possible)))
+        if grown == sets:
+            return possible
+        sets = grown
+
+
+def _with(sets: Sets, given: Given) -> Sets:
+    sets = dict(sets)
+    for name, value in given:
+        if value not in sets[name]:
+            sets[name] = (*sets[name], value)
+    return sets
+
+
+# the beginning, requests, plans
+
+
+def _begin(model: BehaviorModel) -> Possible:
+    initial = OperationState.INITIAL.value
+    given: list[tuple[str, Value]] = [(variable.name, v) for variable in model.space for v in variable.random]
+    given += [(operation_state_name(operation.name), initial) for operation in model.operations]
+    given += [(CURRENT_NAME, NO_OPERATION), (CURRENT_STATE, initial)]
+    given += [(PLAN_STATE, PlanState.PLANNING.value), (PLAN_STATE, PlanState.EXECUTING.value)]
+    return Possible("the beginning of a run", tuple(given))
+
+
+def _can_be_sent(resource: Resource, sets: Sets) -> bool:
+    return True in sets[resource.trigger] and RequestState.INITIAL.value in sets[resource.request_state]
+
+
+def _request(resource: Resource, model: BehaviorModel) -> Possible:
+    """Return a request and its reply. A cancelled request is initial again, which adds no value."""
+    states = (RequestState.EXECUTING, RequestState.SUCCEEDED, RequestState.FAILED)
+    given: list[tuple[str, Value]] = [(resource.request_state, state.value) for state in states]
+    given += [(name, value) for name in resource.measures for value in model.space[name].domain.values]
+    return Possible(f"a request to {resource.name}", tuple(given))
+
+
+def _become_current(operation: Operation) -> Possible:
+    """Return that an operation becomes current: any can be planned, and be disabled then."""
+    visits = (
+        ClaimedObligation(operation.name, ClaimedAspect.QUEUED),
+        ClaimedObligation(operation.name, ClaimedAspect.DISABLED),
+    )
+    given = ((CURRENT_NAME, operation.name), *_in_state(operation, OperationState.DISABLED))
+    return Possible(f"{operation.name} at the head of the queue", given, visits)
+
+
+def _in_state(operation: Operation, state: OperationState) -> Given:
+    return ((operation_state_name(operation.name), state.value), (CURRENT_STATE, state.value))
+
+
+# moments
+
+
+def _moments(sets: Sets, model: BehaviorModel) -> Iterator[_Moment]:
+    """Yield the moment without a current operation, then each operation in each state that the sets have."""
+    rest = _at_rest(sets, model)
+    yield rest
+    for operation in model.operations:
+        own = operation_state_name(operation.name)
+        for state in OperationState:
+            if all(value in sets[name] for name, value in _in_state(operation, state)):
+                here: Sets = {CURRENT_NAME: (operation.name,), CURRENT_STATE: (state.value,), own: (state.value,)}
+                yield _Moment(operation, state, {**rest.sets, **here}, model.running_space)
+
+
+def _at_rest(sets: Sets, model: BehaviorModel) -> _Moment:
+    initial = OperationState.INITIAL
+    rest: Sets = {operation_state_name(operation.name): (initial.value,) for operation in model.operations}
+    rest |= {CURRENT_NAME: (NO_OPERATION,), CURRENT_STATE: (initial.value,)}
+    return _Moment(None, initial, {**sets, **rest}, model.running_space)
+
+
+# transitions
+
+
+def _lifecycle(moment: _Moment, operation: Operation) -> Iterator[Possible]:
+    """Yield the moves of the current operation that are possible in its state (semantics 5.5)."""
+    if moment.state in (OperationState.INITIAL, OperationState.DISABLED):
+        yield from _taken(operation.pre, OperationState.EXECUTING, moment, operation)
+    if moment.state is OperationState.EXECUTING:
+        yield from _taken(operation.post, OperationState.COMPLETED, moment, operation)
+        if operation.failed is not None:
+            yield from _taken(operation.failed, OperationState.FAILED, moment, operation)
+        if operation.deadline_ns is not None:
+            given = _given(Truth(True), operation.timedout, moment)
+            if given is not None:
+                yield _entered(f"the deadline of {operation.name}", given, operation, OperationState.TIMEDOUT)
+
+
+def _taken(transition: Transition, target: OperationState, moment: _Moment, operation: Operation) -> Iterator[Possible]:
+    given = _given(transition.running_guard, transition.running_actions, moment)
+    if given is not None:
+        yield _entered(transition.name, given, operation, target)
+
+
+def _entered(what: str, given: Given, operation: Operation, state: OperationState) -> Possible:
+    visits = (ClaimedObligation(operation.name, ClaimedAspect(state.value)),)
+    return Possible(what, (*given, *_in_state(operation, state)), visits)
+
+
+def _automatic_transitions(moment: _Moment, model: BehaviorModel) -> Iterator[Possible]:
+    """Yield the automatic transitions that are possible (semantics 5.1)."""
+    for transition in model.automatic_transitions:
+        failing = [action for action in transition.running_actions if fails_operation(action, model.running_space)]
+        actions = tuple(action for action in transition.running_actions if action not in failing)
+        taken = ClaimedObligation(transition.name, ClaimedAspect.TAKEN)
+        if not failing:
+            given = _given(And((transition.running_guard, _changes(actions))), actions, moment)
+            if given is not None:
+                yield Possible(transition.name, given, (taken,))
+            continue
+        executing = Constant(OperationState.EXECUTING.value)
+        guards = (transition.running_guard, *(Equal(Reference(action.target), executing) for action in failing))
+        given = _given(And(guards), actions, moment)
+        if given is not None and moment.operation is not None:
+            failed = _entered(transition.name, given, moment.operation, OperationState.FAILED)
+            yield Possible(failed.what, failed.gives, (taken, *failed.visits))
+
+
+def _changes(actions: tuple[Action, ...]) -> Predicate:
+    """Return the predicate that one of the actions changes its variable."""
+    return Or(
+        tuple(
+            Truth(True) if isinstance(action, Add) else NotEqual(Reference(action.target), action.source)
+            for action in actions
+        )
+    )
+
+
+def _given(guard: Predicate, actions: tuple[Action, ...], moment: _Moment) -> Given | None:
+    """Return what the actions give where the guard holds and all stay in their domains; `None` if nowhere."""
+    sets = dict(moment.sets)
+    for action in actions:
+        domain = moment.space[action.target].domain
+        if not action.reads() and action.value({}) not in domain:
+            return None
+        for name in action.reads():
+            sets[name] = tuple(value for value in sets[name] if action.value({name: value}) in domain)
+            if not sets[name]:
+                return None
+    if not _may_hold(guard, sets):
+        return None
+    return tuple((action.target, value) for action in actions for value in _new(action, guard, sets, moment))
+
+
+def _new(action: Action, guard: Predicate, sets: Sets, moment: _Moment) -> Iterator[Value]:
+    """Yield the values that the action assigns where the guard holds, and that its target does not have yet."""
+    if not action.reads():
+        yield action.value({})
+    for name in action.reads():
+        for source in sets[name]:
+            value = action.value({name: source})
+            if value not in moment.sets[action.target] and _may_hold(guard, {**sets, name: (source,)}):
+                yield value
+
+
+def _may_hold(guard: Predicate, sets: Sets) -> bool:
+    try:
+        return is_satisfiable(guard, sets)
+    except TooManyStepsError:
+        return True
 
 
 def check_values(

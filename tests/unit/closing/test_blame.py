@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.closing.advice.blame import blame, conjuncts, shadowing
+from scbm.closing.proofs.blame import blame, conjuncts, shadowing
 from scbm.files import read_model
 from scbm.model import And, Constant, Equal, Predicate, Reference, Truth, Value
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,12 +11,14 @@ from scbm.cases.coverage import Aspect, Obligation
 from scbm.cases.trace import End
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.runs.all_runs import AllRuns
-from scbm.closing.runs.run_relevance import Relevance
-from scbm.closing.scripts.inputs import distinguishing_values
+from scbm.closing.runs.run_graph import Relevance
+from scbm.closing.scripts.closing_injections import distinguishing_values
 from scbm.files import load_model, read_model
-from scbm.model import InputError, Outcome
+from scbm.model import InputError, Outcome, PlannerChoice, PlannerIdentity, Slug
+from scbm.proofcheck import check_certificate
 from scbm.running import Program
 from scbm.testing import Campaign, RandomCases, Tester
+from support.wording import Wording
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
 
@@ -112,6 +115,33 @@ def test_timeouts_in_a_row_come_out_without_being_told() -> None:
     assert sum(1 + (rule.last or 0) - rule.first for rule in timeouts) == 3
 
 
+@pytest.mark.parametrize("count", [100, 101, 120])
+def test_a_case_that_needs_more_plans_than_a_run_may_ask_for_has_a_limit_of_its_own(count: int) -> None:
+    text = (SCAN % f"  enough: {{g: timeouts == {count} && lamp == dark, a: [lamp <- green]}}").replace(
+        "0..3", "0..150"
+    )
+    closing = Closer(read_model(text, "scan.yaml")).close()
+    made = next(made for made in closing.cases if Obligation("enough", Aspect.TAKEN) in made.adds)
+    assert made.execution.verdict.passed
+    assert (made.case.limits.plans or 0) > count
+
+
+def test_a_run_that_asks_for_plans_without_end_ends_at_the_limit_of_plans() -> None:
+    text = """
+behavior_model: refused
+variables: {v: {domain: bool, initial: false}}
+operations:
+  set_v: {pre: {g: v == false}, post: {g: true, a: [v <- true]}}
+automatic_transitions:
+  refuse: {g: current.state == executing, a: [current.state <- failed]}
+goals: {all: v == true}
+"""
+    closing = Closer(read_model(text, "refused.yaml")).close()
+    assert decision(closing, "automatic/refuse") is Decision.COVERED
+    assert closing.cases[0].execution.verdict.end is End.REPLAN_LIMIT
+    assert closing.cases[0].case.limits.plans is None
+
+
 def test_an_input_is_injected_for_an_automatic_transition_that_waits_for_it() -> None:
     closing = close("  halt: {g: stop == true && current.state == executing, a: [plan.state <- aborted]}")
     assert decision(closing, "automatic/halt") is Decision.COVERED
@@ -131,25 +161,27 @@ def test_behind_the_end_of_a_run_automatic_transitions_have_their_turn(state: st
     assert decision(closing, "automatic/ring") is Decision.COVERED
 
 
-def test_what_was_not_explored_is_undecided_and_says_why() -> None:
-    closing = close("  give_up: {g: timeouts == 3, a: [plan.state <- aborted]}", CloseLimits(situations=2, beyond=0))
+def test_what_was_not_explored_is_undecided_and_says_why(wording: Wording) -> None:
+    nothing = CloseLimits(situations=2, beyond=0, random=0, changes=0)
+    closing = close("  give_up: {g: timeouts == 3, a: [plan.state <- aborted]}", nothing)
     undecided = [each for each in closing.decided if each.decision is Decision.UNDECIDED]
     assert [str(each.obligation) for each in undecided] == ["automatic/give_up"]
-    assert "more than 2 situations" in undecided[0].reason
+    wording(undecided[0].reason)
 
 
 def test_beyond_what_was_explored_the_nearest_is_looked_at_first() -> None:
     automatic = "  give_up: {g: timeouts == 3, a: [plan.state <- aborted]}"
-    assert decision(close(automatic, CloseLimits(situations=2, beyond=0)), "automatic/give_up") is Decision.UNDECIDED
-    assert decision(close(automatic, CloseLimits(situations=2)), "automatic/give_up") is Decision.COVERED
+    few = CloseLimits(situations=2, random=0, changes=0)
+    assert decision(close(automatic, replace(few, beyond=0)), "automatic/give_up") is Decision.UNDECIDED
+    assert decision(close(automatic, few), "automatic/give_up") is Decision.COVERED
 
 
 def test_a_model_without_goals_or_initial_states_has_no_runs() -> None:
     text = (SCAN % "").replace("goals:\n  scanned: scanned == true\n", "")
-    with pytest.raises(InputError, match="no goals"):
-        Closer(read_model(text, "scan.yaml")).close()
-    with pytest.raises(InputError, match="initial_states"):
-        Closer(read_model(SCAN % "" + "initial_states: lamp == red\n", "scan.yaml")).close()
+    for model, slug in ((text, Slug.NO_GOALS), (SCAN % "" + "initial_states: lamp == red\n", Slug.NO_INITIAL_STATE)):
+        with pytest.raises(InputError) as refused:
+            Closer(read_model(model, "scan.yaml")).close()
+        assert [diagnostic.slug for diagnostic in refused.value.diagnostics] == [slug]
 
 
 def test_inputs_that_have_to_change_again_and_again() -> None:
@@ -260,3 +292,34 @@ def test_initial_states_that_were_not_looked_at_leave_it_open() -> None:
 def test_what_can_leave_its_domain_makes_a_difference() -> None:
     model = read_model(SCAN % "", "scan.yaml")
     assert "timeouts" in Relevance(model, Program(model).packing).names
+
+
+def test_under_another_planner_only_proofs_that_hold_for_every_plan_are_kept() -> None:
+    model = load_model(EXAMPLE / "before.yaml")
+    by_runs = {d.obligation for d in Closer(model).close().decided if d.certificate == "runs"}
+    assert by_runs
+    closing = Closer(replace(model, planner=PlannerChoice("greedy"))).close()
+    uncoverable = [d for d in closing.decided if d.decision is Decision.UNCOVERABLE]
+    assert {d.certificate for d in uncoverable} <= {"structure", "values"}
+    assert {certificate.planner for _, certificate in closing.certificates} <= {None}
+    open_ones = [d for d in closing.decided if d.decision is Decision.UNDECIDED]
+    assert by_runs <= {d.obligation for d in closing.decided if d.decision is not Decision.UNCOVERABLE}
+    assert open_ones
+    assert all("`--planner canonical`" in d.reason for d in open_ones)
+
+
+def test_a_proof_from_all_runs_is_none_for_a_model_with_another_planner() -> None:
+    model = load_model(EXAMPLE / "before.yaml")
+    certificate = dict(Closer(model).close().certificates)["runs"]
+    assert certificate.planner == PlannerIdentity("canonical", "1")
+    assert check_certificate(certificate, model) == ()
+    other = check_certificate(certificate, replace(model, planner=PlannerChoice("greedy")))
+    assert [flaw.where for flaw in other] == ["the planner"]
+    forged = replace(certificate, planner=None)
+    assert [flaw.where for flaw in check_certificate(forged, model)] == ["the planner"]
+
+
+def test_limits_of_the_model_that_end_plans_leave_runs_unexplored() -> None:
+    model = load_model(EXAMPLE / "before.yaml")
+    short = Closer(replace(model, planner=PlannerChoice("canonical", max_length=5))).close()
+    assert not any(d.certificate == "runs" for d in short.decided)

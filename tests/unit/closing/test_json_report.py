@@ -13,6 +13,7 @@ from scbm.files import parse_predicate, read_case
 from scbm.files.language.scope import Scope
 from support.closings import closing_of, obligation
 from support.models import scan_cell
+from support.wording import Wording
 
 CELL = scan_cell()
 SCANS = read_case("case: scans\ngoal: scanned\n", CELL)
@@ -20,39 +21,36 @@ FAILS = read_case("case: fails\ngoal: scanned\noutcomes: {scan: [fail]}\n", CELL
 
 
 def test_obligations_are_those_of_the_figure_and_queued_ones_stand_beside() -> None:
-    told = closing_json(closing_of(CELL, [SCANS]))
+    report = closing_json(closing_of(CELL, [SCANS]))
     counted = [str(each) for each in Obligations.of(CELL) if each.counts]
-    assert [entry["name"] for entry in told["obligations"]] == counted
-    assert [entry["name"] for entry in told["queued"]] == ["scan_box/queued"]
-    assert list(told)[:2] == ["format_version", "model"]
+    assert [entry["name"] for entry in report["obligations"]] == counted
+    assert [entry["name"] for entry in report["queued"]] == ["scan_box/queued"]
+    assert list(report)[:2] == ["format_version", "model"]
 
 
-def test_every_entry_has_what_decides_it() -> None:
-    told = closing_json(closing_of(CELL, [SCANS], undecided=["scan_box/failed", "automatic/scan_failed"]))
-    by_name = {entry["name"]: entry for entry in told["obligations"]}
-    assert by_name["scan_box/executing"] == {
-        "name": "scan_box/executing",
-        "decision": "covered",
-        "case": "scans",
-        "reason": "scans visits it",
-    }
+def test_every_entry_has_what_decides_it(wording: Wording) -> None:
+    report = closing_json(closing_of(CELL, [SCANS], undecided=["scan_box/failed", "automatic/scan_failed"]))
+    by_name = {entry["name"]: entry for entry in report["obligations"]}
+    covered = dict(by_name["scan_box/executing"])
+    wording(covered.pop("reason"))
+    assert covered == {"name": "scan_box/executing", "decision": "covered", "case": "scans"}
     assert by_name["scan_box/disabled"]["certificate"] == "structure"
     assert by_name["scan_box/failed"] == {
         "name": "scan_box/failed",
         "decision": "undecided",
-        "reason": "not all runs were looked at",
+        "reason": "not all runs were explored",
     }
-    assert told["decisions"] == {"covered": 2, "uncoverable": 2, "undecided": 2}
-    assert all(entry["reason"] for entry in (*told["obligations"], *told["queued"]))
+    assert report["decisions"] == {"covered": 2, "uncoverable": 2, "undecided": 2}
+    assert all(entry["reason"] for entry in (*report["obligations"], *report["queued"]))
 
 
 def test_figures_and_cases() -> None:
-    told = closing_json(closing_of(CELL, [FAILS], suite=[SCANS]))
-    assert (told["before"], told["after"]) == (
+    report = closing_json(closing_of(CELL, [FAILS], suite=[SCANS]))
+    assert (report["before"], report["after"]) == (
         {"visited": 2, "of": 6, "percent": 33.33},
         {"visited": 4, "of": 6, "percent": 66.67},
     )
-    (case,) = told["cases"]
+    (case,) = report["cases"]
     assert case["adds"] == ["scan_box/failed", "automatic/scan_failed"]
     assert (case["name"], case["goal"], case["verdict"], case["passed"]) == ("fails", "scanned", "reached", True)
     assert (case["file"], case["simulated_seconds"]) == (None, 0.0)
@@ -62,10 +60,10 @@ def test_what_was_written_is_named_by_its_path() -> None:
     output = ClosingFiles(
         Path("out"), {"scans": Path("out/cases/scans.yaml")}, {"structure": Path("out/c/structure.json")}
     )
-    told = closing_json(closing_of(CELL, [SCANS]), output)
-    assert told["cases"][0]["file"] == "out/cases/scans.yaml"
-    assert told["certificates"][0]["file"] == "out/c/structure.json"
-    assert {entry.get("certificate") for entry in told["obligations"]} == {None, "out/c/structure.json"}
+    report = closing_json(closing_of(CELL, [SCANS]), output)
+    assert report["cases"][0]["file"] == "out/cases/scans.yaml"
+    assert report["certificates"][0]["file"] == "out/c/structure.json"
+    assert {entry.get("certificate") for entry in report["obligations"]} == {None, "out/c/structure.json"}
 
 
 def test_suggestions() -> None:
@@ -89,5 +87,5 @@ def test_suggestions() -> None:
 
 
 def test_it_can_be_written() -> None:
-    told = closing_json(closing_of(CELL, [SCANS], suite=[FAILS], undecided=["scan_box/disabled"]))
-    assert json.loads(json.dumps(told)) == told
+    report = closing_json(closing_of(CELL, [SCANS], suite=[FAILS], undecided=["scan_box/disabled"]))
+    assert json.loads(json.dumps(report)) == report

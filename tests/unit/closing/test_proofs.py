@@ -1,16 +1,79 @@
-"""Why no run visits an obligation, in one short sentence."""
+"""Why no run visits an obligation: each fact of the model file where it is so, and reasons in one short sentence."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from scbm.closing.proofs.proofs import Proofs
+from scbm.closing.proofs.proofs import Proofs, failing_transitions, structural_facts
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits
+from scbm.files import load_model
 from scbm.model import BehaviorModel
+from scbm.proofcheck import Fact
 from support.closings import obligation
 from support.models import scan_cell
+from support.wording import Wording
 
-FOLLOWED = "all runs to the only goal were explored"
+ROOT = Path(__file__).parents[3]
+
+_FAILS = "a: [current.state <- failed, "
+
+
+def _facts(*replacements: tuple[str, str]) -> list[tuple[str, Fact]]:
+    return [(str(obligation), fact) for obligation, fact, _ in structural_facts(scan_cell(*replacements))]
+
+
+@pytest.mark.parametrize("name", ["before", "after"])
+def test_nothing_is_settled_by_the_structure_of_the_example(name: str) -> None:
+    assert structural_facts(load_model(ROOT / f"examples/robot_in_the_air/{name}.yaml")) == ()
+
+
+def test_without_a_deadline_nothing_times_out(wording: Wording) -> None:
+    model = scan_cell(("    deadline: 10 seconds\n", ""), ("    timedout: [scan_req_trigger <- false]\n", ""))
+    ((obligation, fact, why),) = structural_facts(model)
+    assert (str(obligation), fact) == ("scan_box/timedout", Fact.NO_DEADLINE)
+    wording(why)
+
+
+def test_what_nothing_fails_never_fails() -> None:
+    assert _facts((_FAILS, "a: [")) == [("scan_box/failed", Fact.CANNOT_FAIL)]
+
+
+@pytest.mark.parametrize("assigned", ["current.state", "scan_box.state"])
+def test_an_automatic_transition_can_fail_an_operation_by_either_name(assigned: str) -> None:
+    model = scan_cell((_FAILS, f"a: [{assigned} <- failed, "))
+    assert failing_transitions(model.operations[0], model) == ("scan_failed",)
+    assert structural_facts(model) == ()
+
+
+def test_an_operation_can_fail_by_its_own_transition() -> None:
+    own = "    failed: {name: gives_up, g: scan_req_state == failed}\n    timedout:"
+    assert _facts((_FAILS, "a: ["), ("    timedout:", own)) == []
+
+
+_PRE = (
+    "g: scan_req_state == initial && scan_req_trigger == false && box_is_scanned == false\n      gr: light != red",
+    "a: [scan_req_trigger <- true, scan_command <- scan_box]",
+)
+
+
+@pytest.mark.parametrize(
+    ("guard", "actions", "always"),
+    [
+        ("g: true", "", True),
+        ("g: light == red || light != red", "count <- 2", True),
+        ("g: light == red\n      gr: light != red", "", False),
+        ("g: light == red || light == blue", "", False),
+        ("g: count <= 2\n      gr: temperature >= 0", "temperature <- count", True),
+        ("g: true", "count <- temperature", False),
+        ("g: true", "count += 1", False),
+        ("g: scan_box.state in {initial, disabled}", "", False),
+    ],
+)
+def test_a_precondition_that_always_holds_never_disables(guard: str, actions: str, always: bool) -> None:  # noqa: FBT001
+    found = _facts((_PRE[0], guard), (_PRE[1], f"a: [{actions}]"))
+    assert found == ([("scan_box/disabled", Fact.ALWAYS_ENABLED)] if always else [])
 
 
 def _reason(model: BehaviorModel, name: str) -> str:
@@ -20,27 +83,26 @@ def _reason(model: BehaviorModel, name: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("guard", "followed"),
+    "guard",
     [
-        ("", FOLLOWED),
-        ("  again: box_is_scanned == true\n", "all runs to the 2 goals were explored"),
+        "",
+        "  again: box_is_scanned == true\n",
     ],
 )
-def test_no_situations_are_counted(guard: str, followed: str) -> None:
+def test_no_situations_are_counted(guard: str, wording: Wording) -> None:
     odd = "automatic_transitions:\n  odd: {g: box_is_scanned == true && scan_req_trigger == true, a: [count += 1]}\n"
     model = scan_cell(("automatic_transitions:\n", odd), more=guard)
-    assert _reason(model, "automatic/odd") == f"no run takes automatic/odd; {followed}"
+    wording(_reason(model, "automatic/odd"))
 
 
-def test_an_operation_that_never_ends_so_is_told_so() -> None:
+def test_an_operation_that_never_ends_so_is_told_so(wording: Wording) -> None:
     model = scan_cell(
         ("gr: scan_req_state == succeeded", "gr: scan_req_state == succeeded && scan_req_trigger == false")
     )
-    assert _reason(model, "scan_box/completed") == f"scan_box executes, but it never completes; {FOLLOWED}"
+    wording(_reason(model, "scan_box/completed"))
 
 
-def test_a_precondition_that_never_holds_is_told_so() -> None:
+def test_a_precondition_that_never_holds_is_told_so(wording: Wording) -> None:
     model = scan_cell(("gr: light != red", "gr: scan_req_trigger == true"))
-    told = f"scan_box becomes current, but its precondition never holds then; {FOLLOWED}"
-    assert _reason(model, "scan_box/executing") == told
-    assert _reason(model, "scan_box/failed") == told
+    assert _reason(model, "scan_box/executing") == _reason(model, "scan_box/failed")
+    wording(_reason(model, "scan_box/executing"))

@@ -17,6 +17,7 @@ from scbm.model import BehaviorModel, Predicate, Value
 from scbm.planning import Planner
 from scbm.testing import RandomCases, Tester
 from support.models import scan_cell
+from support.wording import Wording
 
 ROOT = Path(__file__).parents[3]
 BEFORE = load_model(ROOT / "examples/robot_in_the_air/before.yaml")
@@ -55,7 +56,7 @@ def _suggest(model: BehaviorModel, *uncoverable: str) -> tuple[Suggestion, ...]:
     return suggest(model, missed, oracles, GoalSearch(model, Planner(model)))
 
 
-def _told(suggestions: tuple[Suggestion, ...]) -> list[tuple[str, list[str], tuple[str, ...]]]:
+def _parts(suggestions: tuple[Suggestion, ...]) -> list[tuple[str, list[str], tuple[str, ...]]]:
     return [(each.kind.value, [str(o) for o in each.obligations], each.blamed) for each in suggestions]
 
 
@@ -71,16 +72,17 @@ def _told(suggestions: tuple[Suggestion, ...]) -> list[tuple[str, list[str], tup
         ),
     ],
 )
-def test_an_operation_that_no_goal_needs_gets_a_goal(operation: str, goal: str, start: str, plan: str) -> None:
+def test_an_operation_that_no_goal_needs_gets_a_goal(
+    operation: str, goal: str, start: str, plan: str, wording: Wording
+) -> None:
     names = [f"{operation}/{aspect}" for aspect in ("executing", "completed", "queued")]
     (suggestion,) = _suggest(BEFORE, *names)
     assert suggestion.kind is SuggestionKind.GOAL
     assert [str(obligation) for obligation in suggestion.obligations] == names
     assert str(suggestion.goal) == goal
     assert suggestion.name == f"needs_{operation}"
-    assert suggestion.text == (
-        f"add a goal that {operation} is needed for, such as {goal}; a plan for it from {start}: {plan}"
-    )
+    assert suggestion.text.endswith(f" {start}: {plan}")
+    wording(suggestion.text)
 
 
 def test_a_goal_serves_only_what_was_verified() -> None:
@@ -96,24 +98,21 @@ def test_no_goal_is_suggested_that_is_not_verified() -> None:
     assert suggest(BEFORE, missed, oracles, GoalSearch(BEFORE, Planner(BEFORE))) == ()
 
 
-def test_a_precondition_that_never_holds_is_blamed_for_all_that_follows() -> None:
+def test_a_precondition_that_never_holds_is_blamed_for_all_that_follows(wording: Wording) -> None:
     model = scan_cell(("gr: light != red", "gr: light != red && count == 1"))
     names = [f"scan_box/{aspect}" for aspect in ("executing", "failed", "timedout", "completed")]
     (suggestion,) = _suggest(model, *names)
-    assert _told((suggestion,)) == [("guard", names, ("count == 1",))]
-    assert suggestion.text == (
-        "the precondition of scan_box needs count == 1, which never holds when scan_box is current: "
-        "change the guard, or let something bring that about"
-    )
+    assert _parts((suggestion,)) == [("guard", names, ("count == 1",))]
+    wording(suggestion.text)
 
 
 def test_a_postcondition_that_never_holds_is_blamed() -> None:
     model = scan_cell(("gr: scan_req_state == succeeded", "gr: scan_req_state == succeeded && light == blue"))
     found = _suggest(model, "scan_box/completed")
-    assert _told(found) == [("guard", ["scan_box/completed"], ("light == blue",))]
+    assert _parts(found) == [("guard", ["scan_box/completed"], ("light == blue",))]
 
 
-def test_conjuncts_that_never_hold_together_are_blamed_together() -> None:
+def test_conjuncts_that_never_hold_together_are_blamed_together(wording: Wording) -> None:
     redden = "automatic_transitions:\n  redden: {g: scan_req_state == executing, a: [light <- red]}\n"
     model = scan_cell(
         ("gr: scan_req_state == succeeded", "gr: count == 0 && scan_req_state == initial && light == red"),
@@ -121,30 +120,23 @@ def test_conjuncts_that_never_hold_together_are_blamed_together() -> None:
     )
     (suggestion,) = _suggest(model, "scan_box/completed")
     assert suggestion.blamed == ("scan_req_state == initial", "light == red")
-    assert suggestion.text == (
-        "the postcondition of scan_box needs scan_req_state == initial and light == red, which never hold together "
-        "while scan_box executes: change the guard, or let something bring that about"
-    )
+    wording(suggestion.text)
 
 
-def test_without_a_deadline_or_a_way_to_fail_both_are_suggested() -> None:
+def test_without_a_deadline_or_a_way_to_fail_both_are_suggested(wording: Wording) -> None:
     model = scan_cell(
         ("    deadline: 10 seconds\n", ""),
         ("    timedout: [scan_req_trigger <- false]\n", ""),
         ("a: [current.state <- failed, ", "a: ["),
     )
     found = _suggest(model, "scan_box/failed", "scan_box/timedout")
-    assert _told(found) == [("failure", ["scan_box/failed"], ()), ("deadline", ["scan_box/timedout"], ())]
+    assert _parts(found) == [("failure", ["scan_box/failed"], ()), ("deadline", ["scan_box/timedout"], ())]
     failure, deadline = (suggestion.text for suggestion in found)
-    assert failure == (
-        "add a `failed` transition to scan_box, or an automatic transition like "
-        "`{g: scan_req_state == failed && current.state == executing, "
-        "a: [current.state <- failed, scan_req_state <- initial, scan_req_trigger <- false]}`"
-    )
-    assert deadline == "give scan_box a `deadline`, so that it can time out"
+    wording(failure)
+    wording(deadline)
 
 
-def test_what_would_be_added_to_several_operations_is_told_once() -> None:
+def test_what_would_be_added_to_several_operations_is_told_once(wording: Wording) -> None:
     other = "operations:\n  other: {pre: {g: true}, post: {g: true}}\n"
     model = scan_cell(
         ("operations:\n", other),
@@ -157,24 +149,24 @@ def test_what_would_be_added_to_several_operations_is_told_once() -> None:
     assert len(found) == 4
     failure, deadline = grouped(found)
     assert [*map(str, failure.obligations), *map(str, deadline.obligations)] == sorted(names, key=lambda n: n[-6:])
-    assert failure.text.startswith("add a `failed` transition to each, or an automatic transition like `{g: scan_req")
-    assert failure.text.count("automatic transition") == 1
-    assert deadline.text == "give each a `deadline`, so that it can time out"
+    assert failure.text.count("{g: scan_req") == 1
+    wording(failure.text)
+    wording(deadline.text)
     assert grouped(found[:2]) == found[:2], "one alone stays as it is"
 
 
-def test_a_guard_that_contradicts_itself_is_told_so() -> None:
+def test_a_guard_that_contradicts_itself_is_told_so(wording: Wording) -> None:
     model = scan_cell(("gr: light != red", "gr: count == 1 && count == 2"))
     (found,) = _suggest(model, "scan_box/executing")
     assert found.blamed == ("count == 1", "count == 2")
-    assert found.text == ("the precondition of scan_box contradicts itself: count == 1 && count == 2; change the guard")
+    wording(found.text)
 
 
 def test_a_way_to_fail_that_never_holds_is_blamed() -> None:
     model = scan_cell(("g: scan_req_state == failed && current", "g: light == red && current"))
     found = _suggest(model, "scan_box/failed", "automatic/scan_failed")
     blamed = ("light == red",)
-    assert _told(found) == [("guard", ["scan_box/failed"], blamed), ("guard", ["automatic/scan_failed"], blamed)]
+    assert _parts(found) == [("guard", ["scan_box/failed"], blamed), ("guard", ["automatic/scan_failed"], blamed)]
 
 
 LAMPS = """
@@ -194,20 +186,17 @@ goals:
 """
 
 
-def test_a_transition_that_another_one_always_comes_before_is_shadowed() -> None:
+def test_a_transition_that_another_one_always_comes_before_is_shadowed(wording: Wording) -> None:
     model = read_model(LAMPS)
     found = _suggest(model, "automatic/also_lights")
-    assert _told(found) == [("shadowed", ["automatic/also_lights"], ("light",))]
-    assert found[0].text == (
-        "where automatic/also_lights could be taken, automatic/light always goes first: "
-        "move it up, or make the guards exclude each other"
-    )
+    assert _parts(found) == [("shadowed", ["automatic/also_lights"], ("light",))]
+    wording(found[0].text)
 
 
-def test_a_transition_whose_guard_never_holds_is_told_so() -> None:
+def test_a_transition_whose_guard_never_holds_is_told_so(wording: Wording) -> None:
     found = _suggest(read_model(LAMPS), "automatic/bright")
-    assert _told(found) == [("guard", ["automatic/bright"], ("lamp == bright",))]
-    assert "which never holds in any run" in found[0].text
+    assert _parts(found) == [("guard", ["automatic/bright"], ("lamp == bright",))]
+    wording(found[0].text)
 
 
 def test_nothing_is_invented() -> None:

@@ -1,13 +1,14 @@
-"""Obligations are told in few words."""
+"""Short lists of obligations."""
 
 from __future__ import annotations
 
 from scbm.cases.coverage import STATE_ASPECTS, Aspect, Obligation
 from scbm.closing.summaries import aspects_in_words, in_few_words, plan_in_words
+from support.wording import Wording
 
 
 def test_operations_with_equal_aspects_are_told_together_and_automatic_ones_last() -> None:
-    told = in_few_words(
+    shown = in_few_words(
         [
             Obligation("give_up", Aspect.TAKEN),
             Obligation("pick", Aspect.COMPLETED),
@@ -17,12 +18,13 @@ def test_operations_with_equal_aspects_are_told_together_and_automatic_ones_last
             Obligation("forget", Aspect.TAKEN),
         ]
     )
-    assert told == ("pick, place: completed", "scan: disabled, failed", "automatic/give_up, automatic/forget")
+    assert shown == ("pick, place: completed", "scan: disabled, failed", "automatic/give_up, automatic/forget")
 
 
-def test_all_states_are_told_as_one() -> None:
-    assert aspects_in_words(STATE_ASPECTS) == "every state"
-    assert aspects_in_words((Aspect.QUEUED, *STATE_ASPECTS)) == "every state, queued"
+def test_all_states_are_told_as_one(wording: Wording) -> None:
+    every = aspects_in_words(STATE_ASPECTS)
+    wording(every)
+    assert aspects_in_words((Aspect.QUEUED, *STATE_ASPECTS)) == f"{every}, queued"
     assert aspects_in_words((Aspect.QUEUED, Aspect.EXECUTING)) == "executing, queued"
 
 

@@ -1,12 +1,21 @@
-"""Doubts: what is suspicious about a model, and in which part of its file."""
+"""Doubts, the warnings of `scbm check`, as far as the text of a model shows them; each names a part of the file.
+
+These are guards that cannot hold, planning guards that read the runner's variables, variables that nothing reads,
+unhandled failures, and replies without a deadline. `plan_doubts` explores the model.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from scbm.model import And, Assign, Constant, Not, Or, Outcome, Slug, format_value
+from scbm.model.satisfiability import is_satisfiable
+
 if TYPE_CHECKING:
-    from scbm.model import Slug
+    from collections.abc import Iterator, Mapping
+
+    from scbm.model import BehaviorModel, Operation, Predicate, Resource, Transition, Value
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,3 +33,138 @@ class Doubt:
     message: str
     path: tuple[str, ...]
     remedy: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Unfinished:
+    """A part of a check that a limit ended: it has no place in the file, and it is no doubt about the model.
+
+    Attributes:
+        clause: what was reached, or what is still unknown.
+    """
+
+    clause: str
+
+
+def doubts_about_guards(model: BehaviorModel) -> Iterator[Doubt | Unfinished]:
+    """Yield a doubt for every unsatisfiable predicate, and for planning guards that read the runner's variables."""
+    for path, transition in _transitions(model):
+        yield from _doubts_about(transition, path, model)
+    for name, goal in model.goals:
+        yield from _never(goal, f"the goal {name}", ("goals", name), model)
+    yield from _never(model.initial_states, "`initial_states`", ("initial_states",), model)
+
+
+def _transitions(model: BehaviorModel) -> Iterator[tuple[tuple[str, ...], Transition]]:
+    for operation in model.operations:
+        here = ("operations", operation.name)
+        yield (*here, "pre"), operation.pre
+        yield (*here, "post"), operation.post
+        if operation.failed is not None:
+            yield (*here, "failed"), operation.failed
+    for transition in model.automatic_transitions:
+        yield ("automatic_transitions", transition.name), transition
+
+
+def _doubts_about(transition: Transition, path: tuple[str, ...], model: BehaviorModel) -> Iterator[Doubt | Unfinished]:
+    alone = list(_never(transition.g, f"`g` of {transition.name}", (*path, "g"), model))
+    alone += _never(transition.gr, f"`gr` of {transition.name}", (*path, "gr"), model)
+    yield from alone or _never(transition.running_guard, f"`g && gr` of {transition.name}", (*path, "gr"), model)
+    if path[-1] in ("pre", "post"):
+        yield from _reads_runner(transition, path, model)
+
+
+def _never(
+    predicate: Predicate, what: str, path: tuple[str, ...], model: BehaviorModel
+) -> Iterator[Doubt | Unfinished]:
+    satisfiable = is_satisfiable(predicate, model.running_space)
+    if satisfiable is False:
+        yield Doubt(Slug.GUARD_NEVER_HOLDS, f"{what} holds in no state: {predicate}", path)
+    elif satisfiable is None:
+        yield Unfinished(f"it is unknown whether {what} can hold")
+
+
+def _reads_runner(transition: Transition, path: tuple[str, ...], model: BehaviorModel) -> Iterator[Doubt]:
+    read = [name for name in transition.g.reads() if model.running_space[name].role.is_runner]
+    if read:
+        message = f"`g` of {transition.name} reads {', '.join(read)}, which is constant while a plan is made"
+        yield Doubt(Slug.PLANNER_READS_RUNNER, message, (*path, "g"), "move that part of the guard to `gr`")
+
+
+def doubts_about_resources(model: BehaviorModel) -> Iterator[Doubt]:
+    """Yield doubts about failures that nothing handles, and replies that are awaited without a deadline."""
+    for resource in model.resources:
+        outcomes = dict(resource.simulation.outcomes)
+        users = [operation for operation in model.operations if _asks(operation, resource)]
+        path = ("resources", resource.name, "simulation", "outcomes")
+        if outcomes.get(Outcome.FAIL) and users and resource.request_state not in _watched(model):
+            message = (
+                f"{resource.name} can fail, and no `failed` or automatic transition reads {resource.request_state}"
+            )
+            remedy = f"add an automatic transition with `g: {resource.request_state} == failed && …`"
+            yield Doubt(Slug.FAILURE_UNNOTICED, message, (*path, "fail"), remedy)
+        timeless = [each.name for each in users if each.deadline_ns is None and not _completes_at_once(each)]
+        if outcomes.get(Outcome.TIMEOUT) and timeless:
+            message = f"{resource.name} may not answer, and {', '.join(timeless)} would wait without a deadline"
+            yield Doubt(Slug.NO_DEADLINE, message, (*path, "timeout"), "give them a `deadline`")
+
+
+def _completes_at_once(operation: Operation) -> bool:
+    """Return whether the postcondition surely holds as soon as the operation has started, so that it never waits."""
+    actions = operation.pre.running_actions
+    known = {a.target: a.source.constant for a in actions if isinstance(a, Assign) and isinstance(a.source, Constant)}
+    return _certain(operation.post.running_guard, known) is True
+
+
+def _certain(predicate: Predicate, known: Mapping[str, Value]) -> bool | None:
+    """Return the truth of a predicate as far as the values of some variables decide it; `None` if they do not."""
+    if isinstance(predicate, And | Or):
+        parts = [_certain(part, known) for part in predicate.operands]
+        decisive = isinstance(predicate, Or)
+        return decisive if decisive in parts else None if None in parts else not decisive
+    if isinstance(predicate, Not):
+        inner = _certain(predicate.operand, known)
+        return None if inner is None else not inner
+    return predicate.holds(known) if all(name in known for name in predicate.reads()) else None
+
+
+def _asks(operation: Operation, resource: Resource) -> bool:
+    """Return whether the operation sends a request to the resource when it starts."""
+    return Assign(resource.trigger, Constant(True)) in operation.pre.running_actions
+
+
+def _watched(model: BehaviorModel) -> frozenset[str]:
+    """Return the variables that `failed` transitions and automatic transitions read."""
+    failing = [operation.failed for operation in model.operations if operation.failed is not None]
+    guards = [transition.running_guard for transition in (*failing, *model.automatic_transitions)]
+    return frozenset(name for guard in guards for name in guard.reads())
+
+
+def doubts_about_variables(model: BehaviorModel) -> Iterator[Doubt]:
+    """Yield a doubt for declared variables that nothing reads, and for nominal values that `initial_states` forbids."""
+    used = frozenset(_used(model))
+    for variable in model.variables:
+        if variable.name not in used:
+            message = f"nothing reads {variable.name}, and no request carries it"
+            yield Doubt(Slug.UNUSED_VARIABLE, message, ("variables", variable.name))
+    nominal = model.nominal_state
+    if not model.initial_states.holds(nominal):
+        read = ", ".join(f"{name} == {format_value(nominal[name])}" for name in model.initial_states.reads())
+        message = f"the nominal values do not satisfy `initial_states`: {read}"
+        yield Doubt(Slug.INITIAL_STATE_NOMINAL, message, ("initial_states",))
+
+
+def _used(model: BehaviorModel) -> Iterator[str]:
+    for predicate in _predicates(model):
+        yield from predicate.reads()
+    for resource in model.resources:
+        yield from resource.request
+    for action in model.actions:
+        yield from (name for name in action.reads() if name != action.target)
+
+
+def _predicates(model: BehaviorModel) -> Iterator[Predicate]:
+    yield from (transition.running_guard for transition in model.transitions)
+    yield from (model.initial_states, *(goal for _, goal in model.goals))
+    for requirement in model.requirements:
+        yield from requirement.sentence.predicates

@@ -1,18 +1,25 @@
-"""The checks of a model, in the order in which doubts are reported."""
+"""The checks of a model: first those of its text, then those that explore it within limits."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import chain
 from typing import TYPE_CHECKING
 
-from scbm.closing.advice.guard_doubts import doubts_about_guards
-from scbm.closing.advice.livelocks import doubts_about_livelocks
-from scbm.closing.advice.plan_doubts import doubts_about_plans, explore_model
-from scbm.closing.advice.unused_parts import doubts_about_resources, doubts_about_variables
+from scbm.closing.advice.doubts import (
+    Doubt,
+    Unfinished,
+    doubts_about_guards,
+    doubts_about_resources,
+    doubts_about_variables,
+)
+from scbm.closing.advice.plan_doubts import CheckLimits, doubts_about_livelocks, doubts_about_plans, explore_model
 from scbm.planning import explore
 
 if TYPE_CHECKING:
-    from scbm.closing.advice.doubts import Doubt
+    from collections.abc import Callable
+
+    from scbm.closing.advice.plan_doubts import PlanningExploration
     from scbm.model import BehaviorModel
 
 
@@ -22,31 +29,65 @@ class Checked:
 
     Attributes:
         doubts: the doubts, in the order of the checks.
+        unfinished: what a limit ended, one clause each.
         initial_states: the number of allowed initial states, or of those that were explored from.
         reachable: the number of planning states that are reachable from the nominal state.
         complete: whether these numbers are exact, and not cut off by a limit.
     """
 
     doubts: tuple[Doubt, ...]
+    unfinished: tuple[str, ...]
     initial_states: int
     reachable: int
     complete: bool
 
 
-def check_model(model: BehaviorModel) -> Checked:
-    """Return all doubts about a model."""
-    exploration = explore_model(model)
+def _ignore(_: object) -> None:
+    pass
+
+
+def check_model(
+    model: BehaviorModel,
+    limits: CheckLimits = CheckLimits(),  # noqa: B008 - an immutable value
+    found: Callable[[Doubt], None] = _ignore,
+    progress: Callable[[str], None] = _ignore,
+) -> Checked:
+    """Return all doubts about a model that were found within the limits.
+
+    Args:
+        model: the model.
+        limits: the limits of the exploration.
+        found: called with each doubt at once, so that those of the text need not wait for the exploration.
+        progress: called with a description of what is explored.
+    """
+    doubts: list[Doubt] = []
+    unfinished: list[str] = []
+
+    def note(result: Doubt | Unfinished) -> None:
+        if isinstance(result, Unfinished):
+            unfinished.append(result.clause)
+        else:
+            doubts.append(result)
+            found(result)
+
     guards = tuple(doubts_about_guards(model))
-    reported = [doubt.path for doubt in guards]
-    doubts = (
-        *doubts_about_variables(model),
-        *doubts_about_resources(model),
-        *guards,
+    for doubt in chain(doubts_about_variables(model), doubts_about_resources(model), guards):
+        note(doubt)
+    explained = [doubt.path for doubt in guards if isinstance(doubt, Doubt)]
+    exploration = explore_model(model, limits, progress)
+    for doubt in chain(doubts_about_plans(model, exploration), doubts_about_livelocks(model, exploration)):
         # A guard that can never hold explains that its operation is never enabled, or its goal never reached.
-        *(doubt for doubt in doubts_about_plans(model, exploration) if doubt.path not in reported),
-        *doubts_about_livelocks(model, exploration),
-    )
-    task = exploration.planner.base_task
-    nominal = explore(task, [task.pack(model.nominal_state)], len(exploration.reach.states) + 1)
-    complete = exploration.reach.complete and exploration.all_starts and nominal.complete
-    return Checked(doubts, len(exploration.starts), len(nominal.states), complete)
+        if isinstance(doubt, Unfinished) or doubt.path not in explained:
+            note(doubt)
+    reachable, is_exact = _reachable(model, exploration)
+    complete = exploration.reach.complete and exploration.all_starts and is_exact
+    return Checked(tuple(doubts), tuple(unfinished), len(exploration.starts), reachable, complete)
+
+
+def _reachable(model: BehaviorModel, exploration: PlanningExploration) -> tuple[int, bool]:
+    """Return the number of states that plans reach from the nominal state, and whether it is exact."""
+    task, reach = exploration.planner.base_task, exploration.reach
+    nominal = task.pack(model.nominal_state)
+    if tuple(map(task.pack, exploration.starts)) != (nominal,):
+        reach = explore(task, [nominal], exploration.limits.states)
+    return len(reach.states), reach.complete

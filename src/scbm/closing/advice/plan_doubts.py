@@ -1,4 +1,9 @@
-"""Doubts about plans: operations that are never enabled, unreachable goals, and actions that leave a domain."""
+"""Doubts from exploring planning states: operations never enabled, unreachable goals, domains left, and livelocks.
+
+Livelocks are cycles of automatic transitions. Runs are not explored here (`scbm close` does that). Each planning state
+is taken at rest, and with each of its operations executing and the requests of that operation executing, succeeded and
+failed.
+"""
 
 from __future__ import annotations
 
@@ -6,27 +11,48 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING
 
-from scbm.closing.advice.doubts import Doubt
-from scbm.model import InitialStates, Slug, State, format_value
-from scbm.planning import LimitReached, PlanLimits, Planner, Reach, Unsolvable, explore
+from scbm.closing.advice.doubts import Doubt, Unfinished
+from scbm.closing.advice.recovery import recovery_system
+from scbm.closing.proofs.possible_values import ValueSets, possible_values
+from scbm.model import Add, InitialStates, OperationState, PlanState, RequestState, Slug, State, format_value
+from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, PLAN_STATE, operation_state_name
+from scbm.planning import LimitReached, NoPlanFound, PlanLimits, Planner, Reach, Task, Unsolvable, explore
+from scbm.running import Program
+from scbm.running.lifecycle import OperationPart
+from scbm.running.micro_steps import describe_cycle, find_cycle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
-    from scbm.model import BehaviorModel, Predicate, Transition
-    from scbm.planning import Task
-
-MAX_STATES = 50_000
-"""Maximum number of planning states that are explored."""
-
-_MAX_STARTS = 200
-"""Maximum number of initial states that are explored from."""
-
-_MAX_EXPANSIONS = 100_000
-"""Maximum number of expanded states to find out from which initial states a goal is reachable."""
+    from scbm.model import Action, BehaviorModel, Predicate, Transition
 
 _MAX_COMBINATIONS = 20_000
 """Maximum number of combinations of random values that are enumerated for initial states."""
+
+
+_FEW = 5_000
+"""Number of states that the canonical planner expands for a goal before the greedy one is asked."""
+
+
+@dataclass(frozen=True, slots=True)
+class CheckLimits:
+    """The limits of the exploration for warnings.
+
+    Attributes:
+        states: maximum number of planning states, and of states that plans and recovery reach.
+        starts: maximum number of initial states that are explored from.
+        expansions: maximum number of expanded states for all plans to one goal.
+        chains: maximum number of states in which automatic transitions are followed.
+    """
+
+    states: int = 20_000
+    starts: int = 200
+    expansions: int = 20_000
+    chains: int = 60_000
+
+
+THOROUGH = CheckLimits(states=2_000_000, starts=20_000, expansions=2_000_000, chains=2_000_000)
+"""The limits of `scbm check --thorough`: a hundred times as many states as by default."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,63 +60,115 @@ class PlanningExploration:
     """The allowed initial states, and the planning states that operations reach from them.
 
     Attributes:
-        planner: the planner of the model.
+        planner: the canonical planner of the model.
+        greedy: the planner for goals that are too far away for the canonical planner.
         starts: allowed initial states, in order.
         all_starts: whether these are all.
         reach: the planning states that are reachable from them, without the effects of requests and the runner.
+        limits: the limits of the exploration.
+        progress: called with a description of each phase.
     """
 
     planner: Planner
+    greedy: Planner
     starts: tuple[State, ...]
     all_starts: bool
     reach: Reach
+    limits: CheckLimits
+    progress: Callable[[str], None]
 
 
-def explore_model(model: BehaviorModel) -> PlanningExploration:
+def explore_model(model: BehaviorModel, limits: CheckLimits, progress: Callable[[str], None]) -> PlanningExploration:
     """Explore the planning states of a model, within the limits."""
     planner = Planner(model)
     initial = InitialStates(model)
-    starts = tuple(islice(initial.allowed(_MAX_COMBINATIONS), _MAX_STARTS + 1))
-    complete = initial.combinations <= _MAX_COMBINATIONS and len(starts) <= _MAX_STARTS
-    starts = starts[:_MAX_STARTS]
+    starts = tuple(islice(initial.allowed(_MAX_COMBINATIONS), limits.starts + 1))
+    complete = initial.combinations <= _MAX_COMBINATIONS and len(starts) <= limits.starts
+    starts = starts[: limits.starts]
     task = planner.base_task
-    reach = explore(task, [task.pack(state) for state in starts], MAX_STATES)
-    return PlanningExploration(planner, starts, complete, reach)
+    counted = _counting(progress, "planning states")
+    reach = explore(task, [task.pack(state) for state in starts], limits.states, counted)
+    return PlanningExploration(planner, Planner(model, "greedy"), starts, complete, reach, limits, progress)
 
 
-def doubts_about_plans(model: BehaviorModel, exploration: PlanningExploration) -> Iterator[Doubt]:
+def _counting(progress: Callable[[str], None], noun: str) -> Callable[[int], None]:
+    return lambda count: progress(f"exploring: {count:,} {noun}")
+
+
+def doubts_about_plans(model: BehaviorModel, exploration: PlanningExploration) -> Iterator[Doubt | Unfinished]:
     """Yield doubts about missing initial states, operations never enabled, unreachable goals, and domains left."""
     if not exploration.starts:
         message = "no initial state was found that satisfies `initial_states`"
-        slug = Slug.NO_INITIAL_STATE if exploration.all_starts else Slug.CHECK_INCOMPLETE
-        yield Doubt(slug, message, ("initial_states",))
+        is_proved = exploration.all_starts
+        yield Doubt(Slug.NO_INITIAL_STATE, message, ("initial_states",)) if is_proved else Unfinished(message)
         return
-    yield from _never_enabled(exploration)
+    if not exploration.reach.complete:
+        message = f"plans reach more than {exploration.limits.states:,} states"
+        yield Unfinished(message)
+    if not exploration.all_starts:
+        message = f"there are more than {len(exploration.starts):,} initial states"
+        yield Unfinished(message)
+    yield from _never_enabled(model, exploration)
     yield from _domains_left(model, exploration)
     for name, goal in model.goals:
         yield from _unreachable(name, goal, exploration)
 
 
-def _never_enabled(exploration: PlanningExploration) -> Iterator[Doubt]:
-    task = exploration.planner.base_task
-    enabled: dict[int, None] = {}
-    for state in exploration.reach.states:
-        enabled.update(dict.fromkeys(operation for operation, _ in task.successors(state)))
-    for index, name in enumerate(task.operations):
-        if index not in enabled and exploration.reach.complete and exploration.all_starts:
-            count = len(exploration.reach.states)
-            where = f"in none of the {count} states" if count > 1 else "not in the only state"
-            message = f"{name} is enabled {where} that plans can reach"
-            yield Doubt(Slug.OPERATION_NEVER_ENABLED, message, ("operations", name, "pre", "g"))
-    if not exploration.reach.complete:
-        message = f"plans reach more than {MAX_STATES} states, and the exploration ended there"
-        yield Doubt(Slug.CHECK_INCOMPLETE, message, ("operations",))
+def _never_enabled(model: BehaviorModel, exploration: PlanningExploration) -> Iterator[Doubt | Unfinished]:
+    """Yield a doubt for each operation that neither plans nor recovery enable; all states or value sets prove it."""
+    reach, task = exploration.reach, exploration.planner.base_task
+    left = _never_enabled_in(reach, task, task.operations)
+    if left and not (reach.complete and exploration.all_starts):
+        # The value sets of all runs may still prove it.
+        values = ValueSets(model.running_space, possible_values(model))
+        yield from (_proved(name) for name in left if not values.can_hold(model.operation(name).pre.g))
+    elif left:
+        yield from _never_recovered(left, model, exploration)
+
+
+def _never_recovered(
+    names: Sequence[str], model: BehaviorModel, exploration: PlanningExploration
+) -> Iterator[Doubt | Unfinished]:
+    """Yield a doubt for each operation that no plan reaches, unless recovery may enable it."""
+    task = Task(recovery_system(model))
+    starts = [task.pack(state) for state in exploration.starts]
+    counted = _counting(exploration.progress, "states that recovery reaches")
+    reach = explore(task, starts, exploration.limits.states, counted)
+    if not reach.complete:
+        values = ValueSets(model.running_space, possible_values(model))
+        yield from (_proved(name) for name in names if not values.can_hold(model.operation(name).pre.g))
+        message = f"recovery reaches more than {exploration.limits.states:,} states"
+        yield Unfinished(message)
+        return
+    count = len(exploration.reach.states)
+    where = f"enabled in none of the {count} states" if count > 1 else "not enabled in the only state"
+    for name in _never_enabled_in(reach, task, names):
+        message = f"{name} is {where} that plans can reach, nor after failures and automatic transitions"
+        yield Doubt(Slug.OPERATION_NEVER_ENABLED, message, ("operations", name, "pre", "g"))
+
+
+def _never_enabled_in(reach: Reach, task: Task, names: Sequence[str]) -> list[str]:
+    """Return those of `names` whose moves are enabled in none of the states."""
+    missing = dict.fromkeys(names)
+    for state in reach.states:
+        if not missing:
+            break
+        for index, _ in task.successors(state):
+            missing.pop(task.operations[index], None)
+    return list(missing)
+
+
+def _proved(name: str) -> Doubt:
+    message = f"{name} is never enabled: no run without injections gives the variables of its guard such values"
+    return Doubt(Slug.OPERATION_NEVER_ENABLED, message, ("operations", name, "pre", "g"))
 
 
 def _domains_left(model: BehaviorModel, exploration: PlanningExploration) -> Iterator[Doubt]:
     """Yield a doubt for actions that would leave a domain in a reachable state with their guard (semantics 2.4)."""
     task = exploration.planner.base_task
     for operation in model.operations:
+        if not any(_can_leave(action, model) for half in (operation.pre, operation.post) for action in half.a):
+            continue
         here = ("operations", operation.name)
         can_start, can_complete = task.packing.test(operation.pre.g), task.packing.test(operation.post.g)
         enabled = [state for state in exploration.reach.states if can_start(state)]
@@ -98,6 +176,15 @@ def _domains_left(model: BehaviorModel, exploration: PlanningExploration) -> Ite
         started = [state for state in map(task.update(operation.pre.a), enabled) if state is not None]
         done = [state for state in started if can_complete(state)]
         yield from _leaving(operation.post, (*here, "post", "a"), done, task)
+
+
+def _can_leave(action: Action, model: BehaviorModel) -> bool:
+    """Return whether an action can leave the domain of its variable at all; constants were compared with it."""
+    if isinstance(action, Add):
+        return True
+    domain = model.running_space[action.target].domain
+    names = action.source.reads()
+    return any(value not in domain for name in names for value in model.running_space[name].domain.values)
 
 
 def _leaving(transition: Transition, path: tuple[str, ...], states: Sequence[int], task: Task) -> Iterator[Doubt]:
@@ -113,16 +200,21 @@ def _leaving(transition: Transition, path: tuple[str, ...], states: Sequence[int
             return
 
 
-def _unreachable(name: str, goal: Predicate, exploration: PlanningExploration) -> Iterator[Doubt]:
+def _unreachable(name: str, goal: Predicate, exploration: PlanningExploration) -> Iterator[Doubt | Unfinished]:
     """Yield a doubt if a goal is unreachable from some or all initial states."""
     lost: list[State] = []
-    left = _MAX_EXPANSIONS
+    left = exploration.limits.expansions
     for tried, start in enumerate(exploration.starts):
-        answer = exploration.planner.plan(start, goal, PlanLimits(expansions=left))
+        exploration.progress(f"planning for {name} from initial state {tried + 1:,} of {len(exploration.starts):,}")
+        answer = exploration.planner.plan(start, goal, PlanLimits(expansions=min(left, _FEW)))
         left -= answer.expanded
-        if isinstance(answer, LimitReached):
-            message = f"the search for plans to the goal {name} was given up after {tried} initial states"
-            yield Doubt(Slug.CHECK_INCOMPLETE, message, ("goals", name))
+        if isinstance(answer, LimitReached) and left > 0:
+            answer = exploration.greedy.plan(start, goal, PlanLimits(expansions=left))
+            left -= answer.expanded
+        if isinstance(answer, LimitReached | NoPlanFound):
+            count = f"{tried:,} of {len(exploration.starts):,}"
+            message = f"plans to the goal {name} were found or refuted from {count} initial states"
+            yield Unfinished(message)
             return
         if isinstance(answer, Unsolvable):
             lost.append(start)
@@ -139,3 +231,98 @@ def _drawn(state: State) -> str:
     """Return the values by which an initial state differs from the nominal one."""
     drawn = [v.name for v in state.space if state[v.name] != v.initial]
     return ", ".join(f"{name} == {format_value(state[name])}" for name in drawn) or "the nominal one"
+
+
+_BOUND = 1_000
+"""Maximum number of automatic transitions that are followed from one state."""
+
+_REPORTED_EVERY = 1_000
+
+
+def doubts_about_livelocks(model: BehaviorModel, exploration: PlanningExploration) -> Iterator[Doubt | Unfinished]:
+    """Yield each cycle of automatic transitions once, with a state in which it begins."""
+    if not model.automatic_transitions:
+        return
+    program = Program(model)
+    limit = exploration.limits.chains
+    reported: dict[frozenset[str], None] = {}
+    for chains, state in enumerate(_running_states(program, exploration)):
+        if chains == limit:
+            message = f"automatic transitions were followed in {limit:,} states"
+            yield Unfinished(message)
+            return
+        if chains % _REPORTED_EVERY == 0:
+            exploration.progress(f"following automatic transitions: {chains:,} states")
+        cycle = find_cycle(program, state, _BOUND)
+        if cycle and frozenset(cycle) not in reported:
+            reported[frozenset(cycle)] = None
+            remedy = f"this happens where {_where(program, state, cycle)}"
+            path = ("automatic_transitions", cycle[0])
+            yield Doubt(Slug.AUTOMATIC_LIVELOCK, describe_cycle(cycle), path, remedy)
+
+
+def _running_states(program: Program, exploration: PlanningExploration) -> Iterator[int]:
+    """Yield states that runs can reach, packed for running."""
+    task = exploration.planner.base_task
+    pack = program.packing.pack
+    rest = {variable.name: variable.initial for variable in program.packing.space}
+    starts = [_PackedStart.of(program, name) for name in task.operations]
+    for state in exploration.reach.states:
+        at_rest = pack({**rest, **task.packing.values(state), PLAN_STATE: PlanState.EXECUTING.value})
+        yield at_rest
+        for index, _ in task.successors(state):
+            yield from starts[index].executing(at_rest)
+
+
+@dataclass(frozen=True, slots=True)
+class _PackedStart:
+    """The start of an operation on packed states; an assignment is `state & keep | bits`.
+
+    Attributes:
+        update: applies the actions of the precondition; `None` where these leave a domain.
+        executes: the assignment that makes the operation current and executing.
+        requests: for each resource its trigger, and the assignments that make its request executing, succeeded, failed.
+    """
+
+    update: Callable[[int], int | None]
+    executes: tuple[int, int]
+    requests: tuple[tuple[int, tuple[tuple[int, int], ...]], ...]
+
+    @staticmethod
+    def of(program: Program, name: str) -> _PackedStart:
+        """Return the start of an operation."""
+        assignment, executing = program.packing.assignment, OperationState.EXECUTING.value
+        executes = {operation_state_name(name): executing, CURRENT_NAME: name, CURRENT_STATE: executing}
+        requests = [
+            (each.trigger, tuple(assignment({each.resource.request_state: now.value}) for now in _REQUESTED))
+            for each in program.requests
+        ]
+        update = program.operations[name].parts[OperationPart.PRE].update
+        return _PackedStart(update, assignment(executes), tuple(requests))
+
+    def executing(self, state: int) -> Iterator[int]:
+        """Yield the states in which the operation executes and its requests are executing, succeeded and failed."""
+        started = self.update(state)
+        if started is None:
+            return
+        keep, bits = self.executes
+        started = started & keep | bits
+        sent = [assignments for trigger, assignments in self.requests if started & trigger]
+        for index in range(len(_REQUESTED)):
+            asked = started
+            for assignments in sent:
+                keep, bits = assignments[index]
+                asked = asked & keep | bits
+            yield asked
+
+
+_REQUESTED = (RequestState.EXECUTING, RequestState.SUCCEEDED, RequestState.FAILED)
+"""The states of requests that were sent."""
+
+
+def _where(program: Program, state: int, cycle: tuple[str, ...]) -> str:
+    """Return the values that the guards of the cycle read."""
+    values = program.packing.values(state)
+    transitions = [t for t in program.model.automatic_transitions if t.name in cycle]
+    read = dict.fromkeys(name for transition in transitions for name in transition.running_guard.reads())
+    return ", ".join(f"{name} == {values[name]}".replace("True", "true").replace("False", "false") for name in read)

@@ -11,10 +11,10 @@ from itertools import islice
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Aspect, Obligation, Obligations
-from scbm.closing.advice.blame import blame, contradicting, contradiction, shadowing
 from scbm.closing.advice.goal_search import GoalSearch, goal_name
 from scbm.closing.decisions import Suggestion, SuggestionKind
-from scbm.closing.proofs.structural_facts import failing_transitions, structural_facts
+from scbm.closing.proofs.blame import blame, contradicting, contradiction, shadowing
+from scbm.closing.proofs.proofs import failing_transitions, structural_facts
 from scbm.closing.summaries import listed, plan_in_words
 from scbm.model import (
     And,
@@ -264,7 +264,7 @@ def _blaming(
         text = f"{contradicting(what, blamed)}; change the guard"
         return Suggestion(about, SuggestionKind.GUARD, text, blamed=parts)
     never = "which never holds" if len(parts) == 1 else "which never hold together"
-    text = f"{what} needs {listed(parts)}, {never} {when}: change the guard, or let something bring that about"
+    text = f"{what} needs {listed(parts)}, {never} {when}: change the guard, or add a transition that makes it hold"
     return Suggestion(about, SuggestionKind.GUARD, text, blamed=parts)
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, assert_never
 
 from scbm.cases.coverage import Aspect, Obligation
-from scbm.closing.advice.blame import blame, contradicting, contradiction
+from scbm.closing.proofs.blame import blame, contradicting, contradiction
 from scbm.closing.summaries import listed
 from scbm.model import (
     Action,
@@ -224,6 +224,10 @@ def _effect(action: Action, space: StateSpace) -> Effect:
     if isinstance(action, Add):
         target, size, amount = space.position(action.target), len(space[action.target].domain), action.amount
         return Effect(target, target, lambda bits: _shifted(bits, amount, size))
+    if isinstance(action.source, Constant):
+        position, value = space.position(action.target), action.source.constant
+        image = 1 << space[action.target].domain.index(value)
+        return Effect(position, position, lambda bits: image if bits else 0)
     table = value_table(action, space)
     indices = table.indices
     return Effect(
@@ -338,7 +342,7 @@ class _ValueReasons:
         return f"{what} needs {needed}, and no run gives {listed(read, 'and')} such values"
 
     def _known(self, name: str) -> str:
-        """What a variable can be, if that is not too much to tell."""
+        """Return the possible values of a variable in words; empty if they are too many to list."""
         values = [format_value(value) for value in self._values[name]]
         if len(values) > _MAX_LISTED:
             return ""

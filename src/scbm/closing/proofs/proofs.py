@@ -1,4 +1,8 @@
-"""Proofs that nothing visits an obligation, cheap arguments first, and their certificates (decision 18)."""
+"""Proofs that nothing visits an obligation, cheap arguments first, and their certificates (decision 18).
+
+The cheapest are facts of the model file: no deadline, no way to fail, a precondition that is true. For these each
+operation is taken by itself; nothing that happens in runs is used.
+"""
 
 from __future__ import annotations
 
@@ -7,10 +11,13 @@ from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Aspect, Obligation
 from scbm.closing.proofs.possible_values import possible_values, ruled_out
-from scbm.closing.proofs.structural_facts import structural_facts
 from scbm.files import digest_of
-from scbm.model import Role
-from scbm.proofcheck import Certificate, Claim, RunsArgument, Situation, StructureArgument, ValuesArgument
+from scbm.model import Not, Role, StateSpace
+from scbm.model.satisfiability import is_satisfiable
+from scbm.model.variables import CURRENT_STATE, operation_state_name
+from scbm.planning import planner_of
+from scbm.planning.engines import may_leave
+from scbm.proofcheck import Certificate, Claim, Fact, RunsArgument, Situation, StructureArgument, ValuesArgument
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -18,8 +25,49 @@ if TYPE_CHECKING:
     from scbm.closing.runs.all_runs import AllRuns
     from scbm.closing.runs.run_graph import RunGraph
     from scbm.closing.runs.situations import Position
-    from scbm.model import BehaviorModel
+    from scbm.model import BehaviorModel, Operation
     from scbm.proofcheck import Argument
+
+
+def structural_facts(model: BehaviorModel) -> tuple[tuple[Obligation, Fact, str], ...]:
+    """Return the obligations that facts of the model file settle, each with its fact and a sentence for people.
+
+    They are in the order of the operations; of one operation *disabled*, *failed*, *timedout*.
+    """
+    return tuple(found for operation in model.operations for found in _facts(operation, model))
+
+
+def failing_transitions(operation: Operation, model: BehaviorModel) -> tuple[str, ...]:
+    """Return the names of all transitions that may fail an operation: its own `failed`, then automatic ones."""
+    own = [operation.failed.name] if operation.failed is not None else []
+    states = (operation_state_name(operation.name), CURRENT_STATE)
+    automatic = [
+        transition.name
+        for transition in model.automatic_transitions
+        if any(action.target in states for action in transition.running_actions)
+    ]
+    return (*own, *automatic)
+
+
+def _facts(operation: Operation, model: BehaviorModel) -> Iterator[tuple[Obligation, Fact, str]]:
+    name = operation.name
+    if _is_always_enabled(operation, model.running_space):
+        why = f"the precondition of {name} always holds, so it is never disabled"
+        yield Obligation(name, Aspect.DISABLED), Fact.ALWAYS_ENABLED, why
+    if not failing_transitions(operation, model):
+        why = f"{name} has no `failed` transition and no automatic transition assigns its state, so it never fails"
+        yield Obligation(name, Aspect.FAILED), Fact.CANNOT_FAIL, why
+    if operation.deadline_ns is None:
+        yield Obligation(name, Aspect.TIMEDOUT), Fact.NO_DEADLINE, f"{name} has no `deadline`, so it never times out"
+
+
+def _is_always_enabled(operation: Operation, space: StateSpace) -> bool:
+    """Return whether the precondition is enabled in every state; `False` also if that is unknown."""
+    if any(may_leave(action, space) for action in operation.pre.running_actions):
+        return False
+    guard = operation.pre.running_guard
+    read = StateSpace(space[name] for name in guard.reads())
+    return is_satisfiable(Not(guard), read) is False
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,9 +101,12 @@ class Proofs:
         return None
 
     def by_runs(self, obligation: Obligation, runs: AllRuns) -> Proof | None:
-        """Return a proof by exploration of all runs; `None` if a run visits the obligation, or they are incomplete."""
+        """Return a proof by exploration of all runs; `None` if a run visits the obligation, or they are incomplete.
+
+        Runs of another planner than the canonical one prove nothing: the planner may choose other plans.
+        """
         bit = runs.visits.bit(obligation.subject, obligation.aspect)
-        if runs.stopped is not None or (runs.visited | runs.cut_off) & bit:
+        if not runs.proves or (runs.visited | runs.cut_off) & bit:
             return None
         return Proof(RunsArgument.kind, _reason(obligation, runs))
 
@@ -67,7 +118,8 @@ class Proofs:
             if claims:
                 argument = self._argument(kind, [obligation for obligation, _ in claims], runs)
                 claimed = tuple(Claim(str(obligation), proof.reason) for obligation, proof in claims)
-                yield Certificate(self._model.name, digest, claimed, argument)
+                planner = planner_of(self._model) if kind == RunsArgument.kind else None
+                yield Certificate(self._model.name, digest, claimed, argument, planner)
 
     def _argument(self, kind: str, claimed: Sequence[Obligation], runs: AllRuns | None) -> Argument:
         if kind == StructureArgument.kind:
@@ -86,7 +138,7 @@ def _reason(obligation: Obligation, runs: AllRuns) -> str:
         return f"no run takes {obligation}; {explored}"
     if not visited & visits.bit(name, Aspect.QUEUED):
         goals = "the only goal" if is_only else f"any of the {len(runs.graphs)} goals"
-        return f"{name} is in no plan to {goals} that a run asks for"
+        return f"{name} is in no plan to {goals}"
     if not visited & visits.current(name):
         return f"{name} is planned, but every such run ends before the operation becomes current"
     if obligation.aspect is Aspect.DISABLED:

@@ -1,20 +1,20 @@
-"""All runs of a model without injections: one graph for each goal."""
+"""All runs of a model without injections: one graph for each goal, and the states in which guards are evaluated."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
-from scbm.closing.runs.run_graph import RunGraph, explore_runs
-from scbm.closing.runs.run_relevance import Relevance, initial_states
+from scbm.closing.proofs.possible_values import ValueSets, possible_values
+from scbm.closing.runs.run_graph import Relevance, RunGraph, explore_runs, initial_states
 from scbm.closing.runs.run_steps import RunSteps
 from scbm.closing.runs.situations import PlanningTooLargeError, Queues, TooManyRepliesError, Visits
-from scbm.planning import LimitReached, PlanLimits, Planner, Solved
+from scbm.planning import DEFAULT_PLANNER, PlanLimits, Planner, Solved, Unsolvable
 from scbm.running import Program
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from scbm.closing.runs.run_graph import Start
     from scbm.model import BehaviorModel, Predicate, Value
@@ -33,6 +33,8 @@ class CloseLimits:
         candidates: the maximum number of cases that are tried for one obligation whose walk did not lead to it.
         beyond: the maximum number of situations of the guided search, where not all situations were explored.
         inputs: the maximum number of situations of runs in which inputs change.
+        random: the maximum number of random cases that are drawn where the runs are not few.
+        changes: the maximum number of changed cases that are run after them, for the obligations that are still open.
     """
 
     situations: int = 300_000
@@ -41,11 +43,14 @@ class CloseLimits:
     candidates: int = 100
     beyond: int = 100_000
     inputs: int = 10_000
+    random: int = 1_000
+    changes: int = 2_000
 
 
 _ANY_LENGTH = 10_000_000
-_WHOLE_WORLD = PlanLimits().expansions
-"""Maximum number of states of the world for planning from all of them at once: what the planner of a run may expand."""
+
+_SATISFICING_SHARE = 20
+"""A planner other than the canonical one evaluates a state in about the time in which that one expands so many."""
 
 
 class AllRuns:
@@ -53,13 +58,17 @@ class AllRuns:
 
     Attributes:
         program: the compiled model.
-        planner: the planner of all runs.
+        planner: the planner of all runs, which is that of the model.
         relevance: the variables by which situations differ.
         visits: the meaning of the bits of visits.
         starts: the initial states, the nominal one first.
         graphs: one graph for each goal.
         observed: the packed states in which guards were evaluated.
         stopped: why the exploration is incomplete, as a sentence; `None` if it is complete.
+        other_planner: the planner of the model if that is not the canonical one. Then these are its runs, and they
+            prove nothing.
+        option: the option of `scbm close` that raises the limit that ended the exploration, if there is one.
+        is_interrupted: whether the user ended the exploration.
     """
 
     def __init__(
@@ -79,7 +88,7 @@ class AllRuns:
         """
         self.model = model
         self.program = Program(model)
-        self.planner = Planner(model)
+        self.planner = Planner.of(model)
         self.relevance = Relevance(model, self.program.packing)
         self.visits = Visits(model)
         self.queues = Queues()
@@ -88,9 +97,23 @@ class AllRuns:
         self.observed: dict[int, None] = {}
         self._policies: dict[Predicate, Policy] = {}
         self.stopped: str | None = None
+        self.option: str | None = None
+        self.is_interrupted = False
         self._limits = limits
         self._inputs = inputs
+        self._run_limits = PlanLimits.of(model)
+        self.other_planner = None if self.planner.name == DEFAULT_PLANNER else self.planner.name
         self._explore(limits, progress)
+
+    @property
+    def proves(self) -> bool:
+        """Whether nothing but what these runs visit can be visited; the checker can find canonical plans alone."""
+        return self.stopped is None and self.other_planner is None
+
+    @property
+    def may_grow(self) -> bool:
+        """Whether a higher limit of situations would continue the exploration."""
+        return any(not graph.complete and not graph.planning_too_large for graph in self.graphs)
 
     @property
     def situations(self) -> int:
@@ -123,31 +146,50 @@ class AllRuns:
         self.starts, complete = initial_states(self.model, self.program, self.relevance, limits.starts)
         if not complete:
             self.stopped = f"there are more than {limits.starts:,} combinations of initial values"
+        if self.planner.entry.is_external:
+            self.stopped = f"the planner {self.planner.name} is another program, so runs are tried and not explored"
+            return
+        try:
+            self._explore_goals(limits, progress)
+        except TooManyRepliesError:
+            self.stopped = "a reply has too many combinations of measured values"
+        except KeyboardInterrupt:
+            self.stopped, self.is_interrupted = "closing was interrupted", True
+
+    def _explore_goals(self, limits: CloseLimits, progress: Callable[[str], None]) -> None:
         left = limits.situations
-        graphs = []
-        for name, goal in self.model.goals:
-            progress(f"exploring the runs to {name}")
-            try:
-                steps = self.steps(goal)
-            except TooManyRepliesError:
-                self.stopped = "a reply has too many combinations of measured values"
-                return
-            graph = explore_runs((name, goal), steps, self.starts, left)
-            graphs.append(graph)
+        for number, (name, goal) in enumerate(self.model.goals, start=1):
+            which = f"exploring the runs to {name} (goal {number} of {len(self.model.goals)})"
+            progress(which)
+            steps = self.steps(goal)
+            graph = explore_runs((name, goal), steps, self.starts, left, _Counted(which, left, progress).count)
+            self.graphs = (*self.graphs, graph)
             self.observed |= steps.evaluated
             left -= len(graph.positions)
             if graph.planning_too_large:
-                self.stopped = f"planning for {name} would expand more than {limits.planning:,} states of the world"
+                self.stopped, self.option = self._too_large(name, limits), "--max-planning"
             elif not graph.complete:
                 self.stopped = f"runs can be in more than {limits.situations:,} situations"
-        self.graphs = tuple(graphs)
+                self.option = "--max-states"
+
+    def _too_large(self, name: str, limits: CloseLimits) -> str:
+        if self.other_planner is None:
+            return f"planning for {name} would expand more than {limits.planning:,} states of the world"
+        most = limits.planning // _SATISFICING_SHARE
+        return f"the planner {self.other_planner} would evaluate more than {most:,} states to plan all runs to {name}"
 
     def steps(self, goal: Predicate) -> RunSteps:
         """Return the steps of the runs for a goal."""
         if goal not in self._policies:
-            plans = PlanLimits(_ANY_LENGTH, self._limits.planning)
-            self._policies[goal] = self.planner.policy(goal, plans, whole=_WHOLE_WORLD)
-        plan = partial(_plan, _Translation(self.program, self._policies[goal]))
+            whole = self._run_limits.expansions  # as many states as the planner of a run may expand
+            plans = PlanLimits(_ANY_LENGTH, min(self._limits.planning, whole))
+            if self.other_planner is not None:  # its answers decide what follows, so its limits are those of a run
+                plans = self._run_limits
+            self._policies[goal] = self.planner.policy(goal, plans, whole=whole)
+        translation = _Translation(self.program, self._policies[goal])
+        plan: Callable[[int], Answer] = partial(_plan, translation, self._run_limits.length)
+        if self.other_planner is not None:
+            plan = _BoundedPlans(translation, self._limits.planning // _SATISFICING_SHARE).plan
         return RunSteps(
             self.program, self.relevance, self.visits, self.program.test(goal), plan, self.queues, self._inputs
         )
@@ -176,9 +218,76 @@ class _Translation:
         return packed
 
 
-def _plan(translation: _Translation, state: int) -> Answer:
+def _plan(translation: _Translation, most_operations: int, state: int) -> Answer:
     answer = translation.policy.plan(translation.translate(state))
     # The planner of a run may have other limits, so its answer is unknown.
-    if isinstance(answer, LimitReached) or (isinstance(answer, Solved) and len(answer.plan) > PlanLimits().length):
-        raise PlanningTooLargeError
-    return answer
+    if isinstance(answer, Unsolvable) or (isinstance(answer, Solved) and len(answer.plan) <= most_operations):
+        return answer
+    raise PlanningTooLargeError
+
+
+class _BoundedPlans:
+    """The answers of a planner that is not canonical, until its searches have evaluated too many states together."""
+
+    def __init__(self, translation: _Translation, most: int) -> None:
+        self._translation = translation
+        self._left = most
+
+    def plan(self, state: int) -> Answer:
+        """Return the answer in a packed state; raise `PlanningTooLargeError` beyond the limit."""
+        if self._left < 0:
+            raise PlanningTooLargeError
+        answer = self._translation.policy.plan(self._translation.translate(state))
+        self._left -= answer.expanded
+        return answer
+
+
+class _Counted:
+    """Reports the number of explored situations."""
+
+    def __init__(self, which: str, most: int, progress: Callable[[str], None]) -> None:
+        self._which = which
+        self._most = most
+        self._progress = progress
+
+    def count(self, positions: int) -> None:
+        """Report so many situations."""
+        self._progress(f"{self._which}: {positions:,} of at most {self._most:,} situations")
+
+
+class ObservedStates:
+    """The states in which the runner evaluates guards, micro-steps included.
+
+    If they are too many, the values that the delete relaxation allows take their place.
+    """
+
+    def __init__(self, runs: AllRuns) -> None:
+        self._runs = runs
+        self._known: dict[Predicate, bool] = {}
+
+    @property
+    def are_known(self) -> bool:
+        """Whether all states were explored."""
+        return self._runs.proves
+
+    def can_hold(self, predicate: Predicate) -> bool:
+        """Return whether a predicate holds in one of the states; `True` also if that is unknown."""
+        if predicate not in self._known:
+            self._known[predicate] = self._holds(predicate)
+        return self._known[predicate]
+
+    def _holds(self, predicate: Predicate) -> bool:
+        if not self.are_known:
+            return self._values.can_hold(predicate)
+        test = self._runs.program.packing.test(predicate)
+        return any(test(state) for state in self._runs.observed)
+
+    def __iter__(self) -> Iterator[Mapping[str, Value]]:
+        """Yield the states with all their variables; irrelevant variables have any value."""
+        for state in self._runs.observed:
+            yield self._runs.program.packing.values(state)
+
+    @cached_property
+    def _values(self) -> ValueSets:
+        model = self._runs.model
+        return ValueSets(model.running_space, possible_values(model))

@@ -17,6 +17,7 @@ from scbm.cases.coverage import Aspect
 from scbm.closing.runs.situations import (
     ANSWER,
     DEADLINE,
+    MAX_ANSWERS,
     TIME_LIMIT,
     Happening,
     HappeningKind,
@@ -26,12 +27,12 @@ from scbm.closing.runs.situations import (
     TooManyRepliesError,
 )
 from scbm.model import OperationState, PlanState
-from scbm.planning import LimitReached, Solved
+from scbm.planning import Solved, Unsolvable
 from scbm.proofcheck import Awaits
 from scbm.running import RunnerOptions
-from scbm.running.automatic import AutomaticMove
 from scbm.running.lifecycle import OperationMove, PlanEffect
 from scbm.running.micro_steps import (
+    AutomaticMove,
     MicroSteps,
     PlanStep,
     RequestCancelling,
@@ -43,7 +44,7 @@ from scbm.running.micro_steps import (
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from scbm.closing.runs.run_relevance import Relevance
+    from scbm.closing.runs.run_graph import Relevance
     from scbm.closing.runs.situations import Queues, Visits
     from scbm.model import Value
     from scbm.model.packing import Test
@@ -56,8 +57,6 @@ if TYPE_CHECKING:
 
 _MAX_REPLIES = 4_096
 """Maximum number of combinations of values that one reply can measure."""
-_MAX_ANSWERS = 10_000
-"""Maximum number of plans in one step, with no event between them."""
 _MAX_MEMOIZED = 2_000_000
 """Maximum number of packed states whose micro-step is memoized: more than a graph of runs has."""
 _LONG = 16
@@ -102,7 +101,7 @@ class _SettlingRun:
     Attributes:
         state: the packed state; variables that cannot influence a run are 0.
         queue: the number of the queue.
-        in_flight: the resources that owe a reply, in the order of their requests.
+        in_flight: the resources with a pending request, in the order of their requests.
         asked: the question that the planner has not answered.
         unsolvable_in: the state from which the planner has answered that no plan exists.
         visits: what was visited so far.
@@ -349,7 +348,7 @@ class RunSteps:
             return RunStep(position, run.visits, run.cut_off)
         if position in run.answered:  # without end, until the limit of plans
             return run.ended()
-        if len(run.answered) == _MAX_ANSWERS:
+        if len(run.answered) == MAX_ANSWERS:
             raise PlanningTooLargeError
         run.answered[position] = None
         run.cut_off |= self._end(run.state, run.in_flight, PlanState.ABORTED)  # a limit can end the run here, too
@@ -378,7 +377,7 @@ class RunSteps:
                 queue = self._queues.number(self._numbers[name] for name in answer.plan)
                 self._questions[state] = self._question(state, queue)
             else:
-                gives_up = isinstance(answer, LimitReached)
+                gives_up = not isinstance(answer, Unsolvable)
                 self._questions[state] = _PlanQuestion(state, None, 0, gives_up)
         return self._questions[state]
 

@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel, Value
     from scbm.running import Program
 
+MAX_ANSWERS = 10_000
+"""Maximum number of plans in one step, with no event between them."""
+
 
 class Position(NamedTuple):
     """The position of a run that has not ended while the runner is settled.
@@ -33,7 +36,7 @@ class Position(NamedTuple):
 
     @property
     def is_asking(self) -> bool:
-        """Whether the planner owes an answer."""
+        """Whether a planning request is pending."""
         return self.awaits in (Awaits.PLAN, Awaits.UNSOLVABLE, Awaits.STALE)
 
 

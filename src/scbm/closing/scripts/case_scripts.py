@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, assert_never
 
 from scbm.cases import Case, CaseLimits, Injection, OutcomeRule
 from scbm.cases.trace import BecameCurrent, OperationStepped
-from scbm.closing.runs.situations import Happening, HappeningKind
+from scbm.closing.runs.situations import MAX_ANSWERS, Happening, HappeningKind
 from scbm.model import OperationState, Outcome, State
 from scbm.planning import Solved
 from scbm.running import (
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from scbm.cases import Reaction
     from scbm.closing.runs.run_graph import Start
     from scbm.closing.runs.walks import RunPath
-    from scbm.model import BehaviorModel, Predicate
+    from scbm.model import BehaviorModel, Predicate, Value
     from scbm.planning import PlanCache
     from scbm.running import Program
 
@@ -220,8 +220,16 @@ class _ScriptedRun:
         self._perform(self._runner.handle(TimePassed(), deadline_ns))
 
     def _answer_if_alone(self) -> None:
-        """Let the planner answer where nothing else can happen; that answer is no event of the path."""
-        while self._asked is not None and not self._in_flight and self._plans < _DEFAULTS.plan_limit:
+        """Let the planner answer where nothing else can happen; that answer is no event of the path.
+
+        A run that asks again in a state in which it has asked since the last event would do so without end.
+        """
+        asked_in: dict[tuple[Value, ...], None] = {}
+        while self._asked is not None and not self._in_flight and len(asked_in) < MAX_ANSWERS:
+            state = tuple(self._asked.state.values())
+            if state in asked_in:
+                return
+            asked_in[state] = None
             self._answer()
 
     def _answer(self) -> None:

@@ -10,7 +10,7 @@ from scbm.cases.coverage import Aspect
 from scbm.cases.trace import state_after
 from scbm.closing.runs.walks import best_walk, direct_walks, walk_over
 from scbm.closing.scripts.case_scripts import CaseScripts
-from scbm.closing.scripts.disabling import HOLD_NS, changes_that_disable, current_operations, injection
+from scbm.closing.scripts.closing_injections import HOLD_NS, changes_that_disable, current_operations, injection
 from scbm.closing.scripts.guided_search import distance_to, find_path, guard_of
 from scbm.model import State
 from scbm.planning import PlanCache
@@ -38,7 +38,15 @@ class CaseSearch:
         found: the runs of the cases found, each of which visited something missing.
     """
 
-    def __init__(self, runs: AllRuns, tester: Tester, missing: int, impossible: int, limits: CloseLimits) -> None:
+    def __init__(  # noqa: PLR0913, PLR0917 - what is searched in, what is searched for, and where it is kept
+        self,
+        runs: AllRuns,
+        tester: Tester,
+        missing: int,
+        impossible: int,
+        limits: CloseLimits,
+        found: list[Execution] | None = None,
+    ) -> None:
         """Prepare the search.
 
         Args:
@@ -47,8 +55,9 @@ class CaseSearch:
             missing: the obligations to search for.
             impossible: the obligations that are known to be uncoverable, by injections too.
             limits: the limits of the search.
+            found: the list that is extended, so that an interruption leaves what was found until then.
         """
-        self.found: list[Execution] = []
+        self.found: list[Execution] = [] if found is None else found
         self._runs = runs
         self._tester = tester
         self._missing = missing
@@ -236,10 +245,12 @@ def without_leftovers(execution: Execution, tester: Tester) -> Execution:
     """Return the run without the parts of its case that had no effect, as far as it visits the same."""
     case = execution.case
     for part in ("injections", "outcomes"):
-        for said in getattr(case, part):
+        for clause in getattr(case, part):
             if not execution.unused:
                 return execution
-            rest: dict[str, Any] = {part: tuple(other for other in getattr(execution.case, part) if other is not said)}
+            rest: dict[str, Any] = {
+                part: tuple(other for other in getattr(execution.case, part) if other is not clause)
+            }
             attempt = bounded(tester, replace(execution.case, **rest))
             if attempt is None:
                 continue

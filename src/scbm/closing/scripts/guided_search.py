@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from scbm.closing.runs.run_steps import RunSteps
     from scbm.closing.runs.situations import Happening, Position, RunStep
     from scbm.model import BehaviorModel, Packing, Predicate
-    from scbm.model.bit_fields import Field
+    from scbm.model.packing import Field
 
 
 @dataclass(slots=True)

@@ -6,9 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from scbm.closing.advice import Doubt, check_model
-from scbm.files import load_model
-from scbm.model import Slug
+from scbm.cases.trace import OperationStepped
+from scbm.closing.advice import CheckLimits, Doubt, check_model
+from scbm.files import load_model, read_model
+from scbm.model import BehaviorModel, Slug
+from scbm.testing import RandomCases, Tester
 from support.models import scan_cell
 
 ROOT = Path(__file__).parents[4]
@@ -105,9 +107,9 @@ def test_a_goal_that_only_some_initial_states_reach_names_one_that_does_not() ->
         ),
         ("scanned: box_is_scanned == true", "scanned: box_is_scanned == false"),
     )
-    assert [(d.slug, d.remedy) for d in doubts] == [
-        (Slug.GOAL_NOT_ALWAYS_REACHABLE, "one of them: box_is_scanned == true")
-    ]
+    (doubt,) = doubts
+    assert doubt.slug is Slug.GOAL_NOT_ALWAYS_REACHABLE
+    assert (doubt.remedy or "").endswith(": box_is_scanned == true")
 
 
 def test_a_step_that_leaves_a_domain_is_told_with_the_state_in_which_it_does() -> None:
@@ -159,16 +161,104 @@ def test_a_variable_that_nothing_reads_is_told() -> None:
     ]
 
 
-@pytest.mark.slow
-def test_what_is_too_large_is_said_to_be_incomplete() -> None:
-    many = "".join(f"  n{index}: {{domain: 0..9, initial: 0}}\n" for index in range(6))
-    steps = "".join(
-        f"  up{index}: {{pre: {{g: n{index} != 9}}, post: {{g: true, a: [n{index} += 1]}}}}\n" for index in range(6)
-    )
-    model = scan_cell(("variables:\n", "variables:\n" + many), ("operations:\n", "operations:\n" + steps))
-    checked = check_model(model)
+def _counters(*numbers: int) -> BehaviorModel:
+    """Return the scanning cell with counters that operations count up to 9."""
+    many = "".join(f"  n{index}: {{domain: 0..9, initial: 0}}\n" for index in numbers)
+    steps = "".join(f"  up{i}: {{pre: {{g: n{i} != 9}}, post: {{g: true, a: [n{i} += 1]}}}}\n" for i in numbers)
+    return scan_cell(("variables:\n", "variables:\n" + many), ("operations:\n", "operations:\n" + steps))
+
+
+def test_an_exploration_that_meets_its_limit_is_unfinished_and_no_doubt() -> None:
+    model = _counters(1, 2, 3)
+    checked = check_model(model, CheckLimits(states=100, chains=50))
     assert not checked.complete
-    assert Slug.CHECK_INCOMPLETE in [doubt.slug for doubt in checked.doubts]
+    assert len(checked.unfinished) == 2
+    assert checked.doubts == check_model(model).doubts
+    assert check_model(model).unfinished == ()
+
+
+def test_doubts_about_the_text_come_before_the_exploration() -> None:
+    order: list[str] = []
+    check_model(scan_cell(), found=lambda doubt: order.append(doubt.slug), progress=lambda _: order.append("explores"))
+    assert order[:3] == [Slug.UNUSED_VARIABLE, Slug.UNUSED_VARIABLE, "explores"]
+
+
+_RECOVERY = """
+behavior_model: recovery
+variables:
+  failures: {domain: 0..3, initial: 0}
+  mode: {domain: [normal, timed_out, cleared], initial: normal}
+  seen: {domain: [near, far], initial: near}
+  done: {domain: bool, initial: false}
+  unused: {domain: bool, initial: false}
+resources:
+  arm: {measures: [seen], simulation: {outcomes: {succeed: 0.8, fail: 0.1, timeout: 0.1}}}
+operations:
+  work:
+    pre: {g: done == false, a: [arm_req_trigger <- true]}
+    post: {g: true, gr: arm_req_state == succeeded, a: [done <- true, arm_req_trigger <- false]}
+    deadline: 5 s
+    timedout: [mode <- timed_out, arm_req_trigger <- false]
+    failed: {g: arm_req_state == failed, a: [failures += 1, arm_req_trigger <- false]}
+  after_failure: {pre: {g: failures == 1}, post: {g: true, a: [failures <- 0]}}
+  after_timeout: {pre: {g: mode == timed_out}, post: {g: true, a: [mode <- normal]}}
+  after_automatic: {pre: {g: mode == cleared}, post: {g: true, a: [mode <- normal]}}
+  after_measuring: {pre: {g: seen == far}, post: {g: true, a: [seen <- near]}}
+  impossible: {pre: {g: unused == true}, post: {g: true, a: [unused <- true]}}
+automatic_transitions:
+  clear: {g: "arm_req_state == failed && mode == timed_out", a: [mode <- cleared]}
+goals: {done: done == true}
+"""
+
+
+@pytest.mark.parametrize("limits", [CheckLimits(), CheckLimits(states=3)])
+def test_operations_that_only_recovery_enables_are_not_doubted(limits: CheckLimits) -> None:
+    doubts = check_model(read_model(_RECOVERY), limits).doubts
+    never = [doubt.path[1] for doubt in doubts if doubt.slug is Slug.OPERATION_NEVER_ENABLED]
+    assert never == ["impossible"]
+
+
+_FAILED_BY_A_TRANSITION = """
+behavior_model: failed_by_a_transition
+variables:
+  broken: {domain: bool, initial: false}
+  late: {domain: bool, initial: false}
+  busy: {domain: bool, initial: false}
+  lid: {domain: [open, closed], initial: open}
+resources:
+  arm: {simulation: {outcomes: {succeed: 0.5, fail: 0.5}}}
+operations:
+  work:
+    pre: {g: lid == open, a: [arm_req_trigger <- true, busy <- true]}
+    post: {g: lid == closed}
+    deadline: 5 s
+    timedout: [late <- true]
+  repair: {pre: {g: broken == true && late == false}, post: {g: true, a: [lid <- closed]}}
+automatic_transitions:
+  arm_failed:
+    g: busy == true && arm_req_state == failed && current.state == executing
+    a: [current.state <- failed, broken <- true]
+goals: {closed: lid == closed}
+"""
+
+
+def test_recovery_ends_an_operation_that_an_automatic_transition_fails() -> None:
+    doubts = check_model(read_model(_FAILED_BY_A_TRANSITION)).doubts
+    assert Slug.OPERATION_NEVER_ENABLED not in [doubt.slug for doubt in doubts]
+
+
+def test_recovery_reaches_every_state_in_which_a_run_starts_an_operation() -> None:
+    model = read_model(_RECOVERY)
+    tester = Tester(model)
+    executed = {
+        record.operation
+        for case in RandomCases(model).first(200, seed=1)
+        for record in tester.execute(case).trace.records
+        if isinstance(record, OperationStepped)
+    }
+    assert executed
+    doubted = [d.path[1] for d in check_model(model).doubts if d.slug is Slug.OPERATION_NEVER_ENABLED]
+    assert not executed.intersection(doubted)
 
 
 @pytest.mark.parametrize(

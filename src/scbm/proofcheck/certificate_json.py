@@ -1,5 +1,6 @@
-"""Reads certificates from JSON, with every error of their shape at once and each with its place.
+"""Certificates as JSON: written with the same bytes for the same certificate, and read with all errors located.
 
+A certificate has one claim, variable or situation on a line. Reading reports every error of its shape at once.
 Whether a variable, a value or a claim exists in the model is not a question of shape: the check answers it.
 """
 
@@ -8,11 +9,10 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model import FIRST_PLANNER, Diagnostic, InputError, Place, PlannerIdentity, Slug
 from scbm.model.json_reader import JsonError, line_and_column, quoted, read_json, value_positions
-from scbm.proofcheck.certificate import Certificate, Claim
-from scbm.proofcheck.certificate_arguments import ARGUMENTS
-from scbm.proofcheck.certificate_writer import FORMAT_VERSION
+from scbm.proofcheck.certificate import Certificate, Claim, RunsArgument
+from scbm.proofcheck.certificate_arguments import ARGUMENTS, json_list, json_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,14 +23,38 @@ if TYPE_CHECKING:
 
     Part = TypeVar("Part")
 
+FORMAT_VERSION = 2
+
+
+def certificate_text(certificate: Certificate, model_file: str | None = None) -> str:
+    """Return the text that `read_certificate_file` reads; `model_file` is the path of the model relative to it."""
+    claims = [json_text({"obligation": claim.obligation, "reason": claim.reason}) for claim in certificate.claims]
+    parts = [
+        f'"scbm_certificate": {FORMAT_VERSION}',
+        f'"model": {json_text(certificate.model)}',
+        *([] if model_file is None else [f'"model_file": {json_text(model_file)}']),
+        f'"digest": {json_text(certificate.digest)}',
+        f'"claims": {json_list(claims)}',
+        f'"argument": {json_text(certificate.argument.kind)}, "planner": {_planner_text(certificate.planner)}',
+        *ARGUMENTS[certificate.argument.kind].write(certificate.argument),
+    ]
+    return "{" + ",\n".join(parts) + "}\n"
+
+
+def _planner_text(planner: PlannerIdentity | None) -> str:
+    return "null" if planner is None else json_text({"name": planner.name, "version": planner.version})
+
+
 MAX_CHARACTERS = 256 * 1024 * 1024
-"""So large a text is read; it has some hundred thousand situations."""
+"""Maximum size of a certificate that is read, in characters; it has some hundred thousand situations."""
 MAX_WORD = 1_000
-"""So long a name or a reason may be."""
+"""Maximum number of characters of a name or a reason."""
 MAX_FAULTS = 100
-"""So many faults are told at once."""
+"""Maximum number of faults that are reported for one certificate."""
 
 _HEAD = ("scbm_certificate", "model", "digest", "claims", "argument")
+_WITHOUT_PLANNER = 1
+"""The last version that does not name the planner."""
 _MAX_NUMBER = 2**63
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 
@@ -91,21 +115,35 @@ class CertificateParts:
         if not isinstance(document, dict) or "scbm_certificate" not in document:
             raise _FaultError((), "this is not a certificate of scbm")
         version = document["scbm_certificate"]
-        if type(version) is not int or version != FORMAT_VERSION:
-            told = version if type(version) is int and abs(version) < _MAX_NUMBER else "?"
-            message = f"version {told} of the format of certificates; this scbm reads version {FORMAT_VERSION}"
+        if type(version) is not int or version not in (_WITHOUT_PLANNER, FORMAT_VERSION):
+            shown = version if type(version) is int and abs(version) < _MAX_NUMBER else "?"
+            versions = f"{_WITHOUT_PLANNER} and {FORMAT_VERSION}"
+            message = f"version {shown} of the format of certificates; this scbm reads versions {versions}"
             raise _FaultError(("scbm_certificate",), message)
         kind = document.get("argument")
         if not isinstance(kind, str) or kind not in ARGUMENTS:
             path: JsonPath = ("argument",) if "argument" in document else ()
             raise _FaultError(path, f"the key `argument` says which one it is: {', '.join(ARGUMENTS)}")
-        optional = ("model_file",) if "model_file" in document else ()
+        is_present = {"model_file": "model_file" in document, "planner": version != _WITHOUT_PLANNER}
+        optional = tuple(key for key, present in is_present.items() if present)
         self.keys(document, (*_HEAD, *optional, *ARGUMENTS[kind].keys), ())
         return Certificate(
             self.word(document["model"], ("model",)),
             self._digest(document["digest"], ("digest",)),
             self.each(document["claims"], ("claims",), self._claim),
             ARGUMENTS[kind].read(self, document),
+            self._planner(document, kind, ("planner",)),
+        )
+
+    def _planner(self, document: dict[str, Any], kind: str, path: JsonPath) -> PlannerIdentity | None:
+        """Return the planner that a certificate names; older ones of all runs are about the first planner."""
+        if "planner" not in document:
+            return FIRST_PLANNER if kind == RunsArgument.kind else None
+        if document["planner"] is None:
+            return None
+        planner = self.keys(document["planner"], ("name", "version"), path)
+        return PlannerIdentity(
+            self.word(planner["name"], (*path, "name")), self.word(planner["version"], (*path, "version"))
         )
 
     def _model_file(self, document: object) -> str | None:

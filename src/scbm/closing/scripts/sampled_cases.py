@@ -1,0 +1,261 @@
+"""Cases that need no graph of runs: nominal and random cases, and changes of these for single obligations.
+
+Where runs are too many to explore, or planning for all of them is too much work, cases still run under the planner of
+the model. First nominal and random cases run, until they visit nothing new. Then the cases that were kept are changed:
+the operations that execute in them fail, time out or are disabled, and other initial values are taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from scbm.cases import Case, Network, OutcomeRule
+from scbm.cases.coverage import Aspect
+from scbm.cases.trace import End, state_after
+from scbm.closing.scripts.case_search import bounded
+from scbm.closing.scripts.closing_injections import HOLD_NS, changes_that_disable, current_operations, injection
+from scbm.model import InputError, Outcome, State
+from scbm.planning import DEFAULT_PLANNER
+from scbm.testing.batches.batch_summary import BatchSummary
+from scbm.testing.batches.campaign_runs import StopRule, run_steps
+from scbm.testing.batches.campaign_work import CampaignWork
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from scbm.closing.runs.run_graph import Start
+    from scbm.model import BehaviorModel
+    from scbm.testing import Execution, Tester
+    from scbm.testing.batches.campaign_runs import Executor
+
+_DRY = 200
+"""After so many random cases in a row that visit nothing new, the next stage has better prospects."""
+
+_PROBES = 2
+"""Random cases that run after nominal ones without a plan; if these have no plan either, no more are drawn."""
+
+_MAX_CHANGES = 8
+"""Maximum number of changes that are tried to disable one operation in one case."""
+
+_PLANLESS = (End.PLANNER_LIMIT, End.NO_PLAN_FOUND)
+
+_ENDS = ((Aspect.FAILED, Outcome.FAIL), (Aspect.TIMEDOUT, Outcome.TIMEOUT))
+
+
+class SampledCases:
+    """Runs cases, and keeps those that visit something missing.
+
+    Attributes:
+        found: the runs of the kept cases, in the order in which they were found.
+        missing: the obligations that none of them visits.
+        limit: what ended the last method before it was complete, and the option that raises the limit, if any.
+    """
+
+    def __init__(
+        self,
+        tester: Tester,
+        starts: Sequence[Start],
+        missing: int,
+        impossible: int,
+        progress: Callable[[str], None],
+    ) -> None:
+        """Prepare the search.
+
+        Args:
+            tester: runs the cases.
+            starts: initial states, the nominal one first.
+            missing: the obligations to search for.
+            impossible: the obligations that are known to be uncoverable.
+            progress: called with a description of what is searched for.
+        """
+        self.found: list[Execution] = []
+        self.missing = missing & ~impossible
+        self.limit: tuple[str, str | None] | None = None
+        self._all = self.missing.bit_count()
+        self._model: BehaviorModel = tester.model
+        self._tester = tester
+        self._starts = starts
+        self._impossible = impossible
+        self._progress = progress
+        self._bases: list[Execution] = []
+        self._left = 0
+        self._automatic = tester.obligations.mask(Aspect.TAKEN)
+        self._operations = {operation.name: operation for operation in self._model.operations}
+
+    # nominal and random cases
+
+    def sample(self, most: int, executor: Executor | None = None) -> None:
+        """Run a nominal case for each goal, then random cases until they visit nothing new, or `most` have run."""
+        self.limit = None
+        plain = [self._run(case) for case in self._plain_cases(self._starts[:1])]
+        planless = [execution for execution in plain if execution is not None and not self._has_plan(execution)]
+        if planless and len(planless) == len(plain) and not self._probe(min(_PROBES, most)):
+            self.limit = (f"no case got a plan from the planner {self._planner_name}", "--planner")
+            return
+        work = CampaignWork(self._model, numbers=range(1, most + 1), network=Network())
+        total = BatchSummary()
+        try:
+            for step in run_steps(work, executor, StopRule(dry=_DRY)):
+                total = step.total
+                self._progress(f"random cases: {total.count:,} of at most {most:,}, {self._counts}")
+        except InputError as error:
+            self.limit = (error.diagnostics[0].message, None)
+        finally:
+            for position, visited in total.news:
+                if visited & self.missing:
+                    self._run(work.case(position))
+        if total.count == most and total.last - total.last_new < _DRY:
+            self.limit = (f"{most:,} random cases were run, and the last of them still visited something new", _RANDOM)
+
+    def _probe(self, count: int) -> bool:
+        """Return whether one of the first random cases has a plan."""
+        work = CampaignWork(self._model, numbers=range(1, count + 1), network=Network())
+        runs = (self._run(work.case(position)) for position in range(1, count + 1))
+        return any(execution is not None and self._has_plan(execution) for execution in runs)
+
+    @staticmethod
+    def _has_plan(execution: Execution) -> bool:
+        return execution.verdict.end not in _PLANLESS or bool(execution.visited)
+
+    @property
+    def _planner_name(self) -> str:
+        return self._model.planner.name or DEFAULT_PLANNER
+
+    def _plain_cases(self, starts: Sequence[Start]) -> Iterator[Case]:
+        for start in starts:
+            for goal in self._model.goals:
+                yield Case(goal[0], *goal, State(self._model.space, dict(start.values)))
+
+    # changed cases
+
+    def change(self, most: int) -> None:
+        """Change kept cases for the obligations that are missing, until that is exhausted, or `most` cases have run."""
+        self.limit = None
+        self._left = most
+        done = 0
+        while self.missing and self._left > 0 and done < len(self._bases):
+            self._progress(f"guided search: {self._counts}, at most {self._left:,} more cases")
+            self._change(self._bases[done])
+            done += 1
+            if done == len(self._bases):
+                self._start_elsewhere()
+        for base in tuple(self._bases):
+            self._repeat(base)
+        if self.missing and self._left <= 0:
+            self.limit = (f"{most:,} changed cases were run", _CHANGES)
+
+    def _change(self, base: Execution) -> None:
+        """Let operations of a case fail, time out and be disabled: all at once, then one by one."""
+        plain = _without_draws(base)
+        current = current_operations(base.trace.records)
+        for aspect, outcome in _ENDS:
+            names = [name for name in current if self._is_open(name, aspect)]
+            self._try_rules(plain, names, outcome)
+            for name in names:
+                if self._is_open(name, aspect):
+                    self._try_rules(plain, [name], outcome)
+        self._disable_all(plain, current, base)
+        for name, record in current.items():
+            if self._is_open(name, Aspect.DISABLED):
+                self._disable(plain, name, record, base)
+
+    def _try_rules(self, case: Case, names: Sequence[str], outcome: Outcome, last: int | None = 1) -> None:
+        """Run a case in which the first requests of each of these operations, up to `last`, have another outcome."""
+        rules = tuple(OutcomeRule(name, 1, last, outcome) for name in names)
+        others = tuple(rule for rule in case.outcomes if rule.subject not in names)
+        if names:
+            self._try(replace(case, outcomes=(*others, *rules)))
+
+    def _disable_all(self, plain: Case, current: dict[str, int], base: Execution) -> None:
+        case = plain
+        for name, record in current.items():
+            if self._is_open(name, Aspect.DISABLED):
+                changed = next(self._changes(name, record, base), None)
+                if changed is not None:
+                    case = replace(case, injections=(*case.injections, injection(case, name, changed)))
+        if case is not plain:
+            self._try(case)
+
+    def _disable(self, plain: Case, name: str, record: int, base: Execution) -> None:
+        for changed in islice(self._changes(name, record, base), _MAX_CHANGES):
+            for hold_ns in (HOLD_NS, None):
+                if not self._is_open(name, Aspect.DISABLED) or self._left <= 0:
+                    return
+                self._try(replace(plain, injections=(*plain.injections, injection(plain, name, changed, hold_ns))))
+
+    def _changes(self, name: str, record: int, base: Execution) -> Iterator[dict[str, bool | int | str]]:
+        state = State(self._model.running_space, state_after(base.trace.records[: record + 1]))
+        return changes_that_disable(self._model, self._operations[name], state, base.case.predicate)
+
+    def _repeat(self, base: Execution) -> None:
+        """Let all requests of one operation end alike: a transition may wait for several failures in a row."""
+        plain = _without_draws(base)
+        for name in current_operations(base.trace.records):
+            for _, outcome in _ENDS:
+                if not self.missing & self._automatic or self._left <= 0:
+                    return
+                self._try_rules(plain, [name], outcome, last=None)
+
+    def _start_elsewhere(self) -> None:
+        """Run nominal cases from other initial states until one of them visits something missing."""
+        for case in self._plain_cases(self._starts[1:]):
+            if not self.missing or self._left <= 0 or self._try(case):
+                return
+
+    def _is_open(self, operation: str, aspect: Aspect) -> bool:
+        return bool(self._tester.obligations.bit_of(operation, aspect) & self.missing)
+
+    # runs
+
+    def _try(self, case: Case) -> bool:
+        """Run a changed case if any may still be run; return whether it visits something missing."""
+        self._left -= 1
+        before = len(self.found)
+        if self._left >= 0:
+            self._run(case)
+        return len(self.found) > before
+
+    def _run(self, case: Case) -> Execution | None:
+        """Run a case, and keep it if it visits something missing. The first case is a base for changes in any case."""
+        execution = bounded(self._tester, case)
+        if execution is None:
+            return None
+        is_new = bool(execution.visited & self.missing)
+        if is_new:
+            self.found.append(execution)
+            self.missing &= ~execution.visited
+        if is_new or not self._bases:
+            self._bases.append(execution)
+        return execution
+
+    @property
+    def _counts(self) -> str:
+        return f"{self._all - self.missing.bit_count():,} of {self._all:,} obligations visited"
+
+
+_RANDOM = "--max-random"
+_CHANGES = "--max-changes"
+
+
+def _without_draws(execution: Execution) -> Case:
+    """Return the case of a run with all that was drawn written into it."""
+    return execution.case if execution.case.origin is None else replace(execution.closed_case, origin=None)
+
+
+def as_closing_case(execution: Execution, needed: int, tester: Tester) -> Execution:
+    """Return the run of a case that draws nothing and visits all of `needed`, with as few rules as are found at once.
+
+    Rules for requests that succeed come from draws; most of them only repeat the default.
+    """
+    if execution.case.origin is None:
+        return execution
+    case = _without_draws(execution)
+    unusual = tuple(rule for rule in case.outcomes if rule.outcome is not Outcome.SUCCEED)
+    plain = tuple(replace(rule, latency_ns=None) for rule in unusual)
+    for outcomes in ((), plain, unusual):
+        attempt = bounded(tester, replace(case, outcomes=outcomes))
+        if attempt is not None and not needed & ~attempt.visited:
+            return attempt
+    return tester.execute(case)

@@ -1,0 +1,195 @@
+"""The stages of closing where the runs of a model are many, or planning for all of them is too much work."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+from scbm.cases.coverage import Aspect
+from scbm.closing import CloseLimits, Closer, Closing, Decision
+from scbm.closing.decisions import Stage
+from scbm.closing.runs.all_runs import AllRuns
+from scbm.closing.scripts.sampled_cases import SampledCases
+from scbm.files import load_model, read_model
+from scbm.model import BehaviorModel, PlannerChoice
+from scbm.proofcheck import RunsArgument
+from scbm.testing import RandomCases, Tester
+from support.wording import Wording
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
+NO_GRAPH = CloseLimits(situations=2, beyond=0)
+"""Limits with which no graph of the example decides anything."""
+
+
+@cache
+def example(planner: str | None = None) -> BehaviorModel:
+    return replace(load_model(EXAMPLE / "before.yaml"), planner=PlannerChoice(planner))
+
+
+def counts(closing: Closing) -> dict[Decision, int]:
+    decisions = [decided.decision for decided in closing.decided if decided.obligation.counts]
+    return {decision: decisions.count(decision) for decision in Decision}
+
+
+def test_without_a_graph_random_and_changed_cases_cover_what_runs_can_visit() -> None:
+    closing = Closer(example(), NO_GRAPH).close()
+    assert counts(closing)[Decision.COVERED] == counts(Closer(example()).close())[Decision.COVERED] == 76
+    assert all(made.execution.verdict.passed for made in closing.cases)
+    assert all(made.case.origin is None for made in closing.cases), "a new case draws nothing"
+
+
+def test_random_cases_are_drawn_as_by_campaigns_and_what_they_cover_stays() -> None:
+    tester, cases = Tester(example()), RandomCases(example()).first(5, 0)
+    drawn = 0
+    for case in cases:
+        drawn |= tester.execute(case).visited
+    closing = Closer(example(), replace(NO_GRAPH, random=5, changes=0)).close()
+    assert not drawn & ~closing.after.visited
+
+
+def test_each_limit_has_an_effect() -> None:
+    nothing = replace(NO_GRAPH, random=0, changes=0)
+    covered = [
+        counts(Closer(example(), limits).close())[Decision.COVERED]
+        for limits in (nothing, replace(nothing, random=50), replace(nothing, random=50, changes=500))
+    ]
+    assert covered == sorted(set(covered))
+    assert counts(Closer(example(), replace(nothing, situations=1_000)).close())[Decision.UNDECIDED] == 0
+
+
+def test_what_ended_a_stage_names_its_option() -> None:
+    ended = Closer(example(), replace(NO_GRAPH, random=3, changes=1)).close().ended
+    options = [(end.stage, end.option) for end in ended]
+    assert options == [
+        (Stage.RANDOM, "--max-random"),
+        (Stage.SEARCH, "--max-changes"),
+        (Stage.GRAPH, "--max-states"),
+    ]
+    assert Closer(example()).close().ended == ()
+
+
+def test_too_much_planning_names_its_option() -> None:
+    planless = Closer(replace(example(), planner=PlannerChoice(max_expanded=1)), CloseLimits(planning=1)).close()
+    assert [end.option for end in planless.ended] == ["--planner", "--max-planning"]
+    assert counts(planless)[Decision.UNDECIDED] > 0
+
+
+# interruptions
+
+
+class _InterruptedProgress:
+    """Ctrl-C as soon as a stage reports progress."""
+
+    def __init__(self, beginning: str) -> None:
+        self._beginning = beginning
+        self._is_done = False
+
+    def __call__(self, text: str) -> None:
+        if text.startswith(self._beginning) and not self._is_done:
+            self._is_done = True
+            raise KeyboardInterrupt
+
+
+def _interrupted(beginning: str, limits: CloseLimits = NO_GRAPH) -> Closing:
+    return Closer(example(), limits, _InterruptedProgress(beginning)).close()
+
+
+@pytest.mark.parametrize(
+    ("beginning", "stage"),
+    [
+        ("exploring the runs", Stage.GRAPH),
+        ("random cases", Stage.RANDOM),
+        ("guided search", Stage.SEARCH),
+    ],
+)
+def test_an_interrupted_stage_is_named_and_what_was_decided_stays(beginning: str, stage: Stage) -> None:
+    closing = _interrupted(beginning)
+    assert [end.stage for end in closing.ended if end.is_interrupted] == [stage]
+    assert closing.is_interrupted
+    assert len(closing.decided) == len(closing.after.obligations.all)
+
+
+def test_interrupted_suggestions_change_no_decision() -> None:
+    closing = _interrupted("looking for suggestions", CloseLimits())
+    assert [(end.stage, end.is_interrupted) for end in closing.ended] == [(Stage.SUGGESTIONS, True)]
+    assert closing.suggestions == ()
+    assert closing.decided == Closer(example()).close().decided
+
+
+def test_an_interruption_leaves_the_cases_of_earlier_stages() -> None:
+    closing = _interrupted("guided search")
+    assert closing.cases
+    assert counts(closing)[Decision.COVERED] > 0
+
+
+# planners
+
+
+def test_runs_of_another_planner_give_cases_but_no_proofs(wording: Wording) -> None:
+    closing = Closer(example("greedy")).close()
+    assert counts(closing)[Decision.COVERED] > 0
+    assert not [c for _, c in closing.certificates if isinstance(c.argument, RunsArgument)]
+    undecided = [decided for decided in closing.decided if decided.decision is Decision.UNDECIDED]
+    assert undecided
+    assert closing.ended == ()
+    wording(undecided[0].reason)
+
+
+LONG_WAY = """
+behavior_model: two_ways
+variables: {at: {domain: [home, hall, work], initial: home}}
+operations:
+  through_the_hall: {pre: {g: at == home}, post: {g: true, a: [at <- hall]}}
+  on: {pre: {g: at == hall}, post: {g: true, a: [at <- work]}}
+  straight: {pre: {g: at == home}, post: {g: true, a: [at <- work]}}
+goals: {there: at == work}
+"""
+
+
+def test_what_only_canonical_plans_leave_out_is_no_proof_under_another_planner() -> None:
+    model = read_model(LONG_WAY, "two_ways.yaml")
+    decided = {str(d.obligation): d.decision for d in Closer(model).close().decided}
+    assert decided["on/executing"] is Decision.UNCOVERABLE
+    greedy = replace(model, planner=PlannerChoice("greedy"))
+    decided = {str(d.obligation): d.decision for d in Closer(greedy).close().decided}
+    assert decided["on/executing"] is Decision.UNDECIDED
+
+
+def test_planning_of_another_planner_has_a_limit() -> None:
+    runs = AllRuns(example("greedy"), CloseLimits(planning=20), lambda _: None)
+    assert runs.option == "--max-planning"
+    assert not runs.may_grow
+
+
+# random and changed cases
+
+
+def sampled(progress: list[str]) -> Iterator[SampledCases]:
+    tester = Tester(example())
+    runs = AllRuns(example(), CloseLimits(), lambda _: None)
+    everything = (1 << len(tester.obligations.all)) - 1
+    while True:
+        yield SampledCases(tester, runs.starts, everything, 0, progress.append)
+
+
+def test_random_cases_end_when_they_are_dry() -> None:
+    told: list[str] = []
+    search = next(sampled(told))
+    search.sample(5_000)
+    assert search.limit is None
+    assert told[-1] != told[0]
+    assert int(told[-1].split()[2].replace(",", "")) < 5_000
+
+
+def test_changed_cases_fail_time_out_and_disable_what_executes() -> None:
+    search = next(sampled([]))
+    search.sample(0)
+    before = search.missing
+    search.change(100)
+    obligations = Tester(example()).obligations
+    for aspect in (Aspect.FAILED, Aspect.TIMEDOUT, Aspect.DISABLED):
+        assert (before & ~search.missing & obligations.mask(aspect)).bit_count() > 1
