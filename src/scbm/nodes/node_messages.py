@@ -16,7 +16,7 @@ from msgspec import Meta
 
 from scbm.model.json_reader import JsonError, convert_json, read_json_object
 
-VERSION = 1
+VERSION = 2
 """Incremented with every change that older nodes cannot parse."""
 
 _MAX_CHARACTERS = 8_000_000
@@ -125,7 +125,7 @@ class Prepared:
 
 @dataclass(frozen=True, slots=True)
 class Forgot:
-    """A node received a message of a run that it does not know, or has forgotten."""
+    """A node does not know a run, of which it received a message; or a controller leaves before it began the run."""
 
     kind: ClassVar[str] = "forgot"
     run: str
@@ -155,12 +155,16 @@ class Stepped:
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """The run ended with its last step; `trace` is the SHA-256 of its records as the controller has them."""
+    """The run ended with its last step; `trace` is the digest of its trace as the controller has it.
+
+    `planner` is the name and the version of the planner of the controller.
+    """
 
     kind: ClassVar[str] = "ended"
     run: str
     steps: Count
     trace: str
+    planner: str
 
 
 @dataclass(frozen=True, slots=True)

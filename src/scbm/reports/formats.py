@@ -1,4 +1,7 @@
-"""The file formats of `scbm report`. To add one: a function from a history to a text, and an entry here."""
+"""The file formats of `scbm report`, by the names of their options (`FORMATS`).
+
+To add one: a function from a history to a text, and an entry here.
+"""
 
 from __future__ import annotations
 
@@ -41,8 +44,8 @@ FORMATS: dict[str, ReportFormat] = {
     "junit": ReportFormat("JUnit XML: cases as tests.", "scbm.reports.ci.junit", "junit_xml"),
     "cobertura": ReportFormat("Cobertura XML: lines of the model.", "scbm.reports.ci.cobertura", "cobertura_xml"),
     "lcov": ReportFormat("LCOV: lines of the model.", "scbm.reports.ci.lcov", "lcov_info"),
-    "sarif": ReportFormat("SARIF: what failed.", "scbm.reports.ci.sarif", "sarif_log"),
+    "sarif": ReportFormat("SARIF: failures.", "scbm.reports.ci.sarif", "sarif_log"),
     "markdown": ReportFormat("A job summary.", "scbm.reports.ci.markdown", "markdown"),
-    "badge": ReportFormat("The figure as a picture, SVG.", "scbm.reports.ci.badge", "badge"),
+    "badge": ReportFormat("An SVG badge with the figure.", "scbm.reports.ci.badge", "badge"),
 }
 """The formats by the names of their options: `junit` is `--junit FILE`."""

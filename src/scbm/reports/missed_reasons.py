@@ -1,4 +1,4 @@
-"""The reasons for missed obligations, as far as visits show them, with the command that explains each."""
+"""The reasons why cases missed obligations, as far as visits show them, with the command that explains each."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ class Missed:
     """An obligation that no case visits.
 
     Attributes:
-        obligation: which.
-        reason: what happened instead, a part of a sentence.
+        obligation: the obligation.
+        reason: what happened instead, as part of a sentence.
         command: the command that shows the shortest case that visits it, or why there is none.
     """
 
@@ -37,21 +37,21 @@ class Missed:
 
 
 def missed_reasons(model: BehaviorModel, coverage: Coverage, file: str) -> tuple[Missed, ...]:
-    """All that is missing, in the order of the model; what is beside the figure (queued) comes last.
+    """Return all missed obligations in the order of the model; `queued` ones come last, as they are not in SCBM-IAS.
 
     Args:
         model: the model.
-        coverage: what was visited.
+        coverage: the visits of the cases.
         file: the model file, for the commands.
     """
     visits = coverage.visits()
-    reasons = _MissedReasons(model, visits, len(coverage.cases))
+    reasons = _MissedReasons(model, visits, coverage.count)
     missed = (*coverage.missed(), *coverage.missed(Aspect.QUEUED))
     return tuple(Missed(o, reasons.why(o), f"scbm explain {shown_path(file)} {quote(str(o))}") for o in missed)
 
 
 def close_command(file: str) -> str:
-    """The command that decides all that is missing, and writes the cases for it."""
+    """Return the command that decides all missed obligations, and writes cases for them."""
     return f"scbm close {shown_path(file)} --out closed"
 
 
@@ -62,7 +62,7 @@ class _MissedReasons:
     cases: int
 
     def why(self, obligation: Obligation) -> str:
-        """Why an obligation is missing."""
+        """Return why an obligation is missing."""
         subject = obligation.subject
         if obligation.aspect is Aspect.TAKEN:
             return f"its guard never held: {self._guard(subject)}"
@@ -73,13 +73,13 @@ class _MissedReasons:
                 f"in no plan of {counted(self.cases, 'case')}: {more}another goal or another initial state may need it"
             )
         if obligation.aspect is Aspect.DISABLED:
-            return "it could start whenever its turn came: an injection in between can keep it from that"
+            return "its precondition held whenever it was next in the plan: an injection can disable it"
         if not executed:
             return f"planned in {counted(planned, 'case')}, but it never started"
         return f"executed in {counted(executed, 'case')}, {self._instead(obligation)}"
 
     def _instead(self, obligation: Obligation) -> str:
-        """What did not happen to an operation that executed."""
+        """Return what did not happen to an operation that executed."""
         deadline_ns = self.model.operation(obligation.subject).deadline_ns
         if obligation.aspect is Aspect.FAILED:
             return "and nothing failed it"

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from scbm.store.history import Drawn, History, ModelSource, Recipe, StoredCase, StoredRun, Written, key_of, sayable
     from scbm.store.model_edits import Dropped
     from scbm.store.replays import Replays, drawn_recipe, network_words, written_recipe
-    from scbm.store.store_reader import read_history
+    from scbm.store.store_tables import read_history
     from scbm.store.store_union import Combined, combine_stores
     from scbm.store.store_writer import StoreWriter, begin_run, write_store
 
@@ -47,7 +47,7 @@ __getattr__ = lazy_exports(
         "history": "Drawn History ModelSource Recipe StoredCase StoredRun Written key_of sayable",
         "model_edits": "Dropped",
         "replays": "Replays drawn_recipe network_words written_recipe",
-        "store_reader": "read_history",
+        "store_tables": "read_history",
         "store_union": "Combined combine_stores",
         "store_writer": "StoreWriter begin_run write_store",
     },

@@ -1,4 +1,7 @@
-"""What a coverage store holds: a model, the runs that tested it, and what each case visited. A value, without I/O."""
+"""What a coverage store holds: a model, the runs that tested it, and what each case visited. A value, without I/O.
+
+Logs of runs over nodes are the texts of log files, compressed.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +11,18 @@ from functools import cached_property
 from hashlib import sha256
 from json import dumps
 from typing import TYPE_CHECKING, TypeAlias
+from zlib import compress, decompressobj
+from zlib import error as damaged
 
 from scbm.cases.coverage import Coverage, Obligations
 from scbm.cases.trace import End
+from scbm.model import FIRST_PLANNER
 
 if TYPE_CHECKING:
     from scbm.cases.coverage import Obligation
     from scbm.model import BehaviorModel
     from scbm.testing import Verdict
+
 
 _KEY_BYTES = 16
 
@@ -26,7 +33,7 @@ class ModelSource:
 
     Attributes:
         path: where it was, as the command line named it.
-        text: what it said, with comments and layout.
+        text: its content, with comments and layout.
     """
 
     path: str
@@ -48,6 +55,7 @@ class StoredRun:
         is_earlier: whether it tested an earlier version of the model.
         is_finished: whether it came to its end.
         nodes: where its cases ran, in words: `over DDS domain 0`; `None` for simulation.
+        planner: the name and the version of the planner.
     """
 
     id: str
@@ -60,6 +68,7 @@ class StoredRun:
     is_earlier: bool = False
     is_finished: bool = False
     nodes: str | None = None
+    planner: str = str(FIRST_PLANNER)
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +79,7 @@ class Written:
         text: the case as YAML.
         path: the file, as the command line named it.
         requirements: name and sentence of the requirements that the command line added.
-        time_limit_ns: when its run is given up, if the command line said that and the case does not.
+        time_limit_ns: the time limit of the command line, for a case without its own; `None` for none.
         real: if it ran over nodes, the resources that were real, in the order of the model; `None` in simulation.
     """
 
@@ -93,9 +102,9 @@ class Drawn:
     Attributes:
         seed: the seed of its campaign.
         number: its number there, from 1.
-        network: the faults of the network as `--network` says them; `drawn` for others in each case; empty for none.
+        network: network faults in the syntax of `--network`; `drawn` for new ones in each case; empty for none.
         requirements: name and sentence of the requirements beside those of the model.
-        time_limit_ns: when its run is given up, if that was said.
+        time_limit_ns: the time limit of the command line; `None` for none.
         real: as of a written one.
     """
 
@@ -108,7 +117,7 @@ class Drawn:
 
 
 Recipe: TypeAlias = Written | Drawn
-"""What decides a case, with its model, and what tells its runs over nodes from those in simulation."""
+"""The data that determine a case of a model, and whether it ran over nodes or in simulation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +125,7 @@ class StoredCase:
     """What a store keeps of a case.
 
     Attributes:
-        key: what tells it from other cases: a digest of model and recipe.
+        key: its identity: a digest of model and recipe.
         name: its name; several cases of a store can have one, see `History.labels`.
         recipe: what decides it.
         goal: the name of its goal, or its predicate if it has none.
@@ -226,8 +235,8 @@ def sayable(text: str) -> str:
     return text.encode(errors="backslashreplace").decode()
 
 
-def key_of(recipe: Recipe, model_digest: str) -> bytes:
-    """The key of a case: 16 bytes of the SHA-256 of its recipe and its model.
+def key_of(recipe: Recipe, model_digest: str, planner: str = FIRST_PLANNER.name) -> bytes:
+    """The key of a case: 16 bytes of the SHA-256 of its recipe, its model, and the name of its planner.
 
     Where its file is does not matter, nor where its nodes met and how fast their time went.
     """
@@ -237,4 +246,29 @@ def key_of(recipe: Recipe, model_digest: str) -> bytes:
         parts = ["drawn", recipe.seed, recipe.number, recipe.network]
     parts += [recipe.requirements, recipe.time_limit_ns]
     parts += [] if recipe.real is None else [recipe.real]
+    parts += [] if planner == FIRST_PLANNER.name else [planner]  # older stores have keys without it
     return sha256(dumps([model_digest, *parts]).encode()).digest()[:_KEY_BYTES]
+
+
+MAX_LOG_BYTES = 256 * 1024 * 1024
+"""A log may be so large, as in a file."""
+
+
+def packed_log(text: str) -> bytes:
+    """A log, compressed. Raises `ValueError` if it is larger than any that is read."""
+    data = text.encode()
+    if len(data) > MAX_LOG_BYTES:
+        raise ValueError("the log is too large")
+    return compress(data)
+
+
+def unpacked_log(packed: bytes) -> str:
+    """The text of a log. Raises `ValueError` if this is none, is damaged, or would be too large."""
+    unpacking = decompressobj()
+    try:
+        data = unpacking.decompress(packed, MAX_LOG_BYTES)
+    except damaged:
+        raise ValueError("the log is damaged") from None
+    if not unpacking.eof or unpacking.unused_data:
+        raise ValueError("the log is cut off, or too large")
+    return data.decode()

@@ -1,4 +1,4 @@
-"""What an edit of a model leaves as it was: which obligations of the one mean the same in the other."""
+"""Compares two versions of a model: which obligations mean the same in both."""
 
 from __future__ import annotations
 
@@ -69,9 +69,9 @@ def difference(name: str, text: str, model: BehaviorModel) -> str:
     if name != model.name:
         return f"`{name}`, not `{model.name}`"
     stored = read_model(text, name)
-    told = list(_differences(stored, model)) or ["the order of its parts"]
-    more = f" and {len(told) - _MAX_NAMED} more" if len(told) > _MAX_NAMED else ""
-    return f"{', '.join(told[:_MAX_NAMED])}{more}"
+    differences = list(_differences(stored, model)) or ["the order of its parts"]
+    more = f" and {len(differences) - _MAX_NAMED} more" if len(differences) > _MAX_NAMED else ""
+    return f"{', '.join(differences[:_MAX_NAMED])}{more}"
 
 
 def _differences(stored: BehaviorModel, model: BehaviorModel) -> Iterator[str]:

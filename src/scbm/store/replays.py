@@ -1,4 +1,4 @@
-"""Cases of a store at work again: in simulation a case decides its run, over nodes its log does (decisions 20, 29).
+"""Runs the cases of a store again: in simulation from the case, over nodes from its log (decisions 20, 29).
 
 What a store keeps of a case that is going to be run: all that decides it, and no more.
 """
@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 from scbm.cases import Network
 from scbm.files import Scope, digest_of, parse_requirement, read_case, read_network, write_case, write_network
-from scbm.model import InputError, Requirement
-from scbm.store.compressed_logs import unpacked_log
-from scbm.store.history import Drawn, Written
+from scbm.model import InputError, PlannerChoice, PlannerIdentity, Requirement
+from scbm.planning import PLANNERS
+from scbm.store.history import Drawn, Written, unpacked_log
 from scbm.testing import RandomCases, Tester
 
 if TYPE_CHECKING:
@@ -79,7 +79,8 @@ class Replays:
 
     def __init__(self, history: History) -> None:
         self._model = history.model
-        self._tester = Tester(history.model)
+        self._runs = history.runs
+        self._testers: dict[str, Tester] = {}
         self._random: dict[str, RandomCases] = {}
         self._requirements: dict[str, Requirement] = {}
 
@@ -87,22 +88,37 @@ class Replays:
         """The run of a case: in simulation the case is run again, over nodes its log is.
 
         `None` for a case of an earlier version of the model, one that was lost with a node, and for a log that does
-        not give its run again, as another version of scbm made it.
+        not give its run again, as another version of scbm made it. Also `None` for a case that another program planned,
+        if the case does not have the plans.
         """
         if not stored.is_shown_again:
             return None
-        return self._tester.execute(self.case(stored)) if stored.log is None else self._of_log(stored.log)
+        if stored.log is None and self._is_planned_elsewhere(stored):
+            return None
+        return self._tester(stored).execute(self.case(stored)) if stored.log is None else self._of_log(stored)
 
-    def _of_log(self, packed: bytes) -> Execution | None:
+    def _tester(self, stored: StoredCase) -> Tester:
+        """Return a tester with the planner of the run that had the case."""
+        name = PlannerIdentity.parse(self._runs[stored.run].planner).name
+        if name not in self._testers:
+            self._testers[name] = Tester(replace(self._model, planner=PlannerChoice(name)))
+        return self._testers[name]
+
+    def _is_planned_elsewhere(self, stored: StoredCase) -> bool:
+        """Whether another program made the plans of a case, and the case does not have them."""
+        entry = PLANNERS.get(PlannerIdentity.parse(self._runs[stored.run].planner).name)
+        return (entry is None or entry.is_external) and not self.case(stored).plans
+
+    def _of_log(self, stored: StoredCase) -> Execution | None:
         """The run of a log, if that is still the run that it was."""
         from scbm.nodes.log.event_log import read_event_log, rerun  # noqa: PLC0415 - it takes long to load; few stores need it
 
         try:
-            log = read_event_log(unpacked_log(packed), self._model, self._digest)
+            log = read_event_log(unpacked_log(stored.log or b""), self._model, self._digest)
             run = rerun(log, self._program)
         except (InputError, ValueError):
             return None
-        execution = self._tester.judged(log.case, run, log.reactions, log)
+        execution = self._tester(stored).judged(log.case, run, log.reactions, log)
         return execution if execution.digest == log.trace else None
 
     @cached_property
@@ -118,7 +134,7 @@ class Replays:
     def recorded(self, stored: StoredCase) -> Case:
         """A case of a simulation with nothing left to chance: a written one as it is, a drawn one closed."""
         case = self.case(stored)
-        return case if isinstance(stored.recipe, Written) else self._tester.execute(case).recorded_case
+        return case if isinstance(stored.recipe, Written) else self._tester(stored).execute(case).recorded_case
 
     def case(self, stored: StoredCase) -> Case:
         """The case itself, which is of the model of the store. Raises `InputError` if this scbm cannot read it."""

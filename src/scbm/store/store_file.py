@@ -27,7 +27,7 @@ def open_for_reading(path: Path, *, is_exclusive: bool = False) -> Iterator[sqli
         path: the file.
         is_exclusive: whether to lock out all other processes until it is closed, as it is going to be replaced.
     """
-    with told(path):
+    with store_errors(path):
         _refuse_other_files(path, must_exist=True)
         connection = _connect(path)
         try:
@@ -52,11 +52,11 @@ def open_for_writing(path: Path) -> Iterator[sqlite3.Connection]:
 
     While a writer is open, the file is in write-ahead mode: transactions are quick, and none waits for a disk.
     """
-    with told(path):
+    with store_errors(path):
         _refuse_other_files(path, must_exist=False)
         connection = _connect(path)
     try:
-        with told(path):
+        with store_errors(path):
             _prepare(connection, path)
         yield connection
     finally:
@@ -135,7 +135,7 @@ def _lock_exclusively(connection: sqlite3.Connection, path: Path) -> None:
 
 def overwrite(content: sqlite3.Connection, target: sqlite3.Connection, path: Path) -> None:
     """Copy a database into a store that is locked exclusively, in one transaction. Raises `InputError`."""
-    with told(path):
+    with store_errors(path):
         if target.in_transaction:
             target.execute("COMMIT")
         content.backup(target)
@@ -143,7 +143,7 @@ def overwrite(content: sqlite3.Connection, target: sqlite3.Connection, path: Pat
 
 def replace_store(content: sqlite3.Connection, path: Path) -> None:
     """Copy a database into a store that is not open, or does not exist yet. Raises `InputError`."""
-    with told(path):
+    with store_errors(path):
         _refuse_other_files(path, must_exist=False)
         target = _connect(path)
         try:
@@ -264,7 +264,7 @@ _DAMAGE = (sqlite3.SQLITE_ERROR, sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB)
 
 
 @contextmanager
-def told(path: Path) -> Iterator[None]:
+def store_errors(path: Path) -> Iterator[None]:
     """Turn errors of SQLite and the file system into `InputError`."""
     try:
         yield

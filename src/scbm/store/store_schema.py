@@ -1,4 +1,6 @@
-"""The tables of a store. Each column is declared once: SQL, upgrades of older stores and inserted values follow.
+"""The tables of a store (`TABLES`): their columns, versions, and the upgrade of older stores.
+
+Each column is declared once: SQL, upgrades of older stores and inserted values follow.
 
 A column that is new in a version says so by `since`; the version of the tables is the newest of these.
 """
@@ -114,6 +116,13 @@ TABLES: dict[str, StoreTable] = {
             ),
             StoreColumn(
                 "nodes", "TEXT", "where its cases ran, such as `over DDS domain 0`; null for simulation", since=2
+            ),
+            StoreColumn(
+                "planner",
+                "TEXT",
+                "the name and the version of the planner; null in runs of older versions, which had one",
+                since=3,
+                value=lambda run: run.planner,
             ),
         ),
     ),

@@ -1,27 +1,33 @@
-"""Rows of a store, in and out. Where a row is there already, the two are united; in which order does not matter."""
+"""Reads and writes the rows of a store. Where a row exists already, the two are united; in which order does not matter.
+
+`read_history` reads all that a store holds.
+"""
 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from scbm.cases.coverage import Obligations
 from scbm.cases.trace import End
-from scbm.files import digest_of, write_model
+from scbm.files import digest_of, read_model, write_model
+from scbm.model import FIRST_PLANNER, PlannerChoice, PlannerIdentity
 from scbm.model.json_reader import convert_json, read_json
-from scbm.store.compressed_logs import unpacked_log
-from scbm.store.history import Drawn, ModelSource, Recipe, StoredRun, Written
+from scbm.store.history import Drawn, History, ModelSource, Recipe, StoredCase, StoredRun, Written, unpacked_log
+from scbm.store.store_file import open_for_reading, understood
 from scbm.store.store_schema import TABLES
 from scbm.testing import Failure, FailureKind, Verdict
 
 if TYPE_CHECKING:
     import sqlite3
     from collections.abc import Iterator
+    from pathlib import Path
 
     from scbm.model import BehaviorModel
+
 
 _CASE_COLUMNS = (
     "key, name, goal, model, run, position, setting, seed, number, text, path,"
@@ -94,7 +100,7 @@ class Tables:
         count = self._obligations()
         rows = self._connection.execute(
             "SELECT run.id, model, is_current, token, started, command, path, source.text,"
-            " visited, cases, failed, is_finished, nodes"
+            " visited, cases, failed, is_finished, nodes, planner"
             " FROM run JOIN source ON source.id = run.source JOIN model ON model.id = run.model"
             " ORDER BY started, token"
         )
@@ -112,10 +118,11 @@ class Tables:
                     _number(failed),
                     is_earlier=not current,
                     is_finished=bool(finished),
-                    nodes=None if nodes is None else _text(nodes),
+                    nodes=None if more[0] is None else _text(more[0]),
+                    planner=_planner(more[1]),
                 ),
             )
-            for id_, model, current, token, began, command, path, text, visited, cases, failed, finished, nodes in rows
+            for id_, model, current, token, began, command, path, text, visited, cases, failed, finished, *more in rows
         )
 
     def cases(self) -> Iterator[CaseRow]:
@@ -173,7 +180,8 @@ class Tables:
     def put_model(self, model: BehaviorModel) -> int:
         """Adds the current model, and its obligations; gives its id."""
         self._put_obligations(Obligations.of(model))
-        return self.put_model_text(digest_of(model), model.name, write_model(model), is_current=True)
+        without_planner = replace(model, planner=PlannerChoice())  # each run has its own
+        return self.put_model_text(digest_of(model), model.name, write_model(without_planner), is_current=True)
 
     def put_model_text(self, digest: str, name: str, text: str, *, is_current: bool) -> int:
         """Adds a model by what it says; gives its id."""
@@ -277,12 +285,12 @@ class Tables:
             self._connection.execute(statement, (compute(row), value))
 
     def _setting(self, network: str, recipe: Recipe) -> int:
-        """The id of what the command line said beside a case."""
+        """Return the id of the options of the command line for a case."""
         options = (network, recipe.requirements, recipe.time_limit_ns, recipe.real)
         if options not in self._settings:
-            said = dict(zip(_OPTIONS, options, strict=False))
-            said |= {} if recipe.real is None else {"real": recipe.real}
-            text = json.dumps(said, ensure_ascii=False)
+            given = dict(zip(_OPTIONS, options, strict=False))
+            given |= {} if recipe.real is None else {"real": recipe.real}
+            text = json.dumps(given, ensure_ascii=False)
             self._connection.execute("INSERT OR IGNORE INTO setting (options) VALUES (?)", (text,))
             self._settings[options] = self._id("setting", "options", text)
         return self._settings[options]
@@ -376,3 +384,37 @@ def _recipe(options: Row, seed: str | None, number: int, text: str | None, path:
         if text is None
         else Written(_text(text), _text(path), *added)
     )
+
+
+def read_history(path: Path) -> History:
+    """All that a store holds. Raises `InputError` if it is not a store, is empty, damaged, or newer than this scbm."""
+    with open_for_reading(path) as connection, understood(path):
+        return history_in(Tables(connection))
+
+
+def history_in(tables: Tables) -> History:
+    """The same, of tables that are open. Raises `ValueError` and others for rows that scbm does not write."""
+    current = next(row for row in tables.models() if row.is_current)
+    runs = tables.runs()
+    order = {row.id: index for index, row in enumerate(runs)}
+    model = read_model(current.text, current.name)
+    if not tables.says_obligations_of(Obligations.of(model)):
+        raise ValueError("other obligations than those of the model")
+    left_out = tables.outdated()
+    cases = [
+        StoredCase(
+            row.key, row.name, row.recipe, row.goal, order[row.run], row.position,
+            row.verdict, row.ended_ns, row.requests, row.visited, row.model != current.id, row.log,
+        )
+        for row in tables.cases()
+        if row.key not in left_out
+    ]  # fmt: skip
+    if any(case.is_over_nodes and runs[case.run].run.nodes is None for case in cases):
+        raise ValueError("a case over nodes of a run that was over none")
+    cases.sort(key=lambda case: (case.run, case.position, case.key))
+    return History(model, tuple(row.run for row in runs), tuple(cases), len(left_out))
+
+
+def _planner(value: object) -> str:
+    """Return the name and the version of a planner; older versions noted none. Raises `ValueError` for another text."""
+    return str(FIRST_PLANNER if value is None else PlannerIdentity.parse(_text(value)))

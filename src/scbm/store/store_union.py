@@ -1,4 +1,4 @@
-"""Uniting stores: in any order, in any groups, as often as one likes, the same comes of it (decision 20)."""
+"""Combines stores: the result depends neither on their order nor on repetitions (decision 20)."""
 
 from __future__ import annotations
 
@@ -17,12 +17,11 @@ from scbm.store.store_file import (
     overwrite,
     problem,
     replace_store,
-    told,
+    store_errors,
     transaction,
     understood,
 )
-from scbm.store.store_reader import history_in
-from scbm.store.store_tables import ModelRow, Tables
+from scbm.store.store_tables import ModelRow, Tables, history_in
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -81,11 +80,11 @@ def combine_stores(paths: Sequence[Path], target: Path, *, across_edits: bool = 
             else:
                 overwrite(united, own, target)
     lost = zip(paths, edits, dropped, strict=True)
-    return Combined(history, tuple((path, told) for path, edit, told in lost if edit is not None))
+    return Combined(history, tuple((path, dropped) for path, edit, dropped in lost if edit is not None))
 
 
 def _current(path: Path, tables: Tables) -> ModelRow:
-    with told(path), understood(path):
+    with store_errors(path), understood(path):
         return next(row for row in tables.models() if row.is_current)
 
 
@@ -104,7 +103,7 @@ def _refuse_other_models(paths: Sequence[Path], models: Sequence[ModelRow], mode
 
 def _add(union: Tables, path: Path, tables: Tables, edit: ModelEdit | None) -> tuple[Dropped, ...]:
     """Adds all rows of a store; gives what is lost of it."""
-    with told(path), understood(path):
+    with store_errors(path), understood(path):
         return _added(union, tables, edit)
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import shlex
 from contextlib import contextmanager
+from dataclasses import replace
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
 from uuid import uuid4
@@ -15,8 +16,8 @@ from scbm.cases.coverage import Obligations
 from scbm.cases.trace import End
 from scbm.files import digest_of
 from scbm.model import Slug
-from scbm.store.compressed_logs import MAX_BYTES, packed_log
-from scbm.store.history import ModelSource, StoredRun, key_of, sayable
+from scbm.planning import planner_of
+from scbm.store.history import MAX_LOG_BYTES, ModelSource, StoredRun, key_of, packed_log, sayable
 from scbm.store.model_edits import difference
 from scbm.store.store_file import (
     has_tables,
@@ -25,7 +26,7 @@ from scbm.store.store_file import (
     problem,
     show_as_newest,
     snapshot,
-    told,
+    store_errors,
     transaction,
     understood,
 )
@@ -88,14 +89,14 @@ class StoreWriter:
         self._connection = connection
         self._path = path
         self._model = model
-        self._run = run
+        self._run = replace(run, planner=str(planner_of(model)))
         self._digest = digest_of(model)
         self._obligations = Obligations.of(model)
         self._tables = Tables(connection)
         self._ids: tuple[int, int] | None = None
         self._is_whole = True
         self.lost = 0
-        with told(path), understood(path), snapshot(connection):
+        with store_errors(path), understood(path), snapshot(connection):
             self.before = self._last_finished() if has_tables(connection, path) else None
 
     def _last_finished(self) -> StoredRun | None:
@@ -129,7 +130,7 @@ class StoreWriter:
             message = f"the run of `{result.case.name}` takes more than 292 years, which a store cannot hold"
             raise problem(Slug.STORE_UNUSABLE, self._path, message)
         packed = None if log is None else self._packed(result.case.name, log)
-        with told(self._path), understood(self._path), transaction(self._connection):
+        with store_errors(self._path), understood(self._path), transaction(self._connection):
             ids = self._ids or self._begun()
             self._tables.put_case(self._row(ids, position, recipe, result, packed))
             self._tables.add_to_run(ids[1], result.visited, failed=not result.verdict.passed)
@@ -140,7 +141,7 @@ class StoreWriter:
         try:
             return packed_log(log)
         except ValueError:
-            message = f"the log of `{name}` is larger than {MAX_BYTES // 1024**2} MiB, which a store cannot hold"
+            message = f"the log of `{name}` is larger than {MAX_LOG_BYTES // 1024**2} MiB, which a store cannot hold"
             raise problem(Slug.STORE_UNUSABLE, self._path, message) from None
 
     def _begun(self) -> tuple[int, int]:
@@ -157,19 +158,19 @@ class StoreWriter:
     ) -> CaseRow:
         case = result.case
         return CaseRow(
-            key_of(recipe, self._digest), case.name, case.goal, *ids, position, recipe,
+            key_of(recipe, self._digest, planner_of(self._model).name), case.name, case.goal, *ids, position, recipe,
             result.verdict, result.ended_ns, result.requests, result.visited, log,
         )  # fmt: skip
 
     def finish(self) -> None:
         """Notes that the run came to its end, if it has cases and all of them were added."""
         if self._ids is not None and self._is_whole and not self.lost:
-            with told(self._path), transaction(self._connection):
+            with store_errors(self._path), transaction(self._connection):
                 self._tables.finish_run(self._ids[1])
 
     def totals(self) -> tuple[int, Figure]:
         """How many cases the store has, and the figure of all of them together, those of others that write included."""
-        with told(self._path), understood(self._path):
+        with store_errors(self._path), understood(self._path):
             cases, visited = self._tables.totals() if has_tables(self._connection, self._path) else (0, 0)
         return cases, self._obligations.figure(visited)
 

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 from scbm.model.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
-    from scbm.testing.campaign import Campaign, CaseResult
-    from scbm.testing.campaign_as_json import FORMAT_VERSION, campaign_json, coverage_json
-    from scbm.testing.case_choices import Choice
-    from scbm.testing.case_sizes import Size
+    from scbm.testing.batches.campaign_runs import StopRule, run_campaign
+    from scbm.testing.batches.campaign_work import CampaignWork
+    from scbm.testing.batches.worker_processes import WorkerProcesses
+    from scbm.testing.campaign import FORMAT_VERSION, Campaign, CaseResult, campaign_json, coverage_json
+    from scbm.testing.case_sizes import Choice, Size
     from scbm.testing.findings import MAX_SHRUNK, Finding, find_causes
     from scbm.testing.node_runs import Answers
     from scbm.testing.random_cases import RandomCases, draw_network
@@ -27,6 +28,7 @@ __all__ = [
     "MAX_SHRUNK",
     "Answers",
     "Campaign",
+    "CampaignWork",
     "CaseResult",
     "Choice",
     "Execution",
@@ -38,9 +40,11 @@ __all__ = [
     "Shrinker",
     "Shrunk",
     "Size",
+    "StopRule",
     "Tester",
     "Verdict",
     "Violation",
+    "WorkerProcesses",
     "WrittenCase",
     "campaign_json",
     "case_texts",
@@ -52,15 +56,17 @@ __all__ = [
     "judge",
     "load_suite",
     "reaction_stream",
+    "run_campaign",
 ]
 
 __getattr__ = lazy_exports(
     __name__,
     {
-        "campaign": "Campaign CaseResult",
-        "campaign_as_json": "FORMAT_VERSION campaign_json coverage_json",
-        "case_choices": "Choice",
-        "case_sizes": "Size",
+        "batches.campaign_runs": "StopRule run_campaign",
+        "batches.campaign_work": "CampaignWork",
+        "batches.worker_processes": "WorkerProcesses",
+        "campaign": "FORMAT_VERSION Campaign CaseResult campaign_json coverage_json",
+        "case_sizes": "Choice Size",
         "findings": "MAX_SHRUNK Finding find_causes",
         "node_runs": "Answers",
         "random_cases": "RandomCases draw_network",

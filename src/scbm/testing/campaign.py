@@ -1,17 +1,29 @@
-"""Campaigns: many cases, run one by one, judged, and added up (paper, Section VI, steps 4 and 5)."""
+"""Campaigns: many cases, run one by one, judged, and added up (paper, Section VI, steps 4 and 5); and their JSON.
+
+`docs/reference/formats.md` describes the JSON field by field.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
-from scbm.cases.coverage import Coverage, Obligations
+from scbm.cases.coverage import STATE_ASPECTS, Aspect, Coverage, Obligations, Unnamed, bits_of
+from scbm.testing.batches.batch_summary import BatchSummary, CaseOutcome, SummaryBuilder
+from scbm.testing.batches.campaign_work import ListedCases
+from scbm.testing.batches.forecast import Forecast, forecast
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from scbm.cases import Case
+    from scbm.cases.coverage import Figure
     from scbm.model import BehaviorModel
+    from scbm.testing.batches.campaign_work import CaseSource
+    from scbm.testing.findings import Finding
+    from scbm.testing.node_runs import Answers
+    from scbm.testing.shrinking import Shrunk
     from scbm.testing.verdicts import Verdict
 
 
@@ -35,28 +47,179 @@ class CaseResult:
     visited: int
     unused: tuple[str, ...] = ()
 
+    def outcome(self, position: int) -> CaseOutcome:
+        """Return the result without its case, which has this position in its campaign."""
+        return CaseOutcome(position, self.verdict, self.ended_ns, self.requests, self.visited, self.unused)
 
-@dataclass(frozen=True, slots=True)
+
+@dataclass(frozen=True)
 class Campaign:
-    """The results of many cases of one model."""
+    """The results of many cases of one model.
+
+    Attributes:
+        model: what was tested.
+        source: the cases by their positions.
+        summary: what the cases did; it lists all of them, or of many random ones only the notable ones.
+    """
 
     model: BehaviorModel
-    results: tuple[CaseResult, ...]
-    coverage: Coverage
+    source: CaseSource
+    summary: BatchSummary
+
+    @staticmethod
+    def of(model: BehaviorModel, results: Iterable[CaseResult]) -> Campaign:
+        """Return a campaign with the sum of results, which it lists all."""
+        kept = tuple(results)
+        builder = SummaryBuilder(len(Obligations.of(model).all), written=len(kept))
+        for position, result in enumerate(kept, start=1):
+            builder.add(result.outcome(position))
+        return Campaign(model, ListedCases(tuple(result.case for result in kept)), builder.summary())
+
+    @property
+    def count(self) -> int:
+        """The number of cases."""
+        return self.summary.count
+
+    @property
+    def failed_count(self) -> int:
+        """The number of cases that failed."""
+        return self.summary.failed
 
     @property
     def simulated_ns(self) -> int:
         """The simulated time of all runs together."""
-        return sum(result.ended_ns for result in self.results)
+        return self.summary.ended_ns
 
-    @staticmethod
-    def of(model: BehaviorModel, results: Iterable[CaseResult]) -> Campaign:
-        """Return a campaign with the sum of results."""
-        kept = tuple(results)
-        visited = tuple((result.case.name, result.visited) for result in kept)
-        return Campaign(model, kept, Coverage(Obligations.of(model), visited))
+    @cached_property
+    def results(self) -> tuple[CaseResult, ...]:
+        """The results of the listed cases."""
+        return tuple(map(self.result, self.summary.outcomes))
 
     @property
     def failed(self) -> tuple[CaseResult, ...]:
-        """The cases that failed."""
-        return tuple(result for result in self.results if not result.verdict.passed)
+        """The results of the listed cases that failed."""
+        return tuple(self.result(o) for o in self.summary.outcomes if not o.verdict.passed)
+
+    def result(self, outcome: CaseOutcome) -> CaseResult:
+        """Return an outcome with its case."""
+        case = self.source.case(outcome.position)
+        return CaseResult(case, outcome.requests, outcome.verdict, outcome.ended_ns, outcome.visited, outcome.unused)
+
+    @property
+    def forecast(self) -> Forecast | None:
+        """What ten times as many random cases would visit; `None` where that is not estimated."""
+        return forecast(self.summary, Obligations.of(self.model))
+
+    @cached_property
+    def coverage(self) -> Coverage:
+        """What the cases visited; the listed cases have names there."""
+        obligations = Obligations.of(self.model)
+        named = tuple((self.source.name(o.position), o.visited) for o in self.summary.outcomes)
+        rest = list(self.summary.visits or (0,) * len(obligations.all))
+        for _, visited in named:
+            for bit in bits_of(visited):
+                rest[bit] -= 1
+        unnamed = Unnamed(self.count - len(named), tuple(rest)) if len(named) < self.count else Unnamed()
+        return Coverage(obligations, named, unnamed)
+
+
+FORMAT_VERSION = 2
+"""Version 1 listed every case; version 2 lists only the notable ones of very many, and counts the others."""
+
+
+def campaign_json(
+    campaign: Campaign,
+    seed: int,
+    findings: Sequence[Finding],
+    commands: Sequence[str],
+    answers: Sequence[Answers] = (),
+) -> dict[str, Any]:
+    """Return the campaign as data that `json` can write; equal campaigns of one seed give equal bytes.
+
+    Args:
+        campaign: what was run.
+        seed: what random cases were drawn from.
+        findings: what failed.
+        commands: for each finding the command that shows it again.
+        answers: how real resources answered, if there are any.
+    """
+    real = {"real_resources": [_answers(of_one) for of_one in answers]} if answers else {}
+    return {
+        "format_version": FORMAT_VERSION,
+        "model": campaign.model.name,
+        "seed": seed,
+        "passed": not campaign.failed_count,
+        "coverage": coverage_json(campaign.coverage),
+        "simulated_seconds": campaign.simulated_ns / 1e9,
+        "findings": [_finding(*pair) for pair in zip(findings, commands, strict=True)],
+        **real,
+        "forecast": None if campaign.forecast is None else asdict(campaign.forecast),
+        "case_count": campaign.count,
+        "cases": [_case(result, campaign) for result in campaign.results],
+    }
+
+
+def _answers(answers: Answers) -> dict[str, Any]:
+    return asdict(answers) | {"given_up": answers.given_up, "silent": answers.is_silent}
+
+
+def _finding(finding: Finding, command: str) -> dict[str, Any]:
+    small = finding.shrunk
+    return {
+        "kind": finding.failure.kind.value,
+        "subject": finding.failure.subject,
+        "failures": [str(failure) for failure in finding.failures],
+        "count": finding.count,
+        "cases": list(finding.names),
+        "again": command,
+        "smallest": None if small is None else _small(small),
+    }
+
+
+def _small(small: Shrunk) -> dict[str, Any]:
+    return {
+        "case": small.execution.case.name,
+        "failure": str(small.failure),
+        "goal": small.execution.case.goal,
+        "size": asdict(small.after),
+        "size_before": asdict(small.before),
+        "runs": small.runs,
+        "matters": [{"choice": choice.text, "otherwise": choice.otherwise} for choice in small.matters],
+    }
+
+
+def coverage_json(coverage: Coverage) -> dict[str, Any]:
+    """Return the figures of a coverage, the missed obligations, and the case that visited each one first."""
+    figure = coverage.figure
+    visited = {str(obligation): coverage.first_visitor(obligation) for obligation in coverage.obligations}
+    return {
+        "visited": figure.visited,
+        "obligations": figure.of,
+        "percent": figure.percent,
+        "by_state": {aspect.value: _figure(coverage.figure_of(aspect)) for aspect in STATE_ASPECTS},
+        "automatic": _figure(coverage.figure_of(Aspect.TAKEN)),
+        "queued": _figure(coverage.figure_of(Aspect.QUEUED)),
+        "missed": [str(obligation) for obligation in coverage.missed()],
+        "missed_queued": [str(obligation) for obligation in coverage.missed(Aspect.QUEUED)],
+        "first_visited_by": {name: case for name, case in visited.items() if case is not None},
+    }
+
+
+def _figure(figure: Figure) -> dict[str, int]:
+    return {"visited": figure.visited, "of": figure.of}
+
+
+def _case(result: CaseResult, campaign: Campaign) -> dict[str, Any]:
+    case = result.case
+    return {
+        "name": case.name,
+        "verdict": result.verdict.end.value,
+        "passed": result.verdict.passed,
+        "failures": [str(failure) for failure in result.verdict.failures],
+        "unused": list(result.unused),
+        "goal": case.goal,
+        "initial": {variable.name: case.initial[variable.name] for variable in campaign.model.variables},
+        "simulated_seconds": result.ended_ns / 1e9,
+        "requests": result.requests,
+        "visited": list(campaign.coverage.obligations.names(result.visited)),
+    }

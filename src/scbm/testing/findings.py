@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scbm.testing.shrinking import Shrinker
-from scbm.testing.verdicts import FailureKind
 
 if TYPE_CHECKING:
-    from scbm.testing.campaign import Campaign, CaseResult
+    from scbm.testing.campaign import Campaign
     from scbm.testing.shrinking import Shrunk
     from scbm.testing.tester import Tester
     from scbm.testing.verdicts import Failure
@@ -27,12 +26,14 @@ class Finding:
 
     Attributes:
         failures: the reason, as the first case has it; or what the case expected.
-        results: the cases, in the order of the campaign.
+        names: the first cases, in the order of the campaign; see `FailureCause.positions`.
+        count: how many cases there are.
         shrunk: a small case that fails for the same reason, if one was looked for.
     """
 
     failures: tuple[Failure, ...]
-    results: tuple[CaseResult, ...]
+    names: tuple[str, ...]
+    count: int
     shrunk: Shrunk | None = None
 
     @property
@@ -46,34 +47,13 @@ def find_causes(tester: Tester, campaign: Campaign, most_shrunk: int = MAX_SHRUN
     shrinker = Shrinker(tester)
     shrunk = 0
     findings = []
-    for finding in _grouped(campaign):
+    for cause in campaign.summary.causes:
+        finding = Finding(cause.failures, tuple(map(campaign.source.name, cause.positions)), cause.count)
         small = None
         if Shrinker.can_shrink(finding.failure) and shrunk < most_shrunk:
             shrunk += 1
             name = f"{campaign.model.name[:_MAX_OF_A_NAME]}-{finding.failure.subject[:_MAX_OF_A_NAME]}-{shrunk}"
-            small = shrinker.shrink(tester.execute(finding.results[0].case), finding.failure, name)
+            first = tester.execute(campaign.source.case(cause.positions[0]))
+            small = shrinker.shrink(first, finding.failure, name)
         findings.append(replace(finding, shrunk=small))
     return tuple(findings)
-
-
-def _grouped(campaign: Campaign) -> list[Finding]:
-    """Group failed cases by reason; the expectations of a case are a reason of their own."""
-    findings: list[Finding] = []
-    for result in campaign.failed:
-        expected = []
-        for failure in result.verdict.failures:
-            if failure.kind is not FailureKind.EXPECTATION:
-                _add(findings, failure, result)
-            else:
-                expected.append(failure)
-        if expected:
-            findings.append(Finding(tuple(expected), (result,)))
-    return findings
-
-
-def _add(findings: list[Finding], failure: Failure, result: CaseResult) -> None:
-    for index, known in enumerate(findings):
-        if known.failure.is_like(failure):
-            findings[index] = replace(known, results=(*known.results, result))
-            return
-    findings.append(Finding((failure,), (result,)))

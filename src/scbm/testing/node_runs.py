@@ -1,8 +1,6 @@
-"""The replies of resources to requests, counted in the traces of runs.
+"""Runs cases over nodes and judges them like simulated ones (paper, Figure 5).
 
-How far a run over nodes was behind its own time.
-
-Cases that are run over nodes, and judged as those of simulations (paper, Figure 5).
+It also counts the replies of resources in the traces of runs, and finds runs that were too far behind their own time.
 """
 
 from __future__ import annotations

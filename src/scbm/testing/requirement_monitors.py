@@ -22,7 +22,7 @@ from scbm.model import (
     format_moment,
     format_value,
 )
-from scbm.model.variables import CURRENT_NAME
+from scbm.model.variables import CURRENT_NAME, NO_OPERATION
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -60,7 +60,8 @@ class Violation:
     def __str__(self) -> str:
         values = ", ".join(f"{name} == {format_value(value)}" for name, value in self.values)
         seconds = format_moment(self.at_ns)
-        return f"{self.requirement} is violated at {seconds}, {self.operation} being current: {self.reason} ({values})"
+        current = "no operation is" if self.operation == NO_OPERATION else f"{self.operation} is"
+        return f"{self.requirement} is violated at {seconds}, while {current} current: {self.reason} ({values})"
 
 
 class RequirementMonitor(Protocol):
@@ -123,7 +124,7 @@ class _LeadsToMonitor:
         late = self._late(at_ns)
         if late is None and self._pending_since_ns is not None and self._sentence.within_ns is None:
             since = format_moment(self._pending_since_ns)
-            return at_ns, f"the run ends, and {self._sentence.effect} is owed since {since}"
+            return at_ns, f"the run ends, and {self._sentence.effect} has not held since {since}"
         return late
 
     def _late(self, at_ns: int) -> Finding | None:
@@ -131,7 +132,7 @@ class _LeadsToMonitor:
         if self._pending_since_ns is None or within_ns is None or at_ns - self._pending_since_ns <= within_ns:
             return None
         since = format_moment(self._pending_since_ns)
-        reason = f"{self._sentence.effect} is owed since {since}, and {format_duration(within_ns)} have passed"
+        reason = f"{self._sentence.effect} has not held within {format_duration(within_ns)} after {since}"
         return self._pending_since_ns + within_ns, reason
 
 
@@ -209,11 +210,14 @@ def find_violations(requirements: Sequence[Requirement], records: Sequence[Recor
 
 def _first_violation(requirement: Requirement, records: Sequence[Record]) -> Violation | None:
     monitor, reads = monitor_of(requirement.sentence), requirement.sentence.reads()
+    watched = dict.fromkeys(reads)
     state: dict[str, Value] = {}
     index, opened, found = 0, 0, None
     for index, record in enumerate(records):
+        if not record.changes and not isinstance(record, RunStarted):
+            continue  # most records of a long run; monitors see changes alone
         was_open = monitor.is_open
-        found = _look(monitor, reads, state, record)
+        found = _look(monitor, watched, state, record)
         opened = opened if was_open else index
         if found is not None:
             break
@@ -230,10 +234,9 @@ def _first_violation(requirement: Requirement, records: Sequence[Record]) -> Vio
 
 
 def _look(
-    monitor: RequirementMonitor, reads: tuple[str, ...], state: dict[str, Value], record: Record
+    monitor: RequirementMonitor, watched: Mapping[str, object], state: dict[str, Value], record: Record
 ) -> Finding | None:
     """Apply a record to the state, and let a monitor see the state; do nothing before the run starts."""
-    found = None
     if isinstance(record, RunStarted):
         state.update(record.state)
         found = monitor.see(state, record.at_ns)
@@ -241,7 +244,9 @@ def _look(
             return found
     elif not state:
         return None
-    state.update(record.changes)
-    if found is None and any(name in reads for name, _ in record.changes):
-        found = monitor.see(state, record.at_ns)
-    return found
+    changes = record.changes
+    state.update(changes)
+    for name, _ in changes:
+        if name in watched:
+            return monitor.see(state, record.at_ns)
+    return None

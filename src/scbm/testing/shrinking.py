@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING
 from scbm.cases import Expectations
 from scbm.cases.trace import RunStarted
 from scbm.running.simulation import TooLongError
-from scbm.testing.case_choices import choices_of
-from scbm.testing.case_sizes import size_of
+from scbm.testing.case_sizes import choices_of, size_of
 from scbm.testing.shrink_steps import STEPS
 from scbm.testing.verdicts import Failure, FailureKind
 
@@ -22,8 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.cases import Case, OutcomeRule
-    from scbm.testing.case_choices import Choice
-    from scbm.testing.case_sizes import Size
+    from scbm.testing.case_sizes import Choice, Size
     from scbm.testing.shrink_steps import Step
     from scbm.testing.tester import Execution, Tester
 
@@ -100,7 +98,7 @@ class Shrinker:
         )
         best = search.start(case)
         if best is None:
-            raise AssertionError(f"{execution.case.name} fails otherwise when everything that was drawn is said")
+            raise AssertionError(f"{execution.case.name} fails otherwise when its random choices are recorded")
         before = size_of(best, failure, self._model)
         improved = True
         while improved:
@@ -186,7 +184,7 @@ class _ShrinkSearch:
             return None
         self.runs += 1
         try:
-            execution = self._tester.execute(case, self._most_of_one)
+            execution = self._tester.execute(replace(case, plans=()), self._most_of_one)
         except TooLongError:
             self._records += self._most_of_one
             return None

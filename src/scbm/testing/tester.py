@@ -3,25 +3,33 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from hashlib import sha256
 from typing import TYPE_CHECKING
 
-from scbm.cases import Network, RecordedRun
+from scbm.cases import Network, RecordedPlan, RecordedRun
 from scbm.cases.coverage import Obligations, visited_by
-from scbm.cases.trace import ResourceChanged, RunSpans, Trace, connection_sentence, sentence_of, spans_of, write_trace
+from scbm.cases.trace import (
+    PlanReceived,
+    ResourceChanged,
+    RunSpans,
+    Trace,
+    connection_sentence,
+    sentence_of,
+    spans_of,
+    trace_digest,
+)
+from scbm.planning import PLANNERS
 from scbm.running.simulation import Choices, DrawnReactions, PlainReactions, Simulator, leave_nothing_open
 from scbm.testing.campaign import CaseResult
 from scbm.testing.random_streams import message_stream, reaction_stream
 from scbm.testing.requirement_monitors import find_violations
-from scbm.testing.unused_clauses import find_unused
-from scbm.testing.verdicts import Outcomes, Verdict, judge, lost
+from scbm.testing.verdicts import Outcomes, Verdict, find_unused, judge, lost
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from scbm.cases import Case, Reaction
     from scbm.cases.trace import Record, Sentence
-    from scbm.model import BehaviorModel, Value
+    from scbm.model import BehaviorModel, PlannerIdentity, Value
     from scbm.nodes.log.event_log import EventLog
     from scbm.planning import PlanLimits
     from scbm.running import RunnerOptions
@@ -81,8 +89,8 @@ class Execution:
 
     @property
     def digest(self) -> str:
-        """The SHA-256 of the trace as text."""
-        return sha256(write_trace(self.trace).encode()).hexdigest()
+        """The digest of the trace."""
+        return trace_digest(self.trace)
 
     @property
     def closed_case(self) -> Case:
@@ -91,17 +99,35 @@ class Execution:
         Partitions and restarts stay as they are; all other effects of the network become rules of requests.
         """
         network = Network(partitions=self.case.network.partitions, restarts=self.case.network.restarts)
-        return replace(self.case, outcomes=leave_nothing_open(self.reactions), network=network)
+        return replace(
+            self.case, outcomes=leave_nothing_open(self.reactions), network=network, plans=self.plans_to_keep
+        )
+
+    @property
+    def plans_to_keep(self) -> tuple[RecordedPlan, ...]:
+        """The answers of the planner, if another program made them: it may answer differently the next time."""
+        entry = PLANNERS.get(self.trace.planner.name)
+        if entry is not None and not entry.is_external:
+            return self.case.plans
+        received = {record.ask: record for record in self.trace.records if isinstance(record, PlanReceived)}
+        asks = range(1, max(received, default=0) + 1)
+        return tuple(
+            RecordedPlan(received[ask].status, received[ask].plan) if ask in received else _OUTDATED for ask in asks
+        )
 
     @property
     def recorded(self) -> RecordedRun:
         """The end and the digest of the run, to compare a replay with."""
-        return RecordedRun(self.verdict.end.value, self.digest)
+        return RecordedRun(self.verdict.end.value, self.digest, self.trace.planner)
 
     @property
     def recorded_case(self) -> Case:
         """The closed case with its end and digest."""
         return replace(self.closed_case, recorded=self.recorded)
+
+
+_OUTDATED = RecordedPlan("no_plan_found")
+"""Stands for an answer that the runner ignored."""
 
 
 class Tester:
@@ -146,9 +172,17 @@ class Tester:
         visited = visited_by(run.records, self.obligations)
         names = self.obligations.names(visited) if case.expect.visits else ()
         verdict = judge(case, Outcomes(run.end, run.records, reactions, violations, names, log.real if log else ()))
-        trace = Trace(self.model.name, case.name, run.records)
+        trace = Trace(self.model.name, case.name, run.records, self._planner_of(case, log))
         unused = find_unused(case, run.records)
         return Execution(case, tuple(reactions), trace, verdict, run.ended_ns, violations, visited, unused, log)
+
+    def _planner_of(self, case: Case, log: EventLog | None) -> PlannerIdentity:
+        """Return the planner that made the plans of a run; it need not be installed if the case has the plans."""
+        if log is not None:
+            return log.planner
+        if case.plans and case.recorded is not None:
+            return case.recorded.planner
+        return self._simulator.planner.identity
 
     def lost(self, case: Case, why: str) -> Execution:
         """Return a case whose run was not finished, because a node was lost: it failed; its visits are unknown.

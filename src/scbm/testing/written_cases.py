@@ -68,7 +68,7 @@ def _is_model(path: Path) -> bool:
         with path.open("rb") as stream:
             return is_model_text(stream.read(_SNIFFED_BYTES).decode("utf-8", errors="replace"))
     except OSError:
-        return False  # reading it will tell what is wrong
+        return False  # reading it will report the error
 
 
 def load_suite(paths: Iterable[Path], model: BehaviorModel) -> tuple[WrittenCase, ...]:

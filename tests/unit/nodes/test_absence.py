@@ -13,7 +13,7 @@ from support import loops
 
 
 class Clock:
-    """Jumps by what a test says each time it is looked at, and says when all of that is over."""
+    """A clock that advances by the next of the given steps at each reading, and reports when all are used."""
 
     def __init__(self, jumps_ns: list[int]) -> None:
         self._jumps_ns = jumps_ns

@@ -8,7 +8,7 @@ from threading import Event
 
 import pytest
 
-from scbm.nodes.roles.background import Background
+from scbm.nodes.roles.controller import Background
 from support.loops import GUARD_S
 
 
@@ -49,7 +49,7 @@ def test_what_is_not_wanted_any_more_before_it_is_begun_is_never_done(how: str) 
 @pytest.mark.slow
 def test_a_process_ends_though_its_work_does_not() -> None:
     program = (
-        "from threading import Event\nfrom scbm.nodes.roles.background import Background\nstarted = Event()\n"
+        "from threading import Event\nfrom scbm.nodes.roles.controller import Background\nstarted = Event()\n"
         "Background('worker').submit(lambda: (started.set(), Event().wait()))\nstarted.wait()\nprint('over')"
     )
     ended = subprocess.run(

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from scbm.nodes import Children
 from support.loops import run
+from support.wording import Wording
 
 LISTENS = [sys.executable, "-c", "import sys; sys.stdin.read()"]
 IS_DEAF = [sys.executable, "-c", "import signal; open({path!r}, 'w').close(); signal.pause()"]
@@ -57,7 +58,7 @@ def test_a_terminal_interrupts_none_of_them(tmp_path: Path) -> None:
     run(scene())
 
 
-def test_one_that_was_killed_is_started_again_and_told_of(tmp_path: Path) -> None:
+def test_one_that_was_killed_is_started_again_and_told_of(tmp_path: Path, wording: Wording) -> None:
     async def scene() -> None:
         path = tmp_path / "pids"
         children = Children({"the controller": writes(path), "other": LISTENS})
@@ -66,19 +67,21 @@ def test_one_that_was_killed_is_started_again_and_told_of(tmp_path: Path) -> Non
         running.send_signal(signal.SIGKILL)
         await children.one_ends()
         assert children.broken is None  # a user stopped it
-        assert await children.start() == ("the controller was ended by SIGKILL",)
+        (told,) = await children.start()
+        wording(told)
         await children.end()
         assert pids(path)[-1] != running.pid
 
     run(scene())
 
 
-def test_one_that_ended_by_itself_with_an_error_cannot_work() -> None:
+def test_one_that_ended_by_itself_with_an_error_cannot_work(wording: Wording) -> None:
     async def scene() -> None:
         children = Children({"the controller": ends_with(3), "other": LISTENS})
         await children.start()
         await children.one_ends()
-        assert children.broken == "the controller ended with 3"
+        assert children.broken is not None
+        wording(children.broken)
         await children.end()
 
     run(scene())

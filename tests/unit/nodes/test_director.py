@@ -25,6 +25,7 @@ from scbm.nodes.roles.director import Director
 from scbm.running import CancelRequest, ChangeResource, SendRequest
 from scbm.running.simulation import Choices, PlainReactions
 from support.models import scan_cell
+from support.wording import Wording
 
 MODEL = scan_cell()
 RESOURCES = {resource.name: resource for resource in MODEL.resources}
@@ -33,12 +34,12 @@ SECOND_NS = 10**9
 
 @dataclass
 class Told:
-    """A stage that keeps what it is told."""
+    """A stage that keeps the published messages."""
 
     messages: list[React | Fate | Become | RestartResource] = field(default_factory=list)
     notes: list[Note] = field(default_factory=list)
 
-    def tell(self, message: React | Fate | Become | RestartResource) -> None:
+    def publish(self, message: React | Fate | Become | RestartResource) -> None:
         self.messages.append(message)
 
     def note(self, record: Note) -> None:
@@ -109,10 +110,10 @@ def test_cancellations_travel_by_themselves_where_no_message_has_a_fate() -> Non
 
 
 @pytest.mark.parametrize(("request_", "resource"), [(0, "scan"), (2, "scan"), (10**9, "scan"), (1, "light")])
-def test_an_answer_to_a_request_that_was_never_sent_is_refused(request_: int, resource: str) -> None:
+def test_an_answer_to_a_request_that_was_never_sent_is_refused(request_: int, resource: str, wording: Wording) -> None:
     directing, told = director(OutcomeRule("scan", 1, 1, reply=LOST))
     directing.follow([sent(1)], 0)
-    with pytest.raises(ValueError, match=f"`{resource}` has no request {request_}"):
+    with wording.raises(ValueError):
         directing.answering(Answering("run_1", request_, resource, 1), 0)
     assert len(told.messages) == 1
 
@@ -137,15 +138,15 @@ def test_restarts_go_to_their_resource_and_into_the_trace() -> None:
 
 def test_a_node_that_comes_back_learns_what_holds_of_its_resources() -> None:
     directing, told = director(OutcomeRule("scan", 2, 2, request=(3, 5)))
-    directing.tell_again(["scan"])
+    directing.publish_again(["scan"])
     assert told.messages == []
     directing.follow([ChangeResource("scan", Condition(ConditionKind.OCCUPIED)), sent(1), sent(2), sent(3)], 0)
     directing.restart("scan", is_down=True)
     directing.follow([ReplyReceived(0, 1, "scan", True, ()), CancelRequest(3, "scan")], 0)
     told.messages.clear()
-    directing.tell_again(["another"])
+    directing.publish_again(["another"])
     assert told.messages == []
-    directing.tell_again(["scan"])
+    directing.publish_again(["scan"])
     become, restart, react = told.messages
     assert become == Become("run_1", "scan", "occupied", "1")
     assert restart == RestartResource("run_1", "scan", is_down=True)

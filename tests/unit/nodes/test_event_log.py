@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scbm.cases import Case, Condition, ConditionKind, Injection, OutcomeRule
 from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged, RunStarted
 from scbm.files import read_network
-from scbm.model import BehaviorModel, InputError, Outcome, Slug, State
+from scbm.model import FIRST_PLANNER, BehaviorModel, InputError, Outcome, PlannerIdentity, Slug, State
 from scbm.nodes.log.event_json import Note, event_json, reaction_json, read_event, read_note, read_reaction
 from scbm.nodes.log.event_log import EventLog, LogStep, open_event_log, read_event_log, replay, write_event_log
 from scbm.planning import PlanLimits
@@ -39,6 +39,7 @@ from support.profiles import examples
 from support.random_models import random_model
 from support.runs import AFTER
 from support.strategies import SECOND_NS, running_models
+from support.wording import Wording
 
 OPTIONS = RunnerOptions(time_limit_ns=200 * SECOND_NS, plan_limit=30, livelock_bound=60, instant_bound=200)
 LIMITS = PlanLimits(length=60, expansions=2_000)
@@ -113,26 +114,26 @@ def _case() -> Case:
     return Case("scans", *CELL.goals[0], CELL.nominal_state, tuple(rules))
 
 
-def test_a_note_has_the_time_of_its_step() -> None:
+def test_a_note_has_the_time_of_its_step(wording: Wording) -> None:
     log, _ = _with()
     note = LogStep(2 * SECOND_NS, ResourceChanged(2 * SECOND_NS, "network", "scan", "down"))
     log = replace(log, steps=(*log.steps, note))
     assert read_event_log(write_event_log(log, CELL), CELL, DIGEST).steps[-1] == note
     assert replay(log, Program(CELL))[-1] == note.event
-    with pytest.raises(ValueError, match="stands at 3000000000 ns"):
+    with wording.raises(ValueError):
         write_event_log(replace(log, steps=(replace(note, at_ns=3 * SECOND_NS),)), CELL)
 
 
-def test_a_note_behind_more_records_than_there_are_is_refused() -> None:
+def test_a_note_behind_more_records_than_there_are_is_refused(wording: Wording) -> None:
     log, records = _with()
     steps = (*log.steps, LogStep(SECOND_NS, MessageDisturbed(SECOND_NS, 1, "scan", "reply", 0), len(records) + 1))
-    with pytest.raises(ValueError, match="a note stands behind"):
+    with wording.raises(ValueError):
         replay(replace(log, steps=steps), Program(CELL))
 
 
-def test_a_log_of_a_lost_run_is_not_written() -> None:
+def test_a_log_of_a_lost_run_is_not_written(wording: Wording) -> None:
     log, _ = _with()
-    with pytest.raises(ValueError, match="lost"):
+    with wording.raises(ValueError):
         write_event_log(replace(log, end=End.LOST), CELL)
 
 
@@ -149,6 +150,7 @@ EVENTS: list[Event | Note] = [
     PlanAnswered(3, PlanStatus.SOLVED, ("scan_box",)),
     PlanAnswered(3, PlanStatus.UNSOLVABLE),
     PlanAnswered(4, PlanStatus.LIMIT_REACHED),
+    PlanAnswered(5, PlanStatus.NO_PLAN_FOUND),
     TimePassed(),
     MessageDisturbed(5, 2, "scan", "cancel", 0),
     MessageDisturbed(5, 2, "scan", "reply", 3),
@@ -157,14 +159,14 @@ EVENTS: list[Event | Note] = [
 
 
 @pytest.mark.parametrize("event", EVENTS, ids=lambda event: type(event).__name__)
-def test_an_event_is_read_as_it_was_written(event: Event | Note) -> None:
+def test_an_event_is_read_as_it_was_written(event: Event | Note, wording: Wording) -> None:
     written = json.loads(json.dumps(event_json(event)))
     assert read_event(written, CELL, 5) == event
     is_note = isinstance(event, (MessageDisturbed, ResourceChanged))
     if is_note:
         assert read_note(written, CELL, 5) == event
     else:
-        with pytest.raises(ValueError, match="a note to the trace is expected"):
+        with wording.raises(ValueError):
             read_note(written, CELL, 5)
 
 
@@ -176,7 +178,7 @@ def test_no_field_can_be_missing_or_of_another_sort(data: st.DataObject) -> None
     key = data.draw(st.sampled_from(list(written)))
     other = data.draw(st.one_of(st.none(), st.booleans(), st.floats(), st.text(max_size=3), st.just([]), st.just({})))
     for changed in ({k: v for k, v in written.items() if k != key}, written | {"more": other}):
-        with pytest.raises(ValueError, match=r"no known kind|the fields of"):
+        with pytest.raises(ValueError):  # noqa: PT011 - which words it has depends on what was drawn
             read_event(changed, CELL)
     try:
         event = read_event(written | {key: other}, CELL)
@@ -185,39 +187,39 @@ def test_no_field_can_be_missing_or_of_another_sort(data: st.DataObject) -> None
     assert event_json(event) == written | {key: other}
 
 
-WRONG: list[tuple[object, str]] = [
-    (None, "no known kind"),
-    ([], "no known kind"),
-    ({"kind": ["goal"]}, "no known kind"),
-    ({"kind": "nothing"}, "no known kind"),
-    ({"kind": "time", "at": 3}, "fields of `time` are kind"),
-    ({"kind": "goal", "name": "x", "predicate": "no_such == true"}, "predicate: .*no_such"),
-    ({"kind": "goal", "name": "x", "predicate": "plan.state == idle"}, "predicate"),
-    ({"kind": "goal", "name": "x", "predicate": "(" * 100_000}, "predicate"),
-    ({"kind": "goal", "name": "\ud800", "predicate": "true"}, "`name`"),
-    ({"kind": "reply", "request": True, "succeeded": True, "measured": {}}, "`request`"),
-    ({"kind": "reply", "request": -1, "succeeded": True, "measured": {}}, "`request`"),
-    ({"kind": "reply", "request": 1, "succeeded": 1, "measured": {}}, "`succeeded`"),
-    ({"kind": "reply", "request": 1, "succeeded": True, "measured": []}, "`measured`"),
-    ({"kind": "measured", "values": {"temperature": 20.5}}, "`values`"),
-    ({"kind": "measured", "values": {"temperature": None}}, "`values`"),
-    ({"kind": "measured", "values": {"temperature": "\udfff"}}, "`values`"),
-    ({"kind": "measured", "values": {"\udfff": 1}}, "`values`"),
-    ({"kind": "plan", "ask": 1, "status": "solved", "plan": ["fly"]}, "operations of the model"),
-    ({"kind": "plan", "ask": 1, "status": "solved", "plan": "scan_box"}, "operations of the model"),
-    ({"kind": "plan", "ask": 1, "status": "unsolvable", "plan": ["scan_box"]}, "only where the problem is solved"),
-    ({"kind": "plan", "ask": 1, "status": "lost", "plan": []}, "`status`"),
-    ({"kind": "message", "request": 1, "resource": "other", "message": "reply", "copies": 0}, "resource of the model"),
-    ({"kind": "message", "request": 1, "resource": "scan", "message": "letter", "copies": 0}, "`message`"),
-    ({"kind": "message", "request": 1, "resource": "scan", "message": "reply", "copies": -1}, "`copies`"),
-    ({"kind": "resource", "resource": ["scan"], "condition": "down"}, "resource of the model"),
-    ({"kind": "resource", "resource": "scan", "condition": "x" * 1001}, "`condition`"),
+WRONG: list[object] = [
+    None,
+    [],
+    {"kind": ["goal"]},
+    {"kind": "nothing"},
+    {"kind": "time", "at": 3},
+    {"kind": "goal", "name": "x", "predicate": "no_such == true"},
+    {"kind": "goal", "name": "x", "predicate": "plan.state == idle"},
+    {"kind": "goal", "name": "x", "predicate": "(" * 100_000},
+    {"kind": "goal", "name": "\ud800", "predicate": "true"},
+    {"kind": "reply", "request": True, "succeeded": True, "measured": {}},
+    {"kind": "reply", "request": -1, "succeeded": True, "measured": {}},
+    {"kind": "reply", "request": 1, "succeeded": 1, "measured": {}},
+    {"kind": "reply", "request": 1, "succeeded": True, "measured": []},
+    {"kind": "measured", "values": {"temperature": 20.5}},
+    {"kind": "measured", "values": {"temperature": None}},
+    {"kind": "measured", "values": {"temperature": "\udfff"}},
+    {"kind": "measured", "values": {"\udfff": 1}},
+    {"kind": "plan", "ask": 1, "status": "solved", "plan": ["fly"]},
+    {"kind": "plan", "ask": 1, "status": "solved", "plan": "scan_box"},
+    {"kind": "plan", "ask": 1, "status": "unsolvable", "plan": ["scan_box"]},
+    {"kind": "plan", "ask": 1, "status": "lost", "plan": []},
+    {"kind": "message", "request": 1, "resource": "other", "message": "reply", "copies": 0},
+    {"kind": "message", "request": 1, "resource": "scan", "message": "letter", "copies": 0},
+    {"kind": "message", "request": 1, "resource": "scan", "message": "reply", "copies": -1},
+    {"kind": "resource", "resource": ["scan"], "condition": "down"},
+    {"kind": "resource", "resource": "scan", "condition": "x" * 1001},
 ]
 
 
-@pytest.mark.parametrize(("data", "why"), WRONG, ids=[str(number) for number in range(len(WRONG))])
-def test_what_is_no_event_of_the_model_is_refused(data: object, why: str) -> None:
-    with pytest.raises(ValueError, match=why):
+@pytest.mark.parametrize("data", WRONG, ids=lambda data: ascii(data)[:80])
+def test_what_is_no_event_of_the_model_is_refused(data: object, wording: Wording) -> None:
+    with wording.raises(ValueError):
         read_event(data, CELL)
 
 
@@ -246,15 +248,15 @@ def test_what_is_no_event_of_the_model_is_refused(data: object, why: str) -> Non
     ],
     ids=str,
 )
-def test_an_injection_that_no_case_can_have_is_refused(changed: dict[str, Any]) -> None:
+def test_an_injection_that_no_case_can_have_is_refused(changed: dict[str, Any], wording: Wording) -> None:
     written = event_json(InjectionGiven(Injection("stop", (("plan.state", "aborted"),))))
     read_event(written, CELL)
-    with pytest.raises(ValueError, match=r"injection|`becomes`"):
+    with wording.raises(ValueError):
         read_event(written | changed, CELL)
 
 
-def test_a_variable_with_two_values_is_not_written() -> None:
-    with pytest.raises(ValueError, match="two values"):
+def test_a_variable_with_two_values_is_not_written(wording: Wording) -> None:
+    with wording.raises(ValueError):
         event_json(Measured((("temperature", 1), ("temperature", 2))))
 
 
@@ -289,18 +291,21 @@ def _refused(text: str, digest: str = DIGEST) -> list[tuple[str, int, str]]:
     return [(d.slug.value, d.place.line, d.message) for d in caught.value.diagnostics]
 
 
-def test_a_log_that_is_cut_off_at_any_byte_is_one_error(text: str) -> None:
+def test_a_log_that_is_cut_off_at_any_byte_is_one_error(text: str, wording: Wording) -> None:
     data = text.encode()
     assert data.isascii()
+    messages: dict[str, None] = {}  # a set in the order of the bytes
     for end in range(len(data)):
         ((slug, _, message),) = _refused(data[:end].decode())
         assert slug == "bad-log"
-        assert message == "the log is empty" if not end else "cut off" in message
+        messages[message] = None
+    wording(messages)
 
 
-def test_lines_behind_the_end_are_refused(text: str) -> None:
+def test_lines_behind_the_end_are_refused(text: str, wording: Wording) -> None:
     ((slug, _, message),) = _refused(text + "{}\n")
-    assert (slug, "too long" in message) == ("bad-log", True)
+    assert slug == "bad-log"
+    wording(message)
 
 
 def test_every_wrong_line_is_told_with_its_number(text: str) -> None:
@@ -319,69 +324,74 @@ def test_not_more_than_twenty_lines_are_told() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changed", "message"),
+    "changed",
     [
-        ({"format": "scbm-trace"}, "the trace of a run"),
-        ({"format": "other"}, "this is no log"),
-        ({"version": 1}, "version 1 of the format of logs; this scbm reads version 2"),
-        ({"version": 3}, "version 3 of the format of logs; this scbm reads version 2"),
-        ({"version": "1\n"}, "version 1"),
-        ({"model": 3}, "`model` is not a text"),
-        ({"model_digest": "0" * 63}, "`model_digest`"),
-        ({"model_file": 1}, "`model_file`"),
-        ({"time_scale": "0"}, "`time_scale`"),
-        ({"time_scale": "1/0"}, "`time_scale`"),
-        ({"time_scale": 20}, "`time_scale`"),
-        ({"real": "scan"}, "`real` is not a list of names"),
-        ({"real": [1]}, "`real` is not a list of names"),
-        ({"real": ["lamp"]}, "`real` is not some resources of the model"),
-        ({"real": ["scan", "scan"]}, "`real` is not some resources of the model"),
-        ({"options": []}, "`options`"),
-        ({"options": {}}, "the fields here are time_limit_ns"),
-        ({"end": "lost"}, "`end`"),
-        ({"end": ["reached"]}, "`end`"),
-        ({"trace": "x" * 64}, "`trace`"),
-        ({"steps": -1}, "`steps`"),
-        ({"steps": True}, "`steps`"),
-        ({"reactions": 10**6}, "cut off"),
-        ({"more": 1}, "the fields here are"),
+        {"format": "scbm-trace"},
+        {"format": "other"},
+        {"version": 1},
+        {"version": 4},
+        {"planner": "greedy"},
+        {"planner": 1},
+        {"version": "1\n"},
+        {"model": 3},
+        {"model_digest": "0" * 63},
+        {"model_file": 1},
+        {"time_scale": "0"},
+        {"time_scale": "1/0"},
+        {"time_scale": 20},
+        {"real": "scan"},
+        {"real": [1]},
+        {"real": ["lamp"]},
+        {"real": ["scan", "scan"]},
+        {"options": []},
+        {"options": {}},
+        {"end": "lost"},
+        {"end": ["reached"]},
+        {"trace": "x" * 64},
+        {"steps": -1},
+        {"steps": True},
+        {"reactions": 10**6},
+        {"more": 1},
     ],
     ids=str,
 )
-def test_a_wrong_header_is_one_error(text: str, changed: dict[str, Any], message: str) -> None:
+def test_a_wrong_header_is_one_error(text: str, changed: dict[str, Any], wording: Wording) -> None:
     header, rest = text.split("\n", 1)
-    told = _refused(json.dumps(json.loads(header) | changed) + "\n" + rest)
-    assert len(told) == 1
-    assert (told[0][0], message in told[0][2]) == ("bad-log", True)
+    ((slug, _, message),) = _refused(json.dumps(json.loads(header) | changed) + "\n" + rest)
+    assert slug == "bad-log"
+    wording(message)
 
 
 @pytest.mark.parametrize(
     ("name", "value"),
     [("plan_limit", True), ("plan_limit", -1), ("awaits_measurements", 1), ("time_limit_ns", 2**63)],
 )
-def test_options_are_read_strictly(text: str, name: str, value: object) -> None:
+def test_options_are_read_strictly(text: str, name: str, value: object, wording: Wording) -> None:
     header, rest = text.split("\n", 1)
     said = json.loads(header)
     said["options"][name] = value
     ((slug, line, message),) = _refused(json.dumps(said) + "\n" + rest)
-    assert (slug, line, f"`{name}` of `options`" in message) == ("bad-log", 1, True)
+    assert (slug, line, f"`{name}`" in message) == ("bad-log", 1, True)
+    wording(message)
 
 
 def test_a_case_that_is_wrong_is_told_of_as_a_case(text: str) -> None:
     header, rest = text.split("\n", 1)
     said = json.loads(header) | {"case": "case: scans\ngoal: nothing_known\n"}
-    with pytest.raises(InputError, match=r"log \(case\):2:7: error\[") as caught:
+    with pytest.raises(InputError) as caught:
         read_event_log(json.dumps(said) + "\n" + rest, CELL, DIGEST)
-    assert caught.value.diagnostics[0].slug is not Slug.BAD_LOG
+    (error,) = caught.value.diagnostics
+    assert (error.slug, str(error.place)) == (Slug.UNKNOWN_GOAL, "log (case):2:7")
 
 
-def test_time_does_not_run_backwards(text: str) -> None:
+def test_time_does_not_run_backwards(text: str, wording: Wording) -> None:
     lines = text.split("\n")
     steps = json.loads(lines[0])["steps"]
     lines[1], lines[steps] = lines[steps], lines[1]
     told = _refused("\n".join(lines))
-    assert all("time runs backwards, from" in message for _, _, message in told)
+    assert {slug for slug, _, _ in told} == {"bad-log"}
     assert told[0][1] == 3
+    wording(message for _, _, message in told)
 
 
 @pytest.mark.parametrize(
@@ -406,11 +416,11 @@ def test_a_step_is_read_strictly(text: str, line: dict[str, Any]) -> None:
     assert (slug, number) == ("bad-log", 2)
 
 
-def test_a_log_of_another_model_is_refused(text: str) -> None:
-    assert _refused(text, "1" * 64) == [
-        ("log-other-model", 1, "this log is of another model than this one: another version of it")
-    ]
-    with pytest.raises(InputError, match=r"`cell`, not `robot_in_the_air`|not `") as caught:
+def test_a_log_of_another_model_is_refused(text: str, wording: Wording) -> None:
+    ((slug, line, message),) = _refused(text, "1" * 64)
+    assert (slug, line) == ("log-other-model", 1)
+    wording(message)
+    with wording.raises(InputError) as caught:
         read_event_log(text, AFTER, DIGEST)
     assert caught.value.diagnostics[0].slug is Slug.LOG_OTHER_MODEL
 
@@ -418,24 +428,26 @@ def test_a_log_of_another_model_is_refused(text: str) -> None:
 # files
 
 
-def test_a_log_in_a_file_says_where_its_model_is(tmp_path: Path, text: str) -> None:
+def test_a_log_in_a_file_says_where_its_model_is(tmp_path: Path, text: str, wording: Wording) -> None:
     path = tmp_path / "run.jsonl"
     path.write_text(text, encoding="utf-8", newline="")
     document = open_event_log(path)
     assert document.model_path() == tmp_path / "cell.yaml"
     assert document.read(CELL, DIGEST) == read_event_log(text, CELL, DIGEST)
     path.write_text(text.replace('"model_file":"cell.yaml"', '"model_file":null'), encoding="utf-8", newline="")
-    with pytest.raises(InputError, match="--model FILE"):
+    with wording.raises(InputError):
         open_event_log(path).model_path()
 
 
-def test_a_file_that_is_no_text_is_told_with_the_line(tmp_path: Path, text: str) -> None:
+def test_a_file_that_is_no_text_is_told_with_the_line(tmp_path: Path, text: str, wording: Wording) -> None:
     path = tmp_path / "run.jsonl"
     path.write_bytes(text.encode() + b"\xff\n")
-    with pytest.raises(InputError, match=f"run.jsonl:{text.count(chr(10)) + 1}: error\\[bad-log\\]: the byte 0xff"):
+    with wording.raises(InputError) as caught:
         open_event_log(path)
-    with pytest.raises(InputError, match="cannot read the file"):
+    assert [(d.slug, d.place.line) for d in caught.value.diagnostics] == [(Slug.BAD_LOG, text.count("\n") + 1)]
+    with wording.raises(InputError) as caught:
         open_event_log(tmp_path)
+    assert [d.slug for d in caught.value.diagnostics] == [Slug.FILE_UNREADABLE]
 
 
 def test_states_of_a_log_begin_where_its_case_does() -> None:
@@ -464,3 +476,12 @@ def test_the_page_tells_of_every_kind_and_field(event: Event | Note) -> None:
     kind, *fields = event_json(event)
     (row,) = [line for line in page.splitlines() if line.startswith(f"| `{event_json(event)[kind]}` |")]
     assert [field for field in fields if f"`{field}`" not in row] == []
+
+
+def test_a_log_of_version_2_was_planned_by_the_canonical_planner() -> None:
+    log, _ = captured(CELL, _case())
+    header, *lines = write_event_log(replace(log, planner=PlannerIdentity("greedy", "1")), CELL).split("\n")
+    assert read_event_log("\n".join([header, *lines]), CELL, DIGEST).planner == PlannerIdentity("greedy", "1")
+    older = json.loads(header) | {"version": 2}
+    del older["planner"]
+    assert read_event_log("\n".join([json.dumps(older), *lines]), CELL, DIGEST).planner == FIRST_PLANNER

@@ -10,10 +10,10 @@ import pytest
 from scbm.nodes.buses.bus import BusError
 from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
 from scbm.nodes.node_messages import VERSION, Status, encode
-from scbm.nodes.roles.cell_topics import CellTopics, new_status
-from scbm.nodes.roles.membership import Membership
+from scbm.nodes.roles.cell_topics import CellTopics, Membership, new_status
 from support.models import scan_cell
 from support.virtual_loop import VirtualLoop, run_virtually
+from support.wording import Wording
 
 MODEL = scan_cell()
 TOPICS = CellTopics.of(MODEL)
@@ -130,7 +130,7 @@ def test_a_rival_that_left_is_none() -> None:
     play(scene)
 
 
-def test_who_cannot_be_understood_is_a_stranger_until_it_leaves_or_speaks_clearly() -> None:
+def test_who_cannot_be_understood_is_a_stranger_until_it_leaves_or_speaks_clearly(wording: Wording) -> None:
     async def scene(cell: Cell) -> None:
         own, _ = cell.join(status("tester", 1))
         changes: list[int] = []
@@ -138,7 +138,7 @@ def test_who_cannot_be_understood_is_a_stranger_until_it_leaves_or_speaks_clearl
         bus = cell.says('{"kind": "status", "role": "controller", "version": 99}')
         await cell.loop.settle()
         counts = [(len(own.others), len(own.unreadable))]
-        assert own.unreadable[0].startswith("a `status` has the fields role, node, version")
+        wording(own.unreadable)
         bus.publisher(TOPICS.status).publish("")
         await cell.loop.settle()
         counts.append((len(own.others), len(own.unreadable)))
@@ -171,12 +171,12 @@ def test_others_learn_what_a_node_lacks_now() -> None:
         own, _ = cell.join(status("tester", 1))
         controller, _ = cell.join(status("controller", 1, "scan"))
         await cell.loop.settle()
-        controller.publish_troubles(("`scan` is not reached: no peer is there",), ("`scan` is not reached",))
+        controller.publish_troubles(("trouble",), ("mismatch",))
         await cell.loop.settle()
         told = own.controller()
         assert told is not None
-        assert told.troubles == ("`scan` is not reached: no peer is there",)
-        assert told.mismatched == ("`scan` is not reached",)
+        assert told.troubles == ("trouble",)
+        assert told.mismatched == ("mismatch",)
         controller.publish_troubles(())
         await cell.loop.settle()
         assert own.controller() == replace(told, troubles=(), mismatched=())
@@ -191,7 +191,7 @@ def test_what_could_not_be_told_is_told_when_it_is_tried_again() -> None:
     async def scene(cell: Cell) -> None:
         own, _ = cell.join(status("tester", 1))
         controller, bus = cell.join(status("controller", 1, "scan"))
-        lacks = (("`scan` is not reached: no peer is there",), ("`scan` is not reached",))
+        lacks = (("trouble",), ("mismatch",))
         bus.is_open = False
         with pytest.raises(BusError):
             controller.publish_troubles(*lacks)

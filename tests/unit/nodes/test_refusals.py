@@ -8,6 +8,7 @@ from scbm.files import read_bindings, read_model
 from scbm.model import Value
 from scbm.nodes.links.measured_topics import Refusals
 from scbm.running import Program
+from support.wording import Wording
 
 MODEL = read_model("""
 behavior_model: measuring
@@ -37,25 +38,29 @@ SCANNER = ("zone", "item", "level")
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "told"),
+    ("name", "value", "is_refused"),
     [
-        ("zone", "near", None),
-        ("zone", "+nan", "`zone`: +nan is refused: in no range of its binding"),
-        ("item", '"CAN"', '`item`: "CAN" is refused: no text of its binding'),
-        ("level", 5, None),
-        ("level", 6, "`level`: 6 is refused: not in its domain"),
-        ("level", True, "`level`: true is refused: not in its domain"),
-        ("lit", True, "`lit`: true is refused: that is no variable that `scanner` may measure"),
-        ("presure", 1, "`presure`: 1 is refused: that is no variable that `scanner` may measure"),
-        ("level", "a\n\x1b[31mb", '`level`: "a\\n\\u001b[31mb" is refused: not in its domain'),
-        ("level", "a" * 1_000, f"`level`: {'a' * 40}… is refused: not in its domain"),
-        ("b" * 1_000, 1, f"`{'b' * 40}…`: 1 is refused: that is no variable that `scanner` may measure"),
+        ("zone", "near", False),
+        ("zone", "+nan", True),
+        ("item", '"CAN"', True),
+        ("level", 5, False),
+        ("level", 6, True),
+        ("level", True, True),
+        ("lit", True, True),
+        ("presure", 1, True),
+        ("level", "a\n\x1b[31mb", True),
+        ("level", "a" * 1_000, True),
+        ("b" * 1_000, 1, True),
     ],
+    ids=lambda value: ascii(value)[:40],
 )
-def test_what_is_refused_is_told_and_why(name: str, value: Value, told: str | None) -> None:
+def test_what_is_refused_is_told_and_why(name: str, value: Value, *, is_refused: bool, wording: Wording) -> None:
     complaints: list[str] = []
     Refusals(Program(BOUND), complaints.append).look("scanner", ((name, value),), SCANNER)
-    assert complaints == ([] if told is None else [told])
+    assert len(complaints) == is_refused
+    for complaint in complaints:
+        assert complaint.startswith(f"`{name[:40]}")
+        wording(complaint)
 
 
 def test_each_variable_is_told_of_once_for_each_resource() -> None:
@@ -64,7 +69,7 @@ def test_each_variable_is_told_of_once_for_each_resource() -> None:
     for value in (7, 8, 3, 9):
         refusals.look("scanner", (("level", value), ("zone", "+nan")), SCANNER)
     refusals.look("lamp", (("level", 7),), ("lit",))
-    assert [told.partition(" is")[0] for told in complaints] == ["`level`: 7", "`zone`: +nan", "`level`: 7"]
+    assert [told.split()[:2] for told in complaints] == [["`level`:", "7"], ["`zone`:", "+nan"], ["`level`:", "7"]]
 
 
 def test_a_driver_that_goes_on_for_ever_is_told_of_for_a_while() -> None:

@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import pytest
 
 from scbm.model import SET_BOOL, TRIGGER, Binding, FieldType, MeasuredTopic, MessageType, Reading, Resource, ServiceType
-from scbm.nodes.buses.bus import Answered, BusError, Received, Service, Topic, Unmatched
+from scbm.nodes.buses.bus import Answered, BusError, Received, Service, Topic
 from scbm.nodes.buses.rclpy_bus import RclpyBus, open_ros2
 from scbm.nodes.links.measured_topics import MeasuredTopics
 from support import loops
@@ -22,6 +22,7 @@ from support.fake_rclpy import Enums, Profile, Rclpy, endpoint_info, structure
 from support.hearing import Heard
 from support.kept import Kept
 from support.loops import GUARD_S
+from support.wording import Wording
 
 TALK, DISTANCE = Topic("/talk"), Topic("/distance", MessageType.FLOAT64)
 LIGHT = Service("/light", SET_BOOL)
@@ -198,7 +199,7 @@ def test_calls_are_answered_once_each_whatever_their_order(rclpy: Rclpy, scene: 
     scene(play)
 
 
-def test_a_type_that_the_user_has_built_is_found_by_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_type_that_the_user_has_built_is_found_by_its_name(monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
     fake = Rclpy()
     fields = {"shelf": "uint8", "gentle": "boolean", "force": "float", "way": "double", "where": "string"}
     pick = SimpleNamespace(Request=structure(**fields), Response=structure())
@@ -210,7 +211,7 @@ def test_a_type_that_the_user_has_built_is_found_by_its_name(monkeypatch: pytest
         bus = open_ros2("scbm", 0, _ignore)
         client = bus.client(Service("/pick", type_), _ignore)
         client.call({"shelf": 3, "gentle": True, "force": 0.5, "way": 1.0, "where": "left"})
-        with pytest.raises(BusError, match="`/pick`: nothing can be sent: `shelf` is no uint8"):
+        with wording.raises(BusError):
             client.call({"shelf": "3", "gentle": True, "force": 0.5, "way": 1.0, "where": "left"})
         await bus.close()
 
@@ -222,55 +223,36 @@ def test_a_type_that_the_user_has_built_is_found_by_its_name(monkeypatch: pytest
 
 
 @pytest.mark.parametrize(
-    ("make", "says"),
+    "make",
     [
-        (
-            lambda bus: bus.client(Service("/pick", ServiceType("picker_msgs/srv/Pick")), _ignore),
-            "this ROS 2 has no type picker_msgs/srv/Pick: No module named 'picker_msgs'",
-        ),
-        (
-            lambda bus: bus.client(Service("/pick", ServiceType("std_srvs/srv/Pick")), _ignore),
-            "this ROS 2 has no type std_srvs/srv/Pick: module 'std_srvs.srv' has no attribute 'Pick'",
-        ),
-        (
-            lambda bus: bus.subscribe(Topic("/on", MessageType.BOOL), _ignore),
-            "this ROS 2 has no type std_msgs/msg/Bool: module 'std_msgs.msg' has no attribute 'Bool'",
-        ),
-        (
-            lambda bus: bus.client(
-                Service("/x", ServiceType("std_srvs/srv/Trigger", (), TRIGGER.response[:1])), _ignore
-            ),
-            (
-                "the response of std_srvs/srv/Trigger has the fields {success: boolean, message: string}, "
-                "and the binding says {success: boolean}"
-            ),
-        ),
-        (
-            lambda bus: bus.client(Service("/x", ServiceType(SET_BOOL.name, (("data", FieldType.INT8),))), _ignore),
-            "the request of std_srvs/srv/SetBool has the fields {data: boolean}, and the binding says {data: int8}",
-        ),
-        (lambda bus: bus.publisher(Topic("/a__b")), "`/a__b` cannot be published: topic name is invalid"),
+        lambda bus: bus.client(Service("/pick", ServiceType("picker_msgs/srv/Pick")), _ignore),
+        lambda bus: bus.client(Service("/pick", ServiceType("std_srvs/srv/Pick")), _ignore),
+        lambda bus: bus.subscribe(Topic("/on", MessageType.BOOL), _ignore),
+        lambda bus: bus.client(Service("/x", ServiceType("std_srvs/srv/Trigger", (), TRIGGER.response[:1])), _ignore),
+        lambda bus: bus.client(Service("/x", ServiceType(SET_BOOL.name, (("data", FieldType.INT8),))), _ignore),
+        lambda bus: bus.publisher(Topic("/a__b")),
     ],
+    ids=["package", "service type", "message type", "response field", "request field", "name"],
 )
 def test_what_this_ros_does_not_have_is_told(
-    rclpy: Rclpy, scene: Callable[[Play], None], make: Callable[[RclpyBus], object], says: str
+    rclpy: Rclpy, scene: Callable[[Play], None], make: Callable[[RclpyBus], object], wording: Wording
 ) -> None:
     async def play(bus: RclpyBus) -> None:
-        with pytest.raises(BusError) as raised:
+        with wording.raises(BusError) as raised:
             make(bus)
-        assert (raised.value.message, raised.value.where) == (says, "rclpy")
+        assert raised.value.where == "rclpy"
 
     scene(play)
     assert rclpy.endpoints == {}
 
 
 def test_what_rclpy_cannot_send_is_told_without_the_place_in_its_source(
-    rclpy: Rclpy, scene: Callable[[Play], None]
+    rclpy: Rclpy, scene: Callable[[Play], None], wording: Wording
 ) -> None:
     async def play(bus: RclpyBus) -> None:
         publisher = bus.publisher(TALK)
         rclpy.endpoints["/talk"].others = -1
-        with pytest.raises(BusError, match=r"^`/talk`: nothing can be sent: Failed to publish: timed out$"):
+        with wording.raises(BusError):
             publisher.publish("hello")
 
     scene(play)
@@ -298,26 +280,21 @@ def test_what_rclpy_is_not_for_is_refused(
 
 
 @pytest.mark.parametrize(
-    ("what", "why"),
+    ("what", "is_mismatch"),
     [
-        (Topic("/talk"), "`/talk` is of type std_msgs/msg/Bool there, and not of std_msgs/msg/String"),
-        (
-            Topic("/weak"),
-            (
-                "`/weak` has a publication, but its reliability is best effort, and we ask for reliable; "
-                "a measured topic can say `best_effort: true`"
-            ),
-        ),
-        (Topic("/weak", is_best_effort=True), None),
-        (Topic("/fine"), None),
-        (Topic("/unmatched"), None),
-        (LIGHT, "`/light` is of type std_srvs/srv/Trigger there, and not of std_srvs/srv/SetBool"),
-        (Service("/scan", TRIGGER), None),
-        (Service("/unmatched", TRIGGER), None),
+        (Topic("/talk"), True),
+        (Topic("/weak"), True),
+        (Topic("/weak", is_best_effort=True), False),
+        (Topic("/fine"), False),
+        (Topic("/unmatched"), False),
+        (LIGHT, True),
+        (Service("/scan", TRIGGER), False),
+        (Service("/unmatched", TRIGGER), False),
     ],
+    ids=lambda value: value.name if isinstance(value, Topic | Service) else None,
 )
 def test_why_a_driver_is_not_heard_is_told(
-    rclpy: Rclpy, scene: Callable[[Play], None], what: Topic | Service, why: str | None
+    rclpy: Rclpy, scene: Callable[[Play], None], what: Topic | Service, *, is_mismatch: bool, wording: Wording
 ) -> None:
     text = "std_msgs/msg/String"
     rclpy.publishers = [
@@ -332,12 +309,17 @@ def test_why_a_driver_is_not_heard_is_told(
             bus.subscribe(what, _ignore)
         else:
             bus.client(what, _ignore)
-        assert bus.why_unmatched(what) == (None if why is None else Unmatched(why, is_mismatch=True))
+        unmatched = bus.why_unmatched(what)
+        assert (unmatched is not None and unmatched.is_mismatch) == is_mismatch
+        if unmatched is not None:
+            wording(unmatched.why)
 
     scene(play)
 
 
-def test_who_publishes_best_effort_hinders_no_publisher_of_ours(rclpy: Rclpy, scene: Callable[[Play], None]) -> None:
+def test_who_publishes_best_effort_hinders_no_publisher_of_ours(
+    rclpy: Rclpy, scene: Callable[[Play], None], wording: Wording
+) -> None:
     rclpy.publishers = [endpoint_info("/talk", "std_msgs/msg/Bool", is_best_effort=True)]
     rclpy.subscriptions = [endpoint_info("/talk", "std_msgs/msg/String", is_best_effort=True)]
 
@@ -345,8 +327,10 @@ def test_who_publishes_best_effort_hinders_no_publisher_of_ours(rclpy: Rclpy, sc
         bus.publisher(TALK)
         assert bus.why_unmatched(TALK) is None
         rclpy.subscriptions = [endpoint_info("/talk", "std_msgs/msg/Int64")]
-        why = "`/talk` is of type std_msgs/msg/Int64 there, and not of std_msgs/msg/String"
-        assert bus.why_unmatched(TALK) == Unmatched(why, is_mismatch=True)
+        unmatched = bus.why_unmatched(TALK)
+        assert unmatched is not None
+        assert unmatched.is_mismatch
+        wording(unmatched.why)
 
     scene(play)
 
@@ -358,12 +342,12 @@ def test_what_goes_wrong_in_rclpy_is_told_and_the_next_message_comes(rclpy: Rclp
         bus.subscribe(TALK, kept)
 
         def fail() -> None:
-            raise RuntimeError("a message cannot be read")
+            raise RuntimeError("broken")
 
         rclpy.do(fail)
         rclpy.message("/talk", "after")
         assert [came.data for came in await kept.first(1)] == ["after"]
-        assert complaints.all == ["rclpy: a message cannot be read"]
+        assert complaints.all == ["rclpy: broken"]
         await bus.close()
 
     loops.run(scenario())
@@ -385,9 +369,11 @@ def test_nobody_is_there_any_more_when_somebody_shuts_rclpy_down(rclpy: Rclpy, s
 # beginning and end
 
 
-def test_it_joins_with_what_is_its_own_and_leaves_in_order(rclpy: Rclpy, scene: Callable[[Play], None]) -> None:
+def test_it_joins_with_what_is_its_own_and_leaves_in_order(
+    rclpy: Rclpy, scene: Callable[[Play], None], wording: Wording
+) -> None:
     async def play(bus: RclpyBus) -> None:
-        assert bus.words == "ROS 2 domain 7, rmw_fastrtps_cpp"
+        wording(bus.words)
         assert rclpy.said == ["context in domain 7 with []", "node scbm_controller_drivers"]
         bus.publisher(TALK)
         await bus.close()
@@ -411,13 +397,13 @@ def test_a_closed_bus_calls_nobody_back(rclpy: Rclpy) -> None:
     assert loops.run(scenario()) == []
 
 
-def test_rclpy_that_does_not_start_is_told(rclpy: Rclpy) -> None:
+def test_rclpy_that_does_not_start_is_told(rclpy: Rclpy, wording: Wording) -> None:
     rclpy.fails = "failed to initialize rcl: no RMW, at ./src/rcl/init.c:1"
 
     async def scenario() -> None:
         open_ros2("scbm", 0, _ignore)
 
-    with pytest.raises(BusError, match=r"^rclpy does not start: failed to initialize rcl: no RMW$"):
+    with wording.raises(BusError):
         loops.run(scenario())
 
 
@@ -433,7 +419,7 @@ operations: {}
 """
 
 
-def test_without_rclpy_a_controller_says_what_to_source(tmp_path: Path) -> None:
+def test_without_rclpy_a_controller_says_what_to_source(tmp_path: Path, wording: Wording) -> None:
     (tmp_path / "rclpy.py").write_text("raise ModuleNotFoundError(\"No module named 'rclpy'\", name='rclpy')\n")
     (tmp_path / "model.yaml").write_text(MODEL)
     words = [sys.executable, "-m", "scbm", "node", "controller", "model.yaml", "--real", "lamp", "--via", "rclpy"]
@@ -443,27 +429,19 @@ def test_without_rclpy_a_controller_says_what_to_source(tmp_path: Path) -> None:
     )
     assert (ended.returncode, ended.stdout) == (2, "")
     first, second = ended.stderr.splitlines()
-    assert first == "rclpy: error[bus-unusable]: rclpy cannot be imported: No module named 'rclpy'"
-    assert "source /opt/ros/" in second
-    assert "`--via dds`, needs no ROS 2" in second
+    assert first.startswith("rclpy: error[bus-unusable]: ")
+    wording((first, second))
 
 
 @pytest.mark.parametrize(
-    ("options", "says"),
-    [
-        (["--transport", "dds"], "this is for real resources, and all are simulated"),
-        (
-            ["--transport", "loopback"],
-            "with `--transport loopback` all nodes run in this process, without drivers and domains",
-        ),
-        ([], "this is for runs over nodes, and the cases run in simulation"),
-    ],
+    "options", [["--transport", "dds"], ["--transport", "loopback"], []], ids=["dds", "loopback", "simulation"]
 )
 def test_to_say_how_drivers_are_reached_where_there_are_none_is_an_error(
-    scbm: Callable[..., Any], tmp_path: Path, options: list[str], says: str
+    scbm: Callable[..., Any], tmp_path: Path, options: list[str], wording: Wording
 ) -> None:
     path = tmp_path / "model.yaml"
     path.write_text(MODEL)
     ran = scbm("test", path, *options, "--via", "rclpy")
     assert ran.code == 2
-    assert ran.err.startswith(f"--via: error[bad-option]: {says}\n")
+    assert ran.err.startswith("--via: error[bad-option]: ")
+    wording(ran.err)

@@ -30,6 +30,7 @@ from scbm.nodes.links.link import Correlation
 from scbm.nodes.links.service_link import ServiceLink
 from support.hearing import Heard
 from support.loops import run
+from support.wording import Wording
 
 SCAN = ServiceCall("/scan", TRIGGER, succeeded=(("success", True),))
 ADD = ServiceType(
@@ -358,7 +359,9 @@ class Refusing:
         return self.calls
 
 
-def test_a_call_that_is_not_taken_keeps_none_of_those_that_wait_behind_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_call_that_is_not_taken_keeps_none_of_those_that_wait_behind_it(
+    monkeypatch: pytest.MonkeyPatch, wording: Wording
+) -> None:
     client = Refusing()
     opened: list[Callable[[int], None]] = []
 
@@ -376,7 +379,8 @@ def test_a_call_that_is_not_taken_keeps_none_of_those_that_wait_behind_it(monkey
         client.peers = 1
         opened[0](1)
         assert client.calls == 3
-        assert harness.complaints == ["request 1 to `scanner` is lost: full"]
+        (complaint,) = harness.complaints
+        wording(complaint)
         assert harness.heard.presence == [("scanner", True)]
 
     run(scene())

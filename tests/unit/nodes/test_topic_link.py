@@ -12,13 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.model import MessageType, Scalar
-from scbm.nodes.buses.bus import BusError, Publisher, Received, Topic, Unmatched
+from scbm.nodes.buses.bus import BusError, Publisher, Received, Topic
 from scbm.nodes.buses.loopback import LoopbackBus, LoopbackHub
 from scbm.nodes.links.link import Correlation, Measurement, Reply
 from scbm.nodes.links.topic_link import TopicLink, id_text, read_id, read_reply
 from scbm.nodes.node_messages import NotAMessageError
 from support.hearing import Heard
 from support.virtual_loop import VirtualLoop, run_virtually
+from support.wording import Wording
 
 REQUEST, REPLY = Topic("/scanner/request"), Topic("/scanner/reply")
 
@@ -156,7 +157,9 @@ class Refusing:
         self.sent.append(said)
 
 
-def test_a_request_that_is_not_taken_keeps_none_of_those_that_wait_behind_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_request_that_is_not_taken_keeps_none_of_those_that_wait_behind_it(
+    monkeypatch: pytest.MonkeyPatch, wording: Wording
+) -> None:
     requests = Refusing()
     publisher = LoopbackBus.publisher
 
@@ -171,7 +174,8 @@ def test_a_request_that_is_not_taken_keeps_none_of_those_that_wait_behind_it(mon
         requests.peers = 1
         harness.hub.join("driver").publisher(REPLY)
         await harness.loop.settle()
-        assert harness.complaints == ["request 1 to `scanner` is lost: full"]
+        (complaint,) = harness.complaints
+        wording(complaint)
         assert requests.sent == ["run-2", "run-3"]
         assert harness.heard.presence == [("scanner", True)]
 
@@ -204,44 +208,45 @@ def test_a_cancellation_that_nobody_can_hear_is_not_kept() -> None:
     play(scene)
 
 
-def test_why_nobody_is_there_is_said_if_it_shows() -> None:
+def test_why_nobody_is_there_is_said_if_it_shows(wording: Wording) -> None:
     async def scene(harness: Harness) -> None:
         assert harness.link.why_unmatched() is None
         harness.hub.join("driver").publisher(Topic(REPLY.name, MessageType.FLOAT64))
-        why = "`/scanner/reply` is of type std_msgs/msg/Float64 there, and not of std_msgs/msg/String"
-        assert harness.link.why_unmatched() == Unmatched(why, is_mismatch=True)
+        unmatched = harness.link.why_unmatched()
+        assert unmatched is not None
+        assert unmatched.is_mismatch
+        wording(unmatched.why)
 
     play(scene)
 
 
 MALFORMED = [
-    ("", "not JSON"),
-    ("[]", "a JSON object"),
-    ("[" * 100_000, "nested too deeply"),
-    ("{}", None),
-    ('{"id": "run-7"}', "says `succeeded`"),
-    ('{"id": "run-7", "succeeded": "yes"}', "says `succeeded`"),
-    ('{"id": "run-7", "succeeded": null}', "says `succeeded`"),
-    ('{"id": "run-7", "succeeded": true, "measured": []}', "`measured` has variables"),
-    ('{"id": "run-7", "succeeded": true, "measured": {"a": [1]}}', "`measured` has variables"),
-    ('{"id": "run-7", "succeeded": true, "measured": {"a": 1.5}}', "`measured` has variables"),
-    ('{"id": "run-7", "succeeded": true, "measured": {"a": null}}', "`measured` has variables"),
-    ('{"id": "run-7", "succeeded": true, "mesured": {}}', "`mesured` is not known here"),
-    ('{"id": 7, "succeeded": true}', "`id` is not that of a request"),
-    ('{"id": "run", "succeeded": true}', "`id` is not that of a request"),
-    ('{"id": "run--7", "succeeded": true}', "`id` is not that of a request"),
-    ('{"id": "run-7-8", "succeeded": true}', "`id` is not that of a request"),
-    ('{"id": "run-x", "succeeded": true}', "`id` is not that of a request"),
-    ('{"id": "-7", "succeeded": true}', "`id` is not that of a request"),
-    ('{"id": "run-٣", "succeeded": true}', "`id` is not that of a request"),
-    (json.dumps({"id": "r" * 65 + "-1", "succeeded": True}), "`id` is not that of a request"),
-    ('{"succeeded": true, "measured": {}}', "a reply has the `id` of its request"),
-    ('{"id": "run-7", "succeeded": true, "measured": {"a": "\\ud800"}}', "half of a surrogate pair"),
+    "",
+    "[]",
+    "[" * 100_000,
+    '{"id": "run-7"}',
+    '{"id": "run-7", "succeeded": "yes"}',
+    '{"id": "run-7", "succeeded": null}',
+    '{"id": "run-7", "succeeded": true, "measured": []}',
+    '{"id": "run-7", "succeeded": true, "measured": {"a": [1]}}',
+    '{"id": "run-7", "succeeded": true, "measured": {"a": 1.5}}',
+    '{"id": "run-7", "succeeded": true, "measured": {"a": null}}',
+    '{"id": "run-7", "succeeded": true, "mesured": {}}',
+    '{"id": 7, "succeeded": true}',
+    '{"id": "run", "succeeded": true}',
+    '{"id": "run--7", "succeeded": true}',
+    '{"id": "run-7-8", "succeeded": true}',
+    '{"id": "run-x", "succeeded": true}',
+    '{"id": "-7", "succeeded": true}',
+    '{"id": "run-٣", "succeeded": true}',
+    json.dumps({"id": "r" * 65 + "-1", "succeeded": True}),
+    '{"succeeded": true, "measured": {}}',
+    '{"id": "run-7", "succeeded": true, "measured": {"a": "\\ud800"}}',
 ]
 
 
-@pytest.mark.parametrize(("said", "why"), [(said, why) for said, why in MALFORMED if why is not None])
-def test_what_is_none_of_the_protocol_is_dropped_with_a_sentence(said: str, why: str) -> None:
+@pytest.mark.parametrize("said", MALFORMED, ids=lambda said: ascii(said)[:60])
+def test_what_is_none_of_the_protocol_is_dropped_with_a_sentence(said: str, wording: Wording) -> None:
     async def scene(harness: Harness) -> None:
         _, replies = harness.driver()
         assert replies is not None
@@ -249,8 +254,8 @@ def test_what_is_none_of_the_protocol_is_dropped_with_a_sentence(said: str, why:
         replies.publish('{"id": "run-8", "succeeded": true}')
         await harness.loop.settle()
         (complaint,) = harness.complaints
-        assert complaint.startswith("a message on `/scanner/reply` was dropped: ")
-        assert why in complaint
+        assert "`/scanner/reply`" in complaint
+        wording(complaint)
         assert len(complaint) < 200
         assert harness.heard.numbers() == [(8, True)]
         assert harness.heard.values == []

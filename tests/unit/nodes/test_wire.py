@@ -23,10 +23,11 @@ from scbm.nodes.node_messages import (
     read_fraction,
     read_object,
 )
+from support.wording import Wording
 
 TEXTS = st.text(st.characters(exclude_categories=["Cs"]), max_size=20)
 JSON = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | TEXTS,
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | TEXTS,
     lambda inner: st.lists(inner, max_size=3) | st.dictionaries(TEXTS, inner, max_size=3),
     max_leaves=8,
 )
@@ -85,7 +86,7 @@ def test_a_message_with_a_field_of_another_sort_is_refused(message: Message, dat
     other = data.draw(JSON.filter(lambda value: _sort(value) != _sort(said[name])))
     if message.kind == "react" and name == "measured" and (other is None or isinstance(other, dict)):
         return  # either will do
-    with pytest.raises(NotAMessageError, match=f"`{name}` of a `{message.kind}` is of the wrong type"):
+    with pytest.raises(NotAMessageError, match=f"`{name}` .* `{message.kind}` "):
         decode(json.dumps({**said, name: other}))
 
 
@@ -99,31 +100,32 @@ def test_a_message_with_a_field_too_few_or_too_many_is_refused(message: Message,
     name = data.draw(st.sampled_from([name for name in said if name != "kind"]))
     fewer = {key: value for key, value in said.items() if key != name}
     for wrong in (fewer, {**said, "more": 1}):
-        with pytest.raises(NotAMessageError, match=f"a `{message.kind}` has the fields .*{name}"):
+        with pytest.raises(NotAMessageError, match=rf"`{message.kind}` .*\b{name}\b"):
             decode(json.dumps(wrong))
 
 
 @pytest.mark.parametrize(
-    ("wrong", "why"),
+    "wrong",
     [
-        (b"{}", "a text"),
-        (None, "a text"),
-        ("", "not JSON"),
-        ("{", "not JSON"),
-        ("[" * 1_000_000, "nested too deeply"),
-        ('{"kind": ' * 500_000, "nested too deeply"),
-        ("[]", "a JSON object"),
-        ("1" * 100_000, "too many digits"),
-        ("{}", "`None` is no kind"),
-        ('{"kind": ["go"], "run": "x"}', "no kind"),
-        (json.dumps({"kind": "k" * 1_000}), f"`{'k' * 40}` is no kind"),
-        ('{"kind": "go", "run": "\\ud800"}', "half of a surrogate pair"),
-        ('{"kind": "go", "\\udfff": ""}', "half of a surrogate pair"),
-        (json.dumps({"kind": "go", "run": "x" * 8_000_000}), "more than 8000000 characters"),
+        b"{}",
+        None,
+        "",
+        "{",
+        "[" * 1_000_000,
+        '{"kind": ' * 500_000,
+        "[]",
+        "1" * 100_000,
+        "{}",
+        '{"kind": ["go"], "run": "x"}',
+        json.dumps({"kind": "k" * 1_000}),
+        '{"kind": "go", "run": "\\ud800"}',
+        '{"kind": "go", "\\udfff": ""}',
+        json.dumps({"kind": "go", "run": "x" * 8_000_000}),
     ],
+    ids=lambda wrong: ascii(wrong)[:40],
 )
-def test_what_is_malformed_huge_or_deep_is_refused_with_a_reason(wrong: object, why: str) -> None:
-    with pytest.raises(NotAMessageError, match=why) as told:
+def test_what_is_malformed_huge_or_deep_is_refused_with_a_reason(wrong: object, wording: Wording) -> None:
+    with wording.raises(NotAMessageError) as told:
         decode(wrong)
     assert len(str(told.value)) < 200
 
@@ -135,11 +137,11 @@ def test_what_is_as_deep_as_just_can_be_read_is_refused_as_well() -> None:
 
 
 @pytest.mark.parametrize("latency", [-1, 2**63, 10**400, 1.0, True, "1", None])
-def test_numbers_are_counts_that_clocks_can_take(latency: object) -> None:
+def test_numbers_are_counts_that_clocks_can_take(latency: object, wording: Wording) -> None:
     said = json.loads(encode(React("run", 1, "scanner", "succeed", 1, None, (0,))))
-    with pytest.raises(NotAMessageError, match="`latency_ns` of a `react` is of the wrong type"):
+    with wording.raises(NotAMessageError):
         decode(json.dumps({**said, "latency_ns": latency}))
-    with pytest.raises(NotAMessageError, match="`copies` of a `react` is of the wrong type"):
+    with wording.raises(NotAMessageError):
         decode(json.dumps({**said, "copies": [0, latency]}))
 
 
@@ -151,8 +153,8 @@ def test_fractions_come_back_as_they_were(fraction: Fraction) -> None:
 @pytest.mark.parametrize(
     "wrong", ["", "0", "-1", "1/0", "0/1", "1e9", "1e999999999", "nan", "1.5", " 1", "1 ", "1/", "¹", "1" * 30]
 )
-def test_what_is_no_fraction_greater_than_zero_is_refused(wrong: str) -> None:
-    with pytest.raises(NotAMessageError, match="is not a fraction greater than 0"):
+def test_what_is_no_fraction_greater_than_zero_is_refused(wrong: str, wording: Wording) -> None:
+    with wording.raises(NotAMessageError):
         read_fraction(wrong)
 
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
-from scbm.reports.reproduction import again
+from scbm.reports.stored_cases import again
 from scbm.reports.terminal.store_report import stored_report
 from scbm.store import Drawn, StoredCase, Written
 from support.histories import EXAMPLE, history_of, with_lost_cases
@@ -34,8 +34,8 @@ def test_a_drawn_case_is_drawn_again(scbm: Scbm) -> None:
     stored = history_of(EXAMPLE / "before.yaml", 3, seed=7).cases[2]
     words = shlex.split(again(stored, MODEL, ()))
     assert words == ["scbm", "run", MODEL, "--seed", "7", "--case", "3"]
-    told = json.loads(scbm(*words[1:], "--json").out)
-    assert (told["case"], told["simulated_seconds"]) == (stored.name, stored.ended_ns / 1e9)
+    report = json.loads(scbm(*words[1:], "--json").out)
+    assert (report["case"], report["simulated_seconds"]) == (stored.name, stored.ended_ns / 1e9)
 
 
 def test_all_that_decides_a_drawn_case_is_said(scbm: Scbm) -> None:
@@ -50,8 +50,8 @@ def test_all_that_decides_a_drawn_case_is_said(scbm: Scbm) -> None:
         *("--time-limit", "523.123 s", "--require", "never robot_at == home"),
         *("--require", "always mounted == none || gripper_act == open"),
     ]
-    told = json.loads(scbm(*words[1:], "--json").out)
-    assert told["case"] == "seed--3-case-2"
+    report = json.loads(scbm(*words[1:], "--json").out)
+    assert report["case"] == "seed--3-case-2"
 
 
 def test_a_written_case_is_replayed_wherever_it_is(scbm: Scbm, tmp_path: Path) -> None:
@@ -81,5 +81,6 @@ def test_nothing_shows_a_lost_case_again() -> None:
     history = with_lost_cases(history_of(EXAMPLE / "before.yaml", 2), 1)
     assert [bool(again(case, MODEL, history.runs)) for case in history.cases] == [False, True]
     shown = [str(line) for line in stored_report(history, "cov.db")]
-    assert "    the run was not finished: the controller was lost" in shown
+    (failure,) = history.cases[0].verdict.failures
+    assert f"    {failure.message}" in shown
     assert not any("again:" in line for line in shown)

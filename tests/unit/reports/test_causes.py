@@ -7,8 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from scbm.cases.trace import End
-from scbm.reports.causes import causes_of
 from scbm.reports.ci.sarif import sarif_log
+from scbm.reports.stored_cases import causes_of
 from scbm.store import Drawn, History
 from scbm.testing import Failure, FailureKind, Verdict
 from support.histories import EXAMPLE, history_of
@@ -24,7 +24,7 @@ def failing(*cases: tuple[Failure, ...]) -> History:
     )
 
 
-def told(history: History) -> list[tuple[str, list[str]]]:
+def shown_causes(history: History) -> list[tuple[str, list[str]]]:
     return [(cause.failure.message, list(cause.labels)) for cause in causes_of(history)]
 
 
@@ -45,7 +45,7 @@ def test_kind_and_subject_tell_causes_apart() -> None:
     later = Failure(FailureKind.REQUIREMENT, "one", "one at 2 s")
     two = Failure(FailureKind.REQUIREMENT, "two", "two")
     cycle = Failure(FailureKind.LIVELOCK, "one", "round")
-    assert told(failing((one, two), (later,), (cycle, two), ())) == [
+    assert shown_causes(failing((one, two), (later,), (cycle, two), ())) == [
         ("one at 1 s", ["seed-1-case-1", "seed-1-case-2"]),
         ("two", ["seed-1-case-1", "seed-1-case-3"]),
         ("round", ["seed-1-case-3"]),
@@ -54,7 +54,7 @@ def test_kind_and_subject_tell_causes_apart() -> None:
 
 def test_what_a_case_expects_is_its_own() -> None:
     final = Failure(FailureKind.EXPECTATION, "final", "expected")
-    assert told(failing((final,), (final, final))) == [
+    assert shown_causes(failing((final,), (final, final))) == [
         ("expected", ["seed-1-case-1"]),
         ("expected", ["seed-1-case-2"]),
     ]
@@ -69,7 +69,7 @@ def test_a_requirement_of_another_command_is_another_cause() -> None:
         for number, (case, sentence) in enumerate(zip(history.cases, sentences, strict=True), start=1)
     )
     history = replace(history, cases=cases)
-    assert told(history) == [("broken 0", ["seed-1-case-1", "seed-1-case-3"]), ("broken 1", ["seed-1-case-2"])]
+    assert shown_causes(history) == [("broken 0", ["seed-1-case-1", "seed-1-case-3"]), ("broken 1", ["seed-1-case-2"])]
     one, two = json.loads(sarif_log(history))["runs"][0]["results"]
     assert one["partialFingerprints"] != two["partialFingerprints"]
 
@@ -78,11 +78,14 @@ def test_a_goal_that_was_not_reached_is_another_cause_than_another_goal() -> Non
     history = failing(*[(Failure(FailureKind.NOT_REACHED, "unsolvable", f"no plan {n}"),) for n in range(3)])
     cases = zip(history.cases, ("one", "two", "one"), strict=True)
     history = replace(history, cases=tuple(replace(case, goal=goal) for case, goal in cases))
-    assert told(history) == [("no plan 0", ["seed-1-case-1", "seed-1-case-3"]), ("no plan 1", ["seed-1-case-2"])]
+    assert shown_causes(history) == [
+        ("no plan 0", ["seed-1-case-1", "seed-1-case-3"]),
+        ("no plan 1", ["seed-1-case-2"]),
+    ]
 
 
 def test_a_goal_tells_only_apart_what_is_not_reached() -> None:
     history = failing(*[(Failure(FailureKind.LIVELOCK, "round", f"round {n}"),) for n in range(2)])
     cases = zip(history.cases, ("one", "two"), strict=True)
     history = replace(history, cases=tuple(replace(case, goal=goal) for case, goal in cases))
-    assert told(history) == [("round 0", ["seed-1-case-1", "seed-1-case-2"])]
+    assert shown_causes(history) == [("round 0", ["seed-1-case-1", "seed-1-case-2"])]

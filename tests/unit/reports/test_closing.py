@@ -10,7 +10,7 @@ from scbm.cases.coverage import Aspect
 from scbm.cases.trace import End
 from scbm.closing import Closing, Suggestion, SuggestionKind
 from scbm.closing.closing_files import ClosingFiles
-from scbm.closing.failing_cases import FoundFault
+from scbm.closing.decisions import FoundFault, Stage, StageEnd
 from scbm.files import load_model, parse_predicate, parse_requirement, read_case, read_model
 from scbm.files.language.scope import Scope
 from scbm.model import Requirement
@@ -34,46 +34,56 @@ TIMES_OUT = _case("times_out", "outcomes: {scan: [timeout]}\n")
 WAITS = _case("waits", "injections: [{when: current.name == scan_box, set: {scan_req_state: failed}, hold: 1 s}]\n")
 
 
-def _told(closing: Closing, setting: ClosingSetting | None = None) -> list[str]:
+def _report_lines(closing: Closing, setting: ClosingSetting | None = None) -> list[str]:
     lines = [line.plain for line in closing_report(closing, setting or ClosingSetting("cell.yaml"))]
     assert all(line == line.rstrip() for line in lines), "no line has blanks at its end"
     return lines
 
 
 def _section(lines: list[str], head: str) -> list[str]:
-    """The lines below a heading."""
-    begin = next(index for index, line in enumerate(lines) if line.startswith(head))
-    return [*lines[begin + 1 :], ""][: [*lines[begin + 1 :], ""].index("")]
+    """The lines of the section whose heading has a word."""
+    begin = next(i for i, line in enumerate(lines) if line[:1].strip() and head in line.partition(":")[0].split())
+    return [*lines[begin:], ""][: [*lines[begin:], ""].index("")]
 
 
 def test_the_figure_goes_from_before_to_after_and_the_bar_shows_all_parts(wording: Wording) -> None:
-    lines = _told(closing_of(CELL, [FAILS], suite=[SCANS], undecided=["scan_box/disabled"]))
+    lines = _report_lines(closing_of(CELL, [FAILS], suite=[SCANS], undecided=["scan_box/disabled"]))
     bar = lines[2].removeprefix("  SCBM-IAS: 33.33 % → 66.67 %  ")
     assert bar == "█" * 17 + "▓" * 17 + "░" * 8 + "?" * 8
-    assert lines[3].strip().split("   ") == ["█ before", "▓ new cases", "░ uncoverable", "? undecided"]
+    assert [part[0] for part in lines[3].strip().split("   ")] == ["█", "▓", "░", "?"]
     assert lines[3].index("█") == lines[2].index("█")
-    wording(lines[4])
-    wording(lines[5])
-    assert lines[6] == "  Before:   nothing"
+    wording(lines[3:7])
 
 
 def test_it_is_short_where_all_is_covered(wording: Wording) -> None:
-    lines = _told(closing_of(CELL, suite=[SCANS, FAILS, TIMES_OUT, WAITS]), ClosingSetting("cell.yaml", "4 cases"))
+    lines = _report_lines(
+        closing_of(CELL, suite=[SCANS, FAILS, TIMES_OUT, WAITS]), ClosingSetting("cell.yaml", "4 cases")
+    )
     wording(lines)
 
 
 def test_new_cases_are_a_table_with_what_each_adds(wording: Wording) -> None:
-    lines = _told(closing_of(CELL, [SCANS, FAILS, TIMES_OUT]))
-    wording(_section(lines, "New cases: 3, 10.000 s simulated"))
+    lines = _report_lines(closing_of(CELL, [SCANS, FAILS, TIMES_OUT]))
+    wording(_section(lines, "New"))
 
 
-def test_what_is_uncoverable_is_told_once_for_each_reason() -> None:
-    assert "Proved uncoverable: 6, and 1 queued" in _told(closing_of(CELL))
+def test_what_is_uncoverable_is_told_once_for_each_reason(wording: Wording) -> None:
+    wording(_section(_report_lines(closing_of(CELL)), "Proved"))
+
+
+def test_stages_that_ended_early_are_told_with_what_helps(wording: Wording) -> None:
+    ended = (
+        StageEnd(Stage.RANDOM, "no case got a plan from the planner canonical", "--planner"),
+        StageEnd(Stage.SEARCH, "2 changed cases were run", "--max-changes"),
+        StageEnd(Stage.GRAPH, "a reply has too many combinations of measured values"),
+        StageEnd(Stage.SUGGESTIONS, "it was interrupted", is_interrupted=True),
+    )
+    wording(_section(_report_lines(replace(closing_of(CELL), ended=ended)), "early"))
 
 
 def test_what_is_undecided_is_told_with_what_stopped_it(wording: Wording) -> None:
-    lines = _told(closing_of(CELL, [SCANS, FAILS, WAITS], undecided=["scan_box/timedout"]))
-    wording(_section(lines, "Undecided: 1"))
+    lines = _report_lines(closing_of(CELL, [SCANS, FAILS, WAITS], undecided=["scan_box/timedout"]))
+    wording(_section(lines, "Undecided"))
 
 
 def test_suggestions_have_the_command_that_writes_them(wording: Wording) -> None:
@@ -82,10 +92,10 @@ def test_suggestions_have_the_command_that_writes_them(wording: Wording) -> None
     goals = [Suggestion(about, SuggestionKind.GOAL, "a goal needs it", name, goal) for name in ("one", "two")]
     guard = Suggestion(about[:1], SuggestionKind.GUARD, "a guard is in the way", blamed=("light == red",))
     setting = ClosingSetting("my cell.yaml", closing=" --suite cases")
-    lines = _told(closing_of(CELL, [SCANS], suggestions=[goals[0], guard]), setting)
-    wording(_section(lines, "What would change that"))
-    lines = _told(closing_of(CELL, [SCANS], suggestions=goals), setting)
-    wording(_section(lines, "What would change that")[-2:])
+    lines = _report_lines(closing_of(CELL, [SCANS], suggestions=[goals[0], guard]), setting)
+    wording(_section(lines, "Suggested"))
+    lines = _report_lines(closing_of(CELL, [SCANS], suggestions=goals), setting)
+    wording(_section(lines, "Suggested")[-2:])
 
 
 def test_what_failed_comes_first_with_the_command_that_shows_it(wording: Wording) -> None:
@@ -95,16 +105,18 @@ def test_what_failed_comes_first_with_the_command_that_shows_it(wording: Wording
     failed = Campaign.of(CELL, tester.results(failing))
     findings, commands = find_causes(tester, failed, 0), ("scbm replay one.yaml",)
     setting = ClosingSetting("cell.yaml", failed=failed, findings=findings, commands=commands)
-    lines = _told(closing_of(CELL, [SCANS]), setting)
-    wording(_section(lines, "Failed: 2 cases"))
-    assert lines.index("Failed: 2 cases") < lines.index("New cases: 1, 0.000 s simulated")
+    lines = _report_lines(closing_of(CELL, [SCANS]), setting)
+    first, second = _section(lines, "Failed"), _section(lines, "New")
+    wording(first)
+    assert lines.index(first[0]) < lines.index(second[0])
 
 
 def test_what_new_cases_found_on_their_way_has_its_own_section(wording: Wording) -> None:
     fault = FoundFault("scans", End.LIVELOCK, "ends in a livelock: a -> a", "scbm replay scans.yaml")
-    lines = _told(closing_of(CELL, [SCANS]), ClosingSetting("cell.yaml", found=(fault,)))
-    wording(_section(lines, "Failures found by the search"))
-    assert "Failures found by the search" not in _told(closing_of(CELL, [SCANS]))
+    lines = _report_lines(closing_of(CELL, [SCANS]), ClosingSetting("cell.yaml", found=(fault,)))
+    found = _section(lines, "Failures")
+    wording(found)
+    assert found[0] not in _report_lines(closing_of(CELL, [SCANS]))
 
 
 def test_the_same_reason_of_several_automatic_transitions_is_told_once(wording: Wording) -> None:
@@ -116,19 +128,20 @@ def test_the_same_reason_of_several_automatic_transitions_is_told_once(wording: 
         for each in closing.decided
         if each.obligation.aspect is Aspect.TAKEN
     ]
-    lines = _told(replace(closing, decided=tuple(decided)))
-    wording(_section(lines, "Proved uncoverable: 2"))
+    lines = _report_lines(replace(closing, decided=tuple(decided)))
+    wording(_section(lines, "Proved"))
 
 
-def test_goals_that_were_written_are_told() -> None:
+def test_goals_that_were_written_are_told(wording: Wording) -> None:
     setting = ClosingSetting("cell.yaml", written=("red: light == red",))
-    assert "  Written:  goal red: light == red, into cell.yaml" in _told(closing_of(CELL), setting)
+    wording(line for line in _report_lines(closing_of(CELL), setting) if "red: light == red" in line)
     setting = ClosingSetting("cell.yaml", already=("red: light == red",))
-    assert "  Written:  goal red: light == red is in cell.yaml already" in _told(closing_of(CELL), setting)
+    wording(line for line in _report_lines(closing_of(CELL), setting) if "red: light == red" in line)
 
 
 def test_where_nothing_is_saved_the_command_that_does_is_told(wording: Wording) -> None:
-    (line,) = _section(_told(closing_of(CELL, [SCANS])), "Save it")
+    _, line = _section(_report_lines(closing_of(CELL, [SCANS])), "Save")
+    assert line.startswith("  scbm close cell.yaml --out ")
     wording(line)
 
 
@@ -136,21 +149,20 @@ def test_what_was_written_is_told_with_the_commands_that_repeat_it(wording: Word
     cases, certificates = {"fails": Path("out/cases/fails.yaml")}, {"structure": Path("out/certificates/s.json")}
     output = ClosingFiles(Path("out"), cases, certificates, (Path("out/cases/old.yaml"),))
     setting = ClosingSetting("cell.yaml", "suite", " mine", " --cases 3 --seed 1", output=output)
-    lines = _told(closing_of(CELL, [FAILS], suite=[SCANS]), setting)
-    head = "Written: 1 case and 1 certificate below out; 1 file of an earlier closing removed"
-    wording(_section(lines, head))
-    lines = _told(closing_of(CELL), ClosingSetting("cell.yaml", output=ClosingFiles(Path("out"), {}, {})))
-    assert _section(lines, "Written: nothing below out") == []
+    lines = _report_lines(closing_of(CELL, [FAILS], suite=[SCANS]), setting)
+    wording(_section(lines, "Written"))
+    lines = _report_lines(closing_of(CELL), ClosingSetting("cell.yaml", output=ClosingFiles(Path("out"), {}, {})))
+    wording(_section(lines, "Written"))
 
 
 def test_a_model_without_obligations_has_no_bar(wording: Wording) -> None:
     text = "behavior_model: empty\nvariables: {a: {domain: bool, initial: false}}\noperations: {}\n"
-    lines = _told(closing_of(read_model(text)))
+    lines = _report_lines(closing_of(read_model(text)))
     wording(lines[2:4])
 
 
 def test_a_long_list_of_names_is_broken_into_lines() -> None:
     model = load_model(Path(__file__).parents[3] / "examples" / "robot_in_the_air" / "before.yaml")
-    lines = _told(closing_of(model))
+    lines = _report_lines(closing_of(model))
     assert max(map(len, lines)) <= 80
     assert any(line.startswith("    robot_") for line in lines)

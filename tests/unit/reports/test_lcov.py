@@ -99,9 +99,9 @@ def test_genhtml_shows_the_model(name: str, tmp_path: Path) -> None:
     genhtml = tool("genhtml")
     history = HISTORIES[name]()
     directory = beside_the_model(history, tmp_path)
-    said = run(directory, genhtml, "--branch-coverage", "--output-directory", "html", "cov.info")
+    printed = run(directory, genhtml, "--branch-coverage", "--output-directory", "html", "cov.info")
     figure = history.coverage.figure
-    assert f"({figure.visited} of {figure.of} branches)" in said
+    assert f"({figure.visited} of {figure.of} branches)" in printed
     page = next((directory / "html").rglob("*.gcov.html")).read_text(encoding="utf-8")
     assert history.model.operations[0].name in page
 

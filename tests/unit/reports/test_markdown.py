@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -46,9 +47,9 @@ def with_failure(history: History, message: str) -> History:
 def test_the_figure_comes_first(wording: Wording) -> None:
     page = rendered(markdown(history_of(EXAMPLE / "before.yaml", 20)))
     wording(texts(page, "//h2"))
-    told = texts(page, "//p")
-    wording(told[0])
-    wording(told[1])
+    shown = texts(page, "//p")
+    wording(shown[0])
+    wording(shown[1])
     assert texts(page, "//table[1]//tr/td[2]")[:7] == [
         "0 / 16",
         "14 / 16",
@@ -76,11 +77,10 @@ def test_what_is_missing_is_told_with_its_reasons_and_folded_if_it_is_long(wordi
 
 def test_what_failed_comes_before_all_else(wording: Wording) -> None:
     page = rendered(markdown(history_of(FAILS / "requirement.yaml", 5)))
-    assert texts(page, "//h2")[0].startswith("❌ SCBM-IAS of requirement: ")
-    assert texts(page, "//h3") == ["Failed: 5 cases", "Missing"]
+    wording(texts(page, "//h2|//h3"))
     kind, cases, command = texts(page, "(//table)[1]//td")
-    assert kind.startswith("requirement: open_while_pumping is violated at 0.000 s, start_pump being current: ")
-    wording(cases)
+    assert kind.startswith("requirement: open_while_pumping ")
+    wording((kind, cases))
     assert command.endswith("requirement.yaml --seed 1 --case 1")
 
 
@@ -122,7 +122,7 @@ def test_a_long_report_is_cut_between_its_parts_and_says_so() -> None:
     for most in range(600, len(whole), 97):
         text = markdown(history, most_characters=most)
         assert len(text) <= most
-        assert text.endswith("`scbm report` shows all of it.*\n")
+        assert text.rpartition("\n*")[2].count("`scbm report`") == 1
         assert text.count("<details>") == text.count("</details>")
         assert whole.startswith(text[: text.rindex("\n*The rest")])
     assert markdown(history, most_characters=len(whole)) == whole
@@ -135,14 +135,15 @@ def test_hundreds_of_operations_fit_into_a_comment() -> None:
     text = markdown(history)
     assert len(text) <= MAX_CHARACTERS
     assert "<b>400 disabled</b>" in text
-    assert "\nand 300 more\n" in text
-    assert "<b>400 queued</b>" in text or text.endswith("shows all of it.*\n")
+    assert re.search("\nand 300 [a-z]+\n", text)
+    assert "<b>400 queued</b>" in text or "`scbm report`" in text.splitlines()[-1]
 
 
-def test_only_what_is_given_as_missing_is_told() -> None:
+def test_only_what_is_given_as_missing_is_told(wording: Wording) -> None:
     missed = Missed(Obligation("go", Aspect.FAILED), "why not", "scbm explain m.yaml go/failed")
     text = markdown(history_of(EXAMPLE / "before.yaml", 20), [missed])
-    assert "**1 failed**\n\n|  | why |\n| --- | --- |\n| `go` | why not |\n" in text
+    assert "\n| `go` | why not |\n" in text
+    wording(text[text.index("**1 failed**") :])
     assert "Missing" not in markdown(history_of(EXAMPLE / "before.yaml", 20), [])
 
 
@@ -154,9 +155,8 @@ def test_nothing_to_measure_and_no_cases(wording: Wording) -> None:
     wording(texts(page, "//p"))
 
 
-def test_lost_cases_are_told_without_a_command() -> None:
+def test_lost_cases_are_told_without_a_command(wording: Wording) -> None:
     text = markdown(with_lost_cases(history_of(EXAMPLE / "before.yaml", 3), 2))
-    assert "**2 failed**; 3 cases: 2 lost, 1 " in text
     (row,) = [line for line in text.splitlines() if line.startswith("| **lost**")]
-    assert row.startswith("| **lost**: the run was not finished: the controller was lost | ")
     assert row.endswith(" |  |")
+    wording(line for line in text.splitlines() if "**2 failed**" in line or line == row)

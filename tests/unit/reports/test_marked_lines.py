@@ -63,7 +63,7 @@ def marked(text: str, *cases: tuple[str, ...]) -> MarkedFile:
     return mark_file(model, ModelSource("cell.yaml", text), Coverage(obligations, visited))
 
 
-def told(line: MarkedLine) -> tuple[str, list[str], int | None, str]:
+def shown_line(line: MarkedLine) -> tuple[str, list[str], int | None, str]:
     return line.role, [f"{obligation} {count}" for obligation, count in line.obligations], line.hits, line.state
 
 
@@ -101,7 +101,7 @@ def test_each_line_says_what_it_is_and_how_many_cases_executed_it() -> None:
         ("go/executing", "go/disabled"),
         (),
     ).lines
-    assert [told(line) for line in lines[3:19]] == [
+    assert [shown_line(line) for line in lines[3:19]] == [
         ("operation", ["go/failed 0"], 3, "partly"),
         ("deadline", ["go/timedout 1"], 1, "visited"),
         ("", [], None, ""),
@@ -119,7 +119,7 @@ def test_each_line_says_what_it_is_and_how_many_cases_executed_it() -> None:
         ("timedout", [], 1, "visited"),
         ("operation", ["stop/failed 0"], 1, "partly"),
     ]
-    assert [told(line) for line in lines[19:27]] == [
+    assert [shown_line(line) for line in lines[19:27]] == [
         ("precondition", ["stop/disabled 1", "stop/executing 0"], 0, "partly"),
         ("postcondition", ["stop/completed 0"], 0, "missed"),
         ("timedout", ["stop/timedout 0"], 0, "missed"),
@@ -134,7 +134,7 @@ def test_each_line_says_what_it_is_and_how_many_cases_executed_it() -> None:
 def test_a_branch_without_a_line_of_its_own_is_one_of_the_operation() -> None:
     text = CELL.replace("    timedout: []\n", "")
     line = marked(text).lines[18]
-    assert told(line) == ("operation", ["stop/failed 0", "stop/timedout 0"], 0, "missed")
+    assert shown_line(line) == ("operation", ["stop/failed 0", "stop/timedout 0"], 0, "missed")
 
 
 def test_a_line_that_says_all_of_an_operation_has_all_its_branches() -> None:
@@ -154,7 +154,7 @@ def test_a_line_that_operations_share_has_the_branches_of_all() -> None:
         "automatic_transitions:", "  again:\n    pre: *start\n    post: {g: true}\nautomatic_transitions:"
     )
     file = marked(text, ("stop/executing",), ("again/executing",), ("again/executing", "stop/executing"))
-    assert told(file.lines[19]) == (
+    assert shown_line(file.lines[19]) == (
         "precondition",
         ["stop/disabled 0", "stop/executing 2", "again/disabled 0", "again/executing 2"],
         3,
@@ -185,15 +185,15 @@ def test_parts_are_operations_and_automatic_transitions_with_their_lines() -> No
 def test_as_code_a_line_was_executed_if_and_only_if_one_of_its_branches_was() -> None:
     file = marked(CELL, ("go/executing",), ("stop/disabled", "stop/queued"), ("stop/disabled",))
     code = as_code(file)
-    assert [told(line)[1:] for line in code.lines[3:8:4]] == [
+    assert [shown_line(line)[1:] for line in code.lines[3:8:4]] == [
         ([], 1, "visited"),
         (["go/failed 0", "go/disabled 0", "go/executing 1"], 1, "partly"),
     ]
-    assert [told(line)[1:] for line in code.lines[18:20]] == [
+    assert [shown_line(line)[1:] for line in code.lines[18:20]] == [
         ([], 2, "visited"),
         (["stop/failed 0", "stop/disabled 2", "stop/executing 0"], 2, "partly"),
     ]
-    assert told(code.lines[23]) == told(file.lines[23])
+    assert shown_line(code.lines[23]) == shown_line(file.lines[23])
     assert all(
         any(count for _, count in line.obligations) == bool(line.hits) for line in code.measured if line.obligations
     )

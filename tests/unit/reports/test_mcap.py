@@ -22,6 +22,7 @@ from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, PLAN_STATE
 from scbm.reports.run.event_lines import event_lines
 from scbm.reports.run.mcap_trace import write_mcap
 from support.runs import runs
+from support.wording import Wording
 
 WAITING = read_model("""\
 behavior_model: waiting
@@ -159,8 +160,8 @@ def test_the_log_is_the_timeline(name: str) -> None:
     log = of(name, "/events")
     lines = [line.text for line in event_lines(model, execution)]
     failures = [f"FAILED  {failure}" for failure in execution.verdict.failures]
-    told = [message.content["message"] for message in log]
-    assert told == [*lines, *failures]
+    shown = [message.content["message"] for message in log]
+    assert shown == [*lines, *failures]
     for message in log:
         stamp = message.content["timestamp"]
         assert stamp["sec"] * 1_000_000_000 + stamp["nsec"] == message.at_ns
@@ -179,18 +180,16 @@ def test_each_message_of_the_log_has_the_severity_of_its_record() -> None:
     assert by_text["■ reached"] == 2
 
 
-def test_injections_are_told_and_put_back() -> None:
-    told = [
-        (read.at_ns // 10**9, read.content["injection"], read.content["state"])
-        for read in of("injected", "/injections")
+def test_injections_are_told_and_put_back(wording: Wording) -> None:
+    shown = of("injected", "/injections")
+    assert [(read.at_ns // 10**9, read.content["injection"]) for read in shown] == [
+        (0, "held"),
+        (1, "broken"),
+        (2, "held"),
+        (2, "broken"),
+        (3, "stays"),
     ]
-    assert told == [
-        (0, "held", "applied"),
-        (1, "broken", "arm is dead"),
-        (2, "held", "put back"),
-        (2, "broken", "arm is well"),
-        (3, "stays", "applied"),
-    ]
+    wording(read.content["state"] for read in shown)
     conditions = [(read.at_ns // 10**9, read.content["condition"]) for read in of("injected", "/resources/arm")]
     assert conditions == [(0, "well"), (1, "dead"), (2, "well")]
 
@@ -203,19 +202,20 @@ def test_requirements_are_kept_until_they_are_violated() -> None:
 
 def test_faults_of_the_network_are_told() -> None:
     fates = [read.content["fate"] for read in of("faults-6", "/network")]
-    assert {"lost", "delivered 2 times", "dropped: repeated"} <= {*fates}
+    assert {"lost", "dropped: repeated"} <= {*fates}
+    assert any(fate.startswith("delivered 2 ") for fate in fates)
 
 
 def test_requests_are_told_with_what_they_carry() -> None:
     model, execution = RUNS["faults-6"]
     sent = [record for record in execution.trace.records if isinstance(record, RequestSent)]
-    told = {
+    shown = {
         (resource.name, read.content["request"]): read.content["payload"]
         for resource in model.resources
         for read in of("faults-6", f"/resources/{resource.name}")
         if read.content["request"]
     }
-    assert told == {(record.resource, record.request): dict(record.payload) for record in sent}
+    assert shown == {(record.resource, record.request): dict(record.payload) for record in sent}
 
 
 def test_the_file_says_what_was_run_and_how_it_ended() -> None:

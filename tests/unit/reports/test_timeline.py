@@ -11,6 +11,7 @@ from scbm.running.simulation import Simulated
 from scbm.testing import Tester
 from support.capturing import captured
 from support.models import SCAN_CELL
+from support.wording import Wording
 
 MODEL = read_model(SCAN_CELL)
 GONE, BACK = ResourceChanged(0, "network", "scan", "down"), ResourceChanged(0, "network", "scan", "well")
@@ -18,30 +19,20 @@ RESTART = "network: {restarts: [{resource: scan, at: 1 h, for: 1 s}]}"
 
 
 @pytest.mark.parametrize(
-    ("more", "is_real", "lines"),
-    [
-        (
-            "",
-            True,
-            [
-                "⚡ scan is not reached: its node or driver is not there",
-                "⚡ scan is reached now: its node or driver is there",
-            ],
-        ),
-        (RESTART, True, ["⚡ network: scan is down", "⚡ network: scan is well"]),
-        ("", False, ["⚡ network: scan is down", "⚡ network: scan is well"]),
-    ],
+    ("more", "is_real"), [("", True), (RESTART, True), ("", False)], ids=["node", "restart", "simulated"]
 )
 def test_a_resource_that_is_lost_with_its_node_is_told_apart_from_one_that_the_case_restarts(
     more: str,
     is_real: bool,  # noqa: FBT001 - a parameter of the test
-    lines: list[str],
+    wording: Wording,
 ) -> None:
     case = read_case(f"case: scans\ngoal: scanned\n{more}\n", MODEL)
     log, (first, *others) = captured(MODEL, case)
     run = Simulated(log.end, others[-1].at_ns, (first, GONE, BACK, *others))
     execution = Tester(MODEL).judged(case, run, log.reactions, log if is_real else None)
     drawn = [str(line) for line in timeline(MODEL, execution, every=False)]
-    assert [line[line.index("⚡") :] for line in drawn if "⚡" in line] == lines
+    lines = [line[line.index("⚡") :] for line in drawn if "⚡" in line]
+    assert len(lines) == 2
+    wording(lines)
     nominal = MODEL.nominal_state
     assert [f"⚡ {execution.sentence(record, nominal).text}" for record in (GONE, BACK)] == lines

@@ -9,10 +9,10 @@ import pytest
 
 from scbm.model import InputError, Slug
 from scbm.store import History, Recipe, combine_stores, read_history, store_file, write_store
-from scbm.store.store_reader import history_in
-from scbm.store.store_tables import Tables
+from scbm.store.store_tables import Tables, history_in
 from scbm.testing import CaseResult
 from support.stores import a_run, cell, results, store
+from support.wording import Wording
 
 EDITED = (("gr: light != red", "gr: light == green"),)
 
@@ -60,14 +60,14 @@ def test_a_file_that_is_no_store_is_not_replaced(tmp_path: Path) -> None:
     assert notes.read_text(encoding="utf-8") == "keep me"
 
 
-def test_stores_of_other_models_are_refused(tmp_path: Path) -> None:
+def test_stores_of_other_models_are_refused(tmp_path: Path, wording: Wording) -> None:
     (one,) = _stores(tmp_path, 1)
     two = store(tmp_path / "2.db", 2, results(2, 2), cell(*EDITED))
     with pytest.raises(InputError) as caught:
         combine_stores([one, two], tmp_path / "all.db")
     found = caught.value.diagnostics[0]
     assert (found.slug, found.place.file) == (Slug.STORE_OTHER_MODEL, str(one))
-    assert "operation `scan_box` was edited" in found.message
+    wording(found.message)
     assert not (tmp_path / "all.db").exists()
 
 

@@ -14,14 +14,13 @@ import pytest
 
 from scbm.cases import Case, Network
 from scbm.files import Scope, parse_requirement
-from scbm.model import InputError, Requirement, Slug
+from scbm.model import InputError, PlannerChoice, Requirement, Slug
 from scbm.store import (
     History,
     Recipe,
     Replays,
     StoredRun,
     combine_stores,
-    compressed_logs,
     digest_of,
     drawn_recipe,
     key_of,
@@ -32,6 +31,7 @@ from scbm.store.store_tables import Tables
 from scbm.testing import Execution, RandomCases, Tester
 from support.real_runs import WHERE, log_of, log_text, real_run
 from support.stores import a_run, cell, results, store
+from support.wording import Wording
 
 MODEL = cell()
 VERSION_1 = Path(__file__).parent / "version_1.db"
@@ -218,11 +218,12 @@ def test_a_log_that_does_not_give_its_run_again_is_not_shown_as_something_else(
 @pytest.mark.parametrize(
     "log",
     [b"", b"no log", zlib.compress(b"a log")[:-1], zlib.compress(b"a log") + b"x", zlib.compress(b"\xff"), 1, None],
+    ids=["empty", "not compressed", "cut off", "too long", "not UTF-8", "number", "none"],
 )
-def test_a_damaged_log_is_a_damaged_store(path: Path, tmp_path: Path, log: object) -> None:
+def test_a_damaged_log_is_a_damaged_store(path: Path, tmp_path: Path, log: object, wording: Wording) -> None:
     add(path, nodes_run(1), real_run(MODEL, drawn()[0]))
     changed(path, "UPDATE test_case SET log = ?", log)
-    assert complaint(path) == "this store is damaged or cut off: it has rows that scbm does not write"
+    wording(complaint(path))
     with pytest.raises(InputError):
         combine_stores([path], tmp_path / "all.db")
 
@@ -248,15 +249,15 @@ def test_a_log_that_grows_too_large_is_damage(path: Path, monkeypatch: pytest.Mo
     execution = real_run(MODEL, drawn()[0])
     size = len(log_text(MODEL, execution).encode())
     add(path, nodes_run(1), execution)
-    monkeypatch.setattr(compressed_logs, "MAX_BYTES", size)
+    monkeypatch.setattr("scbm.store.history.MAX_LOG_BYTES", size)
     assert shown(read_history(path)) == [execution.digest]
-    monkeypatch.setattr(compressed_logs, "MAX_BYTES", size - 1)
+    monkeypatch.setattr("scbm.store.history.MAX_LOG_BYTES", size - 1)
     complaint(path)
 
 
-def test_a_log_that_is_too_large_is_not_kept(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compressed_logs, "MAX_BYTES", 10)
-    with pytest.raises(InputError, match="the log of `seed-1-case-1` is larger than"):
+def test_a_log_that_is_too_large_is_not_kept(path: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
+    monkeypatch.setattr("scbm.store.history.MAX_LOG_BYTES", 10)
+    with wording.raises(InputError):
         add(path, nodes_run(1), real_run(MODEL, drawn()[0]))
 
 
@@ -292,7 +293,7 @@ def _tables(path: Path) -> dict[str, list[tuple[object, ...]]]:
         connection.close()
 
 
-def test_who_writes_to_a_store_of_version_1_makes_it_one_of_version_2(old: Path, path: Path) -> None:
+def test_who_writes_to_a_store_of_version_1_makes_it_one_of_the_newest(old: Path, path: Path) -> None:
     before = read_history(old)
     execution = real_run(MODEL, drawn(9)[8])
     with write_store(old, MODEL, nodes_run(5)) as writer:
@@ -300,13 +301,13 @@ def test_who_writes_to_a_store_of_version_1_makes_it_one_of_version_2(old: Path,
         assert version(old) == 1
         writer.add(1, recipe_of(execution.case), execution.result, log_text(MODEL, execution))
     history = read_history(old)
-    assert version(old) == 2
+    assert version(old) == 3
     assert history.cases[:-1] == before.cases
     assert shown(history)[-1] == execution.digest
     assert _tables(old) == _tables(store(path, 1, results(1, 1)))
 
 
-def test_an_error_while_a_store_becomes_one_of_version_2_leaves_it_as_it_was(
+def test_an_error_while_a_store_becomes_one_of_the_newest_leaves_it_as_it_was(
     old: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def broken(*_: object) -> None:
@@ -336,11 +337,39 @@ def test_stores_of_both_versions_are_united(old: Path, path: Path, tmp_path: Pat
     assert read_history(target) == history
     assert [stored.key.hex() for stored in history.cases[:-1]] == KEYS
     assert shown(history)[-1] == execution.digest
-    assert (version(target), version(old)) == (2, 1)
+    assert (version(target), version(old)) == (3, 1)
 
 
 def test_a_store_of_version_1_may_be_the_target(old: Path, path: Path) -> None:
     add(path, nodes_run(5), real_run(MODEL, drawn(9)[8]))
     history = combine_stores([old, path], old).history
-    assert (version(old), read_history(old)) == (2, history)
+    assert (version(old), read_history(old)) == (3, history)
     assert len(history.cases) == len(KEYS) + 1
+
+
+# version 2
+
+
+def test_the_cases_of_a_store_of_version_2_were_planned_by_the_canonical_planner(path: Path) -> None:
+    before = store(path, 1, results(1, 2))
+    changed(path, "ALTER TABLE run DROP COLUMN planner")
+    changed(path, "PRAGMA user_version = 2")
+    assert [run.planner for run in read_history(path).runs] == ["canonical 1"]
+    assert version(path) == 2
+    store(path, 2, results(1, 3, "drawn"))
+    assert (version(path), _tables(path)) == (3, _tables(before))
+    assert [run.planner for run in read_history(path).runs] == ["canonical 1"] * 2
+
+
+def test_cases_of_another_planner_are_other_cases_and_shown_by_it(path: Path) -> None:
+    greedy = replace(MODEL, planner=PlannerChoice("greedy"))
+    for number, model in enumerate((MODEL, greedy), start=1):
+        with write_store(path, model, a_run(number, model)) as writer:
+            for position, case in enumerate(drawn(2), start=1):
+                writer.add(position, drawn_recipe(case, ""), Tester(model).execute(case).result)
+    history = read_history(path)
+    assert [run.planner for run in history.runs] == ["canonical 1", "greedy 1"]
+    assert len(history.cases) == 4
+    replays = Replays(history)
+    executions = [execution for stored in history.cases if (execution := replays.execute(stored)) is not None]
+    assert sorted(execution.trace.planner.name for execution in executions) == ["canonical"] * 2 + ["greedy"] * 2

@@ -14,6 +14,7 @@ from scbm.model import InputError, Slug
 from scbm.store import combine_stores, read_history, write_store
 from scbm.store.store_tables import CaseRow, Tables
 from support.stores import a_run, cell, results, store
+from support.wording import Wording
 
 
 @pytest.fixture
@@ -39,9 +40,11 @@ def test_a_directory(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"behavior_model: cell\n", b"\0" * 4096, b"PK\3\4", b"SQLite format 2\0"])
-def test_not_a_store_at_all(path: Path, content: bytes) -> None:
+def test_not_a_store_at_all(path: Path, content: bytes, wording: Wording) -> None:
     path.write_bytes(content)
-    assert _complaint(path) == (Slug.NOT_A_STORE, "this is not a coverage store")
+    slug, message = _complaint(path)
+    assert slug is Slug.NOT_A_STORE
+    wording(message)
     assert path.read_bytes() == content
 
 
@@ -53,12 +56,13 @@ def test_the_database_of_someone_else(path: Path) -> None:
     assert _complaint(path)[0] is Slug.NOT_A_STORE
 
 
-def test_a_newer_store(path: Path) -> None:
+def test_a_newer_store(path: Path, wording: Wording) -> None:
     with sqlite3.connect(path) as newer:
-        newer.execute("PRAGMA user_version = 3")
+        newer.execute("PRAGMA user_version = 4")
     newer.close()
-    expected = "this store was written by a newer scbm: its version is 3, and this scbm knows 2"
-    assert _complaint(path) == (Slug.STORE_NEWER, expected)
+    slug, message = _complaint(path)
+    assert slug is Slug.STORE_NEWER
+    wording(message)
     with pytest.raises(InputError) as caught, write_store(path, cell(), a_run(2, cell())):
         pass
     assert caught.value.diagnostics[0].slug is Slug.STORE_NEWER

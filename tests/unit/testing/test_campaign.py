@@ -11,10 +11,11 @@ import pytest
 from scbm.cases import RecordedRun
 from scbm.cases.trace import write_trace
 from scbm.files import load_model
-from scbm.reports import Setting, coverage_report, timeline, told_failures
+from scbm.reports import Setting, coverage_report, failure_lines, timeline
 from scbm.reports.run.mcap_trace import write_mcap
 from scbm.reports.run.perfetto import write_perfetto
 from scbm.testing import Campaign, FailureKind, RandomCases, Shrinker, Tester, campaign_json, find_causes
+from support.wording import Wording
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
 
@@ -62,44 +63,45 @@ def test_cases_that_were_lost_count_as_failed_and_are_one_finding() -> None:
     assert [result.case for result in campaign.failed] == [two, three]
     assert campaign.coverage.visited == without.coverage.visited
     (finding,) = find_causes(tester, campaign)
-    assert [result.case for result in finding.results] == [two, three]
+    assert (finding.names, finding.count) == ((two.name, three.name), 2)
     assert (finding.failure.kind, finding.shrunk) == (FailureKind.LOST, None)
 
 
-def test_a_lost_case_is_shown_by_every_report_of_a_campaign() -> None:
+def test_a_lost_case_is_shown_by_every_report_of_a_campaign(wording: Wording) -> None:
     model = load_model(EXAMPLE / "before.yaml")
     tester = Tester(model)
     one, two = RandomCases(model).first(2, seed=1)
     campaign = Campaign.of(model, [tester.execute(one).result, tester.lost(two, "the controller was lost").result])
     findings = find_causes(tester, campaign)
-    told = campaign_json(campaign, 1, findings, ("scbm test …",))
-    assert told["passed"] is False
-    lost = told["cases"][1]
+    document = campaign_json(campaign, 1, findings, ("scbm test …",))
+    assert document["passed"] is False
+    lost = document["cases"][1]
     assert (lost["verdict"], lost["passed"], lost["requests"], lost["visited"]) == ("lost", False, 0, [])
-    assert lost["failures"] == ["the run was not finished: the controller was lost"]
-    (finding,) = told["findings"]
+    (failure,) = lost["failures"]
+    assert failure == str(findings[0].failure)
+    (finding,) = document["findings"]
     assert (finding["kind"], finding["again"], finding["smallest"]) == ("lost", "scbm test …", None)
     setting = Setting("cell.yaml", 1, 2, findings=findings, commands=("scbm test …",))
-    report = "\n".join(str(line) for line in coverage_report(campaign, setting))
-    assert "1 lost" in report
-    assert "    the run was not finished: the controller was lost\n    again: scbm test …" in report
-    assert "smallest" not in report
+    report = [str(line) for line in coverage_report(campaign, setting)]
+    place = report.index("    again: scbm test …")
+    wording([report[2], *report[place - 1 : place + 1]])
+    assert not any("smallest" in line for line in report)
 
 
-def test_a_lost_case_cannot_be_shrunk() -> None:
+def test_a_lost_case_cannot_be_shrunk(wording: Wording) -> None:
     model = load_model(EXAMPLE / "before.yaml")
     lost = Tester(model).lost(RandomCases(model).case(1, 1), "the controller was lost")
-    with pytest.raises(ValueError, match="cannot be shrunk"):
+    with wording.raises(ValueError):
         Shrinker(Tester(model)).shrink(lost, lost.verdict.failures[0])
 
 
-def test_a_lost_case_is_drawn_as_a_run_in_which_nothing_happened() -> None:
+def test_a_lost_case_is_drawn_as_a_run_in_which_nothing_happened(wording: Wording) -> None:
     model = load_model(EXAMPLE / "before.yaml")
     lost = Tester(model).lost(RandomCases(model).case(1, 1), "the controller was lost")
-    told = "FAILED  the run was not finished: the controller was lost"
-    assert [str(line) for line in timeline(model, lost, every=False)] == [told]
-    assert [str(line) for line in told_failures(model, lost)] == ["the run was not finished: the controller was lost"]
+    (failure,) = lost.verdict.failures
+    wording(str(line) for line in timeline(model, lost, every=False))
+    assert [str(line) for line in failure_lines(model, lost)] == [str(failure)]
     for write in (write_perfetto, write_mcap):
         stream = BytesIO()
         write(model, lost, stream)
-        assert b"the run was not finished" in stream.getvalue()
+        assert str(failure).encode() in stream.getvalue()

@@ -15,6 +15,7 @@ from scbm.running.simulation import Choices, Simulator
 from scbm.testing import FailureKind, Tester
 from scbm.testing.node_runs import NodeTester
 from support.models import scan_cell
+from support.wording import Wording
 
 MODEL = scan_cell()
 CASES = [
@@ -54,14 +55,14 @@ def test_verdicts_are_those_of_simulations() -> None:
     assert session.options == [tester.options_of(case) for case in CASES]
 
 
-def test_a_run_that_is_lost_is_not_passed_visited_nothing_and_the_next_goes_on() -> None:
+def test_a_run_that_is_lost_is_not_passed_visited_nothing_and_the_next_goes_on(wording: Wording) -> None:
     first, second, third = NodeTester(Tester(MODEL), Simulates(loses="fails")).executions(CASES)
     assert first.verdict.passed
     assert not second.verdict.passed
     assert (second.verdict.end, second.visited, second.log, second.reactions) == (End.LOST, 0, None, ())
     (failure,) = second.verdict.failures
     assert failure.kind is FailureKind.LOST
-    assert "the controller was lost" in failure.message
+    wording(failure.message)
     assert third.verdict.end is not End.LOST
 
 
@@ -75,8 +76,8 @@ class Late(Simulates):
         return NodeRun(replace(done.run, records=records), replace(done.log, time_scale=Fraction(1000)))
 
 
-def test_a_run_that_the_machine_could_not_keep_up_with_says_nothing_of_its_goal() -> None:
+def test_a_run_that_the_machine_could_not_keep_up_with_says_nothing_of_its_goal(wording: Wording) -> None:
     reached, limited, _ = NodeTester(Tester(MODEL), Late()).executions(CASES)
     assert reached.verdict.passed
     assert limited.verdict.end is End.LOST
-    assert "did not keep up with a time scale of 1000" in limited.verdict.failures[0].message
+    wording(limited.verdict.failures[0].message)

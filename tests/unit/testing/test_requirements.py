@@ -10,6 +10,7 @@ from scbm.files import Scope, parse_requirement
 from scbm.model import BehaviorModel, Outcome, Requirement
 from scbm.testing import Execution, Tester, Violation
 from support.models import scan_cell
+from support.wording import Wording
 
 MODEL = scan_cell()
 S = 1_000_000_000
@@ -18,8 +19,10 @@ S = 1_000_000_000
 def _broken(sentence: str, model: BehaviorModel = MODEL, *outcomes: Outcome) -> tuple[Violation, Execution]:
     """The one violation of a sentence by a run in which a scan takes two seconds."""
     requirement = Requirement("asked", parse_requirement(sentence, Scope.of(model)))
-    told = outcomes or (Outcome.SUCCEED,)
-    forced = tuple(OutcomeRule("scan", n, n, o, None if o is Outcome.TIMEOUT else 2 * S) for n, o in enumerate(told, 1))
+    given = outcomes or (Outcome.SUCCEED,)
+    forced = tuple(
+        OutcomeRule("scan", n, n, o, None if o is Outcome.TIMEOUT else 2 * S) for n, o in enumerate(given, 1)
+    )
     case = Case("case", *model.goals[0], model.nominal_state, forced, requirements=(requirement,))
     execution = Tester(model).execute(case)
     (violation,) = execution.violations
@@ -32,17 +35,14 @@ def _at(violation: Violation, execution: Execution) -> tuple[Record, Record]:
     return records[violation.begins], records[violation.record]
 
 
-def test_an_invariant_is_shown_by_the_record_that_breaks_it() -> None:
+def test_an_invariant_is_shown_by_the_record_that_breaks_it(wording: Wording) -> None:
     violation, execution = _broken("never scan_req_state == executing")
     begin, end = _at(violation, execution)
     assert begin is end
     assert isinstance(end, RequestSent)
     assert (violation.at_ns, violation.operation) == (0, "scan_box")
     assert violation.values == (("scan_req_state", "executing"),)
-    assert str(violation) == (
-        "asked is violated at 0.000 s, scan_box being current: scan_req_state == executing holds "
-        "(scan_req_state == executing)"
-    )
+    wording(violation)
 
 
 def test_before_is_shown_by_the_record_that_comes_too_early() -> None:

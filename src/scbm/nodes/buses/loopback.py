@@ -87,16 +87,16 @@ class LoopbackHub:
 
     def _match(self, topic: Topic) -> None:
         for publisher in self._publishers.get(topic.name, []):
-            publisher.tell_matched()
+            publisher.notify_matched()
         for subscription in self._subscriptions.get(topic.name, []):
-            subscription.tell_matched()
+            subscription.notify_matched()
 
     # services
 
     def add_client(self, client: _LoopbackClient) -> None:
         """Add a client."""
         self._clients.setdefault(client.service.name, []).append(client)
-        client.tell_matched()
+        client.notify_matched()
 
     def add_server(self, server: _LoopbackServer) -> None:
         """Add a server."""
@@ -123,7 +123,7 @@ class LoopbackHub:
 
     def _match_service(self, service: Service) -> None:
         for client in self._clients.get(service.name, []):
-            client.tell_matched()
+            client.notify_matched()
 
     def next_id(self) -> int:
         """Return a number that is unique at this hub."""
@@ -158,8 +158,8 @@ class _LoopbackPublisher:
         for subscription in self.hub.subscriptions_for(self):
             subscription.deliver(data, self.id)
 
-    def tell_matched(self) -> None:
-        self.known = _tell(self.bus, self.matched, self.known, self.peers)
+    def notify_matched(self) -> None:
+        self.known = _notify(self.bus, self.matched, self.known, self.peers)
 
 
 @dataclass(eq=False)
@@ -183,8 +183,8 @@ class _LoopbackSubscription:
         if self.left is not None:
             self.bus.later(self.left, source)
 
-    def tell_matched(self) -> None:
-        self.known = _tell(self.bus, self.matched, self.known, self.peers)
+    def notify_matched(self) -> None:
+        self.known = _notify(self.bus, self.matched, self.known, self.peers)
 
 
 @dataclass(eq=False)
@@ -217,15 +217,15 @@ class _LoopbackClient:
             server.bus.later(server.take, number, dict(fields), self)
         return number
 
-    def tell_matched(self) -> None:
-        self.known = _tell(self.bus, self.matched, self.known, self.peers)
+    def notify_matched(self) -> None:
+        self.known = _notify(self.bus, self.matched, self.known, self.peers)
 
 
 def _mismatch(why: str) -> Unmatched:
     return Unmatched(why, is_mismatch=True)
 
 
-def _tell(bus: LoopbackBus, matched: Callable[[int], None] | None, known: int, peers: int) -> int:
+def _notify(bus: LoopbackBus, matched: Callable[[int], None] | None, known: int, peers: int) -> int:
     if matched is not None and peers != known:
         bus.later(matched, peers)
     return peers

@@ -1,4 +1,7 @@
-"""The transports by name. To add one: a function that connects nodes, and an entry here."""
+"""The transports by name (`TRANSPORTS`): each carries the messages between nodes.
+
+To add one: a function that connects nodes, and an entry here.
+"""
 
 from __future__ import annotations
 

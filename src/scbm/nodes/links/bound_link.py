@@ -118,12 +118,12 @@ class BoundLink:
     def on_reply(self, resource: str, reply: Reply) -> None:
         """Handle a reply."""
         if reply.request in self._answered:
-            self._tell_second(reply.request)
+            self._report_second_reply(reply.request)
         else:
             self._answered.append(reply.request)
         self._listener.on_reply(resource, reply)
 
-    def _tell_second(self, request: Correlation) -> None:
+    def _report_second_reply(self, request: Correlation) -> None:
         if request.run not in self._answered_twice:
             self._answered_twice.append(request.run)
             which = f"a second reply of `{self._resource}` to request {request.number} is dropped"

@@ -98,7 +98,7 @@ _MAX_WARNED = 100
 """The maximum number of refused values that are reported: a driver may go on without end."""
 
 _LONGEST = 40
-"""So many characters are shown of what a driver said."""
+"""Maximum number of characters of a value of a driver that are shown."""
 
 
 class Refusals:

@@ -115,7 +115,7 @@ class ServiceLink:
 def _fields(call: ServiceCall, values: Mapping[str, Scalar]) -> dict[str, Scalar]:
     """Return the fields of a call: literal values, or values that the request carries."""
     types = dict(call.type.request)
-    given = {name: values[said.name] if isinstance(said, Reference) else said for name, said in call.request}
+    given = {name: values[value.name] if isinstance(value, Reference) else value for name, value in call.request}
     return {name: float(value) if types[name].is_float else value for name, value in given.items()}
 
 

@@ -98,10 +98,10 @@ def read_note(data: object, model: BehaviorModel, at_ns: int) -> Note:
 def reaction_json(reaction: Reaction) -> dict[str, Any]:
     """What happened to a request as data that `json` can write."""
     measured = reaction.measured
-    said = {"resource": reaction.resource, "outcome": reaction.outcome.value, "latency_ns": reaction.latency_ns}
+    fields = {"resource": reaction.resource, "outcome": reaction.outcome.value, "latency_ns": reaction.latency_ns}
     travels = {"request": reaction.request, "reply": reaction.reply, "cancel": reaction.cancel}
     return {
-        **said,
+        **fields,
         "measured": None if measured is None else _said(measured),
         **{message: None if delivery is None else list(delivery) for message, delivery in travels.items()},
     }
@@ -123,10 +123,10 @@ def read_reaction(data: object, model: BehaviorModel) -> Reaction:
 
 
 def _said(values: Changes) -> dict[str, Value]:
-    said = dict(values)
-    if len(said) != len(values):
+    by_name = dict(values)
+    if len(by_name) != len(values):
         raise ValueError("a variable has two values")
-    return said
+    return by_name
 
 
 def _injection_json(injection: Injection) -> dict[str, Any]:

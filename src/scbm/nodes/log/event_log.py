@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from scbm.cases.trace import End, run_end
 from scbm.files import read_case, write_case
-from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model import FIRST_PLANNER, Diagnostic, InputError, Place, PlannerIdentity, Slug
 from scbm.model.json_reader import JsonError, convert_json, read_json_object
 from scbm.nodes.log.event_json import Count, Note, event_json, reaction_json, read_event, read_reaction
 from scbm.running import Runner, RunnerOptions, records_of
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from scbm.running import Event, Program
 
 FORMAT = "scbm-events"
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 """Incremented with every change of the format; `docs/reference/event-logs.md` describes each version."""
 
 MAX_BYTES = 256 * 1024 * 1024
@@ -84,6 +84,7 @@ class EventLog:
         end: how the run ended.
         trace: the SHA-256 of its trace as text, in hexadecimal digits.
         model_file: the path of the model file from the directory of the log; `None` if it is not recorded.
+        planner: the planner of the controller.
     """
 
     model: str
@@ -97,6 +98,7 @@ class EventLog:
     end: End
     trace: str
     model_file: str | None = None
+    planner: PlannerIdentity = FIRST_PLANNER
 
 
 def replay(log: EventLog, program: Program) -> tuple[Record, ...]:
@@ -154,6 +156,7 @@ def write_event_log(log: EventLog, model: BehaviorModel) -> str:
         "options": asdict(log.options),
         "end": _of_a_trace(log.end).value,
         "trace": log.trace,
+        "planner": str(log.planner),
         "steps": len(log.steps),
         "reactions": len(log.reactions),
     }
@@ -241,7 +244,7 @@ class LogDocument:
         """Return the path of the model file, relative to the log. Raises `InputError` if the log does not name one."""
         named = self._header.model_file
         if named is None:
-            message = "the log does not say where its model is"
+            message = "the log names no model file"
             raise InputError([Diagnostic(Slug.MODEL_MISSING, message, Place(self._file), "add `--model FILE`")])
         return Path(self._file).parent / named
 
@@ -258,7 +261,7 @@ class LogDocument:
             raise InputError(wrong[:_MAX_REPORTED])
         return EventLog(
             model.name, digest, case, header.options, header.time_scale, header.real, steps, reactions, header.end,
-            header.trace, header.model_file,
+            header.trace, header.model_file, header.planner,
         )  # fmt: skip
 
     def _refuse_another_model(self, model: BehaviorModel, digest: str) -> None:
@@ -325,8 +328,9 @@ class _Header:
                 "the trace of a run, which does not have its events" if data.get("format") == "scbm-trace" else "no log"
             )
             raise _bad(f"this is {noun}", place)
-        if data.get("version") != FORMAT_VERSION:
-            message = f"version {data.get('version')} of the format of logs; this scbm reads version {FORMAT_VERSION}"
+        if data.get("version") not in (_WITHOUT_PLANNER, FORMAT_VERSION):
+            versions = f"{_WITHOUT_PLANNER} and {FORMAT_VERSION}"
+            message = f"version {data.get('version')} of the format of logs; this scbm reads versions {versions}"
             raise _bad(message, place)
         try:
             self._read()
@@ -334,7 +338,9 @@ class _Header:
             raise _bad(str(error), place) from None
 
     def _read(self) -> None:
-        _refuse_other_keys(self._data, _HEADER)
+        is_older = self._data["version"] == _WITHOUT_PLANNER
+        _refuse_other_keys(self._data, _HEADER if is_older else (*_HEADER, "planner"))
+        self.planner = FIRST_PLANNER if is_older else PlannerIdentity.parse(self._text("planner"))
         self.model = (self._text("model"), self._matched("model_digest", _DIGEST))
         self.model_file = None if self._data["model_file"] is None else self._text("model_file")
         self.case = self._text("case")
@@ -377,6 +383,9 @@ _HEADER = (
     "format", "version", "model", "model_digest", "model_file", "case", "time_scale", "real", "options", "end",
     "trace", "steps", "reactions",
 )  # fmt: skip
+
+_WITHOUT_PLANNER = 2
+"""The last version whose header does not name the planner."""
 
 _WORDS = {
     "model_digest": "a SHA-256, 64 hexadecimal digits",

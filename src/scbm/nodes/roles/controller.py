@@ -1,16 +1,21 @@
-"""The controller of a cell: runner and planner, in a process of its own (paper, Figure 5)."""
+"""The controller of a cell: runner and planner, in a process of its own (paper, Figure 5).
+
+It plans in a thread for long work, which does not keep the process alive.
+"""
 
 from __future__ import annotations
 
 import asyncio
 from collections import deque
+from concurrent.futures import Executor, Future
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from hashlib import sha256
-from typing import TYPE_CHECKING
+from queue import SimpleQueue
+from threading import Thread
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from scbm.cases import Injection
-from scbm.cases.trace import InjectionApplied, ResourceChanged, Trace, write_trace
+from scbm.cases.trace import InjectionApplied, ResourceChanged, Trace, trace_digest
 from scbm.files import read_case
 from scbm.model import InputError
 from scbm.nodes.buses.bus import BusError
@@ -23,6 +28,7 @@ from scbm.nodes.log.event_log import read_options
 from scbm.nodes.node_messages import (
     Abandon,
     Ended,
+    Forgot,
     Go,
     NotAMessageError,
     Prepare,
@@ -34,11 +40,9 @@ from scbm.nodes.node_messages import (
     read_fraction,
 )
 from scbm.nodes.node_messages import Note as NoteMessage
-from scbm.nodes.roles.background import Background
-from scbm.nodes.roles.cell_topics import GIVEN_UP, CellTopics
-from scbm.nodes.roles.membership import Membership
+from scbm.nodes.roles.cell_topics import GIVEN_UP, CellTopics, Membership
 from scbm.nodes.roles.wall_clock import Clock, Driver
-from scbm.planning import PlanCache, PlanLimits, Planner, Solved
+from scbm.planning import PlanCache, PlanLimits, Planner, Solved, recorded_answer
 from scbm.running import (
     GoalGiven,
     InjectionGiven,
@@ -50,6 +54,7 @@ from scbm.running import (
     Runner,
     RunnerOptions,
 )
+from scbm.running.search_guard import plan_guarded
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
@@ -63,6 +68,47 @@ if TYPE_CHECKING:
     from scbm.nodes.log.event_json import Note
     from scbm.nodes.roles.cell_topics import NodeContext
     from scbm.running import AskPlan, CancelRequest, Event, RunFinished, SendRequest
+
+
+T = TypeVar("T")
+
+
+class Background(Executor):
+    """Runs one piece of work after the other.
+
+    A `ThreadPoolExecutor` keeps the process alive until its work is done, and a thread cannot be interrupted.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._asked: SimpleQueue[Callable[[], None] | None] = SimpleQueue()
+        self._waiting: list[Future[Any]] = []
+        Thread(target=self._go_on, name=name, daemon=True).start()
+
+    def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:  # noqa: ANN401 - as it is defined
+        """Queue work; it starts when earlier work is done, unless it is cancelled before."""
+        future: Future[T] = Future()
+        self._waiting = [other for other in self._waiting if not other.done()] + [future]
+
+        def work() -> None:
+            if future.set_running_or_notify_cancel():
+                try:
+                    future.set_result(fn(*args, **kwargs))
+                except Exception as error:  # noqa: BLE001 - the future passes it on
+                    future.set_exception(error)
+
+        self._asked.put(work)
+        return future
+
+    def shutdown(self, wait: bool = False, *, cancel_futures: bool = True) -> None:  # noqa: ARG002, FBT001, FBT002 - as it is defined
+        """Stop without waiting: queued work is dropped."""
+        for future in self._waiting:
+            future.cancel()
+        self._asked.put(None)
+
+    def _go_on(self) -> None:
+        while (work := self._asked.get()) is not None:
+            work()
+
 
 _MAX_RUNS = 1_000
 """Late replies to the requests of so many runs are dropped without a word."""
@@ -103,11 +149,13 @@ class ControllerNode:
         self._now_ns = context.now_ns
         self._program = Program(model)
         self._refusals = Refusals(self._program, context.warn)
-        self._plans = PlanCache(Planner(model))
-        self._plan_limits = plan_limits or PlanLimits()
+        self._planner = Planner.of(model)
+        self._plans = PlanCache(self._planner)
+        self._plan_limits = plan_limits or PlanLimits.of(model)
         self._thread = Background("planner")
         self._loop = asyncio.get_running_loop()
         self._run: _ControlledRun | None = None
+        self._is_leaving = False
         self._runs: deque[str] = deque(maxlen=_MAX_RUNS)
         self._records: list[Record] = []
         self._planning: asyncio.Future[PlanAnswered] | None = None
@@ -150,7 +198,10 @@ class ControllerNode:
         return self._loop.call_later(_LOOK_S, self._look_for_troubles)
 
     async def close(self) -> None:
-        """Give up the run, and cancel requests in flight. The caller closes the bus."""
+        """Give up the run, cancel requests in flight, and take no more cases. The caller closes the bus."""
+        self._is_leaving = True
+        if self._run is not None and self._run.driver is None:
+            self._say(Forgot(self._run.id, self.membership.own.node))
         self._give_up()
         if self._timer is not None:
             self._timer.cancel()
@@ -179,6 +230,8 @@ class ControllerNode:
             self._give_up()
 
     def _prepare(self, message: Prepare, tester: int) -> None:
+        if self._is_leaving:
+            return  # the tester asks again, and finds another controller
         run = self._run
         if run is not None and run.id == message.run:
             self._be_ready(run)
@@ -240,7 +293,7 @@ class ControllerNode:
             self._planning.cancel()  # the next run does not wait for a plan that has not been begun
         self._run = None
 
-    def _say(self, message: Prepared | Refused | Stepped | Ended) -> None:
+    def _say(self, message: Prepared | Forgot | Refused | Stepped | Ended) -> None:
         with self._warning(f"a `{message.kind}` for the tester is lost"):
             self._to_tester.publish(encode(message))
 
@@ -275,7 +328,10 @@ class ControllerNode:
         self._planning.add_done_callback(lambda done: self._planned(run, done))
 
     def _answer(self, asked: AskPlan, should_continue: Callable[[], bool]) -> PlanAnswered:
-        answer = self._plans.plan(asked.state, asked.goal, self._plan_limits, should_continue)
+        if self._run is not None and self._run.case.plans:
+            known = recorded_answer(self._run.case, asked.ask, self._planner, asked.state)
+            return PlanAnswered(asked.ask, PlanStatus(known.status), known.plan)
+        answer = plan_guarded(self._plans, asked.state, asked.goal, self._plan_limits, should_continue)
         plan = answer.plan if isinstance(answer, Solved) else ()
         return PlanAnswered(asked.ask, PlanStatus(answer.status), plan)
 
@@ -303,7 +359,7 @@ class ControllerNode:
         run = self._run
         assert run is not None  # noqa: S101 - only a run ends
         trace = Trace(self._model.name, run.case.name, tuple(self._records))
-        self._say(Ended(run.id, run.steps, sha256(write_trace(trace).encode()).hexdigest()))
+        self._say(Ended(run.id, run.steps, trace_digest(trace), str(self._planner.identity)))
         applied = [record.injection for record in self._records if isinstance(record, InjectionApplied)]
         how = GIVEN_UP if GIVEN_UP in applied else end.end.replace("_", " ")
         self._report(f"{run.case.name}: {how} after {self._records[-1].at_ns / 1e9:.3f} s")

@@ -44,7 +44,7 @@ _OUTCOMES = {RequestOutcome.SUCCEEDED: Outcome.SUCCEED, RequestOutcome.FAILED: O
 class RequestStage(Protocol):
     """Receives the decisions."""
 
-    def tell(self, message: React | Fate | Become | RestartResource) -> None:
+    def publish(self, message: React | Fate | Become | RestartResource) -> None:
         """Send a message to the node that simulates the resource."""
         ...
 
@@ -86,6 +86,11 @@ class Director:
         """Whether messages of simulated resources can be delayed, lost or doubled."""
         return not self._choices.is_plain
 
+    @property
+    def has_requests(self) -> bool:
+        """Whether the run has sent a request."""
+        return bool(self._choices.taken)
+
     def follow(self, effects: Iterable[Effect], at_ns: int) -> None:
         """Handle the effects of the runner at a time of the run."""
         for effect in effects:
@@ -98,11 +103,11 @@ class Director:
                         self._missed.append(request)
                     if self.is_relayed and resource not in self._real:
                         copies = self._travel(MessageKind.CANCEL, request, resource, at_ns)
-                        self._stage.tell(Fate(self._run, request, resource, 0, copies))
+                        self._stage.publish(Fate(self._run, request, resource, 0, copies))
                 case ChangeResource(resource, condition):
                     self._conditions[resource] = condition
                     self._expect_nothing_of(resource)
-                    self._stage.tell(self._become(resource, condition))
+                    self._stage.publish(self._become(resource, condition))
                 case ReplyReceived() | ReplyDropped():
                     self._open.pop(effect.request, None)
                     self._due.pop(effect.request, None)
@@ -120,26 +125,26 @@ class Director:
         copies = self._travel(MessageKind.REPLY, asked.request, asked.resource, at_ns)
         if self._due.pop(asked.request, None) is not None and copies:
             self._due[asked.request] = at_ns + min(copies)
-        self._stage.tell(Fate(self._run, asked.request, asked.resource, asked.job, copies))
+        self._stage.publish(Fate(self._run, asked.request, asked.resource, asked.job, copies))
 
     def restart(self, resource: str, *, is_down: bool) -> None:
         """Take a resource down, or bring it up, as the case says; such times may overlap."""
         self._downs[resource] = downs = self._downs.get(resource, 0) + (1 if is_down else -1)
         self._expect_nothing_of(resource)
-        self._stage.tell(RestartResource(self._run, resource, downs > 0))
+        self._stage.publish(RestartResource(self._run, resource, downs > 0))
         condition = "down" if downs else str(self._conditions.get(resource, Condition()))
         self._stage.note(ResourceChanged(0, NETWORK, resource, condition))
 
-    def tell_again(self, resources: Iterable[str]) -> None:
+    def publish_again(self, resources: Iterable[str]) -> None:
         """Send a node that rejoined during the run the state of its resources."""
         for resource in resources:
             if resource in self._conditions:
-                self._stage.tell(self._become(resource, self._conditions[resource]))
+                self._stage.publish(self._become(resource, self._conditions[resource]))
             if self._downs.get(resource, 0):
-                self._stage.tell(RestartResource(self._run, resource, is_down=True))
+                self._stage.publish(RestartResource(self._run, resource, is_down=True))
             for message in self._open.values():
                 if message.resource == resource:
-                    self._stage.tell(message)
+                    self._stage.publish(message)
 
     def reactions(self, records: Sequence[Record]) -> tuple[Reaction, ...]:
         """Return the reactions to the requests of a run: as decided, or as observed where that differs.
@@ -168,7 +173,7 @@ class Director:
         if copies and reaction.outcome is not Outcome.TIMEOUT and not self._is_troubled(resource):
             self._due[request] = at_ns + min(copies) + reaction.latency_ns
         self._open[request] = message
-        self._stage.tell(message)
+        self._stage.publish(message)
 
     def _is_troubled(self, resource: str) -> bool:
         return resource in self._conditions or self._downs.get(resource, 0) > 0

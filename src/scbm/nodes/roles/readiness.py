@@ -61,7 +61,7 @@ def beyond_reach(case: Case, model: BehaviorModel, real: Sequence[str]) -> str |
     subjects = _resources_with_rules(case, model)
     name = next((name for name in real if name in subjects), None)
     if name is not None:
-        return f"says what becomes of `{name}`, which is real"
+        return f"decides the outcome of `{name}`, which is real"
     is_alone = all(resource.name in real for resource in model.resources)
     if real and is_alone and case.network != Network():
         return "has faults of the network, and no resource is simulated that could carry them out"

@@ -27,8 +27,7 @@ from scbm.nodes.node_messages import (
     read_fraction,
     read_object,
 )
-from scbm.nodes.roles.cell_topics import CellTopics, is_of_tester
-from scbm.nodes.roles.membership import Membership
+from scbm.nodes.roles.cell_topics import CellTopics, Membership, is_of_tester
 from scbm.nodes.roles.wall_clock import Clock
 from scbm.running.simulation.simulated_resources import Job, SimulatedResource
 
@@ -168,7 +167,7 @@ class _AnsweredRun:
 class _PendingRequest:
     """A request: its sender, once it has arrived, and the fate of each copy, once that is decided.
 
-    `number` tells it from all others of the resource, those of other runs among them.
+    `number` is unique among all requests of the resource, in this run and in others.
     """
 
     id: Correlation

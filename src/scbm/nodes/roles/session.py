@@ -14,7 +14,7 @@ from scbm.nodes.roles.controller import ControllerNode
 from scbm.nodes.roles.node_process import AbsenceWatch
 from scbm.nodes.roles.readiness import Lack, NotReadyError, Reason
 from scbm.nodes.roles.resources_node import ResourcesNode
-from scbm.nodes.roles.tester_node import LostError, TesterNode
+from scbm.nodes.roles.tester_node import LostError, NotBegunError, TesterNode
 from scbm.running.simulation import PlainReactions
 
 if TYPE_CHECKING:
@@ -27,12 +27,15 @@ if TYPE_CHECKING:
     from scbm.nodes.buses.bus import Bus
     from scbm.nodes.buses.transports import Join
     from scbm.nodes.node_messages import Status
-    from scbm.nodes.roles.child_processes import Children
+    from scbm.nodes.roles.node_process import Children
     from scbm.nodes.roles.tester_node import NodeRun
     from scbm.running import RunnerOptions
     from scbm.running.simulation import Choices
 
 T = TypeVar("T")
+
+_MOST_CONTROLLERS = 10
+"""A case that so many controllers leave before its run begins is lost: it may be the case that ends them."""
 
 
 class Cell(Protocol):
@@ -262,6 +265,30 @@ class Session:
         return self._tester
 
     async def _run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
+        """Run a case; begin again if the controller leaves before the run has sent a request."""
+        tester = await self._whole_cell()
+        for _ in range(_MOST_CONTROLLERS - 1):
+            try:
+                return await self._run_once(tester, case, choices, options)
+            except NotBegunError as error:
+                tester = await self._whole_cell_after(error)
+        return await self._run_once(tester, case, choices, options)
+
+    async def _run_once(self, tester: TesterNode, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
+        awaits = any(name in tester.real for name in self._measuring())
+        run = tester.run(case, choices, replace(options, awaits_measurements=awaits))
+        return await _beside(self._cell.keep(), run)
+
+    async def _whole_cell_after(self, left: NotBegunError) -> TesterNode:
+        """Wait for all nodes once more. Raises `LostError` with both reasons."""
+        self.warn(f"{left}; the case begins again when all nodes are there")
+        try:
+            return await self._whole_cell()
+        except LostError as error:
+            raise LostError(f"{left}, and the case could not begin again: {error}") from None
+
+    async def _whole_cell(self) -> TesterNode:
+        """Return the tester once all nodes are there. Raises `LostError` after the timeout."""
         assert self._tester is not None  # noqa: S101 - `with` has opened it
         tester = self._tester
         bus = await self._cell.mend()
@@ -277,9 +304,7 @@ class Session:
             self._was_lost = True  # the next case does not wait as long again
             raise LostError(str(error)) from None
         self._was_lost = False
-        awaits = any(name in tester.real for name in self._measuring())
-        run = tester.run(case, choices, replace(options, awaits_measurements=awaits))
-        return await _beside(self._cell.keep(), run)
+        return tester
 
     def _status_again(self, before: Status) -> Status:
         """Return the status of a tester that rejoins. It keeps its age only among nodes that it started.

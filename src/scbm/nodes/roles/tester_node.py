@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import asyncio
 from dataclasses import asdict, dataclass, replace
-from hashlib import sha256
 from typing import TYPE_CHECKING
 
-from scbm.cases.trace import End, MessageDisturbed, ResourceChanged, Trace, write_trace
+from scbm.cases.trace import End, MessageDisturbed, ResourceChanged, Trace, trace_digest
 from scbm.files import write_case
+from scbm.model import PlannerIdentity
 from scbm.nodes.buses.bus import BusError
 from scbm.nodes.log.event_json import event_json, read_event
 from scbm.nodes.log.event_log import EventLog, LogStep
@@ -28,9 +28,8 @@ from scbm.nodes.node_messages import (
     encode,
 )
 from scbm.nodes.node_messages import Note as NoteMessage
-from scbm.nodes.roles.cell_topics import GIVEN_UP, CellTopics, new_run
+from scbm.nodes.roles.cell_topics import GIVEN_UP, CellTopics, Membership, new_run
 from scbm.nodes.roles.director import Director
-from scbm.nodes.roles.membership import Membership
 from scbm.nodes.roles.readiness import Lack, NotReadyError, Reason, beyond_reach
 from scbm.nodes.roles.wall_clock import Clock
 from scbm.running import InjectionGiven, Program, RunFinished, Runner, records_of
@@ -65,6 +64,10 @@ _SILENT_NS = 3_000_000_000
 
 class LostError(Exception):
     """A run that was not finished, with the reason."""
+
+
+class NotBegunError(LostError):
+    """A run that ended before any request was sent, as its controller left: another controller may run the case."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -228,7 +231,7 @@ class TesterNode:
     # runs
 
     async def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
-        """Run a case. Raises `LostError` if it is not finished, for any reason."""
+        """Run a case. Raises `LostError` if it is not finished, `NotBegunError` if it can begin again."""
         if (why := beyond_reach(case, self._model, self.real)) is not None:
             raise LostError(f"the case {why}")
         run = _DirectedRun(self, case, choices, options, self._time_scale)
@@ -331,7 +334,7 @@ class _DirectedRun:
             raise LostError("steps of the controller did not arrive")
         records = tuple(self._records)
         model = self._node.model
-        digest = sha256(write_trace(Trace(model.name, self._case.name, records)).encode()).hexdigest()
+        digest = trace_digest(Trace(model.name, self._case.name, records))
         if digest != ended.trace:
             raise LostError("the steps of the controller do not give the trace that it has")
         if finished.end is not End.REACHED and (lacks := self._node.lacks()):
@@ -347,6 +350,7 @@ class _DirectedRun:
             self._director.reactions(records),
             finished.end,
             digest,
+            planner=PlannerIdentity.parse(ended.planner),
         )
         return NodeRun(Simulated(finished.end, self._steps[-1].at_ns, records), log)
 
@@ -371,8 +375,10 @@ class _DirectedRun:
             async with asyncio.timeout(_READY_S):
                 await self._all_ready.wait()
         except TimeoutError:
+            if (why := self._node.why_not()) is not None:
+                raise NotBegunError(why) from None
             silent = [self._node.words_of(node) for node, is_ready in self._ready.items() if not is_ready]
-            raise LostError(self._node.why_not() or f"{', '.join(silent)} did not prepare the run") from None
+            raise LostError(f"{', '.join(silent)} did not prepare the run") from None
         if self._done.done():
             self._done.result()
 
@@ -405,7 +411,7 @@ class _DirectedRun:
 
     # the stage of the director
 
-    def tell(self, message: React | Fate | Become | RestartResource) -> None:
+    def publish(self, message: React | Fate | Become | RestartResource) -> None:
         """Send a message to the node that simulates the resource."""
         self._node.say(message)
 
@@ -422,6 +428,8 @@ class _DirectedRun:
                 self._be_ready(node, received.source)
             case Refused(node=node, why=why):
                 self.fail(f"{self._node.words_of(node)} refused the run: {why}")
+            case Forgot() if self.is_going and received.source == self._controller and not self._steps:
+                self.fail("the controller left before it began the run", NotBegunError)
             case Forgot(node=node) if node in self._ready:
                 self._ready[node] = False
             case Stepped():
@@ -447,21 +455,23 @@ class _DirectedRun:
         if controller is not None and controller.node == node:
             self._controller = source
         if self.is_going:
-            self._director.tell_again(self._node.simulating()[node])
+            self._director.publish_again(self._node.simulating()[node])
         self._see_who_is_ready()
 
     def lose(self, source: int) -> None:
         """Handle the loss of a controller."""
         if source == self._controller:
             self._controller = None
-            if self.is_going:
+            if self.is_going and self._steps:
                 self.fail("the controller was lost")
+            elif self.is_going:
+                self.fail("the controller was lost before it began the run", NotBegunError)
 
-    def fail(self, why: str) -> None:
+    def fail(self, why: str, error: type[LostError] = LostError) -> None:
         """Mark the run as lost; `why` is a clause."""
         self._all_ready.set()
         if not self._done.done():
-            self._done.set_exception(LostError(why))
+            self._done.set_exception(error(why))
 
     def _step(self, message: Stepped, stamp_ns: int) -> None:
         if self._done.done():
@@ -478,7 +488,10 @@ class _DirectedRun:
             self.fail(f"a step of the controller makes no sense: {error}")
             return
         if isinstance(event, InjectionGiven) and event.injection.name == GIVEN_UP:
-            self.fail("the controller gave it up")
+            if self._director.has_requests:
+                self.fail("the controller gave it up")
+            else:
+                self.fail("the controller gave it up before it sent a request", NotBegunError)
         deadline_ns = self._runner.deadline_ns
         if deadline_ns is not None:
             self._arm_watch(self._clock.wall_ns(deadline_ns) - self._node.now_ns() + _SILENT_NS)

@@ -11,7 +11,6 @@ except ModuleNotFoundError as _missing:
         raise
     raise ImportError("scbm.plugins.hypothesis needs Hypothesis: pip install 'scbm[testing]'") from None
 
-from scbm.plugins.hypothesis.case_strategies import cases
-from scbm.plugins.hypothesis.clause_strategies import goals, initial_states, injections, networks, outcomes
+from scbm.plugins.hypothesis.case_strategies import cases, goals, initial_states, injections, networks, outcomes
 
 __all__ = ["cases", "goals", "initial_states", "injections", "networks", "outcomes"]

@@ -1,29 +1,304 @@
-"""Strategies for whole cases."""
+"""Strategies for whole cases and for their parts: goals, initial states, injections, networks, outcomes."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
+from itertools import islice
 from typing import TYPE_CHECKING, TypeVar
 
 from hypothesis import note
 from hypothesis import strategies as st
 from hypothesis.vendor.pretty import for_type_by_name
 
-from scbm.cases import Case, Network, Origin
+from scbm.cases import Case, Condition, ConditionKind, Injection, Network, Origin, OutcomeRule, Partition, Restart
 from scbm.files import Scope, parse_requirement, write_case
-from scbm.model import Requirement
-from scbm.plugins.hypothesis.clause_strategies import goals, initial_states, networks
-from scbm.plugins.hypothesis.clause_strategies import injections as any_injections
-from scbm.plugins.hypothesis.clause_strategies import outcomes as any_outcomes
+from scbm.model import (
+    Constant,
+    Diagnostic,
+    Equal,
+    InitialStates,
+    InputError,
+    Outcome,
+    Place,
+    Reference,
+    Requirement,
+    Role,
+    Slug,
+    State,
+)
+from scbm.model.variables import CURRENT_NAME
+from scbm.running.simulation import typical_ns
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from hypothesis.strategies import DrawFn, SearchStrategy
     from hypothesis.vendor.pretty import RepresentationPrinter
 
-    from scbm.cases import Injection, OutcomeRule
-    from scbm.model import BehaviorModel, Predicate, State
+    from scbm.cases.trace import Changes
+    from scbm.model import BehaviorModel, Latency, Predicate, Resource, Value, Variable
+
+
+_T = TypeVar("_T")
+
+
+def one_of(choices: Sequence[_T]) -> SearchStrategy[_T]:
+    """One of the choices; shrinks towards the first.
+
+    Hypothesis writes down what it draws from, and warns if that is long, as predicates and states are. So it draws a
+    number.
+    """
+    return st.sampled_from(range(len(choices))).map(lambda number: choices[number])
+
+
+def goals(model: BehaviorModel) -> SearchStrategy[tuple[str, Predicate]]:
+    """The goals of a model, each with its name; shrinks towards the first.
+
+    Raises:
+        InputError: the model has none.
+    """
+    if not model.goals:
+        message, remedy = "the model has no goals to draw from", "add `goals:` to the model"
+        raise InputError([Diagnostic(Slug.NO_GOALS, message, Place(model.name), remedy)])
+    return one_of(model.goals)
+
+
+_MAX_LISTED = 10_000
+"""So many combinations of random values are looked through; of a model with more, others are drawn beside these."""
+
+
+def initial_states(model: BehaviorModel) -> SearchStrategy[State]:
+    """The allowed states among the combinations of random values, and the nominal one if that is allowed.
+
+    Shrinks towards the nominal state: first to fewer variables that differ from it.
+
+    Raises:
+        InputError: no combination satisfies `initial_states`.
+    """
+    initial = InitialStates(model)
+    listed = list(_listed(model, initial))
+    if initial.combinations <= _MAX_LISTED:
+        if not listed:
+            message = "no combination of the random initial values satisfies `initial_states`"
+            remedy = f"it says: {model.initial_states}"
+            raise InputError([Diagnostic(Slug.NO_INITIAL_STATE, message, Place(model.name), remedy)])
+        return one_of(listed)
+    drawn = st.fixed_dictionaries({variable.name: _values(variable) for variable in model.space})
+    allowed = drawn.filter(initial.allows).map(lambda values: State(model.space, values))
+    return one_of(listed) | allowed if listed else allowed
+
+
+def _listed(model: BehaviorModel, initial: InitialStates) -> Iterator[State]:
+    """Some allowed states, the plainest first."""
+    nominal = model.nominal_state
+    if model.initial_states.holds(nominal):
+        yield nominal
+    others = (state for state in initial.allowed(_MAX_LISTED) if state != nominal)
+    yield from sorted(islice(others, _MAX_LISTED), key=lambda state: _difference(state, nominal))
+
+
+def _difference(state: State, nominal: State) -> int:
+    return sum(state[name] != nominal[name] for name in nominal)
+
+
+def _values(variable: Variable) -> SearchStrategy[bool | int | str]:
+    """The random values of a variable, the nominal one first if it is among them."""
+    return one_of(sorted(variable.random, key=lambda value: value != variable.initial))
+
+
+_MILLISECOND_NS = 1_000_000
+_SECOND_MS = 1_000
+_LATEST_MS = 20_000
+
+
+def times(most_ms: int = _LATEST_MS, least_ms: int = 0) -> SearchStrategy[int]:
+    """Nanoseconds that are whole milliseconds, often whole seconds."""
+    milliseconds = st.integers(least_ms, most_ms)
+    if most_ms - least_ms >= _SECOND_MS:
+        seconds = st.integers(-(-least_ms // _SECOND_MS), most_ms // _SECOND_MS)
+        milliseconds = seconds.map(lambda count: count * _SECOND_MS) | milliseconds
+    return milliseconds.map(lambda ms: ms * _MILLISECOND_NS)
+
+
+_MOST = 3
+
+_HOLDS = st.none() | times(least_ms=1)
+
+_CONDITIONS = (
+    Condition(ConditionKind.FAILING),
+    Condition(ConditionKind.DEAD),
+    Condition(ConditionKind.OCCUPIED),
+    Condition(ConditionKind.SLOWER, Fraction(3)),
+)
+
+
+def injections(model: BehaviorModel) -> SearchStrategy[tuple[Injection, ...]]:
+    """Injections that give a variable a value, or a resource a condition; now, at a time, or during an operation.
+
+    No two of them act on the same thing, so they do not contradict each other. Shrinks towards none.
+    """
+    kinds = _assignments(model) | _conditions(model) if model.resources else _assignments(model)
+    return st.lists(kinds, max_size=_MOST, unique_by=lambda injection: _target(injection, model)).map(
+        _numbered_injections
+    )
+
+
+def _target(injection: Injection, model: BehaviorModel) -> str:
+    """Return the target of an injection. The states of all operations are one target, as in a transition."""
+    if injection.resource is not None:
+        return f"resource {injection.resource}"
+    name, _ = injection.assign[0]
+    is_state = model.running_space[name].role in (Role.OPERATION_STATE, Role.CURRENT_STATE)
+    return "the state of the operation" if is_state else f"variable {name}"
+
+
+def _numbered_injections(drawn: Sequence[Injection]) -> tuple[Injection, ...]:
+    """Give injections the names that they have in a file without names."""
+    return tuple(replace(one, name=f"injection_{number}") for number, one in enumerate(drawn, start=1))
+
+
+def _assignments(model: BehaviorModel) -> SearchStrategy[Injection]:
+    targets = [variable for variable in model.running_space if variable.assignable]
+    moments = _moments(model)
+
+    @st.composite
+    def assignment(draw: DrawFn) -> Injection:
+        variable = draw(one_of(targets))
+        value = draw(one_of(variable.assignable))
+        holds = variable.role in (Role.DECLARED, Role.RESOURCE)
+        hold_ns = draw(_HOLDS) if holds else None
+        when, at_ns = draw(moments)
+        return Injection("injection", ((variable.name, value),), when, at_ns, hold_ns)
+
+    return assignment()
+
+
+def _conditions(model: BehaviorModel) -> SearchStrategy[Injection]:
+    moments = _moments(model)
+
+    @st.composite
+    def change(draw: DrawFn) -> Injection:
+        resource = draw(one_of(model.resources))
+        condition = draw(one_of(_CONDITIONS))
+        when, at_ns = draw(moments)
+        return Injection("injection", (), when, at_ns, draw(_HOLDS), resource.name, condition)
+
+    return change()
+
+
+def _moments(model: BehaviorModel) -> SearchStrategy[tuple[Predicate | None, int | None]]:
+    """When an injection acts: a predicate, a time, both, or neither."""
+    names = [operation.name for operation in model.operations]
+    whens = st.none() | st.sampled_from(names).map(_is_current) if names else st.none()
+    return st.tuples(whens, st.none() | times())
+
+
+def _is_current(operation: str) -> Predicate:
+    return Equal(Reference(CURRENT_NAME), Constant(operation))
+
+
+_MAX_LATENCY_MS = 50
+_MAX_JITTER_MS = 200
+_MAX_PER_CENT = 20
+_MAX_HELD_BACK_MS = 2_000
+_LONGEST_MS = 5_000
+_MAX_FAULTS = 2
+
+_PLAIN_NS = Network().held_back_ns
+_HELD_BACK = st.just(_PLAIN_NS) | times(_MAX_HELD_BACK_MS, 1)
+_SHARE = st.integers(0, _MAX_PER_CENT).map(lambda per_cent: Fraction(per_cent, 100))
+
+
+def networks(model: BehaviorModel) -> SearchStrategy[Network]:
+    """Networks with faults of all sorts: latency, jitter, loss, duplication, reordering, partitions, restarts.
+
+    Shrinks towards a perfect one. A network that is a matter of chance (`Network.draws`) needs a case with an origin.
+    """
+    resources = [resource.name for resource in model.resources]
+    cut = st.builds(Partition, times(), times(_LONGEST_MS, 1), one_of([None, *resources]))
+    down = st.builds(Restart, one_of(resources), times(), times(_LONGEST_MS)) if resources else st.nothing()
+
+    @st.composite
+    def network(draw: DrawFn) -> Network:
+        latency_ns, jitter_ns = draw(times(_MAX_LATENCY_MS)), draw(times(_MAX_JITTER_MS))
+        plain = Network(latency_ns, jitter_ns, draw(_SHARE), draw(_SHARE), draw(_SHARE))
+        return replace(
+            plain,
+            held_back_ns=draw(_HELD_BACK) if plain.duplication or plain.reordering else _PLAIN_NS,
+            partitions=tuple(draw(st.lists(cut, max_size=_MAX_FAULTS))),
+            restarts=tuple(draw(st.lists(down, max_size=_MAX_FAULTS))),
+        )
+
+    return network()
+
+
+_MAX_REQUESTS = 5
+"""Maximum number of requests to each resource whose outcome a case gives."""
+
+_MS_NS = 1_000_000
+
+
+def outcomes(model: BehaviorModel) -> SearchStrategy[tuple[OutcomeRule, ...]]:
+    """Rules for the first requests to each resource: any outcome, a possible latency, measured values.
+
+    Shrinks towards saying nothing, so that all requests succeed. An outcome whose share is 0 is drawn, too: to bring
+    about what chance does not is what cases are for.
+    """
+    rules = [_rules(resource) for resource in model.resources]
+    return st.tuples(*rules).map(lambda rule_lists: tuple(rule for of_one in rule_lists for rule in of_one))
+
+
+def _rules(resource: Resource) -> SearchStrategy[tuple[OutcomeRule, ...]]:
+    return st.lists(_rule(resource), max_size=_MAX_REQUESTS).map(_numbered)
+
+
+def _numbered(rules: Sequence[OutcomeRule]) -> tuple[OutcomeRule, ...]:
+    """Return the rules of the first, second, … request, without empty ones."""
+    numbered = (
+        (rule, OutcomeRule(rule.subject, number, number, rule.outcome, rule.latency_ns, rule.measured))
+        for number, rule in enumerate(rules, start=1)
+    )
+    return tuple(
+        numbered_rule for rule, numbered_rule in numbered if rule != OutcomeRule(rule.subject, rule.first, rule.last)
+    )
+
+
+def _rule(resource: Resource) -> SearchStrategy[OutcomeRule]:
+    """Return the rule of one request; `None` for a default success."""
+    latencies = st.none() | _latencies(resource.simulation.latency)
+    measured = st.none() | _measured(resource) if resource.simulation.measured else st.none()
+
+    @st.composite
+    def rule(draw: DrawFn) -> OutcomeRule:
+        outcome = draw(st.sampled_from((None, Outcome.FAIL, Outcome.TIMEOUT)))
+        latency_ns = None if outcome is Outcome.TIMEOUT else draw(latencies)
+        return OutcomeRule(resource.name, 1, 1, outcome, latency_ns, draw(measured) if outcome is None else None)
+
+    return rule()
+
+
+def _latencies(latency: Latency) -> SearchStrategy[int]:
+    """Latencies between the shortest and the longest: whole milliseconds where there are any."""
+    low_ns, high_ns = latency.points_ns[0], latency.points_ns[-1]
+    low_ms, high_ms = -(-low_ns // _MS_NS), high_ns // _MS_NS
+    between = times(high_ms, low_ms) if low_ms < high_ms else st.sampled_from([low_ns, high_ns])
+    return st.just(typical_ns(latency)) | between
+
+
+def _measured(resource: Resource) -> SearchStrategy[Changes]:
+    """A value for each measured variable of the resource, among its declared values."""
+    listed = resource.simulation.measured
+    values: list[SearchStrategy[tuple[str, Value]]] = [_named(name, choices) for name, choices in listed]
+    return st.tuples(*values)
+
+
+def _named(name: str, values: Sequence[Value]) -> SearchStrategy[tuple[str, Value]]:
+    return st.sampled_from(values).map(lambda value: (name, value))
+
+
+_any_injections, _any_outcomes = injections, outcomes
+"""By other names, as `cases` has parameters of these."""
 
 _Part = TypeVar("_Part")
 
@@ -58,8 +333,8 @@ def cases(  # noqa: PLR0913 - the parts of a case
     """
     drawn_goal = goals(model) if goal is None else goal
     drawn_initial = initial_states(model) if initial is None else initial
-    drawn_outcomes = _either(outcomes, any_outcomes(model), ())
-    drawn_injections = _either(injections, any_injections(model), ())
+    drawn_outcomes = _either(outcomes, _any_outcomes(model), ())
+    drawn_injections = _either(injections, _any_injections(model), ())
     drawn_network = _either(network, networks(model), Network())
     asked = _read(requirements or {}, model)
 

@@ -144,8 +144,8 @@ def _keep(session: pytest.Session) -> None:
         return
     from scbm.plugins.pytest.summary import keep
 
-    said, is_well = keep(config, list(models_of(config).results.parts()), file)
-    config.stash[_STORED] = said
+    lines, is_well = keep(config, list(models_of(config).results.parts()), file)
+    config.stash[_STORED] = lines
     if not is_well and session.exitstatus in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED):
         session.exitstatus = pytest.ExitCode.TESTS_FAILED
 

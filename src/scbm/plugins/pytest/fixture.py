@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from scbm.files import read_case
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.plugins.pytest.session_results import ModelResults
-from scbm.reports import told_failures
+from scbm.plugins.pytest.session_models import ModelResults
+from scbm.reports import failure_lines
 from scbm.testing import RandomCases
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ class ModelUnderTest:
         """
         __tracebackhide__ = True
         if case is not None and keys:
-            raise TypeError("a case says everything, so there is nothing to be said beside it")
+            raise TypeError("a case is complete: pass either a case or keyword arguments")
         test = _current_test()
         if case is not None:
             return self._execute(case, test)
@@ -93,7 +93,7 @@ class ModelUnderTest:
         __tracebackhide__ = True
         execution = self.run(case, **keys)
         if not execution.verdict.passed:
-            lines = [text.plain for text in told_failures(self.behavior, execution)]
+            lines = [text.plain for text in failure_lines(self.behavior, execution)]
             raise AssertionError("\n".join([f"case {execution.case.name} failed", *lines]))
         return execution
 
@@ -116,8 +116,8 @@ class ModelUnderTest:
 
     def _read(self, keys: dict[str, object], test: str) -> Case:
         """Return the case of keyword arguments, read as a file in which each key is a line."""
-        said = {"case": self._name(test)} | keys
-        return read_case("".join(_line(key, value) for key, value in said.items()), self.behavior, _FILE)
+        written = {"case": self._name(test)} | keys
+        return read_case("".join(_line(key, value) for key, value in written.items()), self.behavior, _FILE)
 
     def _name(self, test: str) -> str:
         """The name of the test, with a number from the second case on."""

@@ -11,8 +11,8 @@ import pytest
 from scbm.files import is_case_text, open_case
 from scbm.model import InputError
 from scbm.plugins.pytest import models_of
-from scbm.plugins.pytest.session_results import ModelResults
-from scbm.reports import told_failures
+from scbm.plugins.pytest.session_models import ModelResults
+from scbm.reports import failure_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -105,7 +105,7 @@ class CaseItem(pytest.Item):
         case = self._document.read(loaded.behavior)
         execution = models.run(loaded, case, self.nodeid, ModelResults.FILE)
         if not execution.verdict.passed:
-            lines = [text.plain for text in told_failures(loaded.behavior, execution)]
+            lines = [text.plain for text in failure_lines(loaded.behavior, execution)]
             raise CaseFailedError("\n".join([*lines, f"again: {self._command(models, loaded)}"]))
 
     def _command(self, models: SessionModels, loaded: LoadedModel) -> str:

@@ -1,24 +1,122 @@
-"""Loads each model of a session once, and runs its cases."""
+"""The models of a session, each loaded once, and the results of their cases.
+
+Results are those of a session, or of one of its workers: by model, in the order of the tests.
+"""
 
 from __future__ import annotations
 
 import os
+import pickle
 from dataclasses import dataclass, replace
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from scbm.files import load_model
 from scbm.model import InputError
-from scbm.plugins.pytest.session_results import SessionResults
-from scbm.testing import Tester
+from scbm.testing import Campaign, Tester
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     import pytest
 
     from scbm.cases import Case
     from scbm.model import BehaviorModel
-    from scbm.plugins.pytest.session_results import ModelResults
-    from scbm.testing import Execution
+    from scbm.testing import CaseResult, Execution
+
+
+class ModelResults(StrEnum):
+    """Where a case comes from."""
+
+    FILE = "case file"
+    TEST = "case of a test"
+    RANDOM = "random case"
+
+
+@dataclass(frozen=True, slots=True)
+class TestResult:
+    """A case that was run.
+
+    Attributes:
+        model: the file of its model.
+        test: the node id of the test that ran it.
+        number: which case of its process it is.
+        group: where the case comes from.
+        result: its result.
+        position: which of all tests its test is, once that is known.
+    """
+
+    model: str
+    test: str
+    number: int
+    group: ModelResults
+    result: CaseResult
+    position: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SessionPart:
+    """All cases of one model.
+
+    Attributes:
+        file: the model file, as messages show it.
+        path: the same, resolved.
+        entries: the cases, in the order of the tests.
+        campaign: the results of the cases.
+        groups: how many cases came from where.
+    """
+
+    file: str
+    path: Path
+    entries: tuple[TestResult, ...]
+    campaign: Campaign
+    groups: dict[ModelResults, int]
+
+
+class SessionResults:
+    """Keeps results. Each worker of pytest-xdist sends its results as one text."""
+
+    def __init__(self) -> None:
+        self._models: dict[str, tuple[str, BehaviorModel]] = {}
+        self._entries: list[TestResult] = []
+
+    def add(self, loaded: LoadedModel, test: str, group: ModelResults, result: CaseResult) -> None:
+        """Keeps a result."""
+        key = str(loaded.path)
+        self._models[key] = (loaded.shown, loaded.behavior)
+        self._entries.append(TestResult(key, test, len(self._entries), group, result))
+
+    def place(self, session: pytest.Session) -> None:
+        """Note the positions of tests, so that the order does not depend on the distribution over workers."""
+        items: list[pytest.Item] = getattr(session, "items", [])
+        positions = {item.nodeid: position for position, item in enumerate(items)}
+        self._entries = [
+            entry if entry.position is not None else replace(entry, position=positions.get(entry.test, len(positions)))
+            for entry in self._entries
+        ]
+
+    def pack(self) -> bytes:
+        """Return all results as a text for another process."""
+        return pickle.dumps((self._models, self._entries))
+
+    def unpack(self, packed: bytes) -> None:
+        """Add the results that another process packed."""
+        models, entries = pickle.loads(packed)  # noqa: S301 - it comes from a worker that this session started
+        self._models = models | self._models
+        self._entries += entries
+
+    def parts(self) -> Iterator[SessionPart]:
+        """The cases of each model, the models in the order of their first tests."""
+        by_model: dict[str, list[TestResult]] = {}
+        for entry in sorted(self._entries, key=lambda entry: (entry.position or 0, entry.number)):
+            by_model.setdefault(entry.model, []).append(entry)
+        for key, entries in by_model.items():
+            shown, behavior = self._models[key]
+            counts = {group: sum(entry.group is group for entry in entries) for group in ModelResults}
+            groups = {group: count for group, count in counts.items() if count}
+            campaign = Campaign.of(behavior, (entry.result for entry in entries))
+            yield SessionPart(shown, Path(key), tuple(entries), campaign, groups)
 
 
 @dataclass(frozen=True, slots=True)

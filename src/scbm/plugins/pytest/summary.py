@@ -15,9 +15,9 @@ from rich.text import Text
 from scbm.cases.coverage import Threshold
 from scbm.files import read_file
 from scbm.model import InputError
-from scbm.plugins.pytest.session_results import ModelResults
+from scbm.plugins.pytest.session_models import ModelResults
 from scbm.reports import Setting, counted, coverage_report
-from scbm.reports.terminal.combined_report import in_all, since_last_run
+from scbm.reports.terminal.store_report import in_all, since_last_run
 from scbm.store import Recipe, begin_run, drawn_recipe, sayable, write_store, written_recipe
 
 if TYPE_CHECKING:
@@ -25,8 +25,7 @@ if TYPE_CHECKING:
 
     import pytest
 
-    from scbm.plugins.pytest.session_models import SessionModels
-    from scbm.plugins.pytest.session_results import SessionPart, TestResult
+    from scbm.plugins.pytest.session_models import SessionModels, SessionPart, TestResult
 
 
 def keep(config: pytest.Config, parts: Sequence[SessionPart], file: str) -> tuple[list[str], bool]:
@@ -96,8 +95,8 @@ def _short(part: SessionPart) -> Iterator[Text]:
     """Return the figure and its parts on one line."""
     figure, campaign = part.campaign.coverage.figure, part.campaign
     line = Text(f"{part.file}: SCBM-IAS ").append(str(figure), style="bold")
-    line.append(f", {figure.visited} of {counted(figure.of, 'obligation')}, {counted(len(campaign.results), 'case')}")
-    yield line.append(f", {len(campaign.failed)} failed", style="red") if campaign.failed else line
+    line.append(f", {figure.visited} of {counted(figure.of, 'obligation')}, {counted(campaign.count, 'case')}")
+    yield line.append(f", {campaign.failed_count} failed", style="red") if campaign.failed_count else line
 
 
 def _rendered(text: Text, *, coloured: bool) -> str:

@@ -1,4 +1,4 @@
-"""The figure as a badge for a README: one SVG that fetches nothing, and has no `id` that could be another's."""
+"""The figure as a badge for a README: an SVG without external references and without `id` attributes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from scbm.store import History
 
 _COLOURS = ((100.0, "#2a7a3b"), (90.0, "#4a7326"), (75.0, "#6f6a00"), (50.0, "#8a5a00"), (25.0, "#a8480f"))
-"""From so many per cent on a colour; white on each of them has a contrast of 4.5 at least."""
+"""The colour from each percentage on; white text on each colour has a contrast of at least 4.5."""
 
 _LOW = "#b3261e"
 _NOTHING = "#666666"
@@ -26,16 +26,16 @@ _MARGIN = 6
 
 
 def badge(history: History) -> str:
-    """The badge of all cases of a store."""
+    """Return the badge for all cases of a store."""
     return badge_svg(history.coverage.figure)
 
 
 def badge_svg(figure: Figure, label: str = "SCBM-IAS") -> str:
-    """A badge of the usual size, 20 pixels high: a label, and the figure on a colour that goes with it.
+    """Return a badge, 20 pixels high: a label, and the figure on the colour for its percentage.
 
     Args:
-        figure: what to show.
-        label: what stands before it.
+        figure: the figure to show.
+        label: the text before it.
     """
     value = str(figure)
     left, right = _width(label), _width(value)
@@ -54,14 +54,14 @@ def badge_svg(figure: Figure, label: str = "SCBM-IAS") -> str:
 
 
 def _text(text: str, x: int, width: int) -> str:
-    """A text in the middle of its part; its length is said, so that it fits in whatever font there is."""
+    """Return a centred text with a fixed `textLength`, so that it fits in every font."""
     length = width - 2 * _MARGIN
     middle = x + width / 2
     return f'<text x="{middle:g}" y="14" textLength="{length}" aria-hidden="true">{escape(visible(text))}</text>'
 
 
 def _width(text: str) -> int:
-    """About as many pixels as a text takes in Verdana, with a margin on both sides."""
+    """Return the approximate width of a text in Verdana in pixels, with a margin on both sides."""
     return round(sum(map(_advance, text))) + 2 * _MARGIN
 
 

@@ -22,10 +22,10 @@ _EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 
 def cobertura_xml(history: History) -> str:
-    """A Cobertura file, as `coverage-04.dtd` has it: one package, the directory; one class in it, the model file.
+    """Return a Cobertura file by `coverage-04.dtd`; its package is the directory, its class the model file.
 
     Raises:
-        InputError: the source of the history says no model.
+        InputError: the source of the history is not a model.
     """
     marked = as_code(mark_file(history.model, history.source, history.coverage))
     base, name = _located(history.source.path)
@@ -49,17 +49,17 @@ def cobertura_xml(history: History) -> str:
 
 
 def _located(path: str) -> tuple[str, str]:
-    """Where files are sought, and what the model file is called there.
+    """Return the source directory, and the name of the model file relative to it.
 
-    A relative path is seen from the directory that everything is run in, which is that of the repository in CI. An
-    absolute one is split, as GitLab finds the part of a source that lies in the repository, but not that of a name.
+    A relative path starts from the working directory, which is that of the repository in CI. An absolute path is
+    split: GitLab strips the path of the repository from sources, but not from file names.
     """
     name = portable(path)
     return (posixpath.dirname(name), posixpath.basename(name)) if is_absolute(name) else (".", name)
 
 
 def _add_parts(file: Element, marked: MarkedFile) -> None:
-    """Operations and automatic transitions, which are the methods of the model."""
+    """Add operations and automatic transitions as the methods of the class."""
     by_number = {line.number: line for line in marked.measured}
     methods = SubElement(file, "methods")
     for part in marked.parts:
@@ -88,12 +88,12 @@ def _add_lines(owner: Element, lines: Sequence[MarkedLine], part: MarkedPart | N
 
 
 def _branches(line: MarkedLine, part: MarkedPart | None) -> list[tuple[str, int]]:
-    """The branches of a line: all of them, or those of one part that shares it with others."""
+    """Return the branches of a line: all, or those of one part if several parts share the line."""
     return [(o.aspect.value, count) for o, count in line.obligations if part is None or part.owns(o)]
 
 
 def _rates(lines: Sequence[MarkedLine], part: MarkedPart | None = None) -> dict[str, str]:
-    """What every level says of itself."""
+    """Return the attributes with the rates, which every level of the file has."""
     branches = _branches_figure(lines, part)
     return {"line-rate": _rate(_lines_figure(lines)), "branch-rate": _rate(branches), "complexity": "0"}
 
@@ -108,10 +108,10 @@ def _branches_figure(lines: Sequence[MarkedLine], part: MarkedPart | None = None
 
 
 def _rate(figure: Figure) -> str:
-    """A figure as a share, to as many digits as it has in per cent; 1 if there is nothing to measure."""
+    """Return a figure as a fraction with the precision of its percentage; 1 if there is nothing to measure."""
     return "1" if figure.percent is None else f"{figure.percent / 100:.4f}"
 
 
 def _milliseconds(started: str) -> int:
-    """A moment as milliseconds since 1970."""
+    """Return a moment as milliseconds since 1970."""
     return (datetime.fromisoformat(started) - _EPOCH) // timedelta(milliseconds=1)

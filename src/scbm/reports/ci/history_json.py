@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scbm.cases.coverage import bits_of, only_by, visitors_of_each
-from scbm.reports.reproduction import again
+from scbm.reports.stored_cases import again
 from scbm.store import Written
-from scbm.testing.campaign_as_json import coverage_json
+from scbm.testing.campaign import coverage_json
 
 if TYPE_CHECKING:
     from scbm.cases.coverage.set_cover import Cover
@@ -17,7 +17,7 @@ FORMAT_VERSION = 1
 
 
 def history_json(history: History) -> dict[str, Any]:
-    """All that a store holds, as data that `json` can write; in time linear in what it holds."""
+    """Return the contents of a store as data for `json`, in time linear in its size."""
     names = tuple(map(str, history.obligations))
     exclusive = only_by(history.coverage)
     return {
@@ -44,11 +44,11 @@ def history_json(history: History) -> dict[str, Any]:
 
 
 def smallest_json(history: History, cover: Cover) -> dict[str, Any]:
-    """The smallest suite that visits the same.
+    """Return the smallest suite with the same visits.
 
     Args:
-        history: where its cases are.
-        cover: the suite: places in `history.cases`.
+        history: the history that has its cases.
+        cover: the suite, as indices into `history.cases`.
     """
     return {
         "cases": [history.labels[place] for place in cover.chosen],
@@ -100,7 +100,7 @@ def _case(label: str, case: StoredCase, history: History) -> dict[str, Any]:
 
 
 def _nodes(case: StoredCase, history: History) -> dict[str, Any] | None:
-    """What a case ran over; nothing for simulation."""
+    """Return the nodes that ran a case; `None` for simulation."""
     real = case.recipe.real
     return None if real is None else {"where": history.where(case), "real": list(real)}
 

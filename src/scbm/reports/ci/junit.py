@@ -7,7 +7,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from scbm.reports.ci.xml_text import portable, xml_text
 from scbm.reports.figure_table import counted
-from scbm.reports.reproduction import again, again_words, place_of
+from scbm.reports.stored_cases import again, again_words, place_of
 from scbm.store import Drawn
 
 if TYPE_CHECKING:
@@ -16,14 +16,14 @@ if TYPE_CHECKING:
     from scbm.store import History, StoredCase
 
 _SECONDS = len("2026-11-21T12:00:00")
-"""The time of a run to the second, as Ant wrote it first and the tools still read it."""
+"""Length of a timestamp to the second, the form that Ant introduced and tools still expect."""
 
 
 def junit_xml(history: History) -> str:
-    """A JUnit file: one suite, named as the model, with each case as a test. Times are seconds of the runs.
+    """Return a JUnit file: one suite, named as the model, with each case as a test. Times are seconds of the runs.
 
-    Valid against the schema of Jenkins' xUnit plugin. That allows several failures of one test, but Jenkins and GitLab
-    show only one, so it tells of all.
+    It is valid by the schema of Jenkins' xUnit plugin, which allows several failures of one test. Jenkins and GitLab
+    show only one of them, so a test has one failure element that names all failures.
     """
     lost = sum(case.is_lost for case in history.cases)
     counts = {"tests": str(len(history.cases)), "failures": str(len(history.failed) - lost), "errors": str(lost)}
@@ -69,13 +69,15 @@ def _add_case(suite: Element, label: str, case: StoredCase, history: History) ->
 def _add_failure(test: Element, case: StoredCase, history: History) -> None:
     first, *others = case.verdict.failures
     more = f" (and {counted(len(others), 'more failure')})" if others else ""
-    tag = "error" if case.is_lost else "failure"  # that a test was not carried out is another thing to JUnit
+    tag = (
+        "error" if case.is_lost else "failure"
+    )  # in JUnit, a test that could not be carried out is an error, not a failure
     failure = SubElement(test, tag, {"type": first.kind.value, "message": f"{first}{more}"})
     failure.text = "\n".join(_failure_lines(case, history))
 
 
 def _failure_lines(case: StoredCase, history: History) -> Iterator[str]:
-    """All that is to be said of a case that failed."""
+    """Return the lines about a case that failed: failures, goal, end, place and command."""
     for failure in case.verdict.failures:
         yield f"{failure.kind.value} {failure.subject}: {failure}"
     yield f"goal: {case.goal}"
@@ -87,5 +89,5 @@ def _failure_lines(case: StoredCase, history: History) -> Iterator[str]:
 
 
 def _seconds(time_ns: int) -> str:
-    """Nanoseconds as seconds; the schema of Jenkins allows three digits behind the point."""
+    """Return nanoseconds as seconds with three decimals, the most that the schema of Jenkins allows."""
     return f"{time_ns / 1e9:.3f}"

@@ -16,14 +16,14 @@ if TYPE_CHECKING:
 
 
 _NO_WORD = re.compile(r"\W", re.ASCII)
-"""What the name of a test may not have."""
+"""Characters that the name of a test cannot contain."""
 
 
 def lcov_info(history: History) -> str:
-    """A tracefile, for `lcov` 1 and 2, `genhtml`, and the tools that read the same.
+    """Return a tracefile for `lcov` 1 and 2, `genhtml`, and tools that read the same format.
 
     Raises:
-        InputError: the source of the history says no model.
+        InputError: the source of the history is not a model.
     """
     marked = as_code(mark_file(history.model, history.source, history.coverage))
     return "".join(f"{line}\n" for line in _records(history, marked))
@@ -47,6 +47,6 @@ def _records(history: History, marked: MarkedFile) -> Iterator[str]:
 
 
 def _branches(line: MarkedLine) -> Iterator[str]:
-    """The branches of a line; `-` says that it was not executed at all."""
+    """Yield the branches of a line; `-` means that the line was not executed."""
     for index, (_, count) in enumerate(line.obligations):
         yield f"BRDA:{line.number},0,{index},{count if line.hits else '-'}"

@@ -7,21 +7,20 @@ from html import escape
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import STATE_ASPECTS, Aspect, Figure
-from scbm.reports.causes import causes_of
 from scbm.reports.ci.xml_text import visible
 from scbm.reports.figure_table import counted
 from scbm.reports.missed_reasons import close_command, missed_reasons
-from scbm.reports.reproduction import again, durations
+from scbm.reports.stored_cases import again, causes_of, durations
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.reports.causes import Cause
     from scbm.reports.missed_reasons import Missed
+    from scbm.reports.stored_cases import Cause
     from scbm.store import History
 
 MAX_CHARACTERS = 65_536
-"""What GitHub takes for a comment; the summary of a step may be sixteen times as long."""
+"""Maximum length of a comment at GitHub; the summary of a step may be sixteen times as long."""
 
 _ORDER = (*STATE_ASPECTS, Aspect.TAKEN, Aspect.QUEUED)
 _BAR_WIDTH = 40
@@ -30,10 +29,10 @@ _MAX_CAUSES = 20
 _MAX_NAMED = 3
 _MAX_ROWS = 100
 _FEWEST_HIDDEN = 6
-"""A list of so many is folded."""
+"""Lists of at least this length are folded."""
 
 _MAX_OF_A_TEXT = 400
-"""So much of a message or of a name is shown."""
+"""Maximum number of characters of a message or a name."""
 
 _BLANKS = re.compile(r"\s+")
 _MARKUP = re.compile(r"[\\`*_{}\[\]|~#$!]")
@@ -41,16 +40,16 @@ _BACKTICKS = re.compile(r"`+")
 
 
 def markdown(history: History, missed: Sequence[Missed] | None = None, most_characters: int = MAX_CHARACTERS) -> str:
-    """The figure, what failed, and what is missing and why: the more important, the further up.
+    """Return the figure, the failures, and the missed obligations with their reasons, the most important first.
 
     Args:
-        history: what to tell of.
-        missed: what is missing; all that is, if this is not said.
-        most_characters: how long it may be; what is too much is left out at the end, and a sentence says so.
+        history: the contents of the store.
+        missed: the missed obligations to show; all of them if `None`.
+        most_characters: the maximum length; a sentence replaces the parts at the end that do not fit.
     """
     file = history.source.path
-    told = missed_reasons(history.model, history.coverage, file) if missed is None else missed
-    blocks = [_headline(history), *_failed(causes_of(history), history), _figures(history), *_missing(told, file)]
+    all_missed = missed_reasons(history.model, history.coverage, file) if missed is None else missed
+    blocks = [_headline(history), *_failed(causes_of(history), history), _figures(history), *_missing(all_missed, file)]
     return _joined(blocks, most_characters)
 
 
@@ -115,18 +114,18 @@ def _figures(history: History) -> str:
     rows = []
     for aspect in _ORDER:
         figure = coverage.figure_of(aspect)
-        beside = " (beside the figure)" if aspect is Aspect.QUEUED else ""
+        beside = " (not in SCBM-IAS)" if aspect is Aspect.QUEUED else ""
         bar = f"`{_bar(figure, min(figure.of, _SMALL_BAR_WIDTH))}`" if figure.of else ""
         rows.append(_row(f"{aspect.value}{beside}", f"{figure.visited} / {figure.of}", bar))
     return _table(("", "visited", ""), rows)
 
 
 def _missing(missed: Sequence[Missed], file: str) -> Iterator[str]:
-    """What is missing, aspect by aspect, and the commands that say what would close it."""
+    """Yield the missed obligations of each aspect, and the commands that cover them."""
     if not missed:
         return
     yield (
-        f"### Missing\n\nWhat would close one of them, and how: {_code(missed[0].command)}. "
+        f"### Missing\n\nHow to cover one of them: {_code(missed[0].command)}. "
         f"All of them: {_code(close_command(file))}.\n"
     )
     for aspect in _ORDER:
@@ -136,7 +135,7 @@ def _missing(missed: Sequence[Missed], file: str) -> Iterator[str]:
 
 
 def _missing_of(aspect: Aspect, group: Sequence[Missed]) -> str:
-    """What is missing of one aspect, those with one reason together; folded if it is long."""
+    """Return the missed obligations of an aspect, grouped by reason; a long list is folded."""
     by_reason: dict[str, list[str]] = {}
     for each in group[:_MAX_ROWS]:
         by_reason.setdefault(each.reason, []).append(_cell(each.obligation.subject))
@@ -150,7 +149,7 @@ def _missing_of(aspect: Aspect, group: Sequence[Missed]) -> str:
 
 
 def _bar(figure: Figure, width: int) -> str:
-    """Never full before all is visited, never empty when something is."""
+    """Return a bar that is full only if all is visited, and empty only if nothing is."""
     filled = round(width * figure.visited / figure.of) if figure.of else 0
     if 0 < figure.visited < figure.of:
         filled = min(max(filled, 1), width - 1)
@@ -166,12 +165,12 @@ def _row(*cells: str) -> str:
 
 
 def _cell(text: str) -> str:
-    """A name or a command, as code, in a cell of a table."""
+    """Return a name or a command as code for a cell of a table."""
     return _code(text).replace("|", "\\|")
 
 
 def _code(text: str) -> str:
-    """A text as code."""
+    """Return a text as code."""
     shown = _shown(text)
     ticks = "`" * (1 + max((len(found) for found in _BACKTICKS.findall(shown)), default=0))
     blank = " " if shown.startswith("`") or shown.endswith("`") else ""
@@ -179,12 +178,12 @@ def _code(text: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """A text that is shown as it is: nothing in it is markup, nor the name of someone to call."""
+    """Return a text with all markup and mentions such as `@name` escaped."""
     escaped = _MARKUP.sub(r"\\\g<0>", escape(_shown(text), quote=False))
     return escaped.replace("@", "@<!-- -->")
 
 
 def _shown(text: str) -> str:
-    """A text in one line, and not too long."""
+    """Return a text as one line of limited length."""
     line = _BLANKS.sub(" ", visible(text)).strip()
     return line if len(line) <= _MAX_OF_A_TEXT else f"{line[:_MAX_OF_A_TEXT]}…"

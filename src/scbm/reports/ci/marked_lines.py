@@ -1,4 +1,4 @@
-"""The lines of a model file with what they say that can be measured, for reports that show lines (decision 21)."""
+"""The lines of a model file with the obligations that each stands for, for reports by line (decision 21)."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _ROLES = (
     ("failed", Aspect.FAILED, ("failed",)),
     ("timedout", Aspect.TIMEDOUT, ("timedout",)),
 )
-"""The parts of an operation that lines show: what they are called, what they take part in, where they stand in it."""
+"""The parts of an operation that have lines: role, aspect, and the path of the keys below the operation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,10 +37,10 @@ class MarkedLine:
     Attributes:
         number: counted from 1.
         text: the line, without its end.
-        role: what it says: `operation`, `precondition`, `postcondition`, `deadline`, `failed`, `timedout` or
-            `automatic transition`; of several in one line, the first. Empty if it says nothing that can be measured.
-        obligations: those that are branches of this line, each with the number of cases that visited it.
-        hits: how many cases executed it; `None` if there is nothing to execute.
+        role: what it stands for: `operation`, `precondition`, `postcondition`, `deadline`, `failed`, `timedout` or
+            `automatic transition`; of several in one line, the first. Empty for a line without obligations.
+        obligations: the branches of this line, each with the number of cases that visited it.
+        hits: the number of cases that executed it; `None` if it cannot be executed.
         state: `visited` if it was executed and all of its branches were visited, `missed` if neither was, else
             `partly`; empty if there is nothing to measure.
     """
@@ -58,10 +58,10 @@ class MarkedPart:
     """An operation or an automatic transition.
 
     Attributes:
-        name: that of the operation, or `automatic/` and that of the transition.
+        name: the name of the operation, or `automatic/` and the name of the transition.
         number: the line of its key, counted from 1.
-        lines: the numbers of all lines of it that say something measurable, rising.
-        hits: in how many cases it left its initial state, or was taken.
+        lines: the numbers of its lines with obligations, in ascending order.
+        hits: the number of cases in which it left its initial state, or was taken.
     """
 
     name: str
@@ -70,7 +70,7 @@ class MarkedPart:
     hits: int
 
     def owns(self, obligation: Obligation) -> bool:
-        """Whether an obligation in the figure is one of this part."""
+        """Return whether an obligation of the figure belongs to this part."""
         return self.name == (str(obligation) if obligation.aspect is Aspect.TAKEN else obligation.subject)
 
 
@@ -88,13 +88,13 @@ class MarkedFile:
 
     @property
     def measured(self) -> tuple[MarkedLine, ...]:
-        """The lines that say something measurable."""
+        """The lines with obligations."""
         return tuple(line for line in self.lines if line.hits is not None)
 
 
 @dataclass(frozen=True, slots=True)
-class _Saying:
-    """What something in a line says: its part, its role, and the obligations any of which means that it happened."""
+class _LineMeaning:
+    """One meaning of a line: its part, its role, and the obligations; a visit of any of them executes the line."""
 
     part: str
     number: int
@@ -103,23 +103,23 @@ class _Saying:
 
 
 def mark_lines(model: BehaviorModel, source: ModelSource, coverage: Coverage) -> tuple[MarkedLine, ...]:
-    """Each line of a model file, as `mark_file` has it."""
+    """Return the lines of a model file, marked as by `mark_file`."""
     return mark_file(model, source, coverage).lines
 
 
 def mark_file(model: BehaviorModel, source: ModelSource, coverage: Coverage) -> MarkedFile:
-    """A model file with its marks. Each obligation in the figure is a branch of exactly one line.
+    """Return a model file with its marks. Each obligation of the figure is a branch of exactly one line.
 
     Args:
-        model: the model that the source says.
+        model: the model in the source.
         source: its file.
-        coverage: what was visited of it.
+        coverage: the visits of the cases.
 
     Raises:
-        InputError: the source says no model.
+        InputError: the source is not a model.
     """
     _, places = read_located(source.text, source.path)
-    marker = _Marker(coverage, tuple(_sayings(model, places)), tuple(_branches(model, places)))
+    marker = _Marker(coverage, tuple(_meanings(model, places)), tuple(_branches(model, places)))
     texts = _LINE_END.split(source.text)
     if not texts[-1]:
         texts.pop()  # what is behind the end of the last line
@@ -128,11 +128,11 @@ def mark_file(model: BehaviorModel, source: ModelSource, coverage: Coverage) -> 
 
 
 def as_code(file: MarkedFile) -> MarkedFile:
-    """A model file as tools for code understand one: a line was executed if and only if one of its branches was.
+    """Return the file as coverage tools for code expect it: a line is executed if and only if one of its branches is.
 
-    They call a line missed, or refuse the file as inconsistent, if it was executed and none of its branches was. An
-    operation that never failed would be such a line. So the branches of the line of its key stand in that of its
-    precondition here, and a line is executed as often as its most frequent branch at least.
+    Tools report a line as missed, or refuse the file, if the line is executed and none of its branches is. The line of
+    an operation that never failed would be such a line. Therefore the branches of the line with the key of an operation
+    move to the line of its precondition, and a line is executed at least as often as its most frequent branch.
     """
     numbers = {obligation: line.number for line in file.lines for obligation, _ in line.obligations}
     keys = {part.name: part.number for part in file.parts}
@@ -158,24 +158,24 @@ def _state(counts: Sequence[int]) -> str:
     return "visited" if all(counts) else "partly" if any(counts) else "missed"
 
 
-def _sayings(model: BehaviorModel, places: Places) -> Iterator[_Saying]:
-    """All that lines say, part by part; the first of a part is its key."""
+def _meanings(model: BehaviorModel, places: Places) -> Iterator[_LineMeaning]:
+    """Yield the meanings of lines, part by part; the first of a part is its key."""
     for operation in model.operations:
         path = ("operations", operation.name)
         aspects = {aspect: Obligation(operation.name, aspect) for aspect in STATE_ASPECTS}
-        yield _Saying(operation.name, _line(places, path), "operation", tuple(aspects.values()))
+        yield _LineMeaning(operation.name, _line(places, path), "operation", tuple(aspects.values()))
         for role, aspect, below in _ROLES:
             for number in places.lines((*path, *below)):
-                yield _Saying(operation.name, number, role, (aspects[aspect],))
+                yield _LineMeaning(operation.name, number, role, (aspects[aspect],))
     for transition in model.automatic_transitions:
         path = ("automatic_transitions", transition.name)
         taken = Obligation(transition.name, Aspect.TAKEN)
         for number in (_line(places, path), *places.lines(path)):
-            yield _Saying(str(taken), number, "automatic transition", (taken,))
+            yield _LineMeaning(str(taken), number, "automatic transition", (taken,))
 
 
 def _branches(model: BehaviorModel, places: Places) -> Iterator[tuple[Obligation, int]]:
-    """Each obligation in the figure, and the line that it is a branch of."""
+    """Yield each obligation of the figure with the line that it is a branch of."""
     for operation in model.operations:
         for aspect in STATE_ASPECTS:
             path = ("operations", operation.name, *_below(aspect, operation))
@@ -186,7 +186,7 @@ def _branches(model: BehaviorModel, places: Places) -> Iterator[tuple[Obligation
 
 
 def _below(aspect: Aspect, operation: Operation) -> tuple[str, ...]:
-    """Where, below the key of an operation, the line stands that decides whether a state is visited."""
+    """Return the path below the key of an operation to the line that decides whether a state is visited."""
     match aspect:
         case Aspect.EXECUTING | Aspect.DISABLED:
             return ("pre", "g")
@@ -199,51 +199,56 @@ def _below(aspect: Aspect, operation: Operation) -> tuple[str, ...]:
 
 
 def _line(places: Places, path: tuple[str, ...]) -> int:
-    """The line of a key; if there is none, of the last one on the way to it."""
+    """Return the line of a key, or of its nearest ancestor that has a line."""
     return max(1, places.find(path)[0].line)
 
 
 class _Marker:
-    """Counts, for lines and for parts, the cases in which what they say happened."""
+    """Counts the cases that executed each line and each part."""
 
     def __init__(
-        self, coverage: Coverage, sayings: Sequence[_Saying], branches: Sequence[tuple[Obligation, int]]
+        self, coverage: Coverage, meanings: Sequence[_LineMeaning], branches: Sequence[tuple[Obligation, int]]
     ) -> None:
         self._obligations = coverage.obligations
         self._visits = coverage.visits()
         self._sets = Counter(visited for _, visited in coverage.cases)  # many cases visit the same
         self._known: dict[int, int] = {}
-        self._by_line: dict[int, list[_Saying]] = {}
-        self._by_part: dict[str, list[_Saying]] = {}
+        self._by_line: dict[int, list[_LineMeaning]] = {}
+        self._by_part: dict[str, list[_LineMeaning]] = {}
         self._branches: dict[int, list[Obligation]] = {}
-        for saying in sayings:
-            self._by_line.setdefault(saying.number, []).append(saying)
-            self._by_part.setdefault(saying.part, []).append(saying)
+        for meaning in meanings:
+            self._by_line.setdefault(meaning.number, []).append(meaning)
+            self._by_part.setdefault(meaning.part, []).append(meaning)
         for obligation, number in branches:
             self._branches.setdefault(number, []).append(obligation)
 
     def line(self, number: int, text: str) -> MarkedLine:
-        """One line of the file."""
-        sayings = self._by_line.get(number)
-        if not sayings:
+        """Return one marked line of the file."""
+        meanings = self._by_line.get(number)
+        if not meanings:
             return MarkedLine(number, text)
         branches = tuple((obligation, self._visits[obligation]) for obligation in self._branches.get(number, ()))
-        hits = self._cases(sayings)
+        hits = self._cases(meanings)
         state = _state([hits, *(count for _, count in branches)])
-        return MarkedLine(number, text, sayings[0].role, branches, hits, state)
+        return MarkedLine(number, text, meanings[0].role, branches, hits, state)
 
     def parts(self) -> tuple[MarkedPart, ...]:
-        """All parts of the model."""
+        """Return all parts of the model."""
         return tuple(
-            MarkedPart(name, said[0].number, tuple(sorted({saying.number for saying in said})), self._cases(said[:1]))
-            for name, said in self._by_part.items()
+            MarkedPart(
+                name,
+                of_part[0].number,
+                tuple(sorted({meaning.number for meaning in of_part})),
+                self._cases(of_part[:1]),
+            )
+            for name, of_part in self._by_part.items()
         )
 
-    def _cases(self, sayings: Sequence[_Saying]) -> int:
-        """In how many cases any of what is said happened."""
+    def _cases(self, meanings: Sequence[_LineMeaning]) -> int:
+        """Return the number of cases with a visit to any of these obligations."""
         mask = 0
-        for saying in sayings:
-            for obligation in saying.happened:
+        for meaning in meanings:
+            for obligation in meaning.happened:
                 mask |= self._obligations.bit(obligation)
         if mask not in self._known:
             self._known[mask] = sum(count for visited, count in self._sets.items() if visited & mask)

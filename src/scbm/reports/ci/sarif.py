@@ -1,4 +1,4 @@
-"""What failed, as a log in SARIF 2.1.0 for code scanning: each cause at the line of the model that it broke."""
+"""Failures as a log in SARIF 2.1.0 for code scanning: each cause is located in the model."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ from urllib.parse import quote
 from scbm import __version__
 from scbm.files import read_located
 from scbm.model import Place
-from scbm.reports.causes import asked_for, causes_of
 from scbm.reports.ci.xml_text import is_absolute, portable
 from scbm.reports.figure_table import counted
-from scbm.reports.reproduction import again, again_words, place_of
+from scbm.reports.stored_cases import again, again_words, asked_for, causes_of, place_of
 from scbm.store import Written
 from scbm.testing import FailureKind
 
@@ -21,13 +20,13 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.files import Places
-    from scbm.reports.causes import Cause
+    from scbm.reports.stored_cases import Cause
     from scbm.store import History
 
 _SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 
 _MAX_NAMED = 3
-"""So many cases are named in a message; the properties of a result have them all."""
+"""Maximum number of cases that a message names; the properties of a result have all."""
 
 _RULES = {
     FailureKind.REQUIREMENT: ("A requirement was broken", "A run came into a state that a requirement forbids."),
@@ -36,7 +35,7 @@ _RULES = {
     FailureKind.MODEL_ERROR: ("The model is wrong", "A run came to where the model does not say what happens."),
     FailureKind.NOT_REACHED: (
         "A goal was not reached",
-        "A goal was not reached in a run in which nothing was made to go wrong.",
+        "A goal was not reached in a run without injected faults.",
     ),
     FailureKind.LOST: ("A run was not finished", "A node was lost meanwhile, which says nothing of the model."),
 }
@@ -44,10 +43,10 @@ _RULES = {
 
 
 def sarif_log(history: History) -> str:
-    """A SARIF log with one run: a rule for each kind of failure, a result for each cause. Without any it is empty.
+    """Return a SARIF log with one run: a rule for each kind of failure, a result for each cause.
 
     Raises:
-        InputError: the source of the history says no model.
+        InputError: the source of the history is not a model.
     """
     log = {"$schema": _SCHEMA, "version": "2.1.0", "runs": [_run(history)]}
     return json.dumps(log, indent=2, ensure_ascii=False) + "\n"
@@ -101,7 +100,7 @@ def _result(cause: Cause, history: History, places: Places) -> dict[str, Any]:
 
 
 def _message(cause: Cause, history: History) -> str:
-    """The failure, the cases that have it, and the command that shows the first one."""
+    """Return the failure, the cases that have it, and the command that reproduces the first one."""
     named = ", ".join(cause.labels[:_MAX_NAMED])
     more = len(cause.labels) - _MAX_NAMED
     others = f" and {counted(more, 'more case')}" if more > 0 else ""
@@ -124,7 +123,7 @@ def _place(cause: Cause, history: History, places: Places) -> Place:
 
 
 def _path(cause: Cause) -> tuple[str, ...]:
-    """Where the model says what was broken."""
+    """Return the path of the keys in the model that were violated."""
     match cause.failure.kind:
         case FailureKind.REQUIREMENT:
             return ("requirements", cause.failure.subject)
@@ -144,7 +143,7 @@ def _location(place: Place) -> dict[str, Any]:
 
 
 def _artifact(file: str) -> dict[str, str]:
-    """A portable path as an address: a relative one is seen from the root of the repository."""
+    """Return a portable path as a URI; a relative path starts from the root of the repository."""
     address = quote(file, safe="/:")
     if is_absolute(file):
         return {"uri": f"file:///{address.removeprefix('/')}"}
@@ -152,7 +151,7 @@ def _artifact(file: str) -> dict[str, str]:
 
 
 def _case_files(history: History) -> Iterator[str]:
-    """The files of written cases that failed."""
+    """Return the files of the written cases that failed."""
     return (portable(case.recipe.path) for case in history.failed if isinstance(case.recipe, Written))
 
 

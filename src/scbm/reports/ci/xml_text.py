@@ -1,6 +1,6 @@
-"""Trees of elements as XML files: deterministic, laid out, and without characters that XML forbids.
+"""Element trees as XML files: deterministic, indented, and without characters that XML forbids.
 
-Paths as tools on other machines read them.
+Also paths in a form that tools on other machines can read.
 """
 
 from __future__ import annotations
@@ -13,24 +13,24 @@ _DRIVE = re.compile(r"[A-Za-z]:/")
 
 
 def portable(path: str) -> str:
-    """A path with forward slashes and without detours: `./cells/../cell.yaml` is `cell.yaml`."""
+    """Return a normalized path with forward slashes: `./cells/../cell.yaml` is `cell.yaml`."""
     return posixpath.normpath(path.replace("\\", "/"))
 
 
 def is_absolute(path: str) -> bool:
-    """Whether a portable path begins at the root of a file system, or with the letter of a drive."""
+    """Return whether a portable path begins at the root of a file system, or with a drive letter."""
     return path.startswith("/") or _DRIVE.match(path) is not None
 
 
 _FORBIDDEN = re.compile(r"[^\t\n\r\x20-\uD7FF\uE000-\uFFFD\U00010000-\U0010FFFF]")
-"""What XML 1.0 has no way to say, not even escaped (its production `Char`)."""
+"""Characters that XML 1.0 cannot represent, not even escaped (its production `Char`)."""
 
 _PICTURES = 0x2400
-"""Where Unicode has a picture for each control character, in their order."""
+"""First code point of the Unicode pictures of control characters, which are in the same order."""
 
 
 def xml_text(root: Element) -> str:
-    """The text of an XML file. What XML cannot say is replaced by what can be seen; the tree is changed so."""
+    """Return the text of an XML file; replace forbidden characters in the tree by visible ones."""
     for element in root.iter():
         element.text = None if element.text is None else visible(element.text)
         for name, value in element.items():
@@ -40,7 +40,7 @@ def xml_text(root: Element) -> str:
 
 
 def visible(text: str) -> str:
-    """A text with pictures instead of control characters, and U+FFFD instead of all else that XML forbids."""
+    """Return a text with pictures for control characters, and U+FFFD for other characters that XML forbids."""
     return _FORBIDDEN.sub(_picture, text)
 
 

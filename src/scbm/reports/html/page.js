@@ -345,7 +345,7 @@
       ran ? h("p", { class: "ran" }, `It ran ${ran}.${again ? " That run cannot be repeated: the timeline is that of its log." : ""}`) : "",
       failures.length ? h("ul", { class: "failures" }, failures.map(([, , message]) => h("li", null, message))) : "",
       facts(index),
-      again ? h("p", { class: "again" }, ran ? "Again, with all of its run: " : "Again: ", command(again))
+      again ? h("p", { class: "again" }, ran ? "Again, with its whole run: " : "Again: ", command(again))
         : h("p", { class: "notice" }, c.ends[c.end[index]] === "lost" ? "Its run did not finish, because a node was lost."
           : "It ran on an earlier version of the model, so it cannot be run again."),
       ...visitsOf(index),

@@ -1,24 +1,115 @@
-"""The HTML report as one file: filled templates, styles, scripts, and the data for the scripts."""
+"""The HTML report as one file: filled templates, styles, scripts, and the data for the scripts.
+
+The data about cases are columns of the list, details, and visitors of obligations.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from json import dumps
 from typing import TYPE_CHECKING, Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from scbm.cases.coverage import only_by, visitors_of_each
 from scbm.reports.figure_table import counted
-from scbm.reports.html.case_data import Visitors, case_columns, case_details
-from scbm.reports.html.growth_chart import growth_svg
+from scbm.reports.html.diagrams import growth_svg
 from scbm.reports.html.timelines import pack_timelines
 from scbm.reports.html.views import ReportView, breakable, fragment, prose
+from scbm.reports.stored_cases import again, causes_of, place_of, sort_of_place
+from scbm.store import Written
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Hashable, Iterable, Iterator
 
+    from scbm.cases.coverage import Obligation, Obligations
     from scbm.store import History, StoredCase
     from scbm.testing import Execution
+
+
+def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
+    """Return all cases, column by column, with the lists that the columns refer to by index.
+
+    - `obligations`: `[subject, aspect]` for each, in the order of their bits;
+    - `goal`, `end`, `set`, `place`: indices into `goals`, `ends`, `sets` and `places`;
+    - `places`: where cases ran, in short and in full; the full text is empty for simulation;
+    - `sets`: the visited obligations as hexadecimal digits, lowest first; digit i is for obligations 4 i to 4 i + 3;
+    - `visits`, `only`: number of obligations in the figure that a case visits, and of those that no other case visits;
+    - `visitors`: number of cases that visit each obligation;
+    - `failures`: `[kind, subject, message, number of the cause]` for each failure, by the index of the case as text.
+    """
+    cases = history.cases
+    counted = history.obligations.counted
+    numbers = {
+        (label, cause.failure.kind, cause.failure.subject): number
+        for number, cause in enumerate(causes_of(history))
+        for label in cause.labels
+    }
+    goals, goal = _numbered(case.goal for case in cases)
+    ends, end = _numbered(case.verdict.end.replace("_", " ") for case in cases)
+    places, place = _numbered((sort_of_place(case), place_of(case, history)) for case in cases)
+    sets, visited = _numbered(f"{case.visited:x}"[::-1] for case in cases)
+    return {
+        "model": history.model.name,
+        "obligations": [[obligation.subject, obligation.aspect] for obligation in history.obligations],
+        "operations": [operation.name for operation in history.model.operations],
+        "goals": goals,
+        "ends": ends,
+        "sets": sets,
+        "places": places,
+        "label": history.labels,
+        "goal": goal,
+        "end": end,
+        "set": visited,
+        "place": place,
+        "ended_ns": [case.ended_ns for case in cases],
+        "requests": [case.requests for case in cases],
+        "visits": [(case.visited & counted).bit_count() for case in cases],
+        "visitors": [len(cases) for cases in visitors.by_bit],
+        "only": [(alone & counted).bit_count() for alone in only_by(history.coverage)],
+        "failures": {
+            str(index): [
+                [failure.kind, failure.subject, failure.message, numbers[label, failure.kind, failure.subject]]
+                for failure in case.verdict.failures
+            ]
+            for index, (label, case) in enumerate(zip(history.labels, cases, strict=True))
+            if not case.verdict.passed
+        },
+    }
+
+
+def case_details(history: History) -> dict[str, Any]:
+    """Return the details of cases: `commands` of all cases, and `texts` and `paths` of written cases by index."""
+    file = history.source.path
+    texts = {str(i): c.recipe.text for i, c in enumerate(history.cases) if isinstance(c.recipe, Written)}
+    paths = {str(i): c.recipe.path for i, c in enumerate(history.cases) if isinstance(c.recipe, Written)}
+    return {"commands": [again(case, file, history.runs) for case in history.cases], "texts": texts, "paths": paths}
+
+
+def _numbered(values: Iterable[Hashable]) -> tuple[list[Hashable], list[int]]:
+    """Return the distinct values in order of first use, and for each value its index among them."""
+    numbers: dict[Hashable, int] = {}
+    column = [numbers.setdefault(value, len(numbers)) for value in values]
+    return list(numbers), column
+
+
+@dataclass(frozen=True, slots=True)
+class Visitors:
+    """The cases that visit each obligation, as ascending indices into `History.cases`."""
+
+    obligations: Obligations
+    by_bit: tuple[tuple[int, ...], ...]
+
+    @staticmethod
+    def of(history: History) -> Visitors:
+        """Return the visitors of all obligations, from one pass over the cases."""
+        return Visitors(history.obligations, visitors_of_each(history.coverage))
+
+    def visiting(self, obligation: Obligation) -> tuple[int, ...]:
+        """Return the indices of the cases that visit `obligation`."""
+        return self.by_bit[self.obligations.bit(obligation).bit_length() - 1]
+
 
 _STYLES = ("page.css", "timeline.css")
 _SCRIPTS = ("timeline.js", "page.js")

@@ -11,11 +11,10 @@ from urllib.parse import quote
 from markupsafe import Markup, escape
 
 from scbm.cases.coverage import STATE_ASPECTS, Aspect, Obligation, growth
-from scbm.reports.causes import causes_of
 from scbm.reports.ci.marked_lines import mark_lines
 from scbm.reports.html.diagrams import lifecycle_svg
 from scbm.reports.missed_reasons import close_command, missed_reasons
-from scbm.reports.reproduction import again, durations, place_of
+from scbm.reports.stored_cases import again, causes_of, durations, place_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import Figure, GrowthStep
     from scbm.model import Operation, Transition
     from scbm.reports.ci.marked_lines import MarkedLine
-    from scbm.reports.html.case_data import Visitors
+    from scbm.reports.html.page import Visitors
     from scbm.reports.missed_reasons import Missed
     from scbm.store import History, StoredRun
 

@@ -1,4 +1,4 @@
-"""What closing came to, for the terminal: the figure before and after, what is new, what cannot be, what would help."""
+"""The report of `scbm close` for the terminal: figures, new cases, uncoverable obligations, suggestions, commands."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from scbm.closing.advice.suggestions import grouped
 from scbm.closing.summaries import aspects_in_words, in_few_words
 from scbm.model import format_moment
 from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, counted
-from scbm.reports.terminal.findings_report import told_findings
+from scbm.reports.terminal.failure_report import finding_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.closing import Closing, ClosingCase, Decided, Suggestion
     from scbm.closing.closing_files import ClosingFiles
-    from scbm.closing.failing_cases import FoundFault
+    from scbm.closing.decisions import FoundFault, StageEnd
     from scbm.testing import Campaign, Finding
 
 _BAR_WIDTH = 50
 _COLUMNS = DEFAULT_COLUMNS
-"""A list of names is broken into lines of about so many."""
+"""Width of a line; longer lists of names are broken."""
 
 
 class _FigureSegment(NamedTuple):
-    """A part of the bar: what it is made of, how, and what it stands for."""
+    """A segment of the bar: its character, its style and its meaning."""
 
     mark: str
     style: str
@@ -47,21 +47,21 @@ _OPEN = _FigureSegment("?", "bold red", "undecided")
 
 @dataclass(frozen=True, slots=True)
 class ClosingSetting:
-    """What the report shows beside the result.
+    """What the report shows in addition to the result.
 
     Attributes:
         file: the model file, for the commands that are suggested.
-        suite: what was run before, in words; nothing, if closing began from nothing.
-        files: the case files of that suite as words of a command, with a blank before each.
-        drawing: the options that draw its random cases, in the same way.
-        closing: how `scbm close` begins with it, in the same way, with its other options.
-        output: where cases and certificates were written, if they were.
-        failed: the cases that failed.
-        findings: why they failed.
-        commands: for each finding the command that shows its first case again.
-        found: the new cases that end as no run of a good model does.
+        suite: a description of the cases that ran before closing; empty if there were none.
+        files: the case files of that suite as arguments, each with a leading blank.
+        drawing: the options for its random cases, each with a leading blank.
+        closing: the options of `scbm close`, each with a leading blank.
+        output: the written cases and certificates; `None` if nothing was written.
+        failed: the campaign with the failed cases; `None` if all passed.
+        findings: the causes of the failures.
+        commands: for each finding the command that runs its first case again.
+        found: new cases whose runs end in a livelock, a model error or at the time limit.
         written: the goals that were written into the model before it was closed.
-        already: the goals that were to be written, and are in the model already.
+        already: the goals that were to be written, but are in the model already.
     """
 
     file: str
@@ -79,7 +79,7 @@ class ClosingSetting:
 
 
 def closing_report(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
-    """The report, line by line."""
+    """Yield the lines of the report."""
     yield Text("Closing report: ", style="bold").append(closing.model.name)
     yield Text()
     yield from _figures(closing, setting)
@@ -88,6 +88,7 @@ def closing_report(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     yield from _found(setting)
     yield from _decisions("Proved uncoverable", closing, Decision.UNCOVERABLE)
     yield from _decisions("Undecided", closing, Decision.UNDECIDED)
+    yield from ended_lines(closing.ended)
     yield from _suggestions(closing.suggestions, setting)
     yield from _commands(closing, setting)
 
@@ -115,8 +116,8 @@ def _figures(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     yield line
     if legend:
         yield Text(f"{indentation}{legend}", style="dim")
-    yield from _told_counts(closing, counts)
-    yield Text(f"  Before:   {setting.suite or 'nothing'}")
+    yield from _decision_counts(closing, counts)
+    yield Text(f"  Before:   {setting.suite or 'no cases'}")
     for goal in setting.written:
         yield Text(f"  Written:  goal {goal}, into {setting.file}", style="green")
     for goal in setting.already:
@@ -124,13 +125,13 @@ def _figures(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
 
 
 def _counts(closing: Closing) -> dict[Decision, int]:
-    """How the obligations of the paper's figure end."""
+    """Return how many obligations of the figure have each decision."""
     counted_ones = [found.decision for found in closing.decided if found.obligation.counts]
     return {decision: counted_ones.count(decision) for decision in Decision}
 
 
 def _bar(parts: dict[_FigureSegment, int]) -> Text:
-    """Each part by its share, but never empty when something is in it."""
+    """Return a bar with one segment for each part; a part that is not zero has at least one column."""
     there = {part: count for part, count in parts.items() if count}
     of = sum(there.values())
     widths = {part: max(1, _BAR_WIDTH * count // of) for part, count in there.items()}
@@ -143,20 +144,18 @@ def _bar(parts: dict[_FigureSegment, int]) -> Text:
     return bar
 
 
-def _told_counts(closing: Closing, counts: dict[Decision, int]) -> Iterator[Text]:
-    told = ", ".join(f"{counts[decision]} {decision}" for decision in Decision)
-    line = Text(f"  Decided:  {told} of {sum(counts.values())}")
+def _decision_counts(closing: Closing, counts: dict[Decision, int]) -> Iterator[Text]:
+    parts = ", ".join(f"{counts[decision]} {decision}" for decision in Decision)
+    line = Text(f"  Decided:  {parts} of {sum(counts.values())}")
     coverable = Figure(counts[Decision.COVERED], counts[Decision.COVERED] + counts[Decision.UNDECIDED])
     if coverable.percent is not None and counts[Decision.UNCOVERABLE]:
         line.append(f"; {coverable} of what can be covered")
     yield line
     queued = closing.after.figure_of(Aspect.QUEUED)
     never = [d for d in closing.decided if not d.obligation.counts and d.decision is Decision.UNCOVERABLE]
-    more = f", {len(never)} never can be" if never else ""
+    more = f", {len(never)} uncoverable" if never else ""
     if queued.of:
-        yield Text(f"  Queued:   {queued.visited} of {queued.of} in a plan{more}").append(
-            "  (beside the figure)", "dim"
-        )
+        yield Text(f"  Queued:   {queued.visited} of {queued.of} in a plan{more}").append("  (not in SCBM-IAS)", "dim")
 
 
 # what failed
@@ -164,7 +163,7 @@ def _told_counts(closing: Closing, counts: dict[Decision, int]) -> Iterator[Text
 
 def _failed(setting: ClosingSetting) -> Iterator[Text]:
     if setting.failed is not None:
-        yield from told_findings(setting.failed, setting.findings, setting.commands)
+        yield from finding_lines(setting.failed, setting.findings, setting.commands)
 
 
 # the new cases
@@ -193,8 +192,8 @@ def _row(made: ClosingCase) -> tuple[str, str, str, str, str]:
 def _cells(cells: Sequence[str], widths: Sequence[int], style: str = "") -> Text:
     *words, time, number = cells
     *columns, time_width, number_width = widths
-    told = [f"{word:<{width}}" for word, width in zip(words, columns, strict=True)]
-    return Text(f"  {'  '.join(told)}  {time:>{time_width}}  {number:>{number_width}}", style=style)
+    parts = [f"{word:<{width}}" for word, width in zip(words, columns, strict=True)]
+    return Text(f"  {'  '.join(parts)}  {time:>{time_width}}  {number:>{number_width}}", style=style)
 
 
 def _found(setting: ClosingSetting) -> Iterator[Text]:
@@ -206,7 +205,7 @@ def _found(setting: ClosingSetting) -> Iterator[Text]:
         yield command_text("    again: ", fault.again)
 
 
-# what is not covered
+# decisions
 
 
 def _decisions(title: str, closing: Closing, decision: Decision) -> Iterator[Text]:
@@ -218,13 +217,31 @@ def _decisions(title: str, closing: Closing, decision: Decision) -> Iterator[Tex
     more = f", and {beside} queued" if beside else ""
     yield from _head(f"{title}: {len(found) - beside}{more}", "bold red" if decision is Decision.UNDECIDED else "bold")
     for subjects, groups in _grouped(found).items():
-        yield from _told_groups(subjects, groups)
-    if decision is Decision.UNDECIDED:
-        yield Text("  --max-states sets the maximum number of situations to search")
+        yield from _group_lines(subjects, groups)
+
+
+def ended_lines(ended: Sequence[StageEnd]) -> Iterator[Text]:
+    """Yield what ended a stage early, and what lets it go on."""
+    if ended:
+        yield from _head("Ended early", "bold red")
+    for end in ended:
+        yield Text(f"  {end.stage}: {end.why}")
+        remedy = _remedy_of(end)
+        if remedy is not None:
+            yield Text(f"      {remedy}", style="dim")
+
+
+def _remedy_of(end: StageEnd) -> str | None:
+    """Return what lets a stage go on that ended early; `None` if nothing is known to help."""
+    if end.is_interrupted:
+        return "close again with --suite and the cases that --out wrote, to begin with what was found"
+    if end.option == "--planner":
+        return "--planner greedy finds plans in large models"
+    return None if end.option is None else f"{end.option} raises this limit"
 
 
 def _grouped(found: Iterable[Decided]) -> dict[tuple[str, ...], tuple[tuple[str, str], ...]]:
-    """Subjects with the same aspects and reasons, and for these each group of aspects with its reason."""
+    """Return the groups of aspects with their reasons, by the subjects that share them."""
     by_subject: dict[tuple[str, bool], dict[str, list[Aspect]]] = {}
     for decided in found:
         obligation = decided.obligation
@@ -238,27 +255,27 @@ def _grouped(found: Iterable[Decided]) -> dict[tuple[str, ...], tuple[tuple[str,
 
 
 def _of_it(reason: str, subject: str) -> str:
-    """A reason without the name of what it is about, as that stands above it."""
+    """Return a reason without the name of its subject, which stands in the line above."""
     if reason.startswith(f"{subject} "):
         return f"it {reason.removeprefix(subject).lstrip()}"
     return reason.replace(f"takes automatic/{subject};", "takes it;")
 
 
-def _told_groups(subjects: tuple[str, ...], groups: tuple[tuple[str, str], ...]) -> Iterator[Text]:
-    told = ", ".join(subjects)
+def _group_lines(subjects: tuple[str, ...], groups: tuple[tuple[str, str], ...]) -> Iterator[Text]:
+    parts = ", ".join(subjects)
     for aspects, reason in groups:
         is_automatic = aspects == Aspect.TAKEN
-        yield from _wrapped(told if is_automatic else f"{told}: {aspects}", 2, "")
+        yield from _wrapped(parts if is_automatic else f"{parts}: {aspects}", 2, "")
         yield Text(f"      {reason}", style="dim")
 
 
-# what would change it
+# suggestions
 
 
 def _suggestions(suggestions: Sequence[Suggestion], setting: ClosingSetting) -> Iterator[Text]:
     if not suggestions:
         return
-    yield from _head("What would change that")
+    yield from _head("Suggested changes")
     for suggestion in grouped(suggestions):
         for words in in_few_words(suggestion.obligations):
             yield from _wrapped(words, 2, "")
@@ -275,13 +292,13 @@ def _close(setting: ClosingSetting) -> str:
     return f"scbm close {quote(setting.file)}{setting.closing}"
 
 
-# what to do next
+# commands
 
 
 def _commands(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     output = setting.output
     if output is None and (closing.cases or closing.certificates):
-        yield from _head("Save it")
+        yield from _head("Save the result")
         made = [counted(len(closing.cases), "case")] if closing.cases else []
         made += [counted(len(closing.certificates), "certificate")] if closing.certificates else []
         yield command_text("  ", f"{_close(setting)} --out closed", f"writes {' and '.join(made)}")
@@ -298,7 +315,7 @@ def _written(output: ClosingFiles) -> str:
 
 
 def _checks(closing: Closing, setting: ClosingSetting, output: ClosingFiles) -> Iterator[Text]:
-    """The commands that repeat what was written."""
+    """Yield the commands that run the written cases and check the written certificates."""
     new = f" {quote(str(output.directory))}" if output.cases else ""
     suite = f"{setting.files}{new}{setting.drawing}"
     figure = closing.after.figure
@@ -320,7 +337,7 @@ def _head(words: str, style: str = "bold") -> Iterator[Text]:
 
 
 def _wrapped(words: str, columns: int, style: str = "dim") -> Iterator[Text]:
-    """Words in lines that are not too long; the names in them are never broken."""
+    """Yield the words in lines of limited width; names are never broken."""
     lines = wrap(
         words,
         _COLUMNS,

@@ -1,8 +1,12 @@
-"""The coverability report of the paper (Section VII) for the terminal, and beneath it what was missed."""
+"""The coverability report of the paper (Section VII) for the terminal, and the report of what was missed.
+
+The report has the reason for each missed obligation, and the commands that cover it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import groupby
 from typing import TYPE_CHECKING
 
 from rich.text import Text
@@ -20,14 +24,65 @@ from scbm.reports.figure_table import (
     shown_path,
     wrapped,
 )
-from scbm.reports.terminal.findings_report import told_findings, told_unused
-from scbm.reports.terminal.missing_report import told_missing
+from scbm.reports.missed_reasons import close_command, missed_reasons
+from scbm.reports.terminal.failure_report import finding_lines, unused_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from scbm.cases.coverage import Coverage
+    from scbm.model import BehaviorModel
+    from scbm.reports.missed_reasons import Missed
     from scbm.testing import Answers, Campaign, Finding
+
+
+def missing_lines(
+    model: BehaviorModel, coverage: Coverage, file: str, columns: int = DEFAULT_COLUMNS
+) -> Iterator[Text]:
+    """Yield the missed obligations with their reasons, and the commands that cover them.
+
+    Args:
+        model: the model.
+        coverage: the visits of the cases.
+        file: the model file, for the commands.
+        columns: the width of the report.
+    """
+    missed = missed_reasons(model, coverage, file)
+    figure = coverage.figure
+    yield Text("Missing in ").append(model.name, style="bold").append(f": {_count(missed)} of {figure.of}")
+    yield Text()
+    yield headline(figure, columns)
+    if not missed:
+        return
+    order = {name: index for index, name in enumerate(dict.fromkeys(m.obligation.subject for m in missed))}
+    by_subject = sorted(missed, key=lambda m: (m.obligation.aspect is Aspect.TAKEN, order[m.obligation.subject]))
+    for _, group in groupby(by_subject, key=lambda m: (m.obligation.aspect is Aspect.TAKEN, m.obligation.subject)):
+        yield Text()
+        yield from _of_subject(list(group))
+    yield Text()
+    yield Text("How to cover the rest", style="bold")
+    yield command_text("  ", close_command(file), "writes a case for each, or a proof that there is none")
+    yield command_text("  ", missed[0].command, "explains one of them")
+    yield command_text("  ", f"scbm test {shown_path(file)} closed", "runs these cases")
+
+
+def _count(missed: Sequence[Missed]) -> str:
+    counting = sum(m.obligation.counts for m in missed)
+    beside = len(missed) - counting
+    parts = counted(counting, "obligation")
+    return f"{parts}, and {beside} queued," if beside else parts
+
+
+def _of_subject(missed: Sequence[Missed]) -> Iterator[Text]:
+    """Yield the missed aspects of an operation or an automatic transition, one line for each reason."""
+    first = missed[0].obligation
+    yield Text("  at: " if first.aspect is Aspect.TAKEN else "  op: ").append(first.subject, style="bold")
+    reasons = dict.fromkeys(m.reason for m in missed)
+    parts = {r: ", ".join(m.obligation.aspect.value for m in missed if m.reason == r) for r in reasons}
+    width = max(map(len, parts.values()))
+    for reason, aspects in parts.items():
+        yield Text(f"      ○ {aspects:<{width}}  ", style="red").append(reason, style="not red")
+
 
 _REAL = "Real resources"
 _FEW_CASES = 20
@@ -45,21 +100,22 @@ _ADVICE_INDENT = 17
 
 @dataclass(frozen=True, slots=True)
 class Setting:
-    """What a report shows beside the results.
+    """What a report shows in addition to the results.
 
     Attributes:
-        file: the model file, for the commands that are suggested.
-        seed: what random cases are drawn from.
-        random: how many of the cases were drawn.
-        options: further options that draw such cases, each with a blank before it.
-        findings: what failed, and why.
-        commands: for each finding the command that shows it again.
-        groups: how many cases of each sort there are, in words; if empty, written ones and random ones.
-        loses_messages: whether the network of the random cases may have done so.
-        where: where the cases were run, in words; in simulation, if it is empty.
-        answers: how each real resource answered.
-        ended_early: how far the campaign came if something ended it before its last case, in words.
+        file: the model file, for the suggested commands.
+        seed: the seed of the random cases.
+        random: the number of random cases.
+        options: further options for random cases, each with a leading blank.
+        findings: the causes of failures.
+        commands: for each finding the command that reproduces it.
+        groups: the number of cases of each kind in words; if empty, written and random cases are counted.
+        loses_messages: whether the network of the random cases can lose messages.
+        where: a description of the nodes that ran the cases; empty for simulation.
+        answers: the replies of each real resource, counted.
+        ended_early: the number of finished cases in words, if the campaign ended early; else empty.
         columns: the width of the report.
+        dry: whether the last random cases visited something new, in words; empty if that is not asked.
     """
 
     file: str
@@ -74,10 +130,11 @@ class Setting:
     answers: tuple[Answers, ...] = ()
     ended_early: str = ""
     columns: int = DEFAULT_COLUMNS
+    dry: str = ""
 
 
 def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
-    """The report of a campaign, line by line."""
+    """Yield the report of a campaign."""
     coverage = campaign.coverage
     yield Text("Coverability report: ", style="bold").append(campaign.model.name)
     yield Text()
@@ -85,21 +142,33 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     duration = f"{campaign.simulated_ns / 1e9:.2f} s {setting.where or 'simulated'}"
     yield Text(f"  Testing duration: {duration}, {_cases(campaign, setting)}")
     yield from _early(setting)
+    yield from _forecast(campaign, setting)
     yield Text()
     yield from figures(coverage, setting.columns)
-    yield from _told_answers(setting.answers)
-    yield from told_findings(campaign, setting.findings, setting.commands)
-    yield from told_unused(campaign)
+    yield from _answer_lines(setting.answers)
+    yield from finding_lines(campaign, setting.findings, setting.commands)
+    yield from unused_lines(campaign)
     yield from missed_table(campaign.model, coverage, setting.columns)
     yield from _reasons(campaign, setting)
 
 
 def missing_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
-    """Only what failed, what is missing, and why."""
-    yield from told_missing(campaign.model, campaign.coverage, setting.file, setting.columns)
+    """Yield the failures, the missed obligations and their reasons."""
+    yield from missing_lines(campaign.model, campaign.coverage, setting.file, setting.columns)
     yield from _early(setting)
-    yield from _told_answers(setting.answers)
-    yield from told_findings(campaign, setting.findings, setting.commands)
+    yield from _answer_lines(setting.answers)
+    yield from finding_lines(campaign, setting.findings, setting.commands)
+
+
+def _forecast(campaign: Campaign, setting: Setting) -> Iterator[Text]:
+    """Yield what more random cases would visit, where that can be estimated and is not everything already."""
+    if setting.dry:
+        yield Text(f"  {setting.dry}")
+    found = None if setting.where or setting.groups else campaign.forecast
+    figure = campaign.coverage.figure
+    if found is not None and not figure.is_complete:
+        more = found.visited - figure.visited
+        yield Text(f"  Forecast: {found.cases} cases would visit {more:.1f} ± {found.error:.1f} obligations more")
 
 
 def _early(setting: Setting) -> Iterator[Text]:
@@ -107,7 +176,7 @@ def _early(setting: Setting) -> Iterator[Text]:
         yield Text(f"  {setting.ended_early}", style="bold yellow")
 
 
-def _told_answers(answers: Sequence[Answers]) -> Iterator[Text]:
+def _answer_lines(answers: Sequence[Answers]) -> Iterator[Text]:
     """Yield the numbers of requests to real resources by their outcome; nothing if all are simulated."""
     if not answers:
         return
@@ -120,19 +189,15 @@ def _told_answers(answers: Sequence[Answers]) -> Iterator[Text]:
 
 
 def _cases(campaign: Campaign, setting: Setting) -> str:
-    ends: dict[str, int] = {}
-    for result in campaign.results:
-        end = result.verdict.end.replace("_", " ")
-        ends[end] = ends.get(end, 0) + 1
-    told = ", ".join(f"{count} {end}" for end, count in ends.items())
+    parts = ", ".join(f"{count} {end.replace('_', ' ')}" for end, count in campaign.summary.ends)
     *others, last = setting.groups or _groups(campaign, setting)
     groups = f"{', '.join(others)} and {last}" if others else last
-    failed = f"; {len(campaign.failed)} failed" if campaign.failed else ""
-    return f"{groups}{': ' + told if told else ''}{failed}"
+    failed = f"; {campaign.failed_count} failed" if campaign.failed_count else ""
+    return f"{groups}{': ' + parts if parts else ''}{failed}"
 
 
 def _groups(campaign: Campaign, setting: Setting) -> Iterator[str]:
-    written = len(campaign.results) - setting.random
+    written = campaign.count - setting.random
     if written:
         yield counted(written, "written case")
     if setting.random or not written:
@@ -141,23 +206,23 @@ def _groups(campaign: Campaign, setting: Setting) -> Iterator[str]:
 
 def _reasons(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     """Yield why each kind of obligation is missed and what would cover it, and the command that runs more cases."""
-    told = [(aspect, *each) for aspect in (*COLUMNS, Aspect.TAKEN) for each in _advice(aspect, campaign, setting)]
-    if not told:
+    parts = [(aspect, *each) for aspect in (*COLUMNS, Aspect.TAKEN) for each in _advice(aspect, campaign, setting)]
+    if not parts:
         return
     yield Text()
     yield Text("How to cover the rest", style="bold")
-    for aspect, count, advice in told:
+    for aspect, count, advice in parts:
         first, *others = wrapped(advice, setting.columns, f"  {count:>3} {aspect.value:<10} ", _ADVICE_INDENT)
         yield Text(first[:_ADVICE_INDENT]).append(first[_ADVICE_INDENT:], style="dim")
         yield from (Text(line, style="dim") for line in others)
-    if any(advice == _BY_CHANCE for _, _, advice in told):
-        more = 4 * max(len(campaign.results), 5)
+    if any(advice == _BY_CHANCE for _, _, advice in parts):
+        more = 4 * max(campaign.count, 5)
         command = f"scbm test {shown_path(setting.file)} --cases {more} --seed {setting.seed}{setting.options}"
         yield command_text("  ", command)
 
 
 def _advice(aspect: Aspect, campaign: Campaign, setting: Setting) -> Iterator[tuple[int, str]]:
-    """Yield for the missed obligations of an aspect how many of them need what."""
+    """Yield each advice for the missed obligations of an aspect, with the number of obligations that need it."""
     coverage = campaign.coverage
     missed = coverage.missed(aspect)
     planned = [obligation for obligation in missed if not _is_unqueued(obligation, coverage)]
@@ -186,6 +251,6 @@ def _is_unqueued(obligation: Obligation, coverage: Coverage) -> bool:
 
 
 def _may(campaign: Campaign, outcome: Outcome) -> bool:
-    """Return whether some simulated resource may react so."""
+    """Return whether a simulated resource can have this outcome."""
     outcomes = [pair for resource in campaign.model.resources for pair in resource.simulation.outcomes]
     return any(possible is outcome and probability for possible, probability in outcomes)

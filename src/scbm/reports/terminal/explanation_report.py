@@ -1,4 +1,4 @@
-"""Why obligations ended as they did, in sentences."""
+"""Explanations of obligations for the terminal: how one is covered, or why it is not."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from scbm.model import format_moment, format_value
 from scbm.proofcheck import StructureArgument, ValuesArgument
 from scbm.reports.figure_table import command_text, counted
 from scbm.reports.run.event_lines import event_lines
+from scbm.reports.terminal.closing_report import ended_lines
 from scbm.reports.terminal.timeline import draw_line
 
 if TYPE_CHECKING:
@@ -24,12 +25,13 @@ if TYPE_CHECKING:
     from scbm.cases import Case
     from scbm.cases.coverage import Obligation
     from scbm.closing import Suggestion
+    from scbm.closing.decisions import StageEnd
     from scbm.closing.explanations import Explanation, SearchedRuns, Visit
     from scbm.model import BehaviorModel
     from scbm.reports.run.event_lines import EventLine
 
 _LINES = 8
-"""So many lines of a run are shown for a visit: the last one is the visit."""
+"""Maximum number of log lines that are shown before and with a visit; the last line is the visit."""
 
 _ARROW = " → "
 
@@ -37,31 +39,38 @@ _MAX_WRONG = 6
 """Maximum number of problems before a visit that are shown, the last ones."""
 
 _FOLLOWS_FROM = {
-    StructureArgument.kind: "what stands in the model file",
+    StructureArgument.kind: "the model file",
     ValuesArgument.kind: "the values that transitions and replies can give the variables",
 }
 _STYLES = {Decision.COVERED: "bold green", Decision.UNCOVERABLE: "bold", Decision.UNDECIDED: "bold red"}
 
 
-def told_explanations(
-    explanations: Iterable[Explanation], model: BehaviorModel, files: Mapping[str, str], command: str
+def explanation_lines(
+    explanations: Sequence[Explanation],
+    model: BehaviorModel,
+    files: Mapping[str, str],
+    command: str,
+    ended: Sequence[StageEnd] = (),
 ) -> Iterator[Text]:
     """Yield all explanations with a blank line between them; each reason appears once.
 
     Args:
-        explanations: what is told.
-        model: whose obligations they are.
-        files: the files of the cases of the suite, by the name of the case.
-        command: how the model was closed.
+        explanations: the explanations, in the order of the model.
+        model: the model that has these obligations.
+        files: the file of each case of the suite, by the name of the case.
+        command: the `scbm close` command that suggestions extend.
+        ended: the stages of closing that ended early.
     """
-    told = _ExplanationText(model, files, command)
+    writer = _ExplanationText(model, files, command)
     for number, alike in enumerate(_alike(explanations)):
         yield from [Text()] if number else []
-        yield from told.lines(alike)
+        yield from writer.lines(alike)
+    if any(each.decided.decision is Decision.UNDECIDED for each in explanations):
+        yield from ended_lines(ended)
 
 
-def told_case(text: str, command: str | None, path: str | None = None) -> Iterator[Text]:
-    """A case as YAML, and the command that shows its run."""
+def case_lines(text: str, command: str | None, path: str | None = None) -> Iterator[Text]:
+    """Yield a case as YAML, and the command that runs it."""
     yield Text()
     if path is not None:
         yield Text(f"# {path}", style="dim")
@@ -73,7 +82,7 @@ def told_case(text: str, command: str | None, path: str | None = None) -> Iterat
 
 
 def _alike(explanations: Iterable[Explanation]) -> Iterator[list[Explanation]]:
-    """Those that are not covered for the same reason together; each of the others alone."""
+    """Yield groups of explanations: those that are not covered for the same reason, and each of the others alone."""
     groups: dict[object, list[Explanation]] = {}
     for explanation in explanations:
         decided = explanation.decided
@@ -83,7 +92,7 @@ def _alike(explanations: Iterable[Explanation]) -> Iterator[list[Explanation]]:
 
 
 class _ExplanationText:
-    """Tells explanations one after the other, and nothing twice."""
+    """Writes explanations one after the other, and repeats no suggestion, case or search."""
 
     def __init__(self, model: BehaviorModel, files: Mapping[str, str], command: str) -> None:
         self._model = model
@@ -94,7 +103,7 @@ class _ExplanationText:
         self._cases: dict[str, None] = {}
 
     def lines(self, alike: Sequence[Explanation]) -> Iterator[Text]:
-        """Explanations that differ in nothing but their obligations."""
+        """Yield the text of explanations that differ only in their obligations."""
         explanation = alike[0]
         decided = explanation.decided
         by = f" by {decided.case}" if decided.case is not None else ""
@@ -119,8 +128,6 @@ class _ExplanationText:
             self._searched[explanation.searched] = None
         elif explanation.decided.certificate in _FOLLOWS_FROM:
             yield Text(f"  That follows from {_FOLLOWS_FROM[explanation.decided.certificate]}; no run was searched.")
-        if explanation.decided.decision is Decision.UNDECIDED:
-            yield Text("  --max-states sets the maximum number of situations to search.", style="dim")
 
     def _visit(self, visit: Visit, obligation: Obligation) -> Iterator[Text]:
         case = visit.execution.case
@@ -130,9 +137,9 @@ class _ExplanationText:
             yield from _case(case, self._model, self._files)
         if obligation.aspect is not Aspect.QUEUED and visit.plan:
             plan = plan_in_words(visit.plan, _ARROW)
-            yield Text(f"  The plan is then {counted(len(visit.plan), 'operation')}: {plan}.")
+            yield Text(f"  The plan then has {counted(len(visit.plan), 'operation')}: {plan}.")
         yield from _wrong(visit)
-        yield Text(f"  At {format_moment(visit.at_ns)} {told_obligation(obligation)}:")
+        yield Text(f"  At {format_moment(visit.at_ns)} {visit_sentence(obligation)}:")
         yield from _picture(visit, self._model)
         if is_new:
             end = visit.execution.verdict.end.replace("_", " ")
@@ -140,15 +147,15 @@ class _ExplanationText:
 
 
 def _case(case: Case, model: BehaviorModel, files: Mapping[str, str]) -> Iterator[Text]:
-    whose = f"a case of the suite, in {files[case.name]}" if case.name in files else "a case that closing made"
+    whose = f"a case of the suite, in {files[case.name]}" if case.name in files else "a new case, made by closing"
     yield Text(f"  {case.name} is {whose}.")
-    yield Text(f"  It begins in {_beginning(case, model)}, and pursues {_goal(case)}.")
+    yield Text(f"  It begins in {_beginning(case, model)}. Its goal is {_goal(case)}.")
 
 
 def _beginning(case: Case, model: BehaviorModel) -> str:
     nominal = model.nominal_state
     different = [f"{name} = {format_value(value)}" for name, value in case.initial.items() if nominal[name] != value]
-    return f"the nominal state but for {', '.join(different)}" if different else "the nominal state"
+    return f"the nominal state except for {', '.join(different)}" if different else "the nominal state"
 
 
 def _goal(case: Case) -> str:
@@ -157,20 +164,20 @@ def _goal(case: Case) -> str:
 
 
 def _wrong(visit: Visit) -> Iterator[Text]:
-    """What went wrong on the way; the last things, as they lead to the visit."""
+    """Yield the faults that were injected before the visit; only the last ones if there are many."""
     if not visit.wrong:
-        yield Text("  Nothing goes wrong until then.")
+        yield Text("  No fault is injected before the visit.")
         return
-    yield Text("  This goes wrong until then:")
+    yield Text("  Faults injected before the visit:")
     left_out = len(visit.wrong) - _MAX_WRONG
     if left_out > 0:
-        yield Text(f"    … {left_out} before", style="dim")
+        yield Text(f"    … {left_out} earlier ones", style="dim")
     for words in islice(visit.wrong, max(0, left_out), None):
         yield Text(f"    {words}")
 
 
 def _picture(visit: Visit, model: BehaviorModel) -> Iterator[Text]:
-    """Yield the last lines of the run's log up to the visit, from one with a time; the plan is told above them."""
+    """Yield the last lines of the run's log up to the visit, from one with a time; the plan stands above them."""
     *before, last = event_lines(model, visit.execution, visit.record + 1)
     lines = [*(line for line in before if line.begins_moment or not isinstance(line.record, PlanReceived)), last]
     lines = lines[-_LINES:]
@@ -199,18 +206,18 @@ def _search_sentence(searched: SearchedRuns) -> str:
 
 
 def _suggestion(suggestion: Suggestion, command: str) -> Iterator[Text]:
-    yield Text(f"  What would change it: {_sentence(suggestion.text)}")
+    yield Text(f"  Suggested change: {_sentence(suggestion.text)}")
     if suggestion.name is not None:
         yield command_text("    ", f"{command} --write {suggestion.name}")
 
 
 def _sentence(words: str) -> str:
-    """The words with a full stop; a capital would make another name of one that they begin with."""
+    """Return the words with a full stop; they may begin with a name, so they get no capital."""
     return words if words.endswith((".", "!", "?")) else f"{words}."
 
 
-def told_obligation(obligation: Obligation) -> str:
-    """An obligation in words: `scan is disabled`."""
+def visit_sentence(obligation: Obligation) -> str:
+    """Return a sentence for the visit of an obligation, such as `scan is disabled`."""
     subject = str(obligation) if obligation.aspect is Aspect.TAKEN else obligation.subject
     return f"{subject} {_WORDS[obligation.aspect]}"
 

@@ -1,11 +1,18 @@
-"""Why one run failed, for people: each reason, and the part of the run that shows it."""
+"""Reports of failures for the terminal: those of one run, and the findings of a campaign.
+
+A failed run has its reasons, and the parts of its log that show them. A finding has its reason, its smallest case, the
+choices that the failure depends on, and the command that reproduces it.
+"""
 
 from __future__ import annotations
 
+from itertools import islice, zip_longest
 from typing import TYPE_CHECKING
 
 from rich.text import Text
 
+from scbm.model import format_duration
+from scbm.reports.figure_table import command_text, counted
 from scbm.reports.run.event_lines import event_lines
 from scbm.reports.terminal.timeline import TIME_WIDTH, draw_line
 from scbm.testing import FailureKind
@@ -15,17 +22,18 @@ if TYPE_CHECKING:
 
     from scbm.model import BehaviorModel
     from scbm.reports.run.event_lines import EventLine
-    from scbm.testing import Execution, Failure
+    from scbm.testing import Campaign, Execution, Failure, Finding, Shrunk
+
 
 _FEWEST_LINES = 12
-"""So many lines are shown if there are so many, for what led to it."""
+"""Minimum number of log lines that are shown for a failure, if the log has so many."""
 
 _MAX_LINES = 40
-"""So many at most; of a longer stretch the last ones."""
+"""Maximum number of log lines for a failure; of a longer part, the last lines are shown."""
 
 
-def told_failures(model: BehaviorModel, execution: Execution) -> Iterator[Text]:
-    """The reasons why a run failed; beneath them the parts of the run that show them."""
+def failure_lines(model: BehaviorModel, execution: Execution) -> Iterator[Text]:
+    """Yield the reasons why a run failed, then the parts of its log that show them."""
     failures = execution.verdict.failures
     for failure in failures:
         yield Text(str(failure), style="red")
@@ -55,9 +63,77 @@ def _window(lines: Sequence[EventLine], extent: tuple[int, int]) -> tuple[int, i
 
 
 def _extent(execution: Execution, failure: Failure) -> tuple[int, int]:
-    """The records that show a failure: the stretch of a violation, else the end of the run."""
+    """Return the range of records that shows a failure: that of the violation, else the end of the run."""
     if failure.kind is FailureKind.REQUIREMENT:
         for violation in execution.violations:
             if violation.requirement == failure.subject:
                 return violation.begins, violation.record + 1
     return len(execution.trace.records), len(execution.trace.records)
+
+
+_MAX_NAMED = 3
+"""Maximum number of cases of a finding that are named; the others are counted."""
+
+_MAX_FINDINGS = 10
+
+
+def finding_lines(campaign: Campaign, findings: Sequence[Finding], commands: Sequence[str]) -> Iterator[Text]:
+    """Yield the findings of a campaign, each with its command to reproduce it; nothing if all cases passed."""
+    if not findings:
+        return
+    yield Text()
+    yield Text(f"Failed: {counted(campaign.failed_count, 'case')}", style="bold red")
+    for finding, command in islice(zip_longest(findings, commands), _MAX_FINDINGS):
+        yield from _finding_lines(finding, campaign.model, command)
+    if len(findings) > _MAX_FINDINGS:
+        yield Text(f"  and {counted(len(findings) - _MAX_FINDINGS, 'more finding', 'more findings')}")
+
+
+def unused_lines(campaign: Campaign) -> Iterator[Text]:
+    """Yield the clauses of cases that had no effect; nothing if there are none."""
+    summary = campaign.summary
+    if not summary.unused_count:
+        return
+    yield Text()
+    yield Text("Without effect", style="bold yellow")
+    for position, sentence in summary.unused:
+        yield Text(f"  {campaign.source.name(position)}: {sentence}")
+    if summary.unused_count > len(summary.unused):
+        yield Text(f"  and {summary.unused_count - len(summary.unused)} more")
+
+
+def _finding_lines(finding: Finding, model: BehaviorModel, command: str | None) -> Iterator[Text]:
+    yield Text(f"  {_names(finding)}")
+    for failure in finding.failures:
+        yield Text(f"    {failure}", style="red")
+    if finding.shrunk is not None:
+        yield from shrunk_lines(finding.shrunk, model)
+    if command:
+        yield command_text("    again: ", command)
+
+
+def _names(finding: Finding) -> str:
+    more = f" and {counted(finding.count - _MAX_NAMED, 'more case')}" if finding.count > _MAX_NAMED else ""
+    return f"{', '.join(finding.names[:_MAX_NAMED])}{more}"
+
+
+def shrunk_lines(shrunk: Shrunk, model: BehaviorModel) -> Iterator[Text]:
+    """Yield a small case: its size, its time limit, the log that shows the failure, and the choices that matter."""
+    case = shrunk.execution.case
+    yield Text("    smallest: ").append(_sizes(shrunk), style="bold")
+    if case.limits.time_ns is not None:
+        yield Text(f"      within {format_duration(case.limits.time_ns)}", style="dim")
+    for line in lines_that_show(model, shrunk.execution, [shrunk.failure]):
+        yield Text("    ").append_text(line)
+    for choice in shrunk.matters:
+        yield Text("    it matters: ").append(str(choice))
+    if not shrunk.matters:
+        alone = "no choice alone" if shrunk.after.choices else "nothing but the goal"
+        yield Text(f"    it matters: {alone}")
+
+
+def _sizes(shrunk: Shrunk) -> str:
+    """Return the size of the small case and that of the original case in words."""
+    after, before = shrunk.after, shrunk.before
+    size = f"{counted(after.operations, 'operation')}, {counted(after.choices, 'choice')}"
+    return f"{size}; it had {before.operations} and {before.choices} ({counted(shrunk.runs, 'run')})"

@@ -1,9 +1,12 @@
-"""The coverability report of all that a store holds, for the terminal."""
+"""Reports about stores for the terminal: the coverability of a whole store, and the result of combining stores.
+
+One line compares the visits of a run with those of the run before. The result of combining is also available as JSON.
+"""
 
 from __future__ import annotations
 
-from itertools import islice
-from typing import TYPE_CHECKING
+from itertools import groupby, islice
+from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
 
@@ -17,22 +20,107 @@ from scbm.reports.figure_table import (
     shown_path,
 )
 from scbm.reports.missed_reasons import close_command
-from scbm.reports.reproduction import again, again_words, durations, place_of, told_places
-from scbm.reports.terminal.combined_report import since_last_run
+from scbm.reports.stored_cases import again, again_words, durations, place_counts, place_of
+from scbm.testing import coverage_json
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
-    from scbm.store import History
+    from scbm.cases.coverage import Figure, Obligations
+    from scbm.store import Combined, Dropped, History, StoredRun
+
+
+_MAX_NAMED = 3
+
+
+def since_last_run(
+    obligations: Obligations, before: StoredRun | None, visited: int, words: str = "Since the last run"
+) -> Text:
+    """Return the difference between two runs of a store, in figures and in names.
+
+    Args:
+        obligations: the obligations of the model.
+        before: the run before this one; `None` if there is none.
+        visited: the visits of this run, as bits.
+        words: the beginning of the line.
+    """
+    if before is None:
+        return Text(f"{words}: this store has no earlier finished run")
+    counted_ones = obligations.counted
+    gained = visited & ~before.visited & counted_ones
+    lost = before.visited & ~visited & counted_ones
+    line = Text(f"{words}: ")
+    if not gained and not lost:
+        return line.append(f"the same, {obligations.figure(visited)}")
+    line.append(f"{obligations.figure(before.visited)} → {obligations.figure(visited)}")
+    if gained:
+        line.append(f", +{_named(obligations, gained)}", style="green")
+    if lost:
+        line.append(f", -{_named(obligations, lost)}", style="red")
+    return line
+
+
+def in_all(cases: int, figure: Figure, store: str) -> Text:
+    """Return the figure of all cases of a store."""
+    return Text(f"{store}: {counted(cases, 'case')} in all, {figure}")
+
+
+def _named(obligations: Obligations, bits: int) -> str:
+    names = obligations.names(bits)
+    more = ", …" if len(names) > _MAX_NAMED else ""
+    return f"{len(names)} ({', '.join(names[:_MAX_NAMED])}{more})"
+
+
+FORMAT_VERSION = 1
+
+
+def combined_report(combined: Combined, target: str) -> Iterator[Text]:
+    """Yield the visits that were dropped as the model has changed, then the contents of the new store."""
+    for path, dropped in combined.dropped:
+        if dropped:
+            yield Text(f"{path}: from an earlier version of the model; dropped, as their meaning has changed:")
+            yield from _dropped_lines(dropped)
+        else:
+            yield Text(f"{path}: of an earlier version of the model; all that it visited is unchanged")
+    history = combined.history
+    yield in_all(len(history.cases), history.coverage.figure, target).append(f", {counted(len(history.runs), 'run')}")
+
+
+def _dropped_lines(dropped: Sequence[Dropped]) -> Iterator[Text]:
+    for subject, group in groupby(dropped, key=lambda d: d.obligation.subject):
+        of_subject = list(group)
+        aspects = ", ".join(d.obligation.aspect.value for d in of_subject)
+        yield Text(f"  {subject}: {aspects}").append(
+            "   it is gone" if of_subject[0].is_gone else "   it was edited", "dim"
+        )
+
+
+def combined_json(combined: Combined, target: str) -> dict[str, Any]:
+    """Return the same as data for `json`."""
+    history = combined.history
+    return {
+        "format_version": FORMAT_VERSION,
+        "model": history.model.name,
+        "store": target,
+        "cases": len(history.cases),
+        "runs": len(history.runs),
+        "coverage": coverage_json(history.coverage),
+        "dropped": [
+            {"store": str(path), "obligation": str(d.obligation), "reason": "gone" if d.is_gone else "edited"}
+            for path, dropped in combined.dropped
+            for d in dropped
+        ],
+    }
+
 
 _MAX_FAILED = 10
 
 
 def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
-    """The report, line by line.
+    """Yield the report of a store.
 
     Args:
-        history: what the store holds.
+        history: the contents of the store.
         store: the store's file, for the commands.
         columns: the width of the report.
     """
@@ -41,7 +129,7 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     yield Text()
     yield headline(coverage.figure, columns)
     yield Text(f"  Testing duration: {durations(history)}, {_cases(history)}")
-    for place in told_places(history):
+    for place in place_counts(history):
         yield Text(f"  Over nodes: {place}")
     finished = [run for run in history.runs if run.is_finished]
     if len(finished) > 1:
@@ -55,8 +143,8 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     if coverage.missed():
         yield Text()
         yield Text("How to cover the rest", style="bold")
-        yield command_text("  ", f"scbm report {shown_path(store)} --missing", "why each is missing")
-        yield command_text("  ", close_command(history.source.path), "the cases for them")
+        yield command_text("  ", f"scbm report {shown_path(store)} --missing", "shows why each is missing")
+        yield command_text("  ", close_command(history.source.path), "writes cases for them")
 
 
 def _cases(history: History) -> str:
@@ -64,13 +152,13 @@ def _cases(history: History) -> str:
     for case in history.cases:
         end = case.verdict.end.replace("_", " ")
         ends[end] = ends.get(end, 0) + 1
-    told = ", ".join(f"{count} {end}" for end, count in ends.items())
+    parts = ", ".join(f"{count} {end}" for end, count in ends.items())
     earlier = sum(case.is_earlier for case in history.cases)
     before = f", {earlier} of them on an earlier version of the model" if earlier else ""
     failed = f"; {len(history.failed)} failed" if history.failed else ""
     outdated = f"; {counted(history.outdated, 'older version')} of case files left out" if history.outdated else ""
     runs = f"{counted(len(history.cases), 'case')} of {counted(len(history.runs), 'run')}"
-    return f"{runs}{before}{': ' + told if told else ''}{failed}{outdated}"
+    return f"{runs}{before}{': ' + parts if parts else ''}{failed}{outdated}"
 
 
 def _failed(history: History) -> Iterator[Text]:

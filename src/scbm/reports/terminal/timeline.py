@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from scbm.testing import Execution
 
 TIME_WIDTH = 11
-"""The columns of the time; they are blank where the time is that of the line above."""
+"""Width of the time column; it is blank where the time equals that of the line above."""
 
 _LONGEST_BAR, _SHORTEST_BAR = 60, 20
 """The width of the picture of a run: as wide as the report allows, within these bounds."""
@@ -63,7 +63,7 @@ def timeline(
     """Yield the timeline of a run, line by line.
 
     Args:
-        model: what was run.
+        model: the model of the run.
         execution: the run.
         every: whether the variables of resources and of the runner are shown too.
         columns: the width of the report.

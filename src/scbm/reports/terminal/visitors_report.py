@@ -1,4 +1,4 @@
-"""Which case visits what, and the smallest suite that visits the same, for the terminal."""
+"""The contexts of obligations (the cases that visit each), and the smallest suite, for the terminal."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rich.text import Text
 from scbm.cases.coverage import Coverage, only_by, visitors_of_each
 from scbm.model import format_moment
 from scbm.reports.figure_table import command_text, counted
-from scbm.reports.reproduction import again
+from scbm.reports.stored_cases import again
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -22,7 +22,7 @@ _MAX_OBLIGATIONS_NAMED = 8
 
 
 def contexts_report(history: History) -> Iterator[Text]:
-    """For each obligation the cases that visit it, then for each case what it alone visits."""
+    """Yield for each obligation the cases that visit it, then for each case the obligations that it alone visits."""
     yield Text("Contexts: ", style="bold").append(f"{history.model.name}, {counted(len(history.cases), 'case')}")
     yield from _visitors(history)
     yield from _alone(history)
@@ -41,7 +41,7 @@ def _visitors(history: History) -> Iterator[Text]:
     missed = len(visitors) - len(visited)
     if missed:
         yield Text()
-        yield Text(f"  {counted(missed, 'obligation')} more, which no case visits", style="red")
+        yield Text(f"  {counted(missed, 'more obligation')}, visited by no case", style="red")
 
 
 def _alone(history: History) -> Iterator[Text]:
@@ -60,11 +60,11 @@ def _alone(history: History) -> Iterator[Text]:
 
 
 def smallest_report(history: History, cover: Cover) -> Iterator[Text]:
-    """The cases of the smallest suite, what each brings, and the commands that run them again.
+    """Yield the cases of the smallest suite, what each adds, and the commands that run them.
 
     Args:
-        history: where the cases are.
-        cover: the suite: places in `history.cases`.
+        history: the history that has the cases.
+        cover: the suite, as indices into `history.cases`.
     """
     cases = [history.cases[place] for place in cover.chosen]
     yield Text("Smallest suite: ", style="bold").append(f"{len(cases)} of {counted(len(history.cases), 'case')}")
@@ -77,7 +77,7 @@ def smallest_report(history: History, cover: Cover) -> Iterator[Text]:
 
 
 def _proof(cover: Cover) -> str:
-    """How small it is, and how small it could be."""
+    """Return whether the suite is proved to be the smallest, and the lower bound otherwise."""
     if cover.is_smallest:
         return "Proved: no smaller suite visits the same"
     return f"No fewer than {cover.at_least} can visit the same; whether {cover.at_least} can is open"
@@ -105,7 +105,7 @@ def _rows(history: History, cover: Cover) -> Iterator[Text]:
 
 
 def _count(history: History, bits: int) -> int:
-    """How many obligations in the figure there are in a set; those beside it are named and not counted."""
+    """Return the number of obligations of a set that count in SCBM-IAS; queued ones are named, not counted."""
     return history.obligations.figure(bits).visited
 
 
@@ -113,17 +113,17 @@ def _commands(history: History, cases: Sequence[StoredCase]) -> Iterator[Text]:
     if not cases:
         return
     yield Text()
-    yield Text("Run them again", style="bold")
+    yield Text("Repeat these cases", style="bold")
     commands = [again(case, history.source.path, history.runs) for case in cases]
     for command in dict.fromkeys(filter(None, commands)):
         yield command_text("  ", command)
     over_nodes = sum(bool(command) and case.is_over_nodes for case, command in zip(cases, commands, strict=True))
     if over_nodes:
-        words = f"{counted(over_nodes, 'case')} ran over nodes: only all of a run can be made again"
+        words = f"{counted(over_nodes, 'case')} ran over nodes: only a whole run can be repeated"
         yield Text(f"  {words}", style="yellow")
     earlier = commands.count("")
     if earlier:
-        yield Text(f"  {counted(earlier, 'case')} of an earlier model cannot be run again", style="yellow")
+        yield Text(f"  {counted(earlier, 'case')} of an earlier model cannot be repeated", style="yellow")
 
 
 def _heading(first: str, columns: str, labels: Sequence[str]) -> Iterator[Text]:
@@ -133,7 +133,7 @@ def _heading(first: str, columns: str, labels: Sequence[str]) -> Iterator[Text]:
 
 
 def _names(history: History, bits: int) -> Text:
-    """The obligations in a set, in a line of their own."""
+    """Return a line with the names of the obligations of a set."""
     names = history.obligations.names(bits)
     return Text(f"      {_some(names[:_MAX_OBLIGATIONS_NAMED], len(names))}", style="dim")
 

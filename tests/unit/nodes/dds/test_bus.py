@@ -14,6 +14,7 @@ from scbm.nodes.buses.bus import BusError, Received, Topic
 from scbm.nodes.buses.dds.dds_bus import DdsBus
 from support import loops
 from support.kept import Kept
+from support.wording import Wording
 
 Complain: TypeAlias = Callable[[str], None]
 
@@ -96,9 +97,9 @@ def test_it_says_where_it_is(domain: int, warn: Complain) -> None:
     assert loops.run(scenario()) == f"DDS domain {domain}"
 
 
-def test_a_node_has_a_name_that_ros_can_have(domain: int, warn: Complain) -> None:
+def test_a_node_has_a_name_that_ros_can_have(domain: int, warn: Complain, wording: Wording) -> None:
     async def scenario() -> None:
-        with pytest.raises(BusError, match="`no name`"):
+        with wording.raises(BusError):
             DdsBus.open("no name", domain, warn)
         # Nothing is left of the first: with an index for one process alone there would be no place.
         bus = DdsBus.open("a_name", domain, warn)
@@ -135,6 +136,7 @@ except BusError as error:
 """
 
 
-def test_without_cyclonedds_it_says_how_to_get_it() -> None:
+def test_without_cyclonedds_it_says_how_to_get_it(wording: Wording) -> None:
     ran = subprocess.run([sys.executable, "-c", WITHOUT], capture_output=True, text=True, check=True)
-    assert (ran.stdout, ran.stderr) == ("cyclonedds is not installed|pip install 'scbm[dds]'\n", "")
+    assert ran.stderr == ""
+    wording(ran.stdout)

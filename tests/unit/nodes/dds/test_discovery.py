@@ -17,6 +17,7 @@ from scbm.nodes.buses.bus import BusError, MessageType
 from scbm.nodes.buses.dds.message_types import PARTICIPANT_ENTITIES, message_class
 from scbm.nodes.buses.dds.participant import NodeAnnouncement
 from scbm.nodes.buses.dds.raw_samples import delete
+from support.wording import Wording
 
 GUARD_NS = 600_000_000_000
 
@@ -101,26 +102,26 @@ def test_each_change_is_said_and_the_end_too(ours: DomainParticipant, theirs: Do
 
 
 @pytest.mark.parametrize(
-    ("node", "namespace", "why"),
+    ("node", "namespace"),
     [
-        ("", "/", "`` is no name of a node of ROS 2"),
-        ("a-b", "/", "`a-b` is no name of a node of ROS 2"),
-        ("a" * 256, "/", "is no name of a node of ROS 2"),
-        ("tester", "", "`` is no namespace of ROS 2"),
-        ("tester", "cell", "`cell` is no namespace of ROS 2"),
-        ("tester", "/cell/", "`/cell/` is no namespace of ROS 2"),
+        ("", "/"),
+        ("a-b", "/"),
+        ("a" * 256, "/"),
+        ("tester", ""),
+        ("tester", "cell"),
+        ("tester", "/cell/"),
     ],
 )
 def test_a_name_that_ros_2_does_not_have_is_refused(
-    ours: DomainParticipant, node: str, namespace: str, why: str
+    ours: DomainParticipant, node: str, namespace: str, wording: Wording
 ) -> None:
     with pytest.raises(BusError) as raised:
         NodeAnnouncement(ours, node, namespace)
-    assert raised.value.message.endswith(why)
     assert raised.value.remedy is not None
+    wording((raised.value.message, raised.value.remedy))
 
 
 def test_a_participant_that_has_left_is_a_bus_error(ours: DomainParticipant) -> None:
     delete(ours)
-    with pytest.raises(BusError, match=r"^DDS refuses `ros_discovery_info`: "):
+    with pytest.raises(BusError, match="`ros_discovery_info`"):
         NodeAnnouncement(ours, "tester")

@@ -20,6 +20,7 @@ from scbm.nodes.buses.dds.payloads import encode
 from scbm.nodes.buses.dds.raw_samples import RawWriter, delete, listener
 from support import loops
 from support.kept import Kept
+from support.wording import Wording
 
 TALK = Topic("/cell/talk")
 ROS_DEFAULT = Qos(
@@ -97,7 +98,7 @@ def test_who_asks_for_best_effort_hears_publishers_of_both_kinds(domain: int, wa
     assert [came.data for came in loops.run(scenario())] == ["near"]
 
 
-def test_messages_of_others_that_are_none_are_told_and_dropped(domain: int) -> None:
+def test_messages_of_others_that_are_none_are_told_and_dropped(domain: int, wording: Wording) -> None:
     async def scenario() -> tuple[list[str], list[Received]]:
         complaints, matched, received = Kept[str](), Kept[int](), Kept[Received]()
         bus = DdsBus.open("ours", domain, complaints)
@@ -115,9 +116,8 @@ def test_messages_of_others_that_are_none_are_told_and_dropped(domain: int) -> N
 
     complaints, received = loops.run(scenario())
     assert [came.data for came in received] == ["before", "after"]
-    assert complaints == [
-        "a message on `/cell/talk` is no std_msgs/msg/String and was dropped: its string is not UTF-8"
-    ]
+    (complaint,) = complaints
+    wording(complaint)
 
 
 def test_a_plain_reader_reads_what_is_published(domain: int, warn: Complain) -> None:
@@ -154,14 +154,14 @@ def test_a_closed_bus_sends_nothing(domain: int, warn: Complain) -> None:
         bus = DdsBus.open("ours", domain, warn)
         publisher = bus.publisher(TALK)
         await bus.close()
-        with pytest.raises(BusError, match="`/cell/talk`: nothing can be sent"):
+        with pytest.raises(BusError, match="`/cell/talk`"):
             publisher.publish("hello")
 
     loops.run(scenario())
 
 
 def test_a_subscription_that_takes_nothing_is_told(
-    domain: int, warn: Complain, monkeypatch: pytest.MonkeyPatch
+    domain: int, warn: Complain, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     def full(_writer: RawWriter, _payload: bytes) -> None:
         raise DDSException(DDSException.DDS_RETCODE_TIMEOUT)
@@ -170,7 +170,7 @@ def test_a_subscription_that_takes_nothing_is_told(
         bus = DdsBus.open("ours", domain, warn)
         publisher = bus.publisher(TALK)
         monkeypatch.setattr(RawWriter, "write_payload", full)
-        with pytest.raises(BusError, match="has not taken what was sent"):
+        with wording.raises(BusError):
             publisher.publish("hello")
         monkeypatch.undo()
         await bus.close()
@@ -178,12 +178,12 @@ def test_a_subscription_that_takes_nothing_is_told(
     loops.run(scenario())
 
 
-def test_names_that_ros_cannot_have_are_refused(domain: int, warn: Complain) -> None:
+def test_names_that_ros_cannot_have_are_refused(domain: int, warn: Complain, wording: Wording) -> None:
     async def scenario() -> None:
         bus = DdsBus.open("ours", domain, warn)
-        with pytest.raises(BusError, match="`no root`"):
+        with wording.raises(BusError):
             bus.publisher(Topic("no root"))
-        with pytest.raises(BusError, match="`/a//b`"):
+        with wording.raises(BusError):
             bus.subscribe(Topic("/a//b"), _ignore)
         await bus.close()
 

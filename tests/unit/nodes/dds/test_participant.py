@@ -17,6 +17,7 @@ from scbm.nodes.buses.bus import BusError
 from scbm.nodes.buses.dds.participant import URI, Participant
 from scbm.nodes.buses.dds.raw_samples import delete
 from support.domains import LOOPBACK
+from support.wording import Wording
 
 LOST_WITHIN_S = 600
 """A guard, on a busy machine too."""
@@ -33,28 +34,28 @@ def with_interface(name: str) -> str:
 
 
 @pytest.mark.parametrize(
-    ("uri", "says", "remedy"),
+    ("uri", "names"),
     [
-        (with_interface("eth77"), "eth77: does not match an available interface", "`ip address`"),
-        ("<CycloneDDS><Domain></Dom></CycloneDDS>", "open/close tag mismatch (Dom) at line 1", f"correct `{URI}`"),
-        ("<CycloneDDS><Domain><Foo>1</Foo></Domain></CycloneDDS>", "Foo: unknown element", f"correct `{URI}`"),
-        ("file:///no/such/file.xml", "can't open configuration file file:///no/such/file.xml", f"correct `{URI}`"),
-        ("/no/such/Größe.xml", "can't open configuration file /no/such/Größe.xml", f"correct `{URI}`"),
+        (with_interface("eth77"), "eth77"),
+        ("<CycloneDDS><Domain></Dom></CycloneDDS>", "(Dom)"),
+        ("<CycloneDDS><Domain><Foo>1</Foo></Domain></CycloneDDS>", "Foo: "),
+        ("file:///no/such/file.xml", "file:///no/such/file.xml"),
+        ("/no/such/Größe.xml", "/no/such/Größe.xml"),
     ],
 )
 def test_a_configuration_that_is_wrong_is_refused_in_its_own_words(  # noqa: PLR0913, PLR0917 - fixtures and a row
     domain: int,
     uri: str,
-    says: str,
-    remedy: str,
+    names: str,
     monkeypatch: pytest.MonkeyPatch,
     capfd: pytest.CaptureFixture[str],
+    wording: Wording,
 ) -> None:
     monkeypatch.setenv(URI, uri)
     error = refusal(domain)
-    assert says in error.message
+    assert names in error.message  # the rest is what this version of Cyclone DDS says
     assert error.remedy is not None
-    assert remedy in error.remedy
+    wording(error.remedy)
     assert capfd.readouterr() == ("", "")
 
 
@@ -81,15 +82,14 @@ def test_what_cyclone_warns_of_is_kept(
     monkeypatch.setenv(URI, f"<CycloneDDS><Domain>{old}</Domain></CycloneDDS>")
     participant = Participant("node", domain)
     participant.close()
-    assert "deprecated element" in "".join(participant.warnings)
+    assert "NetworkInterfaceAddress" in "".join(participant.warnings)
     assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("number", [-1, 233, 10_000])
-def test_domains_have_numbers_that_have_ports(number: int) -> None:
+def test_domains_have_numbers_that_have_ports(number: int, wording: Wording) -> None:
     error = refusal(number)
-    assert error.message == f"there is no DDS domain {number}"
-    assert error.remedy == "domains are numbered from 0 to 232"
+    wording((error.message, error.remedy))
 
 
 JOIN = """
@@ -125,20 +125,20 @@ def test_more_processes_than_there_are_indices_are_refused(domain: int, monkeypa
     second.communicate()
     first.close()
     message, remedy = out.split("|")
-    assert "Failed to find a free participant index" in message
+    assert "index" in message  # what this version of Cyclone DDS says
     assert "`MaxAutoParticipantIndex`" in remedy
     assert not err
 
 
-def test_a_machine_without_a_network_is_told(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_machine_without_a_network_is_told(domain: int, monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
     unshare = shutil.which("unshare")
     if unshare is None or subprocess.run([unshare, "-rn", "true"], capture_output=True, check=False).returncode:
         pytest.skip("a network without interfaces cannot be made here")
     monkeypatch.delenv(URI)
     out, err = child(domain, unshare, "-rn").communicate()
     message, remedy = out.split("|")
-    assert "failed to find interfaces" in message
-    assert "network interface that is up" in remedy
+    assert "interfaces" in message  # what this version of Cyclone DDS says
+    wording(remedy)
     assert not err
 
 

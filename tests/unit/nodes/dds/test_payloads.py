@@ -10,6 +10,7 @@ from rosbags.typesys import Stores, get_typestore
 from scbm.nodes.buses.bus import BusError, MessageType, Scalar
 from scbm.nodes.buses.dds.message_types import message_class
 from scbm.nodes.buses.dds.payloads import BadPayloadError, decode, encode
+from support.wording import Wording
 
 ROS = get_typestore(Stores.ROS2_JAZZY)
 
@@ -49,45 +50,45 @@ def test_version_2_is_read_too(encoding: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("type_", "data", "says"),
+    ("type_", "data"),
     [
-        (MessageType.STRING, 5, "string, not 5"),
-        (MessageType.STRING, "a\0b", "NUL"),
-        (MessageType.STRING, "\ud800", "text"),
-        (MessageType.BOOL, 1, "bool, not 1"),
-        (MessageType.INT64, True, "int64, not True"),
-        (MessageType.INT64, 2**63, "9223372036854775808"),
-        (MessageType.FLOAT64, "0.5", "float64, not '0.5'"),
+        (MessageType.STRING, 5),
+        (MessageType.STRING, "a\0b"),
+        (MessageType.STRING, "\ud800"),
+        (MessageType.BOOL, 1),
+        (MessageType.INT64, True),
+        (MessageType.INT64, 2**63),
+        (MessageType.FLOAT64, "0.5"),
     ],
 )
-def test_what_a_type_cannot_carry_is_refused(type_: MessageType, data: Scalar, says: str) -> None:
+def test_what_a_type_cannot_carry_is_refused(type_: MessageType, data: Scalar, wording: Wording) -> None:
     with pytest.raises(BusError) as raised:
         encode(type_, data)
     assert type_.value in raised.value.message
-    assert says in raised.value.message
+    wording(raised.value.message)
 
 
 HEADER = b"\x00\x01\x00\x00"
 
 
 @pytest.mark.parametrize(
-    ("type_", "payload", "says"),
+    ("type_", "payload"),
     [
-        (MessageType.STRING, b"", "encoding"),
-        (MessageType.STRING, b"\x00\x03\x00\x00" + b"\x01\x00\x00\x00\x00", "encoding"),
-        (MessageType.STRING, HEADER, "too few"),
-        (MessageType.STRING, HEADER + b"\x05\x00\x00\x00ab\x00", "where its length says"),
-        (MessageType.STRING, HEADER + b"\x00\x00\x00\x00", "where its length says"),
-        (MessageType.STRING, HEADER + b"\x02\x00\x00\x00ab", "where its length says"),
-        (MessageType.STRING, HEADER + b"\x02\x00\x00\x00\xff\x00", "UTF-8"),
-        (MessageType.STRING, HEADER + b"\x01\x00\x00\x00\x00" + bytes(4), "too many"),
-        (MessageType.BOOL, HEADER, "too few"),
-        (MessageType.BOOL, HEADER + b"\x02", "no bool"),
-        (MessageType.INT64, HEADER + bytes(7), "too few"),
-        (MessageType.INT64, HEADER + bytes(12), "too many"),
-        (MessageType.FLOAT64, HEADER + bytes(7), "too few"),
+        (MessageType.STRING, b""),
+        (MessageType.STRING, b"\x00\x03\x00\x00" + b"\x01\x00\x00\x00\x00"),
+        (MessageType.STRING, HEADER),
+        (MessageType.STRING, HEADER + b"\x05\x00\x00\x00ab\x00"),
+        (MessageType.STRING, HEADER + b"\x00\x00\x00\x00"),
+        (MessageType.STRING, HEADER + b"\x02\x00\x00\x00ab"),
+        (MessageType.STRING, HEADER + b"\x02\x00\x00\x00\xff\x00"),
+        (MessageType.STRING, HEADER + b"\x01\x00\x00\x00\x00" + bytes(4)),
+        (MessageType.BOOL, HEADER),
+        (MessageType.BOOL, HEADER + b"\x02"),
+        (MessageType.INT64, HEADER + bytes(7)),
+        (MessageType.INT64, HEADER + bytes(12)),
+        (MessageType.FLOAT64, HEADER + bytes(7)),
     ],
 )
-def test_bytes_that_are_no_value_are_refused(type_: MessageType, payload: bytes, says: str) -> None:
-    with pytest.raises(BadPayloadError, match=says):
+def test_bytes_that_are_no_value_are_refused(type_: MessageType, payload: bytes, wording: Wording) -> None:
+    with wording.raises(BadPayloadError):
         decode(type_, payload)

@@ -19,6 +19,7 @@ from scbm.nodes.buses.dds import dds_services, message_types
 from scbm.nodes.buses.dds.dds_services import ServiceClient, ServiceServer
 from scbm.nodes.buses.dds.raw_samples import RawWriter, delete
 from support.loops import run
+from support.wording import Wording
 
 ADD = Service(
     "/calculator/add",
@@ -405,7 +406,7 @@ class HandServer:
         self._writer.write_payload(data)
 
 
-def test_a_second_response_to_a_call_is_dropped_and_complained_of(domain: int) -> None:
+def test_a_second_response_to_a_call_is_dropped_and_complained_of(domain: int, wording: Wording) -> None:
     async def calls(cell: Cell) -> None:
         here = cell.side()
         client, server = here.client(ADD), HandServer(cell.halves(ADD), ADD)
@@ -417,12 +418,14 @@ def test_a_second_response_to_a_call_is_dropped_and_complained_of(domain: int) -
         await here.until_complaints(2)
 
         assert [answer.fields for answer in here.answers] == [{"sum": 2}]
-        assert here.complaints == [f"a second response to call {call} of /calculator/add is dropped"] * 2
+        first, second = here.complaints
+        assert first == second
+        wording(first)
 
     told(domain, calls)
 
 
-def test_responses_to_calls_that_were_never_made_are_complained_of_once(domain: int) -> None:
+def test_responses_to_calls_that_were_never_made_are_complained_of_once(domain: int, wording: Wording) -> None:
     async def calls(cell: Cell) -> None:
         here = cell.side()
         client, server = here.client(ADD), HandServer(cell.halves(ADD), ADD)
@@ -435,8 +438,9 @@ def test_responses_to_calls_that_were_never_made_are_complained_of_once(domain: 
         await here.until_answers(1)
 
         assert [answer.fields for answer in here.answers] == [{"sum": 2}]
-        what = f"a response of /calculator/add to call {call + 6}, which was not made, is dropped"
-        assert here.complaints == [what]
+        (complaint,) = here.complaints
+        assert str(call + 6) in complaint
+        wording(complaint)
 
     told(domain, calls)
 
@@ -458,7 +462,7 @@ def test_responses_of_others_are_dropped_without_a_word(domain: int) -> None:
     told(domain, calls)
 
 
-def test_a_response_that_is_no_text_is_complained_of_and_takes_no_other_with_it(domain: int) -> None:
+def test_a_response_that_is_no_text_is_complained_of_and_takes_no_other_with_it(domain: int, wording: Wording) -> None:
     async def calls(cell: Cell) -> None:
         here = cell.side()
         client, server = here.client(SCAN), HandServer(cell.halves(SCAN), SCAN)
@@ -471,7 +475,8 @@ def test_a_response_that_is_no_text_is_complained_of_and_takes_no_other_with_it(
         await here.until_answers(1)
 
         assert [answer.fields for answer in here.answers] == [{"success": True, "message": "ab"}]
-        assert here.complaints == ["a response of /scan cannot be read: its text is not UTF-8: invalid start byte"]
+        (complaint,) = here.complaints
+        wording(complaint)
 
     told(domain, calls)
 
@@ -509,7 +514,9 @@ def test_a_response_waits_for_the_reader_of_its_client(domain: int, monkeypatch:
     told(domain, calls)
 
 
-def test_a_response_whose_client_does_not_hear_is_complained_of(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_response_whose_client_does_not_hear_is_complained_of(
+    domain: int, monkeypatch: pytest.MonkeyPatch, wording: Wording
+) -> None:
     monkeypatch.setattr(dds_services, "READER_WAIT_S", 0)
 
     async def calls(cell: Cell) -> None:
@@ -520,7 +527,8 @@ def test_a_response_whose_client_does_not_hear_is_complained_of(domain: int, mon
         writer.write_payload(payload(message_types.request(ADD.type, 5, 1, {"a": 1, "b": 2})))
         await there.until_complaints(1)
 
-        assert there.complaints == ["a response of /calculator/add is lost: its client does not hear any"]
+        (complaint,) = there.complaints
+        wording(complaint)
 
     told(domain, calls)
 
@@ -561,7 +569,7 @@ def test_what_was_handed_over_before_a_client_was_closed_is_dropped(domain: int)
     told(domain, calls)
 
 
-def test_an_answer_that_is_none_is_complained_of(domain: int) -> None:
+def test_an_answer_that_is_none_is_complained_of(domain: int, wording: Wording) -> None:
     async def calls(cell: Cell) -> None:
         here, there = cell.side(), cell.side()
         client = here.client(ADD)
@@ -571,21 +579,20 @@ def test_an_answer_that_is_none_is_complained_of(domain: int) -> None:
         await there.until_complaints(1)
 
         (complaint,) = there.complaints
-        assert complaint.startswith("a request to /calculator/add gets no response: `sum` of the response of ")
-        assert complaint.endswith(f" is int64, from {-(2**63)} to {2**63 - 1}, not {2**63}")
+        wording(complaint)
         assert here.answers == []
 
     told(domain, calls)
 
 
-def test_a_call_with_wrong_fields_is_refused_and_not_sent(domain: int) -> None:
+def test_a_call_with_wrong_fields_is_refused_and_not_sent(domain: int, wording: Wording) -> None:
     async def calls(cell: Cell) -> None:
         here, there = cell.side(), cell.side()
         client = here.client(ADD)
         there.server(ADD, add)
         await here.until_there(client)
         for wrong in ({"a": 1}, {"a": 1, "b": 1.5}, {"a": 1, "b": 1, "c": 1}):
-            with pytest.raises(ValueError, match="of example_interfaces/srv/AddTwoInts"):
+            with wording.raises(ValueError):
                 client.call(wrong)
         call = client.call({"a": 1, "b": 1})
         await here.until_answers(1)
@@ -613,13 +620,13 @@ def test_a_closed_client_hears_nothing_more(domain: int) -> None:
         await here.until_answers(1)
 
         assert [answer.fields for answer in here.answers] == [{"success": True, "message": ""}]
-        with pytest.raises(BusError, match=r"^DDS cannot send on `rq/calculator/addRequest`: "):
+        with pytest.raises(BusError, match="`rq/calculator/addRequest`"):
             client.call({"a": 1, "b": 1})
 
     told(domain, calls)
 
 
-def test_a_closed_server_is_asked_nothing_more(domain: int) -> None:
+def test_a_closed_server_is_asked_nothing_more(domain: int, wording: Wording) -> None:
     async def calls(cell: Cell) -> None:
         here, there = cell.side(), cell.side()
         client = here.client(ADD)
@@ -637,7 +644,8 @@ def test_a_closed_server_is_asked_nothing_more(domain: int) -> None:
         await here.until_there(client, 0)
 
         assert asked == [{"a": 1, "b": 1}]
-        assert [what.partition(": ")[0] for what in there.complaints] == ["a response of /calculator/add is lost"]
+        (complaint,) = there.complaints
+        wording(complaint.partition(": ")[0])  # the rest is what this version of Cyclone DDS says
 
     told(domain, calls)
 
@@ -646,7 +654,7 @@ def test_a_participant_that_has_left_is_a_bus_error(domain: int) -> None:
     async def calls(cell: Cell) -> None:
         here = cell.side()
         cell.close()
-        with pytest.raises(BusError, match=r"^DDS refuses `rq/calculator/addRequest` or `rr/calculator/addReply`: "):
+        with pytest.raises(BusError, match=r"`rq/calculator/addRequest` .*`rr/calculator/addReply`"):
             here.client(ADD)
 
     told(domain, calls)

@@ -18,6 +18,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from scbm.nodes.buses.bus import SET_BOOL, TRIGGER, FieldType, MessageType, Scalar, ServiceType
 from scbm.nodes.buses.dds import message_types
+from support.wording import Wording
 
 ADD = ServiceType(
     "example_interfaces/srv/AddTwoInts",
@@ -167,18 +168,16 @@ def one(type_: FieldType) -> ServiceType:
 
 
 @pytest.mark.parametrize("type_", list(BITS))
-def test_an_integer_out_of_range_is_refused(type_: FieldType) -> None:
+def test_an_integer_out_of_range_is_refused(type_: FieldType, wording: Wording) -> None:
     least, most = BITS[type_]
     for value in (least, most):
         sample = message_types.request(one(type_), 0, 0, {"x": value})
         assert message_types.fields_of(sample, one(type_).request) == {"x": value}
 
     for value in (least - 1, most + 1):
-        with pytest.raises(ValueError) as raised:  # noqa: PT011 - all of the sentence is compared
+        with wording.raises(ValueError) as raised:
             message_types.request(one(type_), 0, 0, {"x": value})
-        assert str(raised.value) == (
-            f"`x` of the request of some_srvs/srv/One is {type_.value}, from {least} to {most}, not {value}"
-        )
+        assert all(str(number) in str(raised.value) for number in (least, most, value))
 
 
 @pytest.mark.parametrize(
@@ -191,33 +190,31 @@ def test_an_integer_out_of_range_is_refused(type_: FieldType) -> None:
         (FieldType.STRING, 1),
     ],
 )
-def test_a_value_of_another_type_is_refused(type_: FieldType, value: Scalar) -> None:
-    with pytest.raises(ValueError, match=f"^`x` of the request of some_srvs/srv/One is {type_.value}, not {value!r}$"):
+def test_a_value_of_another_type_is_refused(type_: FieldType, value: Scalar, wording: Wording) -> None:
+    with wording.raises(ValueError):
         message_types.request(one(type_), 0, 0, {"x": value})
 
 
 @pytest.mark.parametrize("text", ["a\0", "\0", "\ud800"])
-def test_text_that_the_wire_cannot_carry_is_refused(text: str) -> None:
-    with pytest.raises(ValueError, match=r"^`x` of the request of some_srvs/srv/One (has a NUL in it|is no text)"):
+def test_text_that_the_wire_cannot_carry_is_refused(text: str, wording: Wording) -> None:
+    with wording.raises(ValueError):
         message_types.request(one(FieldType.STRING), 0, 0, {"x": text})
 
 
 @pytest.mark.parametrize(
-    ("type_", "value", "why"),
+    ("type_", "value"),
     [
-        (FieldType.FLOAT32, 3.5e38, "for which 3.5e+38 is too large"),
-        (FieldType.FLOAT32, -1e300, "for which -1e+300 is too large"),
-        (FieldType.FLOAT32, 1e-60, "for which 1e-60 is too small"),
-        (FieldType.FLOAT64, 2**1024, "is too large"),
-        (FieldType.FLOAT64, 2**53 + 1, "which has no 9007199254740993"),
-        (FieldType.FLOAT32, 2**24 + 1, "which has no 16777217"),
+        (FieldType.FLOAT32, 3.5e38),
+        (FieldType.FLOAT32, -1e300),
+        (FieldType.FLOAT32, 1e-60),
+        (FieldType.FLOAT64, 2**1024),
+        (FieldType.FLOAT64, 2**53 + 1),
+        (FieldType.FLOAT32, 2**24 + 1),
     ],
 )
-def test_a_number_that_a_float_does_not_have_is_refused(type_: FieldType, value: float, why: str) -> None:
-    with pytest.raises(ValueError) as raised:  # noqa: PT011 - the sentence is compared
+def test_a_number_that_a_float_does_not_have_is_refused(type_: FieldType, value: float, wording: Wording) -> None:
+    with wording.raises(ValueError):
         message_types.request(one(type_), 0, 0, {"x": value})
-    assert str(raised.value).startswith(f"`x` of the request of some_srvs/srv/One is {type_.value}, ")
-    assert str(raised.value).endswith(why)
 
 
 @pytest.mark.parametrize("value", [0.1, 1 / 3, 1e38, -0.0, math.inf, 3])
@@ -239,12 +236,12 @@ def test_not_a_number_is_carried() -> None:
     assert math.isnan(float(message_types.fields_of(sample, one(FieldType.FLOAT64).request)["x"]))
 
 
-def test_fields_that_are_missing_or_unknown_are_refused() -> None:
-    with pytest.raises(ValueError, match=r"^the request of example_interfaces/srv/AddTwoInts lacks `b`$"):
+def test_fields_that_are_missing_or_unknown_are_refused(wording: Wording) -> None:
+    with wording.raises(ValueError):
         message_types.request(ADD, 0, 0, {"a": 1})
-    with pytest.raises(ValueError, match=r"^the response of example_interfaces/srv/AddTwoInts has no field `total`$"):
+    with wording.raises(ValueError):
         message_types.response(ADD, 0, 0, {"sum": 1, "total": 1})
-    with pytest.raises(ValueError, match=r"^the request of std_srvs/srv/Trigger has no field `data`$"):
+    with wording.raises(ValueError):
         message_types.request(TRIGGER, 0, 0, {"data": True})
 
 
@@ -283,12 +280,12 @@ def test_a_type_is_the_same_for_peers_that_compare_members() -> None:
 
 
 @pytest.mark.parametrize("name", ["", "a-b", "1a", "a_", "a__b", "A"])
-def test_a_field_that_cannot_have_its_name_is_refused(name: str) -> None:
-    with pytest.raises(ValueError, match=f"^the response of some_srvs/srv/One cannot have a field `{name}`$"):
+def test_a_field_that_cannot_have_its_name_is_refused(name: str, wording: Wording) -> None:
+    with wording.raises(ValueError):
         message_types.service_classes(ServiceType("some_srvs/srv/One", (), ((name, FieldType.BOOL),)))
 
 
-def test_two_fields_of_one_name_are_refused() -> None:
+def test_two_fields_of_one_name_are_refused(wording: Wording) -> None:
     twice = (("a", FieldType.BOOL), ("a", FieldType.INT8))
-    with pytest.raises(ValueError, match=r"^the request of some_srvs/srv/One has two fields `a`$"):
+    with wording.raises(ValueError):
         message_types.service_classes(ServiceType("some_srvs/srv/One", twice))

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import pytest
 
-from support.cells import write
+from support.cells import lines_with, write
 from support.models import SCAN_CELL
+from support.wording import Wording
 
 
-def _passes(cell: pytest.Pytester, source: str, *, count: int = 1, report: str = "") -> None:
+def _passes(cell: pytest.Pytester, source: str, *, count: int = 1) -> list[str]:
+    """Run a passing module of tests; return the lines of the reports that say which cases were run."""
     cell.makepyfile(source)
     result = cell.runpytest()
     result.assert_outcomes(passed=count)
-    result.stdout.fnmatch_lines([f"*{report}*"])
+    return lines_with(result, " simulated, ")
 
 
-def test_a_model_is_found_beside_the_test_and_runs_cases(cell: pytest.Pytester) -> None:
+def test_a_model_is_found_beside_the_test_and_runs_cases(cell: pytest.Pytester, wording: Wording) -> None:
     source = """
         def test_it(scbm_model):
             model = scbm_model("cell.yaml")
@@ -39,10 +41,11 @@ def test_a_model_is_found_beside_the_test_and_runs_cases(cell: pytest.Pytester) 
     cell.makepyfile(**{"cells/test_it": source})
     result = cell.runpytest()
     result.assert_outcomes(passed=1)
-    result.stdout.fnmatch_lines(["*Testing duration: *, 4 cases of tests: 4 reached; 1 failed"])
+    (told,) = lines_with(result, " simulated, ")
+    wording(told.partition(", ")[2])
 
 
-def test_a_run_does_not_raise_and_a_check_does(cell: pytest.Pytester) -> None:
+def test_a_run_does_not_raise_and_a_check_does(cell: pytest.Pytester, wording: Wording) -> None:
     cell.makepyfile("""
         def test_check(scbm_model):
             model = scbm_model("cell.yaml")
@@ -55,12 +58,14 @@ def test_a_run_does_not_raise_and_a_check_does(cell: pytest.Pytester) -> None:
     result.stdout.fnmatch_lines(
         [
             '*model.check(case="mine", goal="scanned", expect={"verdict": "aborted"})',
-            "E       AssertionError: case mine failed",
-            "E       expected the run to end `aborted`, and it ended `reached`",
+            "E       AssertionError: * mine *",
             "E *■ reached",
             "test_a_run_does_not_raise_and_a_check_does.py:5: AssertionError",
         ]
     )
+    lines = result.stdout.lines
+    place = lines.index(lines_with(result, "AssertionError: ")[0])
+    wording(lines[place : place + 2])
     assert "fixture.py" not in result.stdout.str()
 
 
@@ -79,10 +84,10 @@ def test_wrong_keys_are_told_as_those_of_a_file(cell: pytest.Pytester) -> None:
     result.assert_outcomes(failed=3)
     result.stdout.fnmatch_lines(
         [
-            "E *InputError: model.run(…):3:20: error[[]value-outside-domain[]]: `pink` is not a value of `light`*",
+            "E *InputError: model.run(…):3:20: error[[]value-outside-domain[]]: *",
             'E *initial: {"light": "pink"}',
-            "E *model.run(…):4:1: error[[]unknown-key[]]: unknown key `outcoms`",
-            "E *= did you mean `outcomes`?",
+            "E *model.run(…):4:1: error[[]unknown-key[]]: *",
+            "E *= *`outcomes`?",
             "E *sell.yaml: error[[]file-missing[]]*",
             "E *scbm_model(): error[[]model-missing[]]*",
         ]
@@ -95,7 +100,7 @@ def test_without_a_path_the_model_is_that_of_the_configuration(cell: pytest.Pyte
     _passes(cell, "def test_it(scbm_model): assert scbm_model().run(goal='scanned').verdict.passed")
 
 
-def test_random_cases_are_those_of_the_command(cell: pytest.Pytester) -> None:
+def test_random_cases_are_those_of_the_command(cell: pytest.Pytester, wording: Wording) -> None:
     source = """
         def test_it(scbm_model):
             model = scbm_model("cell.yaml")
@@ -103,10 +108,11 @@ def test_random_cases_are_those_of_the_command(cell: pytest.Pytester) -> None:
             assert [e.case.name for e in executions] == [f"seed-3-case-{n}" for n in range(1, 8)]
             model.run(goal="scanned")
     """
-    _passes(cell, source, report="1 case of a test and 7 random cases: 8 reached")
+    (told,) = _passes(cell, source)
+    wording(told.partition(", ")[2])
 
 
-def test_a_case_can_be_given_as_a_whole(cell: pytest.Pytester) -> None:
+def test_a_case_can_be_given_as_a_whole(cell: pytest.Pytester, wording: Wording) -> None:
     source = """
         import pytest
 
@@ -117,7 +123,8 @@ def test_a_case_can_be_given_as_a_whole(cell: pytest.Pytester) -> None:
             with pytest.raises(TypeError):
                 model.run(case, goal="scanned")
     """
-    _passes(cell, source, report="2 cases of tests")
+    (told,) = _passes(cell, source)
+    wording(told.partition(", ")[2])
 
 
 def test_the_fixture_goes_with_hypothesis(cell: pytest.Pytester) -> None:

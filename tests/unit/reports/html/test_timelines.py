@@ -75,9 +75,9 @@ def _records(packed: dict[str, Any], case: dict[str, Any]) -> Iterator[Unpacked]
         if shared["kinds"][kind] == "run_started":
             state = {texts[name]: texts[value] for name, value, _ in variables}
         state = {**state, **changes} if state else {}
-        told = texts[sentence].replace("{}", str(number), 1)
+        shown = texts[sentence].replace("{}", str(number), 1)
         first, second, third = (texts[text] for text in lane)
-        yield Unpacked(at_ns, shared["kinds"][kind], (first, second, third), told, changes, state)
+        yield Unpacked(at_ns, shared["kinds"][kind], (first, second, third), shown, changes, state)
 
 
 def _written(values: Iterable[tuple[str, Any]]) -> dict[str, str]:
@@ -88,11 +88,11 @@ def _must_be_alike(model: BehaviorModel, executions: Sequence[Execution]) -> Non
     packed = pack_timelines(model, executions)
     assert packed["cases"] == len(executions)
     for execution, case in zip(executions, _cases(packed), strict=True):
-        told = list(_records(packed, case))
+        shown = list(_records(packed, case))
         records = execution.trace.records
-        assert [record.at_ns for record in told] == [record.at_ns for record in records]
-        assert [record.kind for record in told] == [record.kind for record in records]
-        for index, (unpacked, record) in enumerate(zip(told, records, strict=True)):
+        assert [record.at_ns for record in shown] == [record.at_ns for record in records]
+        assert [record.kind for record in shown] == [record.kind for record in records]
+        for index, (unpacked, record) in enumerate(zip(shown, records, strict=True)):
             assert unpacked.state == _written(state_after(records[: index + 1]).items())
             if not isinstance(record, RunStarted):
                 assert unpacked.changes == _written(record.changes)
@@ -144,9 +144,9 @@ def test_violations_say_what_where_and_since_when() -> None:
     execution = Tester(BEFORE).execute(read_case(DISTURBED, BEFORE))
     packed = pack_timelines(BEFORE, [execution])
     texts = _opened(packed["shared"])["texts"]
-    told = [(texts[name], *numbers, texts[why]) for name, *numbers, why in _cases(packed)[0]["violations"]]
-    assert [name for name, *_ in told] == ["home", "soon"]
-    assert told == [(v.requirement, v.begins, v.record, v.at_ns, v.reason) for v in execution.violations]
+    shown = [(texts[name], *numbers, texts[why]) for name, *numbers, why in _cases(packed)[0]["violations"]]
+    assert [name for name, *_ in shown] == ["home", "soon"]
+    assert shown == [(v.requirement, v.begins, v.record, v.at_ns, v.reason) for v in execution.violations]
 
 
 def test_what_a_case_says_in_vain_is_told() -> None:

@@ -40,7 +40,7 @@ class ServiceClient:
         pair: its endpoints.
     """
 
-    def __init__(  # noqa: PLR0913, PLR0917 - whose, which, and whom it tells what
+    def __init__(  # noqa: PLR0913, PLR0917 - owner, service and callbacks
         self,
         participant: DomainParticipant,
         service: Service,

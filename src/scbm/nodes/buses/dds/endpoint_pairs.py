@@ -1,6 +1,6 @@
 """A writer and a reader of one client or one server of a service.
 
-User data of both, `clientid=…;` or `serviceid=…;`, tells others that they do.
+User data of both, `clientid=…;` or `serviceid=…;`, identify them as a pair to other participants.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class EndpointPair:
         reader: of the other.
     """
 
-    def __init__(  # noqa: PLR0913 - what it writes, what it reads, and whom it tells
+    def __init__(  # noqa: PLR0913 - both topics, and callbacks
         self,
         participant: DomainParticipant,
         user_data: str,

@@ -205,6 +205,6 @@ def _qos(node: str) -> Qos:
 
 def _error(domain: int, lines: list[str], error: DDSException) -> BusError:
     """Return the reason: Cyclone DDS logs it, and raises only a code."""
-    said = "; ".join(lines) or str(error)
-    remedy = next((remedy for part, remedy in _REMEDIES if part in said), None)
-    return BusError(f"DDS domain {domain} cannot be joined: {said}", remedy)
+    reasons = "; ".join(lines) or str(error)
+    remedy = next((remedy for part, remedy in _REMEDIES if part in reasons), None)
+    return BusError(f"DDS domain {domain} cannot be joined: {reasons}", remedy)

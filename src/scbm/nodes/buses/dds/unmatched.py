@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from scbm.nodes.buses.dds.endpoint_pairs import EndpointPair
 
 _MOST = 10_000
-"""So many endpoints of each role are looked at."""
+"""Maximum number of endpoints of each role that are compared."""
 
 
 class EndpointRole(StrEnum):
@@ -123,7 +123,7 @@ def why_unmatched(wanted: Iterable[WantedEndpoint], there: list[Endpoint], known
     """Return why no possible peer is matched; `None` if no reason is known.
 
     Args:
-        wanted: in the order in which they are looked at.
+        wanted: the endpoints to explain, in the order in which they are compared.
         there: what others have.
         known: the DDS topics of this process; a peer that uses one of them does not mean another topic.
     """

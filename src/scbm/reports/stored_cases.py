@@ -1,0 +1,146 @@
+"""Properties of stored cases for reports: causes of failures, commands that reproduce cases, and where cases ran.
+
+Similar failures are grouped into one cause with all of its cases. The command for a case that ran over nodes is that
+of its whole run. Reports distinguish cases in simulation from cases over nodes, and name the real resources.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from shlex import quote
+from typing import TYPE_CHECKING
+
+from scbm.model import format_duration
+from scbm.reports.figure_table import counted, shown_path
+from scbm.store import Written
+from scbm.testing import FailureKind
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from scbm.store import History, Recipe, StoredCase, StoredRun
+    from scbm.testing import Failure
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """A cause of failures.
+
+    Attributes:
+        failure: the failure of the first case.
+        case: the first case.
+        messages: the labels of all cases with this cause, in the order of the store, each with its message.
+    """
+
+    failure: Failure
+    case: StoredCase
+    messages: tuple[tuple[str, str], ...]
+
+    @property
+    def labels(self) -> tuple[str, ...]:
+        """The labels of all cases with this cause."""
+        return tuple(label for label, _ in self.messages)
+
+
+def causes_of(history: History) -> tuple[Cause, ...]:
+    """Return all causes, in the order of their first cases.
+
+    Failures have the same cause if their kind and subject are equal. For goals that were not reached the goals must be
+    equal too, and for requirements of a command line their sentences. Each unmet expectation is a cause of its own.
+    """
+    found: dict[tuple[str, ...], tuple[Failure, StoredCase, dict[str, str]]] = {}
+    for label, case in zip(history.labels, history.cases, strict=True):
+        for failure in case.verdict.failures:
+            key = (failure.kind.value, failure.subject, _scope(failure, case, label))
+            found.setdefault(key, (failure, case, {}))[2].setdefault(label, failure.message)
+    return tuple(Cause(failure, case, tuple(messages.items())) for failure, case, messages in found.values())
+
+
+def asked_for(failure: Failure, recipe: Recipe) -> str:
+    """Return the sentence of a violated requirement of the command line; its name, `required_1`, says nothing."""
+    return dict(recipe.requirements).get(failure.subject, "")
+
+
+def _scope(failure: Failure, case: StoredCase, label: str) -> str:
+    """Return what must be equal besides kind and subject."""
+    if failure.kind is FailureKind.EXPECTATION:
+        return label
+    if failure.kind is FailureKind.REQUIREMENT:
+        return asked_for(failure, case.recipe)
+    return case.goal if failure.kind is FailureKind.NOT_REACHED else ""
+
+
+def again(stored: StoredCase, model_file: str, runs: Sequence[StoredRun]) -> str:
+    """Return the command line that runs a case again; empty for a case that cannot be run again.
+
+    Such a case is of an earlier version of the model, or was lost with a node. A case over nodes has the command of its
+    whole run, whose outcome may differ.
+
+    Args:
+        stored: the case.
+        model_file: the path of the model file.
+        runs: the runs of its history.
+    """
+    if not stored.is_shown_again:
+        return ""
+    if stored.is_over_nodes:
+        return runs[stored.run].command
+    recipe = stored.recipe
+    if isinstance(recipe, Written) and recipe.is_of_test:
+        return f"pytest {shown_path(recipe.path)}"
+    if isinstance(recipe, Written):
+        return f"scbm replay {shown_path(recipe.path)} --model {shown_path(model_file)}{_added(recipe)}"
+    network = f" --network {quote(recipe.network)}" if recipe.network else ""
+    return f"scbm run {shown_path(model_file)} --seed {recipe.seed} --case {recipe.number}{network}{_added(recipe)}"
+
+
+def again_words(stored: StoredCase) -> str:
+    """Return the words before the command of a case."""
+    return "again, with its whole run" if stored.is_over_nodes else "again"
+
+
+def _added(recipe: Recipe) -> str:
+    """Return the options that the command line added to the case, each with a leading blank."""
+    limit = [] if recipe.time_limit_ns is None else [("--time-limit", format_duration(recipe.time_limit_ns))]
+    options = [*limit, *(("--require", sentence) for _, sentence in recipe.requirements)]
+    return "".join(f" {option} {quote(value)}" for option, value in options)
+
+
+_MAX_PLACES = 5
+
+
+def place_of(case: StoredCase, history: History) -> str:
+    """Return where a case ran with its real resources, as `over DDS domain 0; real: scan`; empty for simulation."""
+    if case.recipe.real is None:
+        return ""
+    real = f"real: {', '.join(case.recipe.real)}" if case.recipe.real else "all resources simulated"
+    return f"{history.where(case)}; {real}"
+
+
+def sort_of_place(case: StoredCase) -> str:
+    """Return the kind of place of a case, without its DDS domain."""
+    if case.recipe.real is None:
+        return "in simulation"
+    return f"over nodes, real: {', '.join(case.recipe.real)}" if case.recipe.real else "over nodes"
+
+
+def durations(history: History) -> str:
+    """Return the total time of the runs: `12.30 s simulated, 5.60 s over nodes`."""
+    over_nodes = sum(case.is_over_nodes for case in history.cases)
+    is_simulated = over_nodes < len(history.cases) or not over_nodes
+    parts = [f"{(history.ended_ns - history.over_nodes_ns) / 1e9:.2f} s simulated"] if is_simulated else []
+    parts += [f"{history.over_nodes_ns / 1e9:.2f} s over nodes"] if over_nodes else []
+    return ", ".join(parts)
+
+
+def place_counts(history: History) -> Iterator[str]:
+    """Yield the number of cases for each place over nodes; nothing if all cases were simulated."""
+    counts: dict[str, int] = {}
+    for case in history.cases:
+        place = place_of(case, history)
+        counts[place] = counts.get(place, 0) + 1
+    counts.pop("", None)
+    for place, count in list(counts.items())[:_MAX_PLACES]:
+        yield f"{counted(count, 'case')} {place}"
+    if len(counts) > _MAX_PLACES:
+        yield f"{sum(list(counts.values())[_MAX_PLACES:])} more at {len(counts) - _MAX_PLACES} other places"

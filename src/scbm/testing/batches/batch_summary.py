@@ -1,0 +1,285 @@
+"""Summaries of batches: all that reports need of many cases, in memory that does not grow with their number.
+
+`merge` is associative. Summaries are merged in the order of the cases, so the result depends neither on the size of the
+batches nor on the process that ran each of them (decision 37).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+from scbm.cases.coverage import bits_of
+from scbm.testing.verdicts import FailureKind
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scbm.cases.trace import End
+    from scbm.testing.verdicts import Failure, Verdict
+
+MAX_LISTED = 10_000
+"""Maximum number of random cases that are listed one by one; of more, a summary lists only the notable ones.
+
+A case takes about 1 kB of memory, and 3 kB of JSON.
+"""
+
+MAX_EXAMPLES = 100
+"""Maximum number of cases that are listed for one cause, where not all cases are listed."""
+
+_MAX_UNUSED = 10
+"""Maximum number of clauses without effect that are kept; a report shows no more."""
+
+
+class CaseOutcome(NamedTuple):
+    """The result of a case without the case itself, which its position gives.
+
+    Attributes:
+        position: the place of the case in its campaign, from 1.
+        verdict: how it ended.
+        ended_ns: how long it took, in simulated time.
+        requests: how many requests it sent.
+        visited: the obligations that it visited, as bits.
+        unused: the clauses of the case that had no effect.
+    """
+
+    position: int
+    verdict: Verdict
+    ended_ns: int
+    requests: int
+    visited: int
+    unused: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FailureCause:
+    """One reason for failures; or all unmet expectations of one case.
+
+    Attributes:
+        failures: the reason, as the first case has it; or what the case expected.
+        count: how many cases failed for it.
+        positions: the first of these cases, at most `MAX_LISTED`.
+    """
+
+    failures: tuple[Failure, ...]
+    count: int
+    positions: tuple[int, ...]
+
+    def is_like(self, other: FailureCause) -> bool:
+        """Whether the reason is the same. Unmet expectations are a reason of each case alone."""
+        mine, theirs = self.failures[0], other.failures[0]
+        return mine.kind is not FailureKind.EXPECTATION and mine.is_like(theirs)
+
+
+@dataclass(frozen=True, slots=True)
+class BatchSummary:
+    """The results of the cases of one range, in bounded memory.
+
+    Attributes:
+        written: how many cases of the campaign are from files: the first ones. They are listed always.
+        first: the position of the first case.
+        count: the number of cases.
+        failed: how many of them failed.
+        ended_ns: the simulated time of all runs together.
+        ends: how many runs ended in which way, in the order of the first run of each.
+        visits: for each obligation the number of cases that visited it; empty without cases.
+        news: position and visited bits of each case that visited something that no earlier one did.
+        causes: why cases failed, in the order of the first case of each.
+        failed_positions: the cases that failed, at most `MAX_LISTED`.
+        unused: position and sentence of clauses without effect, at most ten.
+        unused_count: how many there are.
+        outcomes: the listed cases: all, or the notable ones.
+    """
+
+    written: int = 0
+    first: int = 1
+    count: int = 0
+    failed: int = 0
+    ended_ns: int = 0
+    ends: tuple[tuple[End, int], ...] = ()
+    visits: tuple[int, ...] = ()
+    news: tuple[tuple[int, int], ...] = ()
+    causes: tuple[FailureCause, ...] = ()
+    failed_positions: tuple[int, ...] = ()
+    unused: tuple[tuple[int, str], ...] = ()
+    unused_count: int = 0
+    outcomes: tuple[CaseOutcome, ...] = ()
+
+    @property
+    def last(self) -> int:
+        """The position of the last case."""
+        return self.first + self.count - 1
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all cases are listed."""
+        return len(self.outcomes) == self.count
+
+    @property
+    def visited(self) -> int:
+        """The obligations that any case visited, as bits."""
+        union = 0
+        for _, visited in self.news:
+            union |= visited
+        return union
+
+    @property
+    def last_new(self) -> int:
+        """The position of the last case that visited something new; the position before the first if none did."""
+        return self.news[-1][0] if self.news else self.first - 1
+
+    def notable(self) -> BatchSummary:
+        """Return the summary with the notable cases alone.
+
+        These are the cases from files, those that visited something new, and the first ones of each cause.
+        """
+        named = {position for position, _ in self.news}
+        named.update(position for cause in self.causes for position in cause.positions[:MAX_EXAMPLES])
+        return replace(
+            self, outcomes=tuple(o for o in self.outcomes if o.position <= self.written or o.position in named)
+        )
+
+
+def merge(left: BatchSummary, right: BatchSummary) -> BatchSummary:
+    """Return the summary of two adjacent ranges. Raise `ValueError` if `right` does not follow `left`."""
+    if not left.count:
+        return right
+    if not right.count:
+        return left
+    if right.first != left.last + 1:
+        raise ValueError(f"cases {left.first} to {left.last} are not followed by case {right.first}")
+    merged = BatchSummary(
+        left.written,
+        left.first,
+        left.count + right.count,
+        left.failed + right.failed,
+        left.ended_ns + right.ended_ns,
+        _added(left.ends, right.ends),
+        tuple(mine + others for mine, others in zip(left.visits, right.visits, strict=True)),
+        _joined_news(left, right),
+        _joined_causes(left.causes, right.causes),
+        (*left.failed_positions, *right.failed_positions)[:MAX_LISTED],
+        (*left.unused, *right.unused)[:_MAX_UNUSED],
+        left.unused_count + right.unused_count,
+        (*left.outcomes, *right.outcomes),
+    )
+    is_short = merged.last - merged.written <= MAX_LISTED and left.is_whole and right.is_whole
+    return merged if is_short else merged.notable()
+
+
+def _added(left: tuple[tuple[End, int], ...], right: tuple[tuple[End, int], ...]) -> tuple[tuple[End, int], ...]:
+    counts = dict(left)
+    for end, count in right:
+        counts[end] = counts.get(end, 0) + count
+    return tuple(counts.items())
+
+
+def _joined_news(left: BatchSummary, right: BatchSummary) -> tuple[tuple[int, int], ...]:
+    """Return the cases that are new in the whole: a case that is not new in its own range is new in none."""
+    union, news = left.visited, list(left.news)
+    for position, visited in right.news:
+        if visited & ~union:
+            union |= visited
+            news.append((position, visited))
+    return tuple(news)
+
+
+def _joined_causes(left: tuple[FailureCause, ...], right: tuple[FailureCause, ...]) -> tuple[FailureCause, ...]:
+    causes = list(left)
+    for cause in right:
+        _add_cause(causes, cause)
+    return tuple(causes)
+
+
+def _add_cause(causes: list[FailureCause], cause: FailureCause) -> None:
+    for index, known in enumerate(causes):
+        if known.is_like(cause):
+            positions = (*known.positions, *cause.positions)[:MAX_LISTED]
+            causes[index] = FailureCause(known.failures, known.count + cause.count, positions)
+            return
+    causes.append(cause)
+
+
+@dataclass
+class SummaryBuilder:
+    """Builds the summary of one range, case by case.
+
+    Attributes:
+        obligations: how many obligations the model has.
+        written: as in `BatchSummary`.
+        first: the position of the first case.
+        lists_all: whether all cases are listed.
+    """
+
+    obligations: int
+    written: int = 0
+    first: int = 1
+    lists_all: bool = True
+    _ended_ns: int = 0
+    _union: int = 0
+    _ends: dict[End, int] = field(default_factory=dict)
+    _sets: dict[int, int] = field(default_factory=dict)
+    _news: list[tuple[int, int]] = field(default_factory=list)
+    _causes: list[FailureCause] = field(default_factory=list)
+    _failed: list[int] = field(default_factory=list)
+    _unused: list[tuple[int, str]] = field(default_factory=list)
+    _outcomes: list[CaseOutcome] = field(default_factory=list)
+    _count: int = 0
+
+    def add(self, outcome: CaseOutcome) -> None:
+        """Add the next case."""
+        self._count += 1
+        self._ended_ns += outcome.ended_ns
+        end, visited = outcome.verdict.end, outcome.visited
+        self._ends[end] = self._ends.get(end, 0) + 1
+        self._sets[visited] = self._sets.get(visited, 0) + 1
+        self._unused += [(outcome.position, sentence) for sentence in outcome.unused]
+        is_new = bool(visited & ~self._union)
+        if is_new:
+            self._union |= visited
+            self._news.append((outcome.position, visited))
+        if not outcome.verdict.passed:
+            self._failed.append(outcome.position)
+            for failures in _reasons(outcome.verdict.failures):
+                _add_cause(self._causes, FailureCause(failures, 1, (outcome.position,)))
+        if self.lists_all or is_new or not outcome.verdict.passed or outcome.position <= self.written:
+            self._outcomes.append(outcome)
+
+    def summary(self) -> BatchSummary:
+        """Return the summary of the cases so far."""
+        built = BatchSummary(
+            self.written,
+            self.first,
+            self._count,
+            len(self._failed),
+            self._ended_ns,
+            tuple(self._ends.items()),
+            self._visits() if self._count else (),
+            tuple(self._news),
+            tuple(self._causes),
+            tuple(self._failed[:MAX_LISTED]),
+            tuple(self._unused[:_MAX_UNUSED]),
+            len(self._unused),
+            tuple(self._outcomes),
+        )
+        return built if self.lists_all else built.notable()
+
+    def _visits(self) -> tuple[int, ...]:
+        """Return the number of visits of each obligation. Many cases visit the same set, so sets are counted."""
+        visits = [0] * self.obligations
+        for visited, count in self._sets.items():
+            for bit in bits_of(visited):
+                visits[bit] += count
+        return tuple(visits)
+
+
+def _reasons(failures: Iterable[Failure]) -> list[tuple[Failure, ...]]:
+    """Return the reasons of one case: each failure, and all unmet expectations together."""
+    reasons: list[tuple[Failure, ...]] = []
+    expected = []
+    for failure in failures:
+        if failure.kind is FailureKind.EXPECTATION:
+            expected.append(failure)
+        else:
+            reasons.append((failure,))
+    return [*reasons, tuple(expected)] if expected else reasons

@@ -1,0 +1,206 @@
+"""Run batches in worker processes on this machine (`-j`).
+
+Workers are spawned, not forked. A fork copies a process with threads, such as that of a progress bar, whose locks
+stay locked in the copy. Spawning works the same on every system, and costs each worker about half a second.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import pickle
+import signal
+import threading
+from collections import deque
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.testing.batches.campaign_runs import BatchSizes, InProcess, run_batch, tester_of
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Iterator
+
+    from scbm.testing.batches.campaign_runs import BatchPlan, BatchRequest, BatchResult
+    from scbm.testing.batches.campaign_work import CampaignWork
+    from scbm.testing.tester import Tester
+
+_WINDOW = 4
+"""Maximum number of unfinished batches for each worker: enough that none waits, few enough to keep memory small."""
+
+_MAX_LOSSES = 5
+"""Number of times that workers may be lost during one batch before the campaign ends with an error."""
+
+_TRIAL_S = 1.0
+"""Wall time after which `AllCores` estimates how long the rest of a campaign takes."""
+
+_WORTH_S = 3.0
+"""The least estimated wall time of the rest of a campaign that is worth starting processes."""
+
+
+def core_count() -> int:
+    """Return the number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+class AllCores:
+    """Runs in this process at first, and on several cores if the rest takes long enough to pay for processes."""
+
+    def __init__(self, count: int | None = None) -> None:
+        """Take the number of worker processes; by default one for each core."""
+        self._count = core_count() if count is None else count
+
+    def results(self, plan: BatchPlan) -> Generator[BatchResult, None, None]:
+        """Yield the results of the batches."""
+        begun_s, done = perf_counter(), 0
+        for result in InProcess().results(plan):
+            yield result
+            done += result.summary.count
+            passed_s = perf_counter() - begun_s
+            rest_s = passed_s / max(done, 1) * (plan.work.count - plan.start + 1 - done)
+            if self._count > 1 and passed_s >= _TRIAL_S and rest_s >= _WORTH_S:
+                break
+        else:
+            return
+        yield from WorkerProcesses(self._count).results(plan.after(done))
+
+
+class WorkerProcesses:
+    """Runs batches in worker processes that end with the campaign, or with this process."""
+
+    def __init__(self, count: int) -> None:
+        """Take the number of worker processes."""
+        self._count = count
+
+    def results(self, plan: BatchPlan) -> Generator[BatchResult, None, None]:
+        """Yield the results of the batches.
+
+        Raises:
+            InputError: workers were lost again and again during one batch.
+        """
+        workers = _Workers(pickle.dumps(plan.work), self._count)
+        pending: deque[_Pending] = deque()
+        sizes, first, losses = BatchSizes(), plan.start, 0
+        try:
+            while pending or first <= plan.work.count:
+                while len(pending) < _WINDOW * self._count and first <= plan.work.count:
+                    request = plan.request(first, sizes.next())
+                    pending.append(_Pending(request, workers.submit(request)))
+                    first = request.last + 1
+                try:
+                    result = pending[0].future.result()
+                except BrokenProcessPool:
+                    losses += 1
+                    if losses == _MAX_LOSSES:
+                        raise _lost(pending[0].request) from None
+                    workers.restart(pending)
+                    continue
+                pending.popleft()
+                losses = 0
+                sizes.observe(result.summary.count, result.seconds)
+                yield result
+        finally:
+            workers.kill()
+
+
+@dataclass(slots=True)
+class _Pending:
+    """A batch that is not merged yet."""
+
+    request: BatchRequest
+    future: Future[BatchResult]
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether the batch ended with its worker, or with another one: a pool that lost one ends all."""
+        return self.future.done() and isinstance(self.future.exception(), BrokenProcessPool)
+
+
+class _Workers:
+    """A pool of workers, each with the campaign as it was sent once."""
+
+    def __init__(self, sent: bytes, count: int) -> None:
+        self._sent = sent
+        self._count = count
+        self._others = frozenset(process.pid for process in multiprocessing.active_children())
+        self._pool = self._new_pool()
+
+    def _new_pool(self) -> ProcessPoolExecutor:
+        spawn = multiprocessing.get_context("spawn")
+        return ProcessPoolExecutor(self._count, spawn, _begin_worker, (self._sent,))
+
+    def submit(self, request: BatchRequest) -> Future[BatchResult]:
+        """Queue a batch. Raise no error for lost workers; the result does."""
+        try:
+            with _without_interrupts():  # which the new process inherits
+                return self._pool.submit(_run_in_worker, request)
+        except BrokenProcessPool as error:
+            failed: Future[BatchResult] = Future()
+            failed.set_exception(error)
+            return failed
+
+    def restart(self, pending: deque[_Pending]) -> None:
+        """Start new workers, and queue the batches that were lost with the old ones."""
+        self.kill()
+        self._pool = self._new_pool()
+        for each in pending:
+            if each.is_lost:
+                each.future = self.submit(each.request)
+
+    def kill(self) -> None:
+        """End all workers at once: their results are no longer needed, and a case may take long."""
+        for process in multiprocessing.active_children():
+            if process.pid not in self._others:
+                process.kill()
+        self._pool.shutdown(wait=True, cancel_futures=True)
+
+
+@contextmanager
+def _without_interrupts() -> Iterator[None]:
+    """Hold Ctrl-C back: processes that are started meanwhile never get it, and this one handles it afterwards."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _lost(request: BatchRequest) -> InputError:
+    message = f"worker processes ended {_MAX_LOSSES} times while they ran cases {request.first} to {request.last}"
+    remedy = "was the memory used up? run with `-j 1` to see the case"
+    return InputError([Diagnostic(Slug.WORKERS_LOST, message, Place("-j"), remedy)])
+
+
+# in a worker
+
+_campaigns: list[tuple[CampaignWork, Tester]] = []
+"""The campaign of this worker process, with its tester, which keeps plans for later cases."""
+
+
+def _begin_worker(sent: bytes) -> None:
+    """Prepare a worker process, which ends with its parent however that ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # where Ctrl-C cannot be held back
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    work: CampaignWork = pickle.loads(sent)  # noqa: S301 - from our own parent
+    _campaigns[:] = [(work, tester_of(work))]
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+def _run_in_worker(request: BatchRequest) -> BatchResult:
+    ((work, tester),) = _campaigns
+    return run_batch(work, tester, request)
