@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import os
 import shutil
 import signal
@@ -10,6 +11,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from socket import gethostname
 from typing import TYPE_CHECKING
 
 import pytest
@@ -18,6 +20,7 @@ from scbm.cli import main
 from scbm.cli.main import VERBS
 from support import tiers
 from support.domains import LOOPBACK, own_domain
+from support.loops import GUARD_S
 from support.profiles import load_profile
 from support.wording import Wording
 
@@ -127,6 +130,7 @@ def wording(request: pytest.FixtureRequest, tmp_path: Path, tmp_path_factory: py
     """Compares texts with the golden wording of the module's tests, or writes it with `--update-golden`."""
     module = request.path.relative_to(ROOT / "tests").with_suffix(".txt")
     paths = {str(tmp_path): "TMP", str(tmp_path_factory.getbasetemp()): "BASE", str(ROOT): "ROOT"}
+    paths[f"process {os.getpid()} on {gethostname()}"] = "process PID on HOST"
     return Wording(GOLDEN / "wording" / module, request.node.name, paths, request.config.getoption("--update-golden"))
 
 
@@ -166,6 +170,17 @@ def domain(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
         yield number
 
 
+@pytest.fixture(autouse=True)
+def no_loop_runs(request: pytest.FixtureRequest) -> Iterator[None]:
+    """Hide the event loop that Playwright keeps running between tests from all tests without a browser."""
+    running = None if "browser" in request.fixturenames else asyncio._get_running_loop()
+    if running is not None:
+        asyncio._set_running_loop(None)
+    yield
+    if running is not None:
+        asyncio._set_running_loop(running)
+
+
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
     """Chromium, without a window: one for all tests, as a process can have Playwright running only once.
@@ -178,9 +193,10 @@ def browser() -> Iterator[Browser]:
         pytest.fail(f"not installed: {', '.join(missing)}; SCBM_ALL_TOOLS=1 says that it is there")
     if missing:
         pytest.skip(f"not installed: {', '.join(missing)}")
-    from playwright.sync_api import sync_playwright  # noqa: PLC0415 - it may be missing
+    from playwright.sync_api import expect, sync_playwright  # noqa: PLC0415 - it may be missing
 
+    expect.set_options(timeout=GUARD_S * 1_000)
     with sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=path, args=BROWSER_ARGUMENTS)
+        started = playwright.chromium.launch(executable_path=path, args=BROWSER_ARGUMENTS, timeout=GUARD_S * 1_000)
         yield started
         started.close()

@@ -12,6 +12,8 @@ import pytest
 pytest.importorskip("playwright.sync_api", reason="there is no Playwright")
 from playwright.sync_api import expect
 
+from support.wording import Wording
+
 if TYPE_CHECKING:
     from playwright.sync_api import Locator, Page
 
@@ -486,11 +488,15 @@ def test_an_earlier_version_of_the_model_leaves_no_timeline(visit: Visit, earlie
     expect(shown(page).locator(".again")).to_have_count(0)
 
 
-def test_cases_over_nodes_are_told_from_simulated_ones_and_found(visit: Visit, over_nodes: Path) -> None:
+def test_cases_over_nodes_are_told_from_simulated_ones_and_found(
+    visit: Visit, over_nodes: Path, wording: Wording
+) -> None:
     page = visit.open(over_nodes, "#/cases")
     expect(shown(page).get_by_role("columnheader", name="Ran")).to_have_count(1)
     expect(shown(page).get_by_role("columnheader", name="Simulated")).to_have_count(0)
-    assert column(page, 6) == ["in simulation"] * 3 + ["over nodes, real: scanner"] * 2
+    ran = column(page, 6)
+    assert ["scanner" in where for where in ran] == [False] * 3 + [True] * 2
+    wording(ran)
     page.get_by_label("over nodes only").check()
     expect(page).to_have_url(re.compile("#/cases[?]nodes$"))
     expect(shown(page).locator(".found")).to_have_text("2 of 5 cases")
@@ -518,7 +524,7 @@ def test_a_case_over_nodes_says_where_it_ran_and_shows_what_happened(visit: Visi
     place = "over DDS domain 7; real: scanner"
     expect(shown(page).locator(".ran")).to_contain_text(f"It ran {place}. That run cannot be repeated")
     expect(shown(page).get_by_role("heading", name=f"Timeline {place}")).to_be_visible()
-    expect(shown(page).locator(".again")).to_contain_text("Again, with all of its run: scbm test cell.yaml")
+    expect(shown(page).locator(".again")).to_contain_text("Again, with its whole run: scbm test cell.yaml")
     expect(shown(page).locator(".facts")).not_to_contain_text("Simulated")
     expect(shown(page).locator(".of-timeline svg").first).to_be_visible()
 

@@ -13,6 +13,7 @@ import pytest
 
 from scbm.nodes.buses.bus import SET_BOOL, TRIGGER, Bus, Client, MessageType, Scalar, Service, Topic
 from support.loops import GUARD_S
+from support.node_processes import PATIENCE
 from support.peers import Peer, peer
 from support.ros2_peers import ros2_peer_program as ros2_peer_program  # noqa: PLC0414 - a fixture, for pytest to find
 from support.telling import Told, over_bus
@@ -54,7 +55,7 @@ def test_it_lists_our_nodes(domain: int, ros2_peer_program: Path) -> None:
     async def story(_bus: Bus, _told: Told) -> None:
         with peer(ros2_peer_program, domain, "nodes", "/tester") as there:
             await asyncio.to_thread(there.says, "/tester")
-            assert there.process.wait(60) == 0
+            assert there.process.wait(GUARD_S) == 0
 
     over_bus(domain, story)
 
@@ -178,7 +179,8 @@ def test_its_types_have_the_names_that_ours_have(domain: int, ros2_peer_program:
 def test_a_cell_is_listed_and_works_with_it(domain: int, ros2_peer_program: Path) -> None:
     names = ["/scbm_controller", "/scbm_resources", "/scbm_tester"]
     bindings = EXAMPLE / "ros2" / "bindings.yaml"
-    words = ["--cases", "1", "--seed", "1", "--transport", "dds", "--domain", domain, "--real", "scanner"]
+    words = ["--cases", "1", "--seed", "1", "--json", "--transport", "dds", "--domain", domain, "--real", "scanner"]
+    words += PATIENCE
     command = [sys.executable, "-m", "scbm", "test", EXAMPLE / "after.yaml", "--bindings", bindings, *words]
     with peer(ros2_peer_program, domain, "nodes", *names) as lists, peer(ros2_peer_program, domain, "driver") as driver:
         lists.says("ready")
@@ -187,6 +189,7 @@ def test_a_cell_is_listed_and_works_with_it(domain: int, ros2_peer_program: Path
             [str(word) for word in command], capture_output=True, text=True, timeout=2 * GUARD_S, check=False
         )
 
-        assert "1 reached" in tested.stdout, tested.stderr
+        assert tested.returncode == 0, tested.stderr
+        assert [case["verdict"] for case in json.loads(tested.stdout)["cases"]] == ["reached"]
         lists.says(*names)
         driver.says(f"matched rq{SCAN.name}Request", f"matched rr{SCAN.name}Reply")

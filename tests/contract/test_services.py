@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from scbm.nodes.buses.bus import TRIGGER, Bus, MessageType, Service, Topic
+from support.loops import GUARD_S
 from support.peers import LEASE_1S, peer
 from support.peers import scanner_program as scanner_program  # noqa: PLC0414 - a fixture, for pytest to find here
 from support.telling import Told, over_bus
@@ -151,7 +152,7 @@ def test_it_leaves_after_so_many_replies_and_the_last_one_arrives(domain: int, s
             await told.until(lambda: client.peers == 0)
             await asyncio.to_thread(there.says, "gone")
             assert [answer.call for answer in told.answers] == calls
-            assert there.process.wait(60) == 0
+            assert there.process.wait(GUARD_S) == 0
 
     over_bus(domain, story)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import subprocess
@@ -42,6 +43,7 @@ def test_a_cell_works_with_a_driver_of_nothing_but_cyclonedds(domain: int, tmp_p
         str(bindings),
         "--real",
         "scanner",
+        "--json",
         *PATIENCE,
     ]
 
@@ -59,5 +61,6 @@ def test_a_cell_works_with_a_driver_of_nothing_but_cyclonedds(domain: int, tmp_p
             driver.kill()
         said, _ = driver.communicate()
 
-    assert "1 reached" in tested.stdout, tested.stderr
+    assert tested.returncode == 0, tested.stderr
+    assert [case["verdict"] for case in json.loads(tested.stdout)["cases"]] == ["reached"]
     assert re.fullmatch(r"(scanning for run_[0-9a-f]{32}-\d+\n)+", said), said

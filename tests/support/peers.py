@@ -14,6 +14,7 @@ from threading import Thread
 import pytest
 
 from support.domains import LOOPBACK
+from support.loops import GUARD_S
 
 SOURCES = Path(__file__).parents[1] / "peers"
 TOOLS = ("cc", "idlc")
@@ -83,7 +84,7 @@ class Peer:
         self.process.wait()
         self._reader.join()
 
-    def says(self, *texts: str, guard_s: float = 60) -> None:
+    def says(self, *texts: str, guard_s: float = GUARD_S) -> None:
         """Waits until it has said these, in any order. What it said meanwhile is forgotten; if it ends, that fails."""
         said: list[str] = []
         while not all(text in said for text in texts):

@@ -9,7 +9,7 @@ from scbm.model import BehaviorModel
 from scbm.nodes.log.event_log import EventLog, rerun, write_event_log
 from scbm.running import Program
 from scbm.store import History, StoredRun, digest_of, key_of
-from scbm.store.compressed_logs import packed_log
+from scbm.store.history import packed_log
 from scbm.testing import Execution, Tester
 from support.capturing import captured
 

@@ -9,9 +9,24 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
+from types import TracebackType
+from typing import Generic, TypeVar
+
+import pytest
+
+_E = TypeVar("_E", bound=BaseException)
 
 _HEAD = re.compile(r"^== (.*)$", re.MULTILINE)
+_DIAGNOSTIC = re.compile(r"^(\S.*?: (?:error|warning)\[[a-z-]+\]): ", re.MULTILINE)
+_MAX_HEAD = 120
+"""Maximum number of characters of a head; parameters of tests can be whole files."""
+
+
+def diagnostic_heads(text: str) -> list[str]:
+    """Return place, severity and slug of each diagnostic of an output, without its message."""
+    return _DIAGNOSTIC.findall(text)
 
 
 def shown(value: object) -> str:
@@ -24,10 +39,17 @@ def shown(value: object) -> str:
 
 
 def masked(text: str, paths: Mapping[str, str]) -> str:
-    """Return the text with directories that differ between runs replaced by names."""
+    """Return the text with directories and processes that differ between runs replaced by names."""
     for path, name in paths.items():
         text = text.replace(path, name)
     return text
+
+
+def head_of(test: str) -> str:
+    """Return the name of a test; a long name is cut and ends with a digest, so that it stays unique."""
+    if len(test) <= _MAX_HEAD:
+        return test
+    return f"{test[:_MAX_HEAD]}… {sha256(test.encode()).hexdigest()[:8]}"
 
 
 def read_sections(path: Path) -> dict[str, str]:
@@ -51,7 +73,7 @@ class Wording:
     Attributes:
         path: the golden file of the module.
         test: the name of the test, with its parameters.
-        paths: directories that differ between runs, and the names that stand for them.
+        paths: directories and processes that differ between runs, and the names that stand for them.
         is_update: whether to write instead of to compare.
     """
 
@@ -64,10 +86,34 @@ class Wording:
     def __call__(self, value: object) -> None:
         """Compare the next text of the test with its section."""
         self.count += 1
-        head = self.test if self.count == 1 else f"{self.test} ({self.count})"
+        head = head_of(self.test) + (f" ({self.count})" if self.count > 1 else "")
         text = masked(shown(value), self.paths)
         if self.is_update:
             write_sections(self.path, {**read_sections(self.path), head: text})
         expected = read_sections(self.path).get(head)
         assert expected is not None, f"{self.path} has no section `{head}`; `--update-golden` writes it"
         assert text == expected
+
+    def raises(self, kind: type[_E]) -> ExpectedError[_E]:
+        """Expect an exception of a kind, as `pytest.raises` does, and compare its message with the next section."""
+        return ExpectedError(self, kind)
+
+
+class ExpectedError(Generic[_E]):
+    """A block that must raise an exception whose message is the next section of a test."""
+
+    def __init__(self, wording: Wording, kind: type[_E]) -> None:
+        self._wording = wording
+        self._raises = pytest.raises(kind)
+
+    def __enter__(self) -> pytest.ExceptionInfo[_E]:
+        self._raised = self._raises.__enter__()
+        return self._raised
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> bool:
+        is_expected = self._raises.__exit__(kind, error, traceback)
+        if is_expected:
+            self._wording(self._raised.value)
+        return is_expected

@@ -1,4 +1,4 @@
-"""The typer application: one verb of the command line read and run."""
+"""The typer application, which parses and runs one verb of the command line."""
 
 from __future__ import annotations
 
@@ -10,24 +10,26 @@ from typing import TYPE_CHECKING
 import typer
 import typer.core
 
-from scbm.cli.main import VERBS, write_version
+from scbm.cli.main import GOOD, INTERRUPTED, VERBS, WRONG_INPUT, write_version
 from scbm.cli.options.registry_options import with_registry_options
-from scbm.cli.output.exit_codes import GOOD, INTERRUPTED, WRONG_INPUT
 from scbm.model import Diagnostic, InputError, Place, ScbmError, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-_GROUPS = {"node": "A controller, resources or a tester as a process of its own."}
+_GROUPS = {
+    "export": "Write a model in the format of another tool.",
+    "node": "Run a controller, resources or a tester as a process.",
+}
 
 _HELP = "Plan, run, test and cover behavior models of automation systems (SCBM-IAS)."
 
 
 def run_verb(arguments: list[str], begin: Callable[[], None]) -> int:
-    """Run one command line, show what is wrong with its input, and return its exit code.
+    """Run one command line, print the errors of its input, and return its exit code.
 
     Args:
-        arguments: the words behind `scbm`.
+        arguments: the arguments of `scbm`.
         begin: called when everything is imported and read, just before the verb does its work.
     """
     try:
@@ -94,7 +96,7 @@ def _common(
         False, "--version", help="Show the version and exit.", is_eager=True, callback=_show_version
     ),
 ) -> None:
-    """The options that belong to no verb."""
+    """Declare the options that belong to no verb."""
 
 
 def _exiting(command: Callable[..., int], begin: Callable[[], None]) -> Callable[..., None]:

@@ -7,8 +7,8 @@ import typer
 
 from scbm.cases.coverage import Obligations
 from scbm.cli.options.node_options import Bindings
-from scbm.cli.output.terminal import count_of, errors, results, write_json
-from scbm.closing.advice import Checked, Doubt, check_model
+from scbm.cli.output.terminal import activity_display, count_of, errors, results, write_json
+from scbm.closing.advice import THOROUGH, Checked, CheckLimits, Doubt, check_model
 from scbm.files import Places, load_bindings, load_located
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Severity, Slug
 from scbm.reports import counted
@@ -20,6 +20,9 @@ def command(
     models: Annotated[list[Path], typer.Argument(metavar="MODEL...", help="Model files.", show_default=False)],
     *,
     strict: Annotated[bool, typer.Option("--strict", help="Exit with 1 if there are warnings.")] = False,
+    thorough: Annotated[
+        bool, typer.Option("--thorough", help="Explore on where the exploration for warnings would end.")
+    ] = False,
     bindings: Bindings = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
@@ -28,7 +31,12 @@ def command(
         message = f"bindings are of one model, and these are {len(models)}"
         remedy = "check each model with its own bindings"
         raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--bindings"), remedy)])
-    reports = [_check(path, bindings, quiet=json) for path in models]
+    loaded = [_load(path, quiet=json) for path in models]  # all errors come before the first exploration
+    limits = THOROUGH if thorough else CheckLimits()
+    reports = [
+        read if isinstance(read, dict) else _check(path, *read, limits, bindings, quiet=json)
+        for path, read in zip(models, loaded, strict=True)
+    ]
     if json:
         write_json({"format_version": FORMAT_VERSION, "models": reports})
     if any(report["errors"] or report.get("bindings", {}).get("errors") for report in reports):
@@ -36,21 +44,34 @@ def command(
     return 1 if strict and any(report["warnings"] for report in reports) else 0
 
 
-def _check(path: Path, bindings: Path | None, *, quiet: bool) -> dict[str, Any]:
+def _load(path: Path, *, quiet: bool) -> tuple[BehaviorModel, Places] | dict[str, Any]:
+    """Return a model with the places of its parts, or the report of its errors."""
     try:
-        model, places = load_located(path)
+        return load_located(path)
     except InputError as error:
         if not quiet:
             errors().diagnostics(error.diagnostics)
         return {"file": str(path), "errors": [_json(fault) for fault in error.diagnostics], "warnings": []}
-    checked = check_model(model)
-    warnings = [_warning(doubt, places) for doubt in checked.doubts]
+
+
+def _check(
+    path: Path, model: BehaviorModel, places: Places, limits: CheckLimits, bindings: Path | None, *, quiet: bool
+) -> dict[str, Any]:
+    out, warnings = results(), []
+
+    def found(doubt: Doubt) -> None:
+        warnings.append(_warning(doubt, places))
+        if not quiet:
+            out.diagnostics(warnings[-1:])
+
+    with activity_display(f"checking {model.name}") as activity:
+        checked = check_model(model, limits, found, activity)
     if not quiet:
-        out = results()
-        for warning in warnings:
-            out.diagnostics([warning])
         out.line(f"{path}: {count_of(warnings) or 'good'}")
         out.line(_summary(model, checked))
+        if checked.unfinished:
+            remedy = "" if limits is THOROUGH else "; --thorough explores on"
+            out.line(f"  not finished: {', '.join(checked.unfinished)}{remedy}")
     bound = {} if bindings is None else {"bindings": _check_bindings(bindings, model, quiet=quiet)}
     return {
         "file": str(path),
@@ -60,12 +81,13 @@ def _check(path: Path, bindings: Path | None, *, quiet: bool) -> dict[str, Any]:
         "initial_states": checked.initial_states,
         "reachable": checked.reachable,
         "complete": checked.complete,
+        "unfinished": list(checked.unfinished),
         **bound,
     }
 
 
 def _check_bindings(path: Path, model: BehaviorModel, *, quiet: bool) -> dict[str, Any]:
-    """What is wrong with bindings beside a model that loads, or what they and the model bind together."""
+    """Return the errors of a bindings file for a model that loads, and the names of the bound resources."""
     try:
         bound = load_bindings(path, model)
     except InputError as error:

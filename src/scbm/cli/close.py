@@ -1,4 +1,4 @@
-"""`scbm close`: decides every obligation, writes what comes of it, and checks certificates."""
+"""`scbm close`: decides every obligation, writes cases and certificates, and checks certificates."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,22 +7,34 @@ from typing import Annotated, Any
 
 import typer
 
-from scbm.cli.campaigns.certificate_verdicts import check_certificates
 from scbm.cli.campaigns.suite import Suite
-from scbm.cli.output.progress import activity_display
-from scbm.cli.output.terminal import results, write_json
+from scbm.cli.main import INTERRUPTED
+from scbm.cli.options.campaign_options import Jobs, read_executor
+from scbm.cli.options.closing_options import (
+    DEFAULT_LIMITS,
+    MaxChanges,
+    MaxPlanning,
+    MaxRandom,
+    MaxStates,
+    limit_text,
+)
+from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
+from scbm.cli.output.terminal import activity_display, errors, results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
+from scbm.closing.certificate_files import SUFFIX, CheckedCertificate, check_file, find_certificates, open_certificate
 from scbm.closing.closing_files import ClosingFiles, write_output
 from scbm.closing.closing_json import closing_json
-from scbm.closing.failing_cases import FailedCase, FoundFault, failed_cases, found_faults
+from scbm.closing.decisions import FailedCase, FoundFault, failed_cases, found_faults
 from scbm.files import add_goals, load_model, suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.reports import counted
 from scbm.reports.figure_table import shown_path
 from scbm.reports.terminal.closing_report import ClosingSetting, closing_report
 from scbm.testing import Campaign, Tester, find_causes
+from scbm.testing.batches.batch_summary import SummaryBuilder, merge
+from scbm.testing.batches.campaign_work import FollowedBy
 
 _ALL = "all"
-_DEFAULT = CloseLimits().situations
 
 
 def command(
@@ -32,29 +44,37 @@ def command(
     ] = None,
     *,
     suite: Annotated[
-        list[Path] | None, typer.Option("--suite", metavar="CASES", help="Case files to begin with, or a directory.")
+        list[Path] | None,
+        typer.Option("--suite", metavar="CASES", help="Case files, or a directory of them, to run first."),
     ] = None,
     cases: Annotated[
-        int, typer.Option("--cases", min=0, max=10_000_000, help="How many random cases to begin with.")
+        int, typer.Option("--cases", min=0, max=10_000_000, help="Number of random cases to run first.")
     ] = 0,
     seed: Annotated[int, typer.Option("--seed", help="Seed of the random cases.")] = 0,
+    jobs: Jobs = None,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIRECTORY", help="Where cases and certificates are written.")
+        Path | None, typer.Option("--out", metavar="DIRECTORY", help="Directory for cases and certificates.")
     ] = None,
     write: Annotated[
         list[str] | None,
-        typer.Option("--write", metavar="NAME", help="Write this suggested goal into the model; `all` of them."),
+        typer.Option("--write", metavar="NAME", help="Write this suggested goal into the model; `all` writes all."),
     ] = None,
-    max_states: Annotated[
-        int, typer.Option("--max-states", min=1, help="Maximum number of explored situations of runs.")
-    ] = _DEFAULT,
+    max_states: MaxStates = DEFAULT_LIMITS.situations,
+    max_planning: MaxPlanning = DEFAULT_LIMITS.planning,
+    max_random: MaxRandom = DEFAULT_LIMITS.random,
+    max_changes: MaxChanges = DEFAULT_LIMITS.changes,
+    planner: PlannerName = None,
+    max_length: MaxLength = None,
+    max_expanded: MaxExpanded = None,
     check: Annotated[bool, typer.Option("--check", help="Check certificates instead.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
-    """Decide every obligation: covered by a case, proved uncoverable, or undecided. With --check, check such proofs."""
+    """Generate cases for all that no case visits, or prove that no case can visit it. --check: check such proofs."""
     if check:
         return check_certificates(files or [], json=json)
-    asked = _CloseRequest(_only_model(files or []), tuple(suite or ()), cases, seed, max_states)
+    options = PlannerOptions(planner, max_length, max_expanded)
+    limits = CloseLimits(max_states, planning=max_planning, random=max_random, changes=max_changes)
+    asked = _CloseRequest(_only_model(files or []), tuple(suite or ()), cases, seed, limits, options, jobs)
     result = asked.close()
     goals = _SuggestedGoals.chosen(result.closing, write or ())
     if goals.new:
@@ -68,51 +88,56 @@ def command(
     if json:
         write_json(closing_json(result.closing, output) | _json(output, failed, found, goals))
     else:
-        setting = replace(result.setting(output), found=found, written=goals.told(goals.new))
-        setting = replace(setting, already=goals.told(goals.already))
+        setting = replace(result.setting(output), found=found, written=goals.sentences(goals.new))
+        setting = replace(setting, already=goals.sentences(goals.already))
         results().lines(closing_report(result.closing, setting))
+    if result.closing.is_interrupted:
+        return INTERRUPTED
     is_open = any(decided.decision is Decision.UNDECIDED for decided in result.closing.decided)
     return 1 if failed or is_open else 0
 
 
 def _only_model(files: Sequence[Path]) -> Path:
-    """The one file to close. Raises `InputError` if there is none, or are several."""
+    """Return the model file. Raise `InputError` if there is none, or more than one."""
     if len(files) == 1:
         return files[0]
-    message = f"`scbm close` takes one model, and here are {len(files)}" if files else "which model is to be closed?"
-    remedy = "cases go behind `--suite`, certificates behind `--check`" if files else "write `scbm close MODEL`"
+    message = f"`scbm close` takes one model, and {len(files)} are given" if files else "no model is given"
+    remedy = "give cases with `--suite`, certificates with `--check`" if files else "write `scbm close MODEL`"
     raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("MODEL"), remedy)])
 
 
 @dataclass(frozen=True)
 class _CloseRequest:
-    """What the command line asks to be closed."""
+    """The model and the suite of the command line, with the options for closing."""
 
     file: Path
     paths: tuple[Path, ...]
     cases: int
     seed: int
-    most: int
+    limits: CloseLimits
+    planner: PlannerOptions
+    jobs: int | None = None
 
     def close(self) -> "_CloseResult":
-        """Reads model and suite as they are now, runs the suite, and decides the rest."""
-        model = load_model(self.file)
-        suite = Suite.load(model, self.file, self.paths, self.cases, self.seed)
-        with activity_display(suite.activity) as told:
-            campaign = suite.run()
-            told(f"exploring {model.name}")
-            closing = Closer(model, CloseLimits(situations=self.most), told).close(campaign)
+        """Read model and suite again, run the suite, and decide the remaining obligations."""
+        model = self.planner.applied(load_model(self.file))
+        suite = Suite.load(model, self.file, self.paths, self.cases, self.seed, self.planner.text)
+        with activity_display(suite.activity) as show:
+            executor = read_executor(self.jobs)
+            campaign = suite.run(executor)
+            show(f"exploring {model.name}")
+            closing = Closer(model, self.limits, show, executor).close(campaign)
         return _CloseResult(self, suite, campaign, closing)
 
     @property
     def options(self) -> str:
-        """The options that closing again needs beside those of the suite."""
-        return f" --max-states {self.most}" if self.most != _DEFAULT else ""
+        """The options that repeat this closing, in addition to those of the suite."""
+        return limit_text(self.limits)
 
 
 @dataclass(frozen=True)
 class _CloseResult:
-    """What closing came to, and what it began with."""
+    """The result of closing, with the campaign before it."""
 
     asked: _CloseRequest
     suite: Suite
@@ -120,11 +145,11 @@ class _CloseResult:
     closing: Closing
 
     def failed(self, output: ClosingFiles | None) -> tuple[FailedCase, ...]:
-        """The cases that failed, each with the command that shows it."""
+        """Return the cases that failed, each with the command that reproduces it."""
         return failed_cases(self.campaign, self.closing, lambda name: self._again(name, output))
 
     def found(self, output: ClosingFiles | None) -> tuple[FoundFault, ...]:
-        """What new cases found on their way, each with the command that shows it."""
+        """Return the faults that new cases found, each with the command that reproduces it."""
         return found_faults(self.closing, lambda name: self._new(name, output))
 
     def _again(self, name: str, output: ClosingFiles | None) -> str:
@@ -141,12 +166,11 @@ class _CloseResult:
         return f"{self.suite.close_options}{self.asked.options}"
 
     def setting(self, output: ClosingFiles | None) -> ClosingSetting:
-        """Return what the report shows beside the result."""
+        """Return what the report shows in addition to the result."""
         model = self.closing.model
-        results = (*self.campaign.results, *(made.execution.result for made in self.closing.cases))
-        failed = Campaign.of(model, [result for result in results if not result.verdict.passed])
+        failed = self._with_new_cases()
         findings = find_causes(Tester(model), failed, 0)
-        commands = [self._again(finding.results[0].case.name, output) for finding in findings]
+        commands = [self._again(finding.names[0], output) for finding in findings]
         return ClosingSetting(
             str(self.asked.file),
             self.suite.words,
@@ -159,14 +183,26 @@ class _CloseResult:
             tuple(commands),
         )
 
+    def _with_new_cases(self) -> Campaign:
+        """Return the campaign of the suite and of the new cases that follow it."""
+        model, suite = self.closing.model, self.campaign
+        new = Campaign.of(model, [made.execution.result for made in self.closing.cases])
+        if not suite.count:
+            return new
+        shifted = SummaryBuilder(len(suite.coverage.obligations.all), suite.summary.written, suite.count + 1)
+        for position, result in enumerate(new.results, start=suite.count + 1):
+            shifted.add(result.outcome(position))
+        source = FollowedBy(suite.source, suite.count, new.source)
+        return Campaign(model, source, merge(suite.summary, shifted.summary()))
+
 
 @dataclass(frozen=True)
 class _SuggestedGoals:
-    """The goals that were to be written, each with its predicate as text.
+    """The goals to write into the model, each with its predicate as text.
 
     Attributes:
-        new: those that are suggested.
-        already: those that the model has already.
+        new: the suggested goals.
+        already: the goals that the model has already.
     """
 
     new: dict[str, str]
@@ -174,7 +210,7 @@ class _SuggestedGoals:
 
     @staticmethod
     def chosen(closing: Closing, names: Sequence[str]) -> "_SuggestedGoals":
-        """The goals of these names. Raises `InputError` with all names that there are none of."""
+        """Return the goals with these names. Raise `InputError` with all unknown names."""
         goals = {each.name: str(each.goal) for each in closing.suggestions if each.name is not None}
         already = {name: str(goal) for name, goal in closing.model.goals if name in names}
         unknown = [name for name in names if name not in goals | already and (name != _ALL or not goals)]
@@ -183,8 +219,8 @@ class _SuggestedGoals:
         return _SuggestedGoals({name: goals[name] for name in goals if _ALL in names or name in names}, already)
 
     @staticmethod
-    def told(goals: dict[str, str]) -> tuple[str, ...]:
-        """The goals in words."""
+    def sentences(goals: dict[str, str]) -> tuple[str, ...]:
+        """Return each goal as `name: predicate`."""
         return tuple(f"{name}: {goal}" for name, goal in goals.items())
 
 
@@ -205,4 +241,71 @@ def _json(
         ],
         "written": [{"name": name, "goal": goal} for name, goal in goals.new.items()],
         "already": [{"name": name, "goal": goal} for name, goal in goals.already.items()],
+    }
+
+
+_VERDICTS_VERSION = 1
+
+_MAX_FLAWS = 5
+"""Maximum number of flaws of a certificate that are shown; one is enough to refuse it."""
+
+
+def check_certificates(files: Sequence[Path], *, json: bool) -> int:
+    """Check certificates: each against the model that it names, or all against the model that precedes them.
+
+    Raises:
+        InputError: a file is not a certificate, or a model cannot be read.
+    """
+    model_path = files[0] if len(files) > 1 and files[0].suffix != SUFFIX and not files[0].is_dir() else None
+    asked = files[1:] if model_path is not None else files
+    if not asked:
+        message = "no certificate is given"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--check"), "write `scbm close --check FILE`")])
+    opened = [open_certificate(path) for path in find_certificates(asked)]
+    paths = [model_path or file.required_model_path() for file in opened]
+    models = {path: load_model(path) for path in dict.fromkeys(paths)}
+    checked = [check_file(file, models[path]) for file, path in zip(opened, paths, strict=True)]
+    if json:
+        write_json({"format_version": _VERDICTS_VERSION, "certificates": [_verdict_json(each) for each in checked]})
+    else:
+        for each, path in zip(checked, paths, strict=True):
+            _print_verdict(each, path)
+    return 0 if all(each.is_sound for each in checked) else 1
+
+
+def _print_verdict(checked: CheckedCertificate, model_path: Path) -> None:
+    path = str(checked.file.path)
+    if checked.is_sound:
+        results().line(f"{path}: sound: {', '.join(_sizes(checked))}")
+        return
+    errors().diagnostics(_wrong(checked, model_path)[:_MAX_FLAWS])
+    if len(checked.flaws) > _MAX_FLAWS:
+        errors().line(f"{path}: and {len(checked.flaws) - _MAX_FLAWS} more flaws")
+
+
+def _sizes(checked: CheckedCertificate) -> list[str]:
+    sizes = [counted(len(checked.obligations), "obligation")]
+    situations = checked.situations
+    return sizes if situations is None else [*sizes, f"{counted(situations, 'situation')} checked"]
+
+
+def _wrong(checked: CheckedCertificate, model_path: Path) -> list[Diagnostic]:
+    place = Place(str(checked.file.path))
+    if not checked.is_of_this_model:
+        message = f"this certificate is for another version of the model than {model_path}"
+        remedy = f"close it again: `scbm close {shown_path(str(model_path))} --out DIRECTORY`"
+        return [Diagnostic(Slug.CERTIFICATE_WRONG, message, place, remedy)]
+    return [Diagnostic(Slug.CERTIFICATE_WRONG, str(flaw), place) for flaw in checked.flaws]
+
+
+def _verdict_json(checked: CheckedCertificate) -> dict[str, Any]:
+    return {
+        "file": str(checked.file.path),
+        "model": checked.file.certificate.model,
+        "kind": checked.file.certificate.argument.kind,
+        "sound": checked.is_sound,
+        "is_of_this_model": checked.is_of_this_model,
+        "obligations": list(checked.obligations),
+        "situations": checked.situations,
+        "flaws": [str(flaw) for flaw in checked.flaws],
     }

@@ -1,4 +1,4 @@
-"""`scbm combine`: coverage stores united into one."""
+"""`scbm combine`: combines coverage stores."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from scbm.cli.output.terminal import results, write_json
-from scbm.reports.terminal.combined_report import combined_json, combined_report
+from scbm.reports.terminal.store_report import combined_json, combined_report
 from scbm.store import combine_stores
 
 

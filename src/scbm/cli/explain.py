@@ -1,4 +1,4 @@
-"""`scbm explain`: why an obligation ended as it did, in sentences."""
+"""`scbm explain`: explains in sentences how an obligation is covered, or why it is not."""
 
 from pathlib import Path
 from shlex import quote
@@ -8,20 +8,26 @@ import typer
 
 from scbm.cases.coverage import Obligation, Obligations
 from scbm.cli.campaigns.suite import Suite
-from scbm.cli.output.progress import activity_display
-from scbm.cli.output.terminal import results, write_json
+from scbm.cli.main import INTERRUPTED
+from scbm.cli.options.closing_options import (
+    DEFAULT_LIMITS,
+    MaxChanges,
+    MaxPlanning,
+    MaxRandom,
+    MaxStates,
+    limit_text,
+)
+from scbm.cli.output.terminal import activity_display, results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.closing_json import decided_json, suggestion_json
 from scbm.closing.explanations import Explanation, Visit, explain
 from scbm.files import load_model, suggestion, write_case
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
 from scbm.reports.figure_table import shown_path
-from scbm.reports.terminal.explanation_report import told_case, told_explanations
+from scbm.reports.terminal.explanation_report import case_lines, explanation_lines
 from scbm.testing import Execution, Tester
 
 FORMAT_VERSION = 1
-
-_DEFAULT = CloseLimits().situations
 
 
 def command(
@@ -31,39 +37,43 @@ def command(
     ],
     *,
     suite: Annotated[
-        list[Path] | None, typer.Option("--suite", metavar="CASES", help="Case files to begin with, or a directory.")
+        list[Path] | None,
+        typer.Option("--suite", metavar="CASES", help="Case files, or a directory of them, to run first."),
     ] = None,
-    max_states: Annotated[
-        int, typer.Option("--max-states", min=1, help="Maximum number of explored situations of runs.")
-    ] = _DEFAULT,
+    max_states: MaxStates = DEFAULT_LIMITS.situations,
+    max_planning: MaxPlanning = DEFAULT_LIMITS.planning,
+    max_random: MaxRandom = DEFAULT_LIMITS.random,
+    max_changes: MaxChanges = DEFAULT_LIMITS.changes,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
-    """Show which case covers an obligation and how, or why no case does."""
+    """Show how a case visits an obligation, such as `scan/failed`, or why no case does."""
     loaded = load_model(model)
     asked = _read_obligation(obligation, loaded)
     given = Suite.load(loaded, model, tuple(suite or ()))
-    with activity_display(given.activity) as told:
+    limits = CloseLimits(max_states, planning=max_planning, random=max_random, changes=max_changes)
+    with activity_display(given.activity) as show:
         campaign = given.run()
-        told(f"exploring {loaded.name}")
-        closing = Closer(loaded, CloseLimits(situations=max_states), told).close(campaign, asked)
+        show(f"exploring {loaded.name}")
+        closing = Closer(loaded, limits, show).close(campaign, asked)
     explanations = explain(closing, asked, _executions(closing, given))
     if json:
         write_json(_json(explanations, given))
     else:
-        options = f" --max-states {max_states}" if max_states != _DEFAULT else ""
-        close = f"scbm close {quote(str(model))}{given.close_options}{options}"
+        close = f"scbm close {quote(str(model))}{given.close_options}{limit_text(limits)}"
         out = results()
-        out.lines(told_explanations(explanations, loaded, given.files, close))
+        out.lines(explanation_lines(explanations, loaded, given.files, close, closing.ended))
         for name, text in _texts(explanations, given).items():
             again = (
                 given.again(name) or f"save this here as {name}.yaml, then: scbm replay {shown_path(f'{name}.yaml')}"
             )
-            out.lines(told_case(text, again, given.files.get(name)))
+            out.lines(case_lines(text, again, given.files.get(name)))
+    if closing.is_interrupted:
+        return INTERRUPTED
     return 1 if any(each.decided.decision is Decision.UNDECIDED for each in explanations) else 0
 
 
 def _read_obligation(text: str, model: BehaviorModel) -> tuple[Obligation, ...]:
-    """The obligations that a text names: one, or all of an operation or transition. Raises `InputError`."""
+    """Return the obligations of a name: one, or all of an operation or transition. Raise `InputError`."""
     known = Obligations.of(model)
     found = tuple(obligation for obligation in known if text in (str(obligation), obligation.subject))
     if found:
@@ -76,7 +86,7 @@ def _read_obligation(text: str, model: BehaviorModel) -> tuple[Obligation, ...]:
 
 
 def _executions(closing: Closing, suite: Suite) -> dict[str, Execution]:
-    """The runs of all cases that cover something, by name."""
+    """Return the runs of all cases that cover an obligation, by the name of the case."""
     covering = dict.fromkeys(decided.case for decided in closing.decided if decided.case is not None)
     tester = Tester(closing.model)
     runs = {
@@ -102,17 +112,17 @@ def _json(explanations: tuple[Explanation, ...], suite: Suite) -> dict[str, Any]
 
 
 def _explanation(explanation: Explanation, model: BehaviorModel) -> dict[str, Any]:
-    told = decided_json(explanation.decided)
+    entry = decided_json(explanation.decided)
     if explanation.visit is not None:
-        told["visit"] = _visit(explanation.visit, model)
+        entry["visit"] = _visit(explanation.visit, model)
     if explanation.searched is not None:
         searched = explanation.searched
-        told["looked_at"] = {
+        entry["looked_at"] = {
             "initial_states": searched.initial_states,
             "goals": searched.goals,
             "situations": searched.situations,
         }
-    return told | {"suggestions": [suggestion_json(each) for each in explanation.suggestions]}
+    return entry | {"suggestions": [suggestion_json(each) for each in explanation.suggestions]}
 
 
 def _visit(visit: Visit, model: BehaviorModel) -> dict[str, Any]:

@@ -1,4 +1,7 @@
-"""The entry point `scbm`: it imports little, so that `--version` is fast and Ctrl-C is handled from the beginning."""
+"""The entry point `scbm`: it imports little, so that `--version` is fast and Ctrl-C is handled from the beginning.
+
+Also the exit codes of commands; `docs/reference/command-line.md` says what each means.
+"""
 
 from __future__ import annotations
 
@@ -11,10 +14,16 @@ from io import TextIOWrapper
 from typing import TYPE_CHECKING, NoReturn
 
 import scbm
-from scbm.cli.output.exit_codes import GOOD, INTERRUPTED, OWN_FAULT, WRONG_INPUT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+
+GOOD, FAILED, WRONG_INPUT, OWN_FAULT = 0, 1, 2, 3
+
+INTERRUPTED = 130
+"""The exit code that shells use for Ctrl-C."""
+
 
 VERBS: dict[str, str] = {
     "check": "scbm.cli.check",
@@ -28,6 +37,7 @@ VERBS: dict[str, str] = {
     "combine": "scbm.cli.combine",
     "report": "scbm.cli.report",
     "schema": "scbm.cli.schema",
+    "export pddl": "scbm.cli.export_pddl",
     "node controller": "scbm.cli.node_controller",
     "node resources": "scbm.cli.node_resources",
     "node tester": "scbm.cli.node_tester",
@@ -40,7 +50,7 @@ _ASCII = {
     "│": "|", "┆": ":", "┌": "+", "└": "+", "┘": "+", "─": "-", "→": "->", "←": "<-", "…": "...",
     "≥": ">=", "≤": "<=", "≠": "!=", "∧": "&&", "¬": "!", "µ": "u", "—": "-",
 }  # fmt: skip
-"""What stands for the marks of reports where the encoding of an output lacks them, as on a redirected console."""
+"""ASCII forms of the marks of reports, for outputs whose encoding lacks them, such as a redirected console."""
 
 _ASCII_FORMS = "scbm-ascii-forms"
 """The name of the error handler of such outputs."""
@@ -70,7 +80,7 @@ def _run(arguments: list[str], begin: Callable[[], None]) -> int:
         sys.stderr.write(f"scbm: cannot write the output: {(error.strerror or str(error)).lower()}\n")
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return WRONG_INPUT
-    except Exception as error:  # noqa: BLE001 - the last line of defence, which tells apart our faults from theirs
+    except Exception as error:  # noqa: BLE001 - the last handler: it separates defects of scbm from interruptions
         return INTERRUPTED if _is_interruption(error) else _own_fault()
 
 

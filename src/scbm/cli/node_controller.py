@@ -1,4 +1,4 @@
-"""`scbm node controller`: runner and planner as a process."""
+"""`scbm node controller`: runs the controller, with runner and planner, as a process."""
 
 from functools import partial
 from pathlib import Path
@@ -20,6 +20,14 @@ from scbm.cli.options.node_options import (
     read_real,
     read_via,
 )
+from scbm.cli.options.planner_options import (
+    MaxExpanded,
+    MaxLength,
+    MaxMemory,
+    MaxTime,
+    PlannerName,
+    PlannerOptions,
+)
 from scbm.nodes import Bus, ControllerNode, NodeContext
 from scbm.nodes.buses.transports import DEFAULT_TRANSPORT
 
@@ -32,15 +40,22 @@ def command(
     bindings: Bindings = None,
     transport: NodeTransport = None,
     domain: Domain = None,
+    planner: PlannerName = None,
+    max_length: MaxLength = None,
+    max_expanded: MaxExpanded = None,
+    max_time: MaxTime = None,
+    max_memory: MaxMemory = None,
     while_stdin: WhileStdin = False,
 ) -> int:
     """Run the controller of a cell: it runs what a tester sends, until you stop it."""
-    loaded = load_bound(model, bindings)
+    options = PlannerOptions(planner, max_length, max_expanded, max_time, max_memory)
+    loaded = options.applied(load_bound(model, bindings))
+    limits = options.limits(loaded)
     chosen = read_real(real or [], loaded)
     in_domain = read_domain(domain)
 
     def make(context: NodeContext, drivers: Bus | None) -> ControllerNode:
-        return ControllerNode(context, drivers=drivers)
+        return ControllerNode(context, limits, drivers)
 
     open_drivers = partial(open_rclpy, in_domain) if read_via(via, chosen) is Via.RCLPY else None
     return serve_node(

@@ -1,4 +1,4 @@
-"""`scbm node resources`: simulated resources as a process."""
+"""`scbm node resources`: simulates resources in a process of their own."""
 
 from pathlib import Path
 from typing import Annotated
@@ -47,17 +47,17 @@ def command(
 
 
 def _chosen(model: BehaviorModel, names: list[str]) -> tuple[str, ...]:
-    """The resources of these names in the order of the model, or all. Raises `InputError`."""
+    """Return the resources with these names in the order of the model; all without names. Raise `InputError`."""
     known = [resource.name for resource in model.resources]
     wrong = [name for name in dict.fromkeys(names) if name not in known]
     if wrong:
         remedies = [suggestion(name, known, "its resources are") for name in wrong]
-        told = [f"the model has no resource `{name}`" for name in wrong]
+        messages = [f"the model has no resource `{name}`" for name in wrong]
         place = Place("NAME")
         raise InputError(
             [
                 Diagnostic(Slug.UNKNOWN_RESOURCE, message, place, remedy)
-                for message, remedy in zip(told, remedies, strict=True)
+                for message, remedy in zip(messages, remedies, strict=True)
             ]
         )
     if not known:

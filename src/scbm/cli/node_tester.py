@@ -1,4 +1,4 @@
-"""`scbm node tester`: cases for a cell whose controller and resources run elsewhere."""
+"""`scbm node tester`: runs cases in a cell whose controller and resources run in other processes."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,7 +6,6 @@ from typing import Annotated
 import typer
 
 from scbm.cli.campaigns.test_campaign import CampaignOptions, CampaignOutput, run_over_nodes
-from scbm.cli.options import threshold_option
 from scbm.cli.options.campaign_options import (
     Cases,
     FailUnder,
@@ -18,6 +17,7 @@ from scbm.cli.options.campaign_options import (
     Require,
     Seed,
     Store,
+    read_thresholds,
 )
 from scbm.cli.options.node_options import (
     Domain,
@@ -44,7 +44,7 @@ def command(
     network: Network = None,
     require: Require = None,
     failures: Annotated[
-        Path, typer.Option("--failures", metavar="DIRECTORY", help="Where the logs of failing cases are saved.")
+        Path, typer.Option("--failures", metavar="DIRECTORY", help="Directory for the logs of failing cases.")
     ] = Path("scbm-failures"),
     store: Store = None,
     missing: Missing = False,
@@ -63,8 +63,8 @@ def command(
 ) -> int:
     """Run cases in a cell whose controller and resources run elsewhere, and report as `scbm test` does."""
     suite = CampaignOptions(model, files or [], cases, seed, network, require or [], time_limit).suite({})
-    telling = CampaignOutput(
-        threshold_option.read_thresholds(fail_under or []),
+    output = CampaignOutput(
+        read_thresholds(fail_under or []),
         missing,
         json,
         store,
@@ -90,4 +90,4 @@ def command(
     scale = "" if asked.time_scale == 1 else f" --time-scale {asked.time_scale}"
     over = f"{transport_option(asked.transport)} --domain {asked.domain}"
     again = f"scbm node tester {shown_path(str(model))}{suite.test_options}{scale}{over}"
-    return run_over_nodes(suite, telling, asked, again)
+    return run_over_nodes(suite, output, asked, again)

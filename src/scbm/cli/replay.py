@@ -1,4 +1,4 @@
-"""`scbm replay`: one run again, exactly, from its case or from the log of its events."""
+"""`scbm replay`: repeats one run exactly, from its case or from the log of its events."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from scbm.cli.campaigns.rerun import AskedRun, rerun
+from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
 from scbm.cli.output.shown_run import show_run
 from scbm.cli.output.terminal import errors
 from scbm.model import Diagnostic, Place, Slug
@@ -23,12 +24,17 @@ def command(
     time_limit: Annotated[
         str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time, if the case has no limit.")
     ] = None,
+    planner: PlannerName = None,
+    max_length: MaxLength = None,
+    max_expanded: MaxExpanded = None,
     every: Annotated[bool, typer.Option("--all", help="Show changes of every variable.")] = False,
     trace: Annotated[Path | None, typer.Option("--trace", help="Write the trace to a file.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
     """Run a case file or the log of a real run again, and compare the run with the recorded one."""
-    replayed = rerun(AskedRun(file, model, require or [], time_limit, {} if trace is None else {"--trace": trace}))
+    options = PlannerOptions(planner, max_length, max_expanded)
+    outputs = {} if trace is None else {"--trace": trace}
+    replayed = rerun(AskedRun(file, model, require or [], time_limit, outputs, options))
     execution = replayed.execution
     is_same = None if replayed.recorded is None else replayed.recorded == execution.digest
     show_run(

@@ -1,51 +1,127 @@
-"""`scbm report`: what a coverage store holds, for people, for browsers and for other tools."""
+"""`scbm report`: reports the contents of a coverage store on the terminal and in files for other tools.
 
+It has an option for each entry of `FORMATS`.
+"""
+
+import sys
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.text import Text
+from typer.models import OptionInfo
 
 from scbm.cases.coverage import Cover, smallest_cover
-from scbm.cli.options import threshold_option
-from scbm.cli.options.report_files import FORMAT_OPTIONS, ReportFiles, write_formats
+from scbm.cli.options.campaign_options import FAIL_UNDER, FAIL_UNDER_HELP, meets_thresholds, read_thresholds
+from scbm.cli.options.registry_options import OptionPerEntry
 from scbm.cli.output.terminal import errors, report_columns, results, write_json
 from scbm.files import FileWriter
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports import counted
 from scbm.reports.ci.history_json import history_json, smallest_json
-from scbm.reports.terminal.missing_report import told_missing
+from scbm.reports.formats import FORMATS, ReportFormat
+from scbm.reports.terminal.coverage_report import missing_lines
 from scbm.reports.terminal.store_report import stored_report
 from scbm.reports.terminal.visitors_report import contexts_report, smallest_report
-from scbm.store import History, Replays, StoredCase, read_history
-from scbm.testing import case_texts, find_case_files
+from scbm.store import History, Replays, StoredCase, Written, read_history
+from scbm.testing import Execution, case_texts, find_case_files
+
+_SLOW = 200
+"""Minimum number of cases for a progress bar while they are run again."""
+
+
+def _format_options() -> dict[str, tuple[Any, OptionInfo]]:
+    return {
+        name: (Path | None, typer.Option(f"--{name}", metavar="FILE", help=form.help)) for name, form in FORMATS.items()
+    }
+
+
+FORMAT_OPTIONS = OptionPerEntry(_format_options)
+"""Marks the parameter of a verb that gets the files by the names of their formats."""
+
+
+@dataclass(frozen=True)
+class ReportFiles:
+    """The files to write, by the names of their formats."""
+
+    files: Mapping[str, Path | None]
+
+    @property
+    def given(self) -> dict[str, Path]:
+        """The files of the formats that were given."""
+        return {option: path for option, path in self.files.items() if path is not None}
+
+    def writer(self, store: Path, history: History) -> FileWriter:
+        """Return a writer for these files that refuses to replace the store, the model or a case file.
+
+        Raises:
+            InputError: two formats are one file, or one of them is such an input.
+        """
+        cases = (case.recipe.path for case in history.cases if isinstance(case.recipe, Written))
+        others = [(store, "the store"), (Path(history.source.path), "the model")]
+        writer = FileWriter(chain(others, ((Path(path), "a case file") for path in dict.fromkeys(cases))))
+        writer.refuse_clashes({f"--{name}": path for name, path in self.given.items()})
+        return writer
+
+
+def write_formats(wanted: ReportFiles, history: History, writer: FileWriter) -> list[str]:
+    """Write the files, and return their names.
+
+    Raises `InputError` with all files that cannot be written.
+    """
+    wrong: list[Diagnostic] = []
+    for name, path in wanted.given.items():
+        try:
+            writer.write(f"--{name}", path, _text(FORMATS[name], history).encode())
+        except InputError as error:
+            wrong += error.diagnostics
+    if wrong:
+        raise InputError(wrong)
+    return [str(path) for path in wanted.given.values()]
+
+
+def _text(form: ReportFormat, history: History) -> str:
+    """Return the report, with a progress bar on a terminal while many cases are run again for it."""
+    replays = Replays(history)
+    if not form.runs_cases or len(history.cases) < _SLOW or not sys.stderr.isatty():
+        return form.text(history, replays.execute)
+    from rich.console import Console  # noqa: PLC0415 - only where there is something to show
+    from rich.progress import Progress  # noqa: PLC0415
+
+    with Progress(console=Console(file=sys.stderr), transient=True) as progress:
+        task = progress.add_task("running the cases again", total=len(history.cases))
+
+        def run_again(case: StoredCase) -> Execution | None:
+            progress.advance(task)
+            return replays.execute(case)
+
+        return form.text(history, run_again)
 
 
 def command(
     store: Annotated[Path, typer.Argument(help="The coverage store.", show_default=False)],
     *,
     missing: Annotated[bool, typer.Option("--missing", help="Show only the missed obligations, and why.")] = False,
-    contexts: Annotated[
-        bool, typer.Option("--contexts", help="Show which case visits what, and what only it visits.")
+    contexts: Annotated[bool, typer.Option("--contexts", help="Show the cases that visit each obligation.")] = False,
+    minimize: Annotated[
+        bool, typer.Option("--minimize", help="Show the smallest suite with the same coverage.")
     ] = False,
-    minimize: Annotated[bool, typer.Option("--minimize", help="Show the smallest suite that visits the same.")] = False,
     save: Annotated[
         Path | None, typer.Option("--save", metavar="DIRECTORY", help="Save the cases of that suite as files.")
     ] = None,
     files: Annotated[Mapping[str, Path | None], FORMAT_OPTIONS],
-    fail_under: Annotated[
-        list[str] | None, typer.Option(threshold_option.OPTION, metavar="PERCENT", help=threshold_option.HELP)
-    ] = None,
+    fail_under: Annotated[list[str] | None, typer.Option(FAIL_UNDER, metavar="PERCENT", help=FAIL_UNDER_HELP)] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
     """Report what the cases of a coverage store visited, in any format."""
-    wanted_figures = threshold_option.read_thresholds(fail_under or [])
+    wanted_figures = read_thresholds(fail_under or [])
     wanted = ReportFiles(files)
     if save is not None and not minimize:
         raise InputError(
-            [Diagnostic(Slug.BAD_OPTION, "this saves the smallest suite", Place("--save"), "add --minimize")]
+            [Diagnostic(Slug.BAD_OPTION, "only the smallest suite can be saved", Place("--save"), "add --minimize")]
         )
     history = read_history(store)
     writer = wanted.writer(store, history)
@@ -55,7 +131,7 @@ def command(
     else:
         columns = report_columns()
         parts: list[Iterable[Text]] = []
-        parts += [told_missing(history.model, history.coverage, history.source.path, columns)] if missing else []
+        parts += [missing_lines(history.model, history.coverage, history.source.path, columns)] if missing else []
         parts += [contexts_report(history)] if contexts else []
         parts += [smallest_report(history, cover)] if cover is not None else []
         results().lines(_apart(parts or [stored_report(history, str(store), columns)]))
@@ -63,18 +139,18 @@ def command(
     written = write_formats(wanted, history, writer)
     if written:
         errors().line(f"Written: {', '.join(written)}")
-    return 0 if threshold_option.meets(history.coverage, wanted_figures) and is_saved else 1
+    return 0 if meets_thresholds(history.coverage, wanted_figures) and is_saved else 1
 
 
 def _smallest(history: History) -> Cover:
-    """The smallest suite that visits the same; of cases that visit the same, rather one that a file gives again."""
+    """Return the smallest suite with the same visits; among equal cases it prefers those that a file can repeat."""
     order = sorted(range(len(history.cases)), key=lambda place: history.cases[place].is_over_nodes)
     cover = smallest_cover([history.cases[place].visited for place in order])
     return replace(cover, chosen=tuple(sorted(order[place] for place in cover.chosen)))
 
 
 def _apart(parts: Iterable[Iterable[Text]]) -> Iterator[Text]:
-    """Several reports with a line between them."""
+    """Yield the lines of several reports with an empty line between them."""
     for number, part in enumerate(parts):
         if number:
             yield Text()
@@ -82,7 +158,7 @@ def _apart(parts: Iterable[Iterable[Text]]) -> Iterator[Text]:
 
 
 def _save(history: History, chosen: Iterable[int], directory: Path, writer: FileWriter) -> bool:
-    """Writes cases as files that are run without chance; gives whether they visit the same, and says if they do not."""
+    """Write cases as files without random choices. Return whether they visit the same; print a warning if not."""
     model = Path(history.source.path)
     if not model.is_file():
         message = f"there is no model file `{model}` here, which the saved cases would name"
@@ -107,7 +183,7 @@ def _save(history: History, chosen: Iterable[int], directory: Path, writer: File
 
 
 def _unsaved(case: StoredCase, history: History) -> str:
-    """Why no file gives the run of a case again; empty if one does."""
+    """Return why no file can repeat the run of a case; empty if a file can."""
     if case.is_earlier:
         return "was run on an earlier version of the model"
     return f"ran {history.where(case)}, which no case file gives again" if case.is_over_nodes else ""

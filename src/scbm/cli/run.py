@@ -1,4 +1,4 @@
-"""`scbm run`: one run against simulated resources, as a timeline."""
+"""`scbm run`: runs one goal against simulated resources, and prints a timeline."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +15,7 @@ from scbm.cli.options.arguments import (
     read_state,
     read_time_limit,
 )
+from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
 from scbm.cli.output.shown_run import show_run
 from scbm.files import FileWriter, load_model
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
@@ -42,6 +43,9 @@ def command(
     time_limit: Annotated[
         str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time for the goal. [1 h]")
     ] = None,
+    planner: PlannerName = None,
+    max_length: MaxLength = None,
+    max_expanded: MaxExpanded = None,
     every: Annotated[bool, typer.Option("--all", help="Show changes of every variable.")] = False,
     trace: Annotated[Path | None, typer.Option("--trace", help="Write the trace to a file.")] = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
@@ -49,7 +53,7 @@ def command(
     """Run one goal against simulated resources, and show what happens."""
     writer = FileWriter([(model, "the model")])
     writer.refuse_clashes({} if trace is None else {"--trace": trace})
-    loaded = load_model(model)
+    loaded = PlannerOptions(planner, max_length, max_expanded).applied(load_model(model))
     faults = read_faults(network, loaded)
     asked = _case(loaded, str(model), goal, state, Origin(seed, case or 1), drawn=case is not None)
     asked = replace(
@@ -66,7 +70,7 @@ def command(
 def _case(
     model: BehaviorModel, file: str, goal: str | None, state: list[str] | None, origin: Origin, *, drawn: bool
 ) -> Case:
-    """The case that the options name: drawn as `scbm test` draws it, or made of a goal and a state."""
+    """Return the case of the options: a random case of `scbm test`, or one with the given goal and state."""
     if drawn:
         if goal is not None or state:
             raise _bad("`--case` draws goal and initial state, so `--goal` and `--state` do not go with it", "--case")

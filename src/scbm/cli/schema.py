@@ -1,4 +1,4 @@
-"""`scbm schema`: the JSON Schema of the files that people write, for editors."""
+"""`scbm schema`: prints the JSON Schema of model, case and bindings files, for editors."""
 
 from enum import StrEnum
 from typing import Annotated

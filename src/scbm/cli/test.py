@@ -1,16 +1,24 @@
-"""`scbm test`: case files and random cases, verdicts, and the coverability report."""
+"""`scbm test`: runs case files and random cases, judges them, and prints the coverability report."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from scbm.cli.campaigns.test_campaign import CampaignOptions, CampaignOutput, run_over_nodes, select_cases, simulate
-from scbm.cli.options import threshold_option
+from scbm.cli.campaigns.test_campaign import (
+    CampaignOptions,
+    CampaignOutput,
+    refuse_selection,
+    run_over_nodes,
+    select_cases,
+    simulate,
+)
 from scbm.cli.options.campaign_options import (
     Cases,
+    Cluster,
     FailUnder,
     Files,
+    Jobs,
     Json,
     Missing,
     Model,
@@ -18,6 +26,8 @@ from scbm.cli.options.campaign_options import (
     Require,
     Seed,
     Store,
+    read_executor,
+    read_thresholds,
 )
 from scbm.cli.options.node_options import (
     Bindings,
@@ -36,8 +46,10 @@ from scbm.cli.options.node_options import (
     read_wait,
     refuse_faster,
     refuse_in_one_process,
+    refuse_with_nodes,
     refuse_without_transport,
 )
+from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
 from scbm.reports.figure_table import shown_path
 
 
@@ -48,6 +60,12 @@ def command(
     cases: Cases = None,
     seed: Seed = 0,
     network: Network = None,
+    jobs: Jobs = None,
+    cluster: Cluster = None,
+    until_dry: Annotated[
+        int | None,
+        typer.Option("--until-dry", metavar="N", min=1, help="Stop once N random cases in a row visit nothing new."),
+    ] = None,
     select: Annotated[
         str | None,
         typer.Option("-k", metavar="EXPRESSION", help="Run the cases whose names hold this: `scan and not fast`."),
@@ -70,6 +88,9 @@ def command(
     time_limit: Annotated[
         str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time for each case. [1 h]")
     ] = None,
+    planner: PlannerName = None,
+    max_length: MaxLength = None,
+    max_expanded: MaxExpanded = None,
     transport: TestTransport = None,
     real: Real = None,
     via: Reached = None,
@@ -84,11 +105,13 @@ def command(
     json: Json = False,
 ) -> int:
     """Run case files and random cases, judge them, and report their coverage of the model."""
-    wanted = CampaignOptions(model, files or [], cases, seed, network, require or [], time_limit)
-    suite = wanted.suite({"--save": save})
-    figures = threshold_option.read_thresholds(fail_under or [])
+    options = PlannerOptions(planner, max_length, max_expanded)
+    wanted = CampaignOptions(model, files or [], cases, seed, network, require or [], time_limit, options, until_dry)
+    suite = wanted.suite({"--save": save, "--until-dry": until_dry})
+    figures = read_thresholds(fail_under or [])
+    refuse_selection(until_dry, {"-k": select, "--lf": last_failed or None})
     suite = select_cases(suite, select, failures if last_failed else None)
-    telling = CampaignOutput(figures, missing, json, store, save, failures, shrink, stop)
+    output = CampaignOutput(figures, missing, json, store, save, failures, shrink, stop, until_dry)
     if transport is None:
         refuse_without_transport(
             {
@@ -101,7 +124,8 @@ def command(
                 "--logs": logs,
             }
         )
-        return simulate(suite, telling)
+        return simulate(suite, output, read_executor(jobs, cluster))
+    refuse_with_nodes({"-j": jobs, "--cluster": cluster, "--until-dry": until_dry})
     refuse_in_one_process(transport, {"--real": real, "--via": via, "--bindings": bindings, "--domain": domain})
     bound = load_bound(model, bindings)
     chosen = read_real(real or [], bound)
@@ -119,7 +143,8 @@ def command(
         bindings=bindings,
         logs=logs,
         failures=failures,
+        planner=tuple(options.words),
     )
     return run_over_nodes(
-        suite, telling, asked, f"scbm test {shown_path(str(model))}{suite.test_options}{asked.options}"
+        suite, output, asked, f"scbm test {shown_path(str(model))}{suite.test_options}{asked.options}"
     )

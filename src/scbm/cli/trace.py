@@ -1,4 +1,4 @@
-"""`scbm trace`: one run as a file that Perfetto or Foxglove opens."""
+"""`scbm trace`: writes one run as a file for Perfetto or Foxglove."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,25 +9,26 @@ from typing import Annotated, Any, BinaryIO
 import typer
 
 from scbm.cli.campaigns.rerun import AskedRun, rerun
-from scbm.cli.options.arguments import complete, read_faults, read_requirements, read_time_limit
+from scbm.cli.options.arguments import read_faults, read_requirements, read_time_limit
 from scbm.cli.output.terminal import results, write_json
 from scbm.files import FileWriter, load_model
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug, format_moment
 from scbm.testing import Execution, RandomCases, Tester
+from scbm.testing.batches.campaign_work import complete
 
 FORMAT_VERSION = 1
 
 
 @dataclass(frozen=True)
 class _TraceOutput:
-    """A file that an option names.
+    """An output file of an option.
 
     Attributes:
-        option: what asks for it.
-        path: where it goes.
-        write: fills it, and says with how much.
-        noun: what it is filled with.
-        readers: who opens it.
+        option: the option.
+        path: the path of the file.
+        write: writes the file and returns the number of its entries.
+        noun: what the entries are called.
+        readers: the programs that open the file.
     """
 
     option: str
@@ -41,7 +42,7 @@ def command(
     file: Annotated[
         Path,
         typer.Argument(
-            help="The case file, or the log of a real run; the model file beside `--case`.", show_default=False
+            help="The case file, or the log of a real run; with `--case`, the model file.", show_default=False
         ),
     ],
     *,
@@ -55,7 +56,7 @@ def command(
         int | None, typer.Option("--case", min=1, help="This case of `scbm test --seed`, in place of a file.")
     ] = None,
     network: Annotated[
-        str | None, typer.Option("--network", help="Beside `--case`: `loss: 2 %, jitter: 20 ms`, or `drawn`.")
+        str | None, typer.Option("--network", help="With `--case`: `loss: 2 %, jitter: 20 ms`, or `drawn`.")
     ] = None,
     require: Annotated[
         list[str] | None, typer.Option("--require", metavar="SENTENCE", help="An additional requirement.")
@@ -81,7 +82,7 @@ def command(
         requirements = read_requirements(require or [], loaded)
         execution = Tester(loaded).execute(complete(drawn, requirements, read_time_limit(time_limit), loaded))
     counts = [_write(output, loaded, execution, writer) for output in outputs]
-    _tell(execution, outputs, counts, json=json)
+    _show(execution, outputs, counts, json=json)
     return 0
 
 
@@ -96,12 +97,12 @@ def _outputs(perfetto: Path | None, mcap: Path | None) -> list[_TraceOutput]:
     if mcap is not None:
         outputs.append(_TraceOutput("--mcap", mcap, _mcap_writer(), "messages", "Foxglove"))
     if not outputs:
-        raise _bad("it is not said what to write", "scbm trace", "add `--perfetto FILE`, `--mcap FILE`, or both")
+        raise _bad("no output file is given", "scbm trace", "add `--perfetto FILE`, `--mcap FILE`, or both")
     return outputs
 
 
 def _mcap_writer() -> Callable[[BehaviorModel, Execution, BinaryIO], int]:
-    """What writes MCAP. Raises `InputError` where the package is missing that knows the format."""
+    """Return the function that writes MCAP. Raise `InputError` if the package `mcap` is not installed."""
     try:
         from scbm.reports.run.mcap_trace import write_mcap  # noqa: PLC0415 - it needs a package that not everyone has
     except ModuleNotFoundError as error:
@@ -112,7 +113,7 @@ def _mcap_writer() -> Callable[[BehaviorModel, Execution, BinaryIO], int]:
 
 
 def _refuse(options: dict[str, object], message: str, remedy: str | None) -> None:
-    """Raises `InputError` for options that say nothing here."""
+    """Raise `InputError` for options that have no effect here."""
     for option, value in options.items():
         if value is not None:
             raise _bad(message, option, remedy)
@@ -126,7 +127,7 @@ def _write(output: _TraceOutput, model: BehaviorModel, execution: Execution, wri
     return count
 
 
-def _tell(execution: Execution, outputs: list[_TraceOutput], counts: list[int], *, json: bool) -> None:
+def _show(execution: Execution, outputs: list[_TraceOutput], counts: list[int], *, json: bool) -> None:
     if json:
         write_json(_json(execution, outputs, counts))
         return

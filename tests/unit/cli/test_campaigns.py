@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -9,7 +11,15 @@ from typing import Any
 import pytest
 
 from scbm.cases import Case
-from scbm.testing import Execution, Tester
+from scbm.cases.coverage import Obligations
+from scbm.cli.campaigns import campaign_loop
+from scbm.cli.output.progress import MinuteLines
+from scbm.files import read_model
+from scbm.store import read_history
+from scbm.testing import Execution, RandomCases, Tester
+from scbm.testing.batches.batch_summary import SummaryBuilder
+from support.models import SCAN_CELL
+from support.wording import Wording, diagnostic_heads
 
 FAILS = "tests/models/fails_at_run/livelock.yaml"
 
@@ -31,25 +41,21 @@ def interrupted(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def test_the_cases_that_were_done_are_reported_and_nothing_more_is_run(
-    scbm: Callable[..., Any], interrupted: list[str], tmp_path: Path
+    scbm: Callable[..., Any], interrupted: list[str], tmp_path: Path, wording: Wording
 ) -> None:
     saved, failures = tmp_path / "saved", tmp_path / "failures"
     ran = scbm("test", FAILS, "--cases", 9, "--save", saved, "--failures", failures)
-    not_saved = f"scbm: nothing is saved in {saved}: that comes behind the last case\n"
-    assert (ran.code, ran.err) == (130, f"scbm: interrupted after 2 of 9 cases\n{not_saved}")
-    assert "2 random cases of seed 0: 2 livelock; 2 failed\n  Interrupted after 2 of 9 cases\n" in ran.out
+    assert ran.code == 130
+    wording(ran.err)
+    wording(ran.out.splitlines()[3:5])
     assert interrupted == [f"seed-0-case-{number}" for number in (1, 2, 3)]
     assert [path.name for path in tmp_path.rglob("*")] == ["failures", "last-failed.json"]
     assert f"again: scbm run {FAILS} --seed 0 --case 1" in ran.out
 
 
-@pytest.mark.usefixtures("interrupted")
-@pytest.mark.parametrize(
-    ("written", "told"),
-    [(1, "1 written case and 1 random case of seed 0"), (2, "2 written cases"), (4, "2 written cases")],
-)
+@pytest.mark.parametrize("written", [1, 2, 4])
 def test_only_cases_that_were_run_are_counted(
-    scbm: Callable[..., Any], tmp_path: Path, written: int, told: str
+    scbm: Callable[..., Any], interrupted: list[str], tmp_path: Path, written: int, wording: Wording
 ) -> None:
     model = "examples/robot_in_the_air/before.yaml"
     saved = tmp_path / "saved"
@@ -58,4 +64,93 @@ def test_only_cases_that_were_run_are_counted(
         drawn = f"case: scans_{number}\ngoal: item_a_scanned\ndrawn: {{seed: 4}}\n"
         (saved / f"scans_{number}.yaml").write_text(drawn, encoding="utf-8")
     ran = scbm("test", model, saved, "--cases", 5)
-    assert f", {told}: 2 reached\n  Interrupted after 2 of {written + 5} cases\n" in ran.out
+    wording(ran.out.splitlines()[3:5])
+    interrupted.clear()
+    report = json.loads(scbm("test", model, saved, "--cases", 5, "--json").out)
+    assert [case["name"] for case in report["cases"]] == ["scans_0", "scans_1" if written > 1 else "seed-0-case-1"]
+
+
+def tables(path: Path) -> list[object]:
+    """What a store holds, without the token and the time of its run."""
+    history = read_history(path)
+    return [(case, history.labels[place]) for place, case in enumerate(history.cases)]
+
+
+@pytest.mark.slow
+def test_output_and_store_do_not_depend_on_the_number_of_workers(scbm: Callable[..., Any], tmp_path: Path) -> None:
+    outputs = []
+    for jobs in (1, 2, 3):
+        store = tmp_path / f"{jobs}.db"
+        options = ("--cases", 150, "--seed", 4, "--network", "drawn", "--failures", tmp_path / "failures")
+        ran = scbm("test", "examples/robot_in_the_air/before.yaml", *options, "--store", store, "-j", jobs, "--json")
+        report = json.loads(ran.out)
+        report["store"]["file"] = ""
+        outputs.append((ran.code, ran.err, report, tables(store)))
+    assert outputs[0] == outputs[1] == outputs[2]
+
+
+def test_workers_are_for_simulation(scbm: Callable[..., Any], wording: Wording) -> None:
+    ran = scbm("test", FAILS, "--transport", "loopback", "-j", 2)
+    assert (ran.code, diagnostic_heads(ran.err)) == (2, ["-j: error[bad-option]"])
+    wording(ran.err)
+
+
+AFTER = "examples/robot_in_the_air/after.yaml"
+
+
+def test_a_campaign_can_end_when_it_is_dry(scbm: Callable[..., Any], tmp_path: Path) -> None:
+    ran = scbm("test", AFTER, "--until-dry", 20, "--seed", 2, "--save", tmp_path / "saved", "--json")
+    report = json.loads(ran.out)
+    assert (ran.code, report["dry"]) == (0, {"cases": 20, "reached": True})
+    first, *_, last = report["cases"]
+    assert last["name"] == f"seed-2-case-{report['case_count']}"
+    assert not {name for case in report["cases"][-20:] for name in case["visited"]} - {
+        name for case in report["cases"][:-20] for name in case["visited"]
+    }
+    assert len(list((tmp_path / "saved").iterdir())) == report["case_count"]
+    assert first["name"] == "seed-2-case-1"
+
+
+def test_the_report_says_whether_a_campaign_is_dry(scbm: Callable[..., Any], wording: Wording) -> None:
+    ended = scbm("test", AFTER, "--until-dry", 20, "--seed", 2)
+    limited = scbm("test", AFTER, "--until-dry", 20, "--seed", 2, "--cases", 5)
+    wording([line for ran in (ended, limited) for line in ran.out.splitlines() if "ry: " in line])
+
+
+@pytest.mark.parametrize("option", [("-k", "case"), ("--lf",)])
+def test_cases_without_an_end_cannot_be_selected(scbm: Callable[..., Any], option: tuple[str, ...]) -> None:
+    ran = scbm("test", AFTER, "--until-dry", 20, *option)
+    assert (ran.code, diagnostic_heads(ran.err)) == (2, [f"{option[0]}: error[bad-option]"])
+
+
+def test_a_report_of_many_random_cases_has_a_forecast(scbm: Callable[..., Any]) -> None:
+    ran = scbm("test", AFTER, "--cases", 100, "--no-shrink")
+    assert "\n  Forecast: 1000 cases would visit " in ran.out
+    report = json.loads(scbm("test", AFTER, "--cases", 100, "--no-shrink", "--json").out)["forecast"]
+    assert report["cases"] == 1000
+    assert 50 < report["visited"] <= 86
+
+
+def test_without_a_terminal_a_long_campaign_has_a_line_each_minute(wording: Wording) -> None:
+    model = read_model(SCAN_CELL)
+    obligations, messages = Obligations.of(model), list[str]()
+    times_s = iter([100.0, 159.9, 160.0, 170.0, 400.0, 450.0, 460.0])
+    lines = MinuteLines(1_000, obligations, messages.append, lambda: next(times_s))
+    builder = SummaryBuilder(len(obligations.all))
+    tester = Tester(model)
+    for position, case in enumerate(RandomCases(model).first(6, 0), start=1):
+        builder.add(tester.execute(case).result.outcome(position))
+        lines.advance(builder.summary(), None)
+    assert [line.partition(" of 1000 cases, 0 failed, ")[0] for line in messages] == ["2", "4", "6"]
+    wording(messages[0])
+
+
+def test_a_terminal_shows_how_many_cases_failed_and_the_figure(
+    scbm: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(campaign_loop, "_SLOW", 1)
+    monkeypatch.setattr("sys.stderr.isatty", lambda: True)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("COLUMNS", "120")
+    ran = scbm("test", AFTER, "--cases", 3)
+    assert "3/3 0 failed, " in re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", ran.err)

@@ -11,7 +11,7 @@ from typing import Protocol
 import pytest
 
 from support.profiles import share
-from support.wording import Wording
+from support.wording import Wording, diagnostic_heads
 
 ROOT = Path(__file__).parents[3]
 BEFORE = "examples/robot_in_the_air/before.yaml"
@@ -106,7 +106,7 @@ def test_a_replay_needs_a_model(scbm: Scbm, tmp_path: Path) -> None:
     assert scbm("replay", path, "--model", AFTER).code == 0
     wrong = _write(tmp_path, "wrong.yaml", CASE.replace("goal", "Goal").replace("case: scans", "case: scans\nModel: x"))
     ran = scbm("replay", wrong)
-    assert (ran.code, ran.err.count("did you mean `model`?"), "`goal`" in ran.err) == (2, 1, True)
+    assert (ran.code, ran.err.count("`model`"), "`goal`" in ran.err) == (2, 1, True)
     for model, slug in (("nowhere.yaml", "file-missing"), (".", "file-is-directory")):
         ran = scbm("replay", _write(tmp_path, "lost.yaml", f"model: {model}\n" + CASE + "limit: 3\n"))
         assert f"lost.yaml:1:8: error[{slug}]" in ran.err
@@ -116,16 +116,16 @@ def test_a_replay_needs_a_model(scbm: Scbm, tmp_path: Path) -> None:
 # case files
 
 
-def test_the_cases_of_the_example_visit_everything(scbm: Scbm) -> None:
+def test_the_cases_of_the_example_visit_everything(scbm: Scbm, wording: Wording) -> None:
     ran = scbm("test", AFTER, CASES, "--fail-under", 100)
     assert ran.code == 0
-    assert "SCBM-IAS: 100.00 %" in ran.out
-    assert "7 written cases: 1 aborted, 6 reached" in ran.out
+    wording(ran.out.splitlines()[2:4])
 
 
-def test_files_and_random_cases_may_be_mixed(scbm: Scbm) -> None:
+def test_files_and_random_cases_may_be_mixed(scbm: Scbm, wording: Wording) -> None:
     ran = scbm("test", AFTER, CASES, "--cases", 3, "--seed", 9)
-    assert "7 written cases and 3 random cases of seed 9: " in ran.out
+    wording(ran.out.splitlines()[3])
+    assert len(json.loads(scbm("test", AFTER, CASES, "--cases", 3, "--seed", 9, "--json").out)["cases"]) == 10
     assert len(json.loads(scbm("test", AFTER, CASES, "--json").out)["cases"]) == 7
 
 
@@ -148,10 +148,8 @@ def test_two_cases_of_one_name_are_an_error(scbm: Scbm, tmp_path: Path) -> None:
     _write(tmp_path, "a.yaml")
     _write(tmp_path, "b.yaml")
     ran = scbm("test", AFTER, tmp_path)
-    assert (ran.code, f"b.yaml: error[duplicate-name]: the case `scans` is also in {tmp_path}/a.yaml" in ran.err) == (
-        2,
-        True,
-    )
+    assert (ran.code, diagnostic_heads(ran.err)) == (2, [f"{tmp_path}/b.yaml: error[duplicate-name]"])
+    assert f"{tmp_path}/a.yaml" in ran.err
     saved = tmp_path / "saved"
     scbm("test", AFTER, "--cases", 2, "--seed", 3, "--save", saved)
     ran = scbm("test", AFTER, saved, "--cases", 5, "--seed", 3)
@@ -163,14 +161,16 @@ def test_a_directory_without_cases_is_an_error(scbm: Scbm, tmp_path: Path) -> No
     assert (ran.code, "error[no-cases]" in ran.err) == (2, True)
 
 
-def test_a_failed_expectation_is_shown_against_what_happened(scbm: Scbm, tmp_path: Path) -> None:
+def test_a_failed_expectation_is_shown_against_what_happened(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     text = CASE.replace("{verdict: reached}", "{verdict: aborted, final: robot_at == home}")
     path = _write(tmp_path, "scans.yaml", text)
     ran = scbm("test", AFTER, path)
     assert ran.code == 1
-    assert "expected the run to end `aborted`, and it ended `reached`" in ran.out
-    assert "expected robot_at == home at the end, and it ends with robot_at == box_a" in ran.out
+    place = ran.out.splitlines().index("  scans")
+    wording(ran.out.splitlines()[place + 1 : place + 3])
     assert f"again: scbm replay {path}" in ran.out
+    (finding,) = json.loads(scbm("test", AFTER, path, "--json").out)["findings"]
+    assert (finding["kind"], finding["subject"], len(finding["failures"])) == ("expectation", "verdict", 2)
     assert scbm("replay", path, "--model", AFTER).code == 1
 
 
@@ -184,21 +184,22 @@ def test_what_one_case_expected_in_vain_is_one_finding(scbm: Scbm, tmp_path: Pat
 
 def test_what_a_case_says_without_effect_is_told(scbm: Scbm, tmp_path: Path) -> None:
     path = _write(tmp_path, "scans.yaml", CASE + "outcomes: {scanner: [succeed, fail]}\n")
-    unused = "the outcome of request 2 of scanner is said, and there were 1"
+    unused = "the outcome of request 2 of scanner was not used: 1 request sent"
     ran = scbm("test", AFTER, path)
     assert (ran.code, f"Without effect\n  scans: {unused}" in ran.out) == (0, True)
     assert f"NO EFFECT  {unused}" in scbm("replay", path, "--model", AFTER).out
 
 
-def test_a_model_is_not_taken_for_a_case_nor_a_case_for_a_model(scbm: Scbm, tmp_path: Path) -> None:
+def test_a_model_is_not_taken_for_a_case_nor_a_case_for_a_model(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     case = _write(tmp_path, "scans.yaml")
-    for arguments, message in (
-        (("test", AFTER, BEFORE), "this is a model file, and a case file is needed here"),
-        (("replay", AFTER), "this is a model file, and a case file is needed here"),
-        (("check", case), "this is a case file, and a model file is needed here"),
+    for arguments, place in (
+        (("test", AFTER, BEFORE), f"{BEFORE}:4:1"),
+        (("replay", AFTER), f"{AFTER}:3:1"),
+        (("check", case), f"{case}:1:1"),
     ):
         ran = scbm(*arguments)
-        assert (ran.code, ran.err.count("error["), message in ran.err) == (2, 1, True)
+        assert (ran.code, diagnostic_heads(ran.err)) == (2, [f"{place}: error[wrong-shape]"])
+        wording(ran.err)
 
 
 # requirements and small cases
@@ -207,7 +208,6 @@ def test_a_model_is_not_taken_for_a_case_nor_a_case_for_a_model(scbm: Scbm, tmp_
 def test_a_requirement_of_the_command_line_is_violated_and_the_case_made_small(scbm: Scbm, tmp_path: Path) -> None:
     ran = scbm("test", BEFORE, "--require", HOME, "--failures", tmp_path)
     assert ran.code == 1
-    assert "smallest: 1 operation" in ran.out
     path = tmp_path / "robot_in_the_air-required_1-1.yaml"
     assert f"again: scbm replay {path}" in ran.out
     again = scbm("replay", path)
@@ -231,7 +231,7 @@ def test_small_cases_that_cannot_be_saved_are_told_of_and_the_report_goes_on(scb
     file = _write(tmp_path, "file")
     ran = scbm("test", BEFORE, "--require", HOME, "--failures", file / "below")
     assert (ran.code, "error[bad-option]" in ran.err) == (1, True)
-    assert "smallest: 1 operation" in ran.out
+    assert "smallest: " in ran.out
     assert f"again: scbm run {BEFORE} --seed 0" in ran.out
 
 
@@ -255,12 +255,12 @@ def test_a_requirement_is_asked_of_a_case_that_has_one_of_the_same_name(scbm: Sc
     text = CASE + "requirements: {required_1: always mounted != gripper}\n"
     path = _write(tmp_path, "scans.yaml", text)
     ran = scbm("test", AFTER, path, "--require", "never scanned_a == true", "--failures", tmp_path / "small")
-    assert (ran.code, "required_2 is violated" in ran.out) == (1, True)
+    assert (ran.code, "required_2" in ran.out) == (1, True)
     model = _write(tmp_path, "model.yaml", (ROOT / BEFORE).read_text(encoding="utf-8"))
     with model.open("a", encoding="utf-8") as stream:
         stream.write("requirements: {required_2: always true}\n")
     ran = scbm("test", model, path, "--require", "never scanned_a == true", "--failures", tmp_path / "small")
-    assert (ran.code, "required_3 is violated" in ran.out) == (1, True)
+    assert (ran.code, "required_3" in ran.out) == (1, True)
     assert scbm("replay", next((tmp_path / "small").glob("*required_3*"))).code == 1
 
 
@@ -270,7 +270,7 @@ def test_the_command_that_shows_a_failure_again_shows_it(scbm: Scbm, tmp_path: P
     ran = scbm("test", AFTER, path, *required)
     line = next(line for line in ran.out.splitlines() if "again:" in line).split("again: scbm ")[1]
     again = scbm(*shlex.split(line))
-    assert (again.code, "required_1 is violated" in again.out) == (1, True)
+    assert (again.code, "✗ required_1: " in again.out) == (1, True)
     named = _write(tmp_path, "named.yaml", f"model: {ROOT / AFTER}\n" + CASE.replace("reached", "aborted"))
     ran = scbm("test", AFTER, named)
     assert f"again: scbm replay {named}\n" in ran.out
@@ -287,15 +287,15 @@ def test_the_same_options_give_the_same_small_case(scbm: Scbm, tmp_path: Path) -
 # the network
 
 
-def test_a_network_can_be_given_and_drawn(scbm: Scbm) -> None:
+def test_a_network_can_be_given_and_drawn(scbm: Scbm, wording: Wording) -> None:
     lossy = json.loads(scbm("test", AFTER, "--network", "loss: 20 %, latency: 5 ms", "--seed", 1, "--json").out)
     assert lossy["coverage"]["by_state"]["timedout"]["visited"] > 0
-    slow = scbm("test", AFTER, "--network", "latency: 1 ms", "--seed", 1)
-    assert "every request is answered" in slow.out, "a latency loses nothing"
+    slow = json.loads(scbm("test", AFTER, "--network", "latency: 1 ms", "--seed", 1, "--json").out)
+    assert slow["coverage"]["by_state"]["timedout"]["visited"] == 0, "a latency loses nothing"
     drawn = json.loads(scbm("test", AFTER, "--network", "drawn", "--seed", 1, "--json").out)
     assert drawn["coverage"] != lossy["coverage"]
     ran = scbm("run", AFTER, "--goal", "item_a_scanned", "--network", "loss: 30 %", "--seed", 2)
-    assert "is lost on the way" in ran.out
+    wording(line for line in ran.out.splitlines() if "request 6" in line)
 
 
 @pytest.mark.parametrize("option", [("--network", "drawn"), ("--save", "out")])

@@ -15,11 +15,11 @@ from typing import Any
 import pytest
 
 from conftest import ROOT, Ran
-from scbm.cli.output.progress import activity_display
+from scbm.cli.output.terminal import activity_display
 from scbm.closing import CloseLimits
 from scbm.files import load_model
 from support.models import SCAN_CELL
-from support.wording import Wording
+from support.wording import Wording, diagnostic_heads
 
 BEFORE = "examples/robot_in_the_air/before.yaml"
 AFTER = "examples/robot_in_the_air/after.yaml"
@@ -51,36 +51,36 @@ def test_close_as_json(scbm: Scbm, golden: Callable[[str, str], None]) -> None:
     ran = scbm("close", BEFORE, "--json")
     assert ran.code == 0
     golden("closing.json", ran.out)
-    told = _json(ran)
-    assert len(told["obligations"]) == 86
-    assert told["decisions"] == {"covered": 76, "uncoverable": 10, "undecided": 0}
-    assert [told["before"]["percent"], told["after"]["percent"]] == [0, 88.37]
-    assert (told["out"], told["failed"], told["written"]) == (None, [], [])
+    report = _json(ran)
+    assert len(report["obligations"]) == 86
+    assert report["decisions"] == {"covered": 76, "uncoverable": 10, "undecided": 0}
+    assert [report["before"]["percent"], report["after"]["percent"]] == [0, 88.37]
+    assert (report["out"], report["failed"], report["written"]) == (None, [], [])
 
 
-def test_a_suite_is_begun_with(scbm: Scbm) -> None:
-    told = _json(scbm("close", AFTER, "--suite", CASES, "--cases", 2, "--json"))
-    assert told["before"]["visited"] == told["after"]["visited"] == 86
-    assert told["cases"] == []
-    named = {entry["case"] for entry in told["obligations"]}
+def test_a_suite_is_begun_with(scbm: Scbm, wording: Wording) -> None:
+    report = _json(scbm("close", AFTER, "--suite", CASES, "--cases", 2, "--json"))
+    assert report["before"]["visited"] == report["after"]["visited"] == 86
+    assert report["cases"] == []
+    named = {entry["case"] for entry in report["obligations"]}
     assert "gripper_opens_late" in named
     ran = scbm("close", AFTER, "--suite", CASES, "--cases", 2, "--seed", 3)
-    assert "  Before:   7 written cases and 2 random cases of seed 3\n" in ran.out
-    assert "New cases" not in ran.out
+    wording(ran.out)
 
 
-def test_one_case_file_is_a_suite_too(scbm: Scbm) -> None:
+def test_one_case_file_is_a_suite_too(scbm: Scbm, wording: Wording) -> None:
     files = ("--suite", f"{CASES}/second_scan_succeeds.yaml", "--suite", f"{CASES}/gripper_opens_late.yaml")
-    assert "  Before:   2 written cases\n" in scbm("close", AFTER, *files).out
+    lines = scbm("close", AFTER, *files).out.splitlines()
+    wording(line for line in lines if line.startswith("  Before: "))
 
 
 def test_what_is_undecided_makes_the_exit_code_1(scbm: Scbm) -> None:
     ran = scbm("close", BEFORE, "--max-states", 5)
     assert ran.code == 1
     assert "Undecided: " in ran.out
-    told = _json(scbm("close", BEFORE, "--max-states", 5, "--json"))
-    undecided = [entry for entry in told["obligations"] if entry["decision"] == "undecided"]
-    assert len(undecided) == told["decisions"]["undecided"] > 0
+    report = _json(scbm("close", BEFORE, "--max-states", 5, "--json"))
+    undecided = [entry for entry in report["obligations"] if entry["decision"] == "undecided"]
+    assert len(undecided) == report["decisions"]["undecided"] > 0
     assert all(entry["reason"] for entry in undecided)
 
 
@@ -89,15 +89,39 @@ def test_options_come_again_in_the_commands(scbm: Scbm) -> None:
     assert f"scbm close {BEFORE} --cases 1 --seed 0 --max-states 7 --out closed" in out
 
 
+@pytest.mark.parametrize("option", ["--max-random", "--max-changes", "--max-planning"])
+def test_limits_come_again_in_the_commands(scbm: Scbm, option: str) -> None:
+    assert f"{option} 7 --out closed" in scbm("close", BEFORE, "--max-states", 5, option, 7).out
+
+
+def _interrupt(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
+def test_an_interrupted_command_writes_what_it_has(
+    scbm: Scbm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
+) -> None:
+    monkeypatch.setattr("scbm.closing.scripts.sampled_cases.SampledCases.change", _interrupt)
+    arguments = ("close", BEFORE, "--max-states", 5, "--max-random", 20, "--out", tmp_path / "out")
+    ran = scbm(*arguments)
+    assert ran.code == 130
+    wording(ran.out.partition("\nEnded early\n")[2].partition("\n\n")[0].splitlines())
+    assert list((tmp_path / "out" / "cases").iterdir())
+    told = _json(scbm(*arguments, "--json"))
+    assert told["ended"][-1]["stage"] == "guided search"
+    assert told["decisions"]["covered"] > 0
+
+
 # what failed
 
 
-def test_a_failed_case_of_the_suite_makes_the_exit_code_1(scbm: Scbm, tmp_path: Path) -> None:
+def test_a_failed_case_of_the_suite_makes_the_exit_code_1(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     path = tmp_path / "fails.yaml"
     path.write_text("case: fails\ngoal: item_a_scanned\nexpect: {verdict: aborted}\n", encoding="utf-8")
     ran = scbm("close", BEFORE, "--suite", path)
     assert ran.code == 1
-    assert "Failed: 1 case\n  fails\n    expected the run to end `aborted`" in ran.out
+    failed = ran.out.splitlines().index("  fails")
+    wording(ran.out.splitlines()[failed - 1 : failed + 2])
     command = next(line for line in ran.out.splitlines() if "again:" in line).partition("again: scbm ")[2]
     again = scbm(*shlex.split(command))
     assert (again.code, "FAILED" in again.out) == (1, True)
@@ -117,16 +141,18 @@ def test_a_failed_random_case_is_drawn_again_by_its_command(scbm: Scbm, before: 
     assert scbm(*shlex.split(command)).code == 1
 
 
-def test_a_new_case_that_breaks_a_requirement_is_told(scbm: Scbm, before: Path, tmp_path: Path) -> None:
+def test_a_new_case_that_breaks_a_requirement_is_told(
+    scbm: Scbm, before: Path, tmp_path: Path, wording: Wording
+) -> None:
     ran = scbm("close", _breaking(before))
     assert ran.code == 1
-    assert "home is violated at" in ran.out
     assert " --out closed; scbm replay closed/cases/" in ran.out
     ran = scbm("close", before, "--out", tmp_path / "out")
     command = next(line for line in ran.out.splitlines() if "again:" in line).partition("again: scbm ")[2]
     assert scbm(*shlex.split(command)).code == 1
     failed = _json(scbm("close", before, "--json"))["failed"]
     assert {"case", "failures", "again"} == set(failed[0])
+    wording(failed[0]["failures"])
 
 
 # the output directory
@@ -141,12 +167,12 @@ def test_the_commands_of_the_report_work(scbm: Scbm, before: Path, tmp_path: Pat
 
 
 def test_entries_name_the_files(scbm: Scbm, before: Path, tmp_path: Path) -> None:
-    told = _json(scbm("close", before, "--out", tmp_path / "out", "--json"))
-    paths = [case["file"] for case in told["cases"]]
-    paths += [entry["certificate"] for entry in told["obligations"] if entry["decision"] == "uncoverable"]
+    report = _json(scbm("close", before, "--out", tmp_path / "out", "--json"))
+    paths = [case["file"] for case in report["cases"]]
+    paths += [entry["certificate"] for entry in report["obligations"] if entry["decision"] == "uncoverable"]
     assert paths
     assert all(Path(path).is_relative_to(tmp_path / "out") and Path(path).is_file() for path in paths)
-    assert told["out"] == str(tmp_path / "out")
+    assert report["out"] == str(tmp_path / "out")
 
 
 def test_closing_again_from_its_own_output_loses_nothing(scbm: Scbm, before: Path, tmp_path: Path) -> None:
@@ -154,9 +180,10 @@ def test_closing_again_from_its_own_output_loses_nothing(scbm: Scbm, before: Pat
     scbm("close", before, "--out", out)
     cases = {path: path.read_bytes() for path in sorted((out / "cases").iterdir())}
     ran = scbm("close", before, "--suite", out, "--out", out)
-    assert (ran.code, "New cases" in ran.out) == (0, False)
+    assert ran.code == 0
+    assert _json(scbm("close", before, "--suite", out, "--out", out, "--json"))["cases"] == []
     assert {path: path.read_bytes() for path in sorted((out / "cases").iterdir())} == cases
-    assert "scbm test" in ran.out
+    assert f"scbm test {before} " in ran.out
 
 
 def test_a_file_of_someone_else_is_not_lost(scbm: Scbm, before: Path, tmp_path: Path, wording: Wording) -> None:
@@ -183,7 +210,7 @@ def test_two_models_do_not_share_a_directory(scbm: Scbm, before: Path, tmp_path:
 # what is found on the way
 
 
-def test_a_new_case_that_ends_in_a_livelock_is_told(scbm: Scbm, tmp_path: Path) -> None:
+def test_a_new_case_that_ends_in_a_livelock_is_told(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     flicker = (
         "automatic_transitions:\n"
         "  lit: {g: box_is_scanned == true && light == green, a: [light <- blue]}\n"
@@ -194,7 +221,7 @@ def test_a_new_case_that_ends_in_a_livelock_is_told(scbm: Scbm, tmp_path: Path) 
     ran = scbm("close", path, "--out", tmp_path / "out")
     assert ran.code == 0
     section = ran.out.partition("\nFailures found by the search\n")[2]
-    assert "ends in a livelock: automatic transitions go round without end: lit -> unlit -> lit\n" in section
+    wording(section.partition("again: ")[0])
     command = next(line for line in section.splitlines() if "again: " in line).partition("again: scbm ")[2]
     assert "livelock" in scbm(*shlex.split(command)).out
     found = _json(scbm("close", path, "--json"))["found"]
@@ -217,9 +244,9 @@ def test_suggested_goals_are_written_and_the_model_is_closed_again(scbm: Scbm, b
     added = f"  {first['name']}: {first['goal']}\n"
     assert before.read_text(encoding="utf-8") == text + added
     assert scbm("close", "--check", tmp_path / "out").code == 0
-    told = _json(scbm("close", before, "--write", "all", "--json"))
-    assert [goal["name"] for goal in told["written"]] == ["needs_robot_unmount_gripper"]
-    assert told["decisions"] == {"covered": 86, "uncoverable": 0, "undecided": 0}
+    report = _json(scbm("close", before, "--write", "all", "--json"))
+    assert [goal["name"] for goal in report["written"]] == ["needs_robot_unmount_gripper"]
+    assert report["decisions"] == {"covered": 86, "uncoverable": 0, "undecided": 0}
     assert len(load_model(before).goals) == 6
 
 
@@ -228,8 +255,8 @@ def test_a_goal_that_is_there_is_not_written_again(scbm: Scbm, before: Path) -> 
     ran = scbm("close", before, "--write", "item_a_scanned")
     assert ran.code == 0
     assert f"  Written:  goal item_a_scanned: scanned_a == true is in {before} already\n" in ran.out
-    told = _json(scbm("close", before, "--write", "item_a_scanned", "--json"))
-    assert (told["written"], told["already"]) == ([], [{"name": "item_a_scanned", "goal": "scanned_a == true"}])
+    report = _json(scbm("close", before, "--write", "item_a_scanned", "--json"))
+    assert (report["written"], report["already"]) == ([], [{"name": "item_a_scanned", "goal": "scanned_a == true"}])
     assert before.read_text(encoding="utf-8") == text
 
 
@@ -243,9 +270,10 @@ def test_an_unknown_name_is_located_and_nothing_is_written(scbm: Scbm, before: P
     assert before.read_text(encoding="utf-8") == text
 
 
-def test_where_nothing_is_suggested_nothing_can_be_written(scbm: Scbm) -> None:
+def test_where_nothing_is_suggested_nothing_can_be_written(scbm: Scbm, wording: Wording) -> None:
     ran = scbm("close", AFTER, "--write", "all")
-    assert (ran.code, "--write:1:1: error[unknown-goal]: no goal is suggested" in ran.err) == (2, True)
+    assert (ran.code, diagnostic_heads(ran.err)) == (2, ["--write:1:1: error[unknown-goal]"])
+    wording(ran.err)
 
 
 # certificates
@@ -283,7 +311,9 @@ def test_a_model_that_was_changed_is_another_version(scbm: Scbm, certificate: Pa
     assert scbm("close", "--check", certificate).code == 0
     before.write_text(text.replace("deadline: 10 seconds", "deadline: 11 seconds", 1), encoding="utf-8")
     ran = scbm("close", "--check", certificate)
-    assert (ran.code, ran.out, "another version of the model" in ran.err) == (1, "", True)
+    assert (ran.code, ran.out, diagnostic_heads(ran.err)) == (1, "", [f"{certificate}: error[certificate-wrong]"])
+    (report,) = _json(scbm("close", "--check", certificate, "--json"))["certificates"]
+    assert (report["sound"], report["is_of_this_model"]) == (False, False)
 
 
 def test_a_certificate_with_something_left_out_is_not_sound(scbm: Scbm, certificate: Path, wording: Wording) -> None:
@@ -294,15 +324,15 @@ def test_a_certificate_with_something_left_out_is_not_sound(scbm: Scbm, certific
     assert (ran.code, ran.out) == (1, "")
     assert "error[certificate-wrong]" in ran.err
     wording(ran.err)
-    (told,) = _json(scbm("close", "--check", certificate, "--json"))["certificates"]
-    assert (told["sound"], told["is_of_this_model"]) == (False, True)
-    assert told["flaws"]
+    (report,) = _json(scbm("close", "--check", certificate, "--json"))["certificates"]
+    assert (report["sound"], report["is_of_this_model"]) == (False, True)
+    assert report["flaws"]
 
 
 def test_certificates_as_json(scbm: Scbm, certificate: Path) -> None:
-    told = _json(scbm("close", "--check", certificate, "--json"))
-    assert told["format_version"] == 1
-    (checked,) = told["certificates"]
+    report = _json(scbm("close", "--check", certificate, "--json"))
+    assert report["format_version"] == 1
+    (checked,) = report["certificates"]
     assert len(checked.pop("obligations")) == 12
     assert checked == {
         "file": str(certificate),
@@ -315,7 +345,7 @@ def test_certificates_as_json(scbm: Scbm, certificate: Path) -> None:
     }
 
 
-@pytest.mark.parametrize("text", ["", "no certificate", "{}", "[]", '{"scbm_certificate": 2}', "\xff"])
+@pytest.mark.parametrize("text", ["", "no certificate", "{}", "[]", '{"scbm_certificate": 3}', "\xff"])
 def test_what_is_no_certificate_is_wrong_input(scbm: Scbm, tmp_path: Path, text: str) -> None:
     path = tmp_path / "x.json"
     path.write_bytes(text.encode("latin-1"))
@@ -340,9 +370,10 @@ def test_errors_in_a_certificate_have_the_place_in_its_file(scbm: Scbm, certific
     assert (ran.code, f"{certificate}:{line}:13: error[bad-certificate]" in ran.err) == (2, True)
 
 
-def test_there_must_be_something_to_check(scbm: Scbm, tmp_path: Path) -> None:
+def test_there_must_be_something_to_check(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     ran = scbm("close", "--check")
-    assert (ran.code, "--check: error[bad-option]: which certificates" in ran.err) == (2, True)
+    assert (ran.code, diagnostic_heads(ran.err)) == (2, ["--check: error[bad-option]"])
+    wording(ran.err)
     ran = scbm("close", "--check", tmp_path)
     assert (ran.code, f"{tmp_path}: error[bad-certificate]" in ran.err) == (2, True)
     assert scbm("close", "--check", tmp_path / "missing.json").code == 2
@@ -351,10 +382,11 @@ def test_there_must_be_something_to_check(scbm: Scbm, tmp_path: Path) -> None:
 # wrong input
 
 
-def test_close_wants_one_model(scbm: Scbm) -> None:
-    for arguments, words in (((), "which model is to be closed?"), ((BEFORE, AFTER), "and here are 2")):
+def test_close_wants_one_model(scbm: Scbm, wording: Wording) -> None:
+    for arguments in ((), (BEFORE, AFTER)):
         ran = scbm("close", *arguments)
-        assert (ran.code, "MODEL: error[bad-option]" in ran.err, words in ran.err) == (2, True, True)
+        assert (ran.code, diagnostic_heads(ran.err)) == (2, ["MODEL: error[bad-option]"])
+        wording(ran.err)
 
 
 def test_a_wrong_suite_is_wrong_input(scbm: Scbm, tmp_path: Path) -> None:
@@ -390,12 +422,12 @@ def test_a_model_with_little_in_it_can_be_closed(scbm: Scbm, tmp_path: Path) -> 
 def test_progress_is_shown_on_a_terminal_alone(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with activity_display("beginning") as told:
-        told("going on")
+    with activity_display("beginning") as show:
+        show("going on")
     assert capsys.readouterr() == ("", "")
     monkeypatch.setattr("sys.stderr.isatty", lambda: True)
-    with activity_display("beginning") as told:
-        told("going on to [/goal]")
+    with activity_display("beginning") as show:
+        show("going on to [/goal]")
     assert capsys.readouterr().out == ""
 
 

@@ -13,16 +13,18 @@ from typing import Any
 
 import pytest
 
-from scbm.cli.campaigns.remedies import Waiting, cell_error
+from scbm.cases.coverage import Obligations
+from scbm.cli.campaigns.over_nodes import Waiting, cell_error
 from scbm.cli.options.arguments import read_requirements
 from scbm.cli.options.node_options import NodeOptions, Via, read_domain, read_time_scale
-from scbm.cli.output.progress import with_lines
+from scbm.cli.output.progress import MinuteLines
 from scbm.files import load_model, read_model
 from scbm.model import InputError, Slug
 from scbm.nodes import Lack, NotReadyError, Reason
 from scbm.testing import RandomCases, Tester
+from scbm.testing.batches.batch_summary import SummaryBuilder
 from support.models import SCAN_CELL
-from support.wording import Wording
+from support.wording import Wording, diagnostic_heads
 
 AFTER = load_model(Path(__file__).parents[3] / "examples/robot_in_the_air/after.yaml")
 
@@ -49,25 +51,32 @@ def test_a_time_scale_is_a_fraction(text: str, scale: Fraction) -> None:
     "text", ["", "0", "-1", "1/0", "nan", "inf", "1e99999999", "10001", "1/10001", "9" * 5_000, "¹"]
 )
 def test_what_is_no_factor_of_time_is_refused_at_once(text: str) -> None:
-    with pytest.raises(InputError, match="is not a factor between 0 and 10000"):
+    with pytest.raises(InputError) as refused:
         read_time_scale(text)
+    (diagnostic,) = refused.value.diagnostics
+    assert (diagnostic.slug, str(diagnostic.place)) == (Slug.BAD_OPTION, "--time-scale:1:1")
 
 
 @pytest.mark.parametrize("named", ["x", "-1", "¹", "9" * 5_000])
 def test_a_domain_of_the_environment_that_is_no_number_is_refused(named: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", named)
-    with pytest.raises(InputError, match="which is no number") as refused:
+    with pytest.raises(InputError) as refused:
         read_domain(None)
-    assert str(refused.value.diagnostics[0].place) == "ROS_DOMAIN_ID"
+    (diagnostic,) = refused.value.diagnostics
+    assert (diagnostic.slug, str(diagnostic.place)) == (Slug.BAD_OPTION, "ROS_DOMAIN_ID")
     assert read_domain(7) == 7
 
 
-def test_a_domain_that_does_not_exist_is_told_where_it_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_domain_that_does_not_exist_is_told_where_it_is_said(
+    monkeypatch: pytest.MonkeyPatch, wording: Wording
+) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "233")
     for domain, place in ((None, "ROS_DOMAIN_ID"), (-1, "--domain")):
-        with pytest.raises(InputError, match="there is no DDS domain") as refused:
+        with pytest.raises(InputError) as refused:
             read_domain(domain)
-        assert str(refused.value.diagnostics[0].place) == place
+        (diagnostic,) = refused.value.diagnostics
+        assert (diagnostic.slug, str(diagnostic.place)) == (Slug.BAD_OPTION, place)
+        wording(diagnostic)
 
 
 @pytest.fixture
@@ -145,61 +154,58 @@ ALL = tuple(resource.name for resource in AFTER.resources)
 
 
 @pytest.mark.parametrize(
-    ("lack", "resources", "remedy"),
+    ("lack", "resources", "commands"),
     [
-        (Lack.RIVAL, (), "wait for it, or stop it"),
-        (Lack.MODEL, (), "stop that process, and start it again"),
-        (Lack.CONTROLLER, (), "start `scbm node controller 'a b.yaml'`"),
-        (Lack.CONTROLLER, ALL, "start `scbm node controller 'a b.yaml'` and `scbm node resources 'a b.yaml'`"),
-        (Lack.RESOURCES, ("gripper", "robot"), "start `scbm node resources 'a b.yaml' gripper robot`"),
-        (Lack.DRIVER, (), "start its driver in this domain, or correct its binding"),
-        (Lack.TIME_SCALE, (), "leave `--time-scale` out"),
+        (Lack.RIVAL, (), []),
+        (Lack.MODEL, (), []),
+        (Lack.CONTROLLER, (), ["scbm node controller 'a b.yaml'"]),
+        (Lack.CONTROLLER, ALL, ["scbm node controller 'a b.yaml'", "scbm node resources 'a b.yaml'"]),
+        (Lack.RESOURCES, ("gripper", "robot"), ["scbm node resources 'a b.yaml' gripper robot"]),
+        (Lack.DRIVER, (), []),
+        (Lack.TIME_SCALE, (), ["--time-scale"]),
     ],
 )
 def test_each_thing_that_a_cell_lacks_has_its_own_remedy(
-    lack: Lack, resources: tuple[str, ...], remedy: str, monkeypatch: pytest.MonkeyPatch
+    lack: Lack, resources: tuple[str, ...], commands: list[str], monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     monkeypatch.delenv("ROS_DOMAIN_ID", raising=False)
-    (told,) = cell_error(NotReadyError([Reason(lack, "it is so", resources)]), asked()).diagnostics
-    assert (told.slug, str(told.place), told.message, told.remedy) == (
-        Slug.CELL_INCOMPLETE,
-        "DDS domain 0",
-        "it is so",
-        remedy,
-    )
+    (shown,) = cell_error(NotReadyError([Reason(lack, "why", resources)]), asked()).diagnostics
+    assert (shown.slug, str(shown.place), shown.message) == (Slug.CELL_INCOMPLETE, "DDS domain 0", "why")
+    assert (shown.remedy or "").split("`")[1::2] == commands
+    wording(shown.remedy)
 
 
 @pytest.mark.parametrize("lack", Lack)
 def test_nothing_that_a_cell_lacks_is_without_a_remedy(lack: Lack) -> None:
     for starts in (True, False):
-        (told,) = cell_error(NotReadyError([Reason(lack, "x", ("robot",))]), asked(starts=starts)).diagnostics
-        assert told.remedy
+        (shown,) = cell_error(NotReadyError([Reason(lack, "x", ("robot",))]), asked(starts=starts)).diagnostics
+        assert shown.remedy
 
 
 def test_a_remedy_names_the_domain_if_that_is_not_what_the_other_terminal_takes(
     monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     error = NotReadyError([Reason(Lack.RESOURCES, "x", ("robot",))])
-    (told,) = cell_error(error, asked(domain=7)).diagnostics
-    wording(told.remedy)
+    (shown,) = cell_error(error, asked(domain=7)).diagnostics
+    wording(shown.remedy)
     monkeypatch.setenv("ROS_DOMAIN_ID", "3")
-    (told,) = cell_error(error, asked()).diagnostics
-    wording(told.remedy)
+    (shown,) = cell_error(error, asked()).diagnostics
+    wording(shown.remedy)
 
 
 def test_what_is_waited_for_is_told_once_and_nodes_that_are_started_here_need_no_words(wording: Wording) -> None:
     missing, driver = Reason(Lack.CONTROLLER, "no controller"), Reason(Lack.DRIVER, "`robot` is not reached")
-    told: list[str] = []
-    waiting = Waiting(asked(), told.append)
+    messages: list[str] = []
+    waiting = Waiting(asked(), messages.append)
     waiting([missing, driver])
     waiting([driver])
-    wording(told)
-    told.clear()
-    waiting = Waiting(asked(starts=True), told.append)
+    wording(messages)
+    messages.clear()
+    waiting = Waiting(asked(starts=True), messages.append)
     waiting([missing])
     waiting([missing, driver])
     waiting([driver])
-    wording(told)
+    wording(messages)
 
 
 @pytest.fixture
@@ -214,7 +220,7 @@ def real(model: Path) -> tuple[object, ...]:
 
 
 def test_cases_that_say_what_becomes_of_real_resources_are_all_refused_before_anything_runs(
-    scbm: Callable[..., Any], model: Path, real: tuple[object, ...], monkeypatch: pytest.MonkeyPatch
+    scbm: Callable[..., Any], model: Path, real: tuple[object, ...], monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     monkeypatch.setattr("scbm.cli.campaigns.over_nodes.over_nodes", None)
     cases = []
@@ -223,13 +229,12 @@ def test_cases_that_say_what_becomes_of_real_resources_are_all_refused_before_an
         cases[-1].write_text(f"case: {name}\ngoal: scanned\n{more}\n", encoding="utf-8")
     ran = scbm("test", model, *cases, "--cases", 3, "--network", "latency: 1 ms", *real)
     assert (ran.code, ran.out) == (2, "")
-    alone = "has faults of the network, and no resource is simulated that could carry them out"
-    heads = [line for line in ran.err.splitlines() if "error[" in line]
-    assert heads == [
-        f"{cases[1]}: error[beyond-reach]: the case says what becomes of `scan`, which is real",
-        f"{cases[2]}: error[beyond-reach]: the case {alone}",
-        f"--real: error[beyond-reach]: 3 of 3 random cases cannot be run: `seed-0-case-1` {alone}",
+    assert diagnostic_heads(ran.err) == [
+        f"{cases[1]}: error[beyond-reach]",
+        f"{cases[2]}: error[beyond-reach]",
+        "--real: error[beyond-reach]",
     ]
+    wording(ran.err)
 
 
 def test_a_tester_refuses_such_cases_once_the_controller_has_said_what_is_real(
@@ -256,21 +261,26 @@ def test_real_resources_have_no_scale_of_time(
     wording(ran.err)
 
 
-def test_a_wait_is_for_nodes(scbm: Callable[..., Any], model: Path) -> None:
-    assert "--wait: error[bad-option]: this is for runs over nodes" in scbm("test", model, "--wait", "1 s").err
-    assert "`soon` is not a duration" in scbm(*over_loopback(model, "--wait", "soon")).err
+def test_a_wait_is_for_nodes(scbm: Callable[..., Any], model: Path, wording: Wording) -> None:
+    for command in (("test", model, "--wait", "1 s"), over_loopback(model, "--wait", "soon")):
+        ran = scbm(*command)
+        assert (ran.code, ran.out) == (2, "")
+        wording(ran.err)
 
 
 def test_without_a_terminal_each_case_has_a_line_once_a_campaign_takes_long(wording: Wording) -> None:
     model = read_model(SCAN_CELL)
-    tester, told = Tester(model), list[str]()
+    tester, shown = Tester(model), list[str]()
     cases = list(RandomCases(model).first(3, 0))
     fails = replace(cases[2], requirements=read_requirements(["always box_is_scanned == true"], model))
     times_s = iter([100.0, 109.9, 110.0, 300.0])
-    results = tester.results([*cases[:2], fails])
-    passed = list(with_lines(results, 3, told.append, lambda: next(times_s)))
-    assert [result.case for result in passed] == [*cases[:2], fails]
-    wording(told[0])
-    assert told[1].startswith("3 of 3: seed-0-case-3 ")
-    assert ", failed: " in told[1]
-    assert len(told) == 2
+    obligations = Obligations.of(model)
+    lines = MinuteLines(3, obligations, shown.append, lambda: next(times_s), each_case=True)
+    builder = SummaryBuilder(len(obligations.all))
+    for position, result in enumerate(tester.results([*cases[:2], fails]), start=1):
+        builder.add(result.outcome(position))
+        lines.advance(builder.summary(), result)
+    wording(shown[0])
+    assert shown[1].startswith("3 of 3: seed-0-case-3 ")
+    assert ", failed: " in shown[1]
+    assert len(shown) == 2

@@ -59,22 +59,20 @@ def test_in_text_with_styles_some_controls_are_left_out(number: int) -> None:
 
 def test_each_line_of_a_report_stays_one_line() -> None:
     out = StringIO()
-    TerminalOutput(Console(file=out)).lines([Text("refused: no\nFAILED nothing"), Text("next")])
-    assert out.getvalue() == "refused: no\\nFAILED nothing\nnext\n"
+    TerminalOutput(Console(file=out)).lines([Text("x\nFAILED y"), Text("z")])
+    assert out.getvalue() == "x\\nFAILED y\nz\n"
 
 
 def test_a_diagnostic_shows_what_a_file_says_of_controls() -> None:
     out = StringIO()
-    diagnostic = Diagnostic(Slug.BAD_OPTION, f"`{CLEAR}` is no name", Place(f"a{RED_C1}.yaml", 1, 1), "x\x07", "y")
+    diagnostic = Diagnostic(Slug.BAD_OPTION, f"`{CLEAR}` z", Place(f"a{RED_C1}.yaml", 1, 1), "x\x07", "y")
     TerminalOutput(Console(file=out)).diagnostics([diagnostic])
-    assert out.getvalue() == (
-        "a\\x9b31m.yaml:1:1: error[bad-option]: `\\x1b[2J` is no name\n    y\n    ^\n    = x\\x07\n"
-    )
+    assert out.getvalue() == ("a\\x9b31m.yaml:1:1: error[bad-option]: `\\x1b[2J` z\n    y\n    ^\n    = x\\x07\n")
 
 
 def test_what_a_peer_says_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    warn(f"it is\nscbm: {CLEAR}all is good")
-    assert capsys.readouterr().err == "scbm: it is\\nscbm: \\x1b[2Jall is good\n"
+    warn(f"x\nscbm: {CLEAR}y")
+    assert capsys.readouterr().err == "scbm: x\\nscbm: \\x1b[2Jy\n"
     assert in_one_line("a\r\nb") == "a\\x0d\\nb"
 
 

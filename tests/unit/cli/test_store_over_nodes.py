@@ -73,12 +73,11 @@ def test_a_store_shows_the_very_runs_that_the_saved_logs_are_of(store: Path, mod
         assert (execution.ended_ns, execution.visited) == (case.ended_ns, case.visited)
 
 
-def test_the_report_says_which_cases_ran_over_nodes(scbm: Scbm, store: Path) -> None:
-    told = json.loads(scbm("report", store, "--json").out)
-    assert [case["nodes"] for case in told["cases"]] == [None, None, *[{"where": WHERE, "real": []}] * 2]
-    assert told["cases"][3]["again"] == told["runs"][1]["command"]
-    lines = scbm("report", store).out.splitlines()
-    assert f"  Over nodes: 2 cases {WHERE}; all resources simulated" in lines
+def test_the_report_says_which_cases_ran_over_nodes(scbm: Scbm, store: Path, wording: Wording) -> None:
+    report = json.loads(scbm("report", store, "--json").out)
+    assert [case["nodes"] for case in report["cases"]] == [None, None, *[{"where": WHERE, "real": []}] * 2]
+    assert report["cases"][3]["again"] == report["runs"][1]["command"]
+    wording(line for line in scbm("report", store).out.splitlines() if WHERE in line)
 
 
 class RealScanner:
@@ -99,7 +98,7 @@ class RealScanner:
 
 
 def test_the_store_says_which_resources_were_real(
-    scbm: Scbm, model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    scbm: Scbm, model: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     monkeypatch.setattr("scbm.cli.campaigns.over_nodes.Session", lambda *_: RealScanner())
     bindings = tmp_path / "bindings.yaml"
@@ -107,9 +106,9 @@ def test_the_store_says_which_resources_were_real(
     path = tmp_path / "cov.db"
     over_dds = ("--transport", "dds", "--domain", 7, "--bindings", bindings, "--real", "scan")
     scbm("test", model, "--cases", 2, *over_dds, "--store", path)
-    told = json.loads(scbm("report", path, "--json").out)
-    assert [case["nodes"] for case in told["cases"]] == [{"where": "over DDS domain 7", "real": ["scan"]}] * 2
-    assert "  Over nodes: 2 cases over DDS domain 7; real: scan" in scbm("report", path).out.splitlines()
+    report = json.loads(scbm("report", path, "--json").out)
+    assert [case["nodes"] for case in report["cases"]] == [{"where": "over DDS domain 7", "real": ["scan"]}] * 2
+    wording(line for line in scbm("report", path).out.splitlines() if report["cases"][0]["nodes"]["where"] in line)
     history = read_history(path)
     replays = Replays(history)
     for stored, number in zip(history.cases, (1, 2), strict=True):
@@ -135,8 +134,8 @@ def test_each_case_is_stored_with_what_was_real_in_its_own_run(
     monkeypatch.setattr("scbm.cli.campaigns.over_nodes.Session", lambda *_: session)
     path = tmp_path / "cov.db"
     scbm("test", model, "--cases", 2, "--transport", "dds", "--domain", 7, "--store", path)
-    told = json.loads(scbm("report", path, "--json").out)
-    assert [case["nodes"]["real"] for case in told["cases"]] == [["scan"], []]
+    report = json.loads(scbm("report", path, "--json").out)
+    assert [case["nodes"]["real"] for case in report["cases"]] == [["scan"], []]
 
 
 def test_of_cases_that_visit_the_same_the_simulated_one_is_in_the_smallest_suite(scbm: Scbm, tmp_path: Path) -> None:
@@ -147,10 +146,10 @@ def test_of_cases_that_visit_the_same_the_simulated_one_is_in_the_smallest_suite
     with write_store(path, cell(), over_nodes) as writer:
         writer.add(1, replace(recipe, real=()), result, "a log")
     store_of_runs(path, 2, [(recipe, result)])
-    told = json.loads(scbm("report", path, "--minimize", "--json").out)
-    first, second = told["cases"]
+    report = json.loads(scbm("report", path, "--minimize", "--json").out)
+    first, second = report["cases"]
     assert (first["nodes"], second["nodes"]) == ({"where": WHERE, "real": []}, None)
-    assert told["smallest"]["cases"] == [second["label"]]
+    assert report["smallest"]["cases"] == [second["label"]]
 
 
 def test_a_case_over_nodes_is_not_saved_as_a_file_and_that_is_told(

@@ -12,6 +12,8 @@ from typing import Protocol
 import pytest
 from mcap.reader import make_reader
 
+from support.wording import Wording, diagnostic_heads
+
 MODEL = "examples/robot_in_the_air/before.yaml"
 CASE = "examples/robot_in_the_air/cases/delivery_against_all_odds.yaml"
 SCANS = "case: scans\ngoal: item_a_scanned\ninitial: {robot_at: toolbox_scanner}\n"
@@ -39,28 +41,27 @@ def count_of(path: Path) -> int:
     return len(json.loads(path.read_text(encoding="utf-8"))["traceEvents"])
 
 
-def test_it_writes_both_formats_and_says_so(scbm: Scbm, tmp_path: Path) -> None:
+def test_it_writes_both_formats_and_says_so(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     perfetto, mcap = tmp_path / "run.json", tmp_path / "run.mcap"
     ran = scbm("trace", CASE, "--perfetto", perfetto, "--mcap", mcap)
     assert (ran.code, ran.err) == (0, "")
-    assert ran.out.splitlines() == [
-        "delivery_against_all_odds: reached after 168.050 s",
-        f"  {perfetto}  {count_of(perfetto)} events, for ui.perfetto.dev",
-        f"  {mcap}  {count_of(mcap)} messages, for Foxglove",
-    ]
+    first, *files = ran.out.splitlines()
+    wording(first)
+    assert [line.split()[:2] for line in files] == [[str(path), str(count_of(path))] for path in (perfetto, mcap)]
+    wording(files)
 
 
 def test_it_is_the_run_of_replay(scbm: Scbm, tmp_path: Path) -> None:
     scbm("trace", CASE, "--mcap", tmp_path / "run.mcap")
-    told = json.loads(scbm("replay", CASE, "--json").out)
-    assert ended_ns(tmp_path / "run.mcap") == round(told["simulated_seconds"] * 1e9)
+    report = json.loads(scbm("replay", CASE, "--json").out)
+    assert ended_ns(tmp_path / "run.mcap") == round(report["simulated_seconds"] * 1e9)
 
 
 def test_a_drawn_case_is_the_run_of_run(scbm: Scbm, tmp_path: Path) -> None:
     options = (MODEL, "--seed", 3, "--case", 5, "--network", "drawn", "--time-limit", "20 min")
-    told = json.loads(scbm("run", *options, "--json").out)
+    report = json.loads(scbm("run", *options, "--json").out)
     assert scbm("trace", *options, "--mcap", tmp_path / "run.mcap").code == 0
-    assert ended_ns(tmp_path / "run.mcap") == round(told["simulated_seconds"] * 1e9)
+    assert ended_ns(tmp_path / "run.mcap") == round(report["simulated_seconds"] * 1e9)
 
 
 def test_json_says_what_was_written(scbm: Scbm, tmp_path: Path) -> None:
@@ -81,10 +82,10 @@ def test_json_says_what_was_written(scbm: Scbm, tmp_path: Path) -> None:
     }
 
 
-def test_a_case_that_fails_is_written_all_the_same(scbm: Scbm, tmp_path: Path) -> None:
+def test_a_case_that_fails_is_written_all_the_same(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     ran = scbm("trace", "tests/models/fails_at_run/livelock.yaml", "--case", 1, "--perfetto", tmp_path / "run.json")
     assert ran.code == 0
-    assert ran.out.startswith("seed-0-case-1: livelock after 0.000 s, failed\n")
+    wording(ran.out.splitlines()[0])
 
 
 def test_the_model_and_requirements_of_the_command_line_count(scbm: Scbm, tmp_path: Path) -> None:
@@ -99,33 +100,29 @@ def test_the_model_and_requirements_of_the_command_line_count(scbm: Scbm, tmp_pa
 
 
 @pytest.mark.parametrize(
-    ("arguments", "message"),
+    ("arguments", "head"),
     [
-        ((CASE,), "scbm trace: error[bad-option]: it is not said what to write"),
-        (
-            (CASE, "--perfetto", "nowhere/run.json"),
-            "--perfetto: error[bad-option]: cannot write nowhere/run.json: no such",
-        ),
-        ((CASE, "--mcap", "docs"), "--mcap: error[bad-option]: cannot write docs: is a directory"),
-        (
-            (CASE, "--mcap", "x/../y", "--perfetto", "y"),
-            "--mcap: error[bad-option]: x/../y is also that of --perfetto",
-        ),
-        ((CASE, "--mcap", "y", "--seed", 1), "--seed: error[bad-option]: this is for random cases"),
-        ((CASE, "--mcap", "y", "--network", "drawn"), "--network: error[bad-option]: this is for random cases"),
-        (
-            (MODEL, "--mcap", "y", "--case", 1, "--model", MODEL),
-            "--model: error[bad-option]: `--case` draws from the model",
-        ),
-        ((MODEL, "--mcap", "y"), f"{MODEL}:4:1: error[wrong-shape]: this is a model file, and a case file is needed"),
-        ((CASE, "--mcap", "y", "--case", 1), f"{CASE}:2:1: error[wrong-shape]: this is a case file, and a model file"),
-        (("none.yaml", "--mcap", "y"), "none.yaml: error[file-missing]: there is no such file"),
+        ((CASE,), "scbm trace: error[bad-option]"),
+        ((CASE, "--perfetto", "nowhere/run.json"), "--perfetto: error[bad-option]"),
+        ((CASE, "--mcap", "docs"), "--mcap: error[bad-option]"),
+        ((CASE, "--mcap", "x/../y", "--perfetto", "y"), "--mcap: error[bad-option]"),
+        ((CASE, "--mcap", "y", "--seed", 1), "--seed: error[bad-option]"),
+        ((CASE, "--mcap", "y", "--network", "drawn"), "--network: error[bad-option]"),
+        ((MODEL, "--mcap", "y", "--case", 1, "--model", MODEL), "--model: error[bad-option]"),
+        ((MODEL, "--mcap", "y"), f"{MODEL}:4:1: error[wrong-shape]"),
+        ((CASE, "--mcap", "y", "--case", 1), f"{CASE}:2:1: error[wrong-shape]"),
+        (("none.yaml", "--mcap", "y"), "none.yaml: error[file-missing]"),
     ],
-)
-def test_what_is_wrong_is_told(scbm: Scbm, arguments: tuple[object, ...], message: str) -> None:
+    ids=[
+        "no-format", "no-directory", "a-directory", "one-file-twice", "seed", "network", "model-twice", "no-case",
+        "no-model", "no-file",
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_told(scbm: Scbm, arguments: tuple[object, ...], head: str, wording: Wording) -> None:
     ran = scbm("trace", *arguments)
     assert (ran.code, ran.out) == (2, "")
-    assert ran.err.startswith(message)
+    assert diagnostic_heads(ran.err) == [head]
+    wording(ran.err)
     assert not Path("y").exists()
 
 
@@ -138,24 +135,23 @@ def test_without_the_package_mcap_it_is_said_how_to_install_it(
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "mcap", None)
     ran = scbm("trace", CASE, "--mcap", tmp_path / "run.mcap")
-    assert (ran.code, ran.err) == (
-        2,
-        "--mcap: error[bad-option]: mcap is not installed: pip install 'scbm[trace]'\n",
-    )
+    assert (ran.code, diagnostic_heads(ran.err)) == (2, ["--mcap: error[bad-option]"])
+    assert "pip install 'scbm[trace]'" in ran.err
     assert scbm("trace", CASE, "--perfetto", tmp_path / "run.json").code == 0
 
 
-def test_neither_the_case_nor_the_model_is_replaced(scbm: Scbm, tmp_path: Path) -> None:
+def test_neither_the_case_nor_the_model_is_replaced(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     model, case, link = tmp_path / "model.yaml", tmp_path / "case.yaml", tmp_path / "link.yaml"
     model.write_bytes(Path(MODEL).read_bytes())
     case.write_text(f"model: model.yaml\n{SCANS}", encoding="utf-8")
     link.hardlink_to(model)
     before = [path.read_bytes() for path in (model, case)]
-    for arguments, messages in (
-        ((case, "--perfetto", case, "--mcap", link), [f"{case} is also the case", f"{link} is also the model"]),
-        ((model, "--case", 1, "--perfetto", link), [f"{link} is also the model"]),
+    for arguments, options in (
+        ((case, "--perfetto", case, "--mcap", link), ["--perfetto", "--mcap"]),
+        ((model, "--case", 1, "--perfetto", link), ["--perfetto"]),
     ):
         ran = scbm("trace", *arguments)
         assert (ran.code, ran.out) == (2, "")
-        assert [line.rpartition("]: ")[2] for line in ran.err.splitlines() if "error[" in line] == messages
+        assert diagnostic_heads(ran.err) == [f"{option}: error[bad-option]" for option in options]
+        wording(ran.err)
     assert [path.read_bytes() for path in (model, case)] == before

@@ -11,7 +11,7 @@ import pytest
 
 import scbm.cli.check
 from conftest import Ran
-from support.wording import Wording
+from support.wording import Wording, diagnostic_heads
 
 BEFORE = "examples/robot_in_the_air/before.yaml"
 AFTER = "examples/robot_in_the_air/after.yaml"
@@ -40,8 +40,8 @@ def test_check_looks_at_bindings_beside_a_model(scbm: Scbm, tmp_path: Path, word
     ran = scbm("check", AFTER, "--bindings", bindings)
     assert (ran.code, ran.err) == (0, "")
     assert ran.out.endswith(f"\n{bindings}: good\n  robot_in_the_air: 1 bound resource of 4: scanner\n")
-    (told,) = json.loads(scbm("check", AFTER, "--bindings", bindings, "--json").out)["models"]
-    assert told["bindings"] == {"file": bindings, "errors": [], "bound": ["scanner"]}
+    (report,) = json.loads(scbm("check", AFTER, "--bindings", bindings, "--json").out)["models"]
+    assert report["bindings"] == {"file": bindings, "errors": [], "bound": ["scanner"]}
     empty = tmp_path / "empty.yaml"
     empty.write_text("bindings_of: robot_in_the_air\nresources: {}\n", encoding="utf-8")
     ran = scbm("check", AFTER, "--bindings", empty)
@@ -83,11 +83,10 @@ def test_plan_as_json(scbm: Scbm) -> None:
     assert plan["expanded"] == 132
 
 
-def test_plan_says_why_there_is_none(scbm: Scbm) -> None:
+def test_plan_says_why_there_is_none(scbm: Scbm, wording: Wording) -> None:
     ran = scbm("plan", BEFORE, "--goal", "mounted == gripper && item_a_at == gripper && gripper_act == open")
     assert ran.code == 1
-    assert "all 190 reachable states looked at" in ran.out
-    assert "mounted == gripper: can be reached alone, with 2 operations" in ran.out
+    wording(ran.out)
     assert json.loads(scbm("plan", BEFORE, "--goal", "scan_timeouts == 3", "--json").out)["status"] == "unsolvable"
 
 
@@ -97,9 +96,9 @@ def test_plan_tells_a_limit_from_a_proof(scbm: Scbm) -> None:
     assert (ran.code, answer["status"], answer["limit"], answer["plan"]) == (1, "limit_reached", "plan length", None)
 
 
-def test_plan_from_another_state(scbm: Scbm) -> None:
+def test_plan_from_another_state(scbm: Scbm, wording: Wording) -> None:
     ran = scbm("plan", BEFORE, "--goal", "item_a_scanned", "--state", "robot_at=box_a", "--state", "mounted=scanner")
-    assert ran.out.startswith("1 operation to item_a_scanned")
+    wording(ran.out.splitlines()[0])
 
 
 @pytest.mark.parametrize(
@@ -170,7 +169,7 @@ def test_test_as_json(scbm: Scbm, golden: Callable[[str, str], None]) -> None:
     golden("report.json", ran.out)
     report = json.loads(ran.out)
     coverage = report["coverage"]
-    assert report["format_version"] == 1
+    assert report["format_version"] == 2
     assert coverage["obligations"] == 86
     states = coverage["by_state"].values()
     assert coverage["visited"] == sum(s["visited"] for s in states) + coverage["automatic"]["visited"]
@@ -179,30 +178,31 @@ def test_test_as_json(scbm: Scbm, golden: Callable[[str, str], None]) -> None:
     assert len(report["cases"]) == 20
 
 
-def test_fail_under_decides_on_the_exact_figure(scbm: Scbm) -> None:
+def test_fail_under_decides_on_the_exact_figure(scbm: Scbm, wording: Wording) -> None:
     coverage = json.loads(scbm("test", BEFORE, "--cases", 5, "--json").out)["coverage"]
     exact = 100 * coverage["visited"] / 86
     assert scbm("test", BEFORE, "--cases", 5, "--fail-under", f"{exact - 0.001:.6f}").code == 0
     under = scbm("test", BEFORE, "--cases", 5, "--fail-under", f"{exact + 0.001:.6f}")
-    assert (under.code, "is under" in under.err) == (1, True)
+    assert under.code == 1
+    wording(under.err)
 
 
 def test_no_cases_visit_nothing(scbm: Scbm) -> None:
     assert json.loads(scbm("test", BEFORE, "--cases", 0, "--json").out)["coverage"]["percent"] == 0
 
 
-def test_a_model_without_obligations_is_not_measurable(scbm: Scbm, tmp_path: Path) -> None:
+def test_a_model_without_obligations_is_not_measurable(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     empty = tmp_path / "empty.yaml"
     empty.write_text(
         "behavior_model: x\nvariables: {a: {domain: bool, initial: false}}\noperations: {}\ngoals: {g: a == false}\n"
     )
     ran = scbm("test", empty, "--cases", 2)
-    assert "not measurable" in ran.out
+    wording(ran.out.splitlines()[2])
     assert json.loads(scbm("test", empty, "--cases", 2, "--json").out)["coverage"]["percent"] is None
     assert scbm("test", empty, "--cases", 2, "--fail-under", 50).code == 1
 
 
-def test_a_failed_case_is_told_with_the_command_that_repeats_it(scbm: Scbm, tmp_path: Path) -> None:
+def test_a_failed_case_is_told_with_the_command_that_repeats_it(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     text = Path(BEFORE).read_text(encoding="utf-8")
     broken = tmp_path / "broken.yaml"
     broken.write_text(text + "\nrequirements:\n  home: always gantry_req_state == executing -> robot_at == home\n")
@@ -211,8 +211,8 @@ def test_a_failed_case_is_told_with_the_command_that_repeats_it(scbm: Scbm, tmp_
     command = next(line for line in ran.out.splitlines() if "again:" in line).split("again: scbm ")[1]
     again = scbm(*command.split())
     assert again.code == 1
-    assert "FAILED  home is violated at" in again.out
-    assert "✗ home: gantry_req_state == executing -> robot_at == home does not hold" in again.out
+    assert "FAILED  home " in again.out
+    wording(line for line in again.out.splitlines() if "✗ home: " in line)
 
 
 def test_a_model_without_goals_cannot_draw_cases(scbm: Scbm, tmp_path: Path) -> None:
@@ -266,13 +266,13 @@ def test_wrong_usage_exits_with_2(scbm: Scbm, arguments: tuple[str, ...]) -> Non
 
 
 def test_a_fault_of_scbm_itself_exits_with_3(scbm: Scbm, monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
-    def explode(_: object) -> None:
-        raise RuntimeError("out of cheese")
+    def explode(*_: object) -> None:
+        raise RuntimeError("cheese")
 
     monkeypatch.setattr(scbm_check, "check_model", explode)
     ran = scbm("check", BEFORE)
     assert ran.code == 3
-    assert "RuntimeError: out of cheese" in ran.err
+    assert "RuntimeError: cheese" in ran.err
     wording(ran.err.splitlines()[-1])
 
 
@@ -291,4 +291,4 @@ def test_an_option_with_several_values_is_given_as_often_as_one_likes(scbm: Scbm
 
 
 def test_a_value_behind_two_dashes_is_no_option(scbm: Scbm) -> None:
-    assert "more than once" not in scbm("report", "--html", "x.html", "--", "--html").err
+    assert diagnostic_heads(scbm("report", "--html", "x.html", "--", "--html").err) == ["--html: error[file-missing]"]

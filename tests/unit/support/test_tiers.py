@@ -53,7 +53,7 @@ def test_sections_of_wording_are_read_as_they_are_written(tmp_path: Path) -> Non
     assert read_sections(path) == sections
 
 
-def test_wording_is_written_on_request_and_compared_otherwise(tmp_path: Path) -> None:
+def test_wording_is_written_on_request_and_compared_otherwise(tmp_path: Path, wording: Wording) -> None:
     path = tmp_path / "a.txt"
     for is_update in (True, False):
         wording = Wording(path, "test_it", {str(tmp_path): "TMP"}, is_update)
@@ -62,3 +62,31 @@ def test_wording_is_written_on_request_and_compared_otherwise(tmp_path: Path) ->
     assert read_sections(path) == {"test_it": "TMP/x is missing", "test_it (2)": "one\ntwo"}
     with pytest.raises(AssertionError):
         Wording(path, "test_it", {}, is_update=False)("another text")
+
+
+def _refuse(message: str, kind: type[Exception] = ValueError) -> None:
+    raise kind(message)
+
+
+def test_the_message_of_an_exception_is_compared(tmp_path: Path) -> None:
+    path = tmp_path / "a.txt"
+    for is_update in (True, False):
+        with Wording(path, "test_it", {}, is_update).raises(ValueError) as raised:
+            _refuse("no such thing")
+        assert str(raised.value) == read_sections(path)["test_it"]
+    with pytest.raises(AssertionError), Wording(path, "test_it", {}, is_update=False).raises(ValueError):
+        _refuse("another message")
+    with pytest.raises(KeyError), Wording(path, "test_it", {}, is_update=False).raises(ValueError):
+        _refuse("no such thing", KeyError)
+
+
+def test_long_heads_of_wording_are_cut_and_stay_unique(tmp_path: Path) -> None:
+    """Parameters of tests can be whole files."""
+    path = tmp_path / "a.txt"
+    names = [f"test_it[{'x' * 1000}{n}]" for n in range(2)]
+    for name in names:
+        Wording(path, name, {}, is_update=True)(name[-2:])
+    assert sorted(read_sections(path).values()) == ["0]", "1]"]
+    assert max(map(len, read_sections(path))) < 150
+    for name in names:
+        Wording(path, name, {}, is_update=False)(name[-2:])

@@ -1,1 +1,1 @@
-"""What the verbs that run cases share: suites, stores, nodes, runs from logs."""
+"""Parts of the verbs that run cases: suites, stores, nodes, and runs from logs."""

@@ -1,28 +1,209 @@
-"""Campaigns over nodes: the cell, the progress, and the saved event logs."""
+"""Campaigns over nodes: the cell, remedies while it is incomplete, the progress, and the saved event logs.
+
+Remedies are the sentences and commands that errors suggest to users. A saved log never
+replaces another one: a real run cannot be repeated.
+"""
 
 from __future__ import annotations
 
+import os
+import shlex
 import sys
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from tempfile import TemporaryFile
 from typing import TYPE_CHECKING
 
 from scbm.cli.campaigns.node_setup import bus_error, warn
-from scbm.cli.campaigns.remedies import Waiting, cell_error, silent_driver
-from scbm.cli.output.saved_logs import SavedLogs
-from scbm.files import digest_of
-from scbm.nodes import Bus, BusError, Children, LoopbackCell, NotReadyError, RemoteCell, Session
+from scbm.cli.options.node_options import transport_option
+from scbm.cli.output.terminal import errors, in_one_line
+from scbm.files import FileWriter, digest_of
+from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.nodes import Bus, BusError, Children, Lack, LoopbackCell, NotReadyError, RemoteCell, Session
 from scbm.nodes.buses.transports import DEFAULT_TRANSPORT, TRANSPORTS
+from scbm.nodes.log.event_log import write_event_log
+from scbm.reports import counted
 from scbm.testing import Answers
 from scbm.testing.node_runs import NodeTester
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from scbm.cases import Case
     from scbm.cli.options.node_options import NodeOptions
+    from scbm.nodes import Reason
+    from scbm.nodes.log.event_log import EventLog
     from scbm.nodes.roles.session import Cell
     from scbm.testing import Execution, Tester
+
+
+@dataclass
+class SavedLogs:
+    """Saves logs, each under the name of its case or the next free one.
+
+    Attributes:
+        files: the file of each saved log, by the name of its case.
+        is_whole: whether all logs were saved.
+    """
+
+    _asked: NodeOptions
+    files: dict[str, Path] = field(default_factory=dict)
+    is_whole: bool = True
+
+    def refuse_unwritable(self) -> None:
+        """Raise `InputError` if `--logs` is given and its directory cannot be written."""
+        directory = self._asked.logs
+        if directory is None:
+            return
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            with TemporaryFile(dir=directory):
+                pass
+        except OSError as error:
+            raise InputError([_unwritable(error, directory, "--logs")]) from None
+
+    def keep(self, execution: Execution) -> None:
+        """Save the log of a case if an option asks for it; show the first error, and go on with the cases."""
+        asked, log = self._asked, execution.log
+        directory = asked.logs if asked.logs is not None or execution.verdict.passed else asked.failures
+        if log is not None and directory is not None and self.is_whole:
+            self._save(log, execution.case.name, directory)
+
+    @property
+    def words(self) -> str | None:
+        """The number of logs and their directory in words; `None` without logs."""
+        directory = self._asked.failures if self._asked.logs is None else self._asked.logs
+        return f"{counted(len(self.files), 'log')} in {directory}" if self.files else None
+
+    def _save(self, log: EventLog, name: str, directory: Path) -> None:
+        content = replace(log, model_file=Path(os.path.relpath(self._asked.file, directory)).as_posix())
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            path = _free(directory, name)
+        except OSError as error:
+            self._print_errors([_unwritable(error, directory, "--failures" if self._asked.logs is None else "--logs")])
+            return
+        try:
+            FileWriter().write(str(path), path, write_event_log(content, self._asked.model).encode())
+        except InputError as error:
+            path.unlink(missing_ok=True)
+            self._print_errors(error.diagnostics)
+        else:
+            self.files[name] = path
+
+    def _print_errors(self, diagnostics: Sequence[Diagnostic]) -> None:
+        errors().diagnostics(diagnostics)
+        self.is_whole = False
+
+
+def _free(directory: Path, name: str) -> Path:
+    """Create an empty file with a name that is not in use, and return its path."""
+    path, number = directory / f"{name}.log", 1
+    while True:
+        try:
+            path.touch(exist_ok=False)
+        except FileExistsError:
+            number += 1
+            path = directory / f"{name}-{number}.log"
+        else:
+            return path
+
+
+def _unwritable(error: OSError, directory: Path, option: str) -> Diagnostic:
+    reason = (error.strerror or str(error)).lower()
+    return Diagnostic(Slug.BAD_OPTION, f"cannot save logs in {directory}: {reason}", Place(option))
+
+
+_PLAIN = {
+    Lack.RIVAL: "wait for it, or stop it",
+    Lack.VERSION: "stop that process, and start it again with this version of scbm",
+    Lack.MODEL: "stop that process, and start it again",
+    Lack.TIME_SCALE: "leave `--time-scale` out",
+    Lack.CHILD: "see its output above",
+    Lack.UNREADABLE: "stop that process: all nodes of a cell are of one version of scbm",
+    Lack.DRIVER: "start its driver in this domain, or correct its binding",
+}
+_OF_CHILDREN = {
+    Lack.MODEL: "the model file was changed meanwhile: run this again",
+    Lack.CONTROLLER: "see above what the nodes say, or give them longer: `--wait`",
+    Lack.RESOURCES: "see above what the nodes say, or give them longer: `--wait`",
+}
+
+
+def cell_error(error: NotReadyError, asked: NodeOptions) -> InputError:
+    """Return the error for a cell that is incomplete or wrong, with a remedy for each reason."""
+    place = Place(asked.where)
+    reasons = error.reasons
+    return InputError(
+        [Diagnostic(Slug.CELL_INCOMPLETE, in_one_line(r.message), place, _remedy(r, asked)) for r in reasons]
+    )
+
+
+def _remedy(reason: Reason, asked: NodeOptions) -> str:
+    if asked.starts and reason.lack in _OF_CHILDREN:
+        return _OF_CHILDREN[reason.lack]
+    if reason.lack in _PLAIN:
+        return _PLAIN[reason.lack]
+    if reason.lack is Lack.FOREIGN:
+        return f"stop it, choose another `--domain`, or test what is there: {_node('tester', asked)}"
+    commands = [_node("controller", asked)] if reason.lack is Lack.CONTROLLER else []
+    if reason.resources:
+        commands.append(_node("resources", asked, reason.resources))
+    return f"start {' and '.join(commands)}"
+
+
+def _node(role: str, asked: NodeOptions, resources: Sequence[str] = ()) -> str:
+    """Return the command that starts a node in the domain of the tester."""
+    is_all = len(resources) == len(asked.model.resources)
+    names = "" if is_all else "".join(f" {name}" for name in resources)
+    is_default = asked.domain == 0 and not os.environ.get("ROS_DOMAIN_ID")
+    domain = "" if is_default else f" --domain {asked.domain}"
+    return f"`scbm node {role} {shlex.quote(str(asked.file))}{names}{transport_option(asked.transport)}{domain}`"
+
+
+def silent_driver(answers: Answers, asked: NodeOptions) -> str:
+    """Return a warning about a real resource that carried out none of its requests, and where to look."""
+    sent = counted(answers.sent, "request")
+    return f"`{answers.resource}` is real, and of {sent} none succeeded: {_outcomes(answers)}; {_look(answers, asked)}"
+
+
+def _outcomes(answers: Answers) -> str:
+    """Return how the requests to a resource ended if none of them succeeded."""
+    if answers.failed == answers.sent:
+        return "each was refused or failed"
+    if answers.timed_out == answers.sent:
+        return "no reply came in time"
+    parts = [
+        (answers.failed, "failed"),
+        (answers.timed_out, "got no reply in time"),
+        (answers.given_up, f"{'was' if answers.given_up == 1 else 'were'} given up"),
+    ]
+    return ", ".join(f"{count} {words}" for count, words in parts if count)
+
+
+def _look(answers: Answers, asked: NodeOptions) -> str:
+    if not answers.timed_out:
+        return "see the output of its driver"
+    where = f"the binding of `{answers.resource}`" + ("" if asked.bindings is None else f" in {asked.bindings}")
+    return f"check the output of its driver, {where}, and its deadlines"
+
+
+@dataclass
+class Waiting:
+    """Reports what a cell waits for; nodes that this command starts itself are left out."""
+
+    _asked: NodeOptions
+    _print: Callable[[str], None]
+    _last: str = ""
+
+    def __call__(self, reasons: Sequence[Reason]) -> None:
+        """Print the reasons for waiting unless they repeat the previous ones."""
+        shown = [r.message for r in reasons if not self._asked.starts or r.lack not in _OF_CHILDREN]
+        words = "; ".join(shown)
+        if words and words != self._last:
+            self._print(f"waiting for {self._asked.wait_s:g} s at most: {words}")
+        self._last = words
 
 
 @contextmanager
@@ -72,7 +253,7 @@ def _commands(asked: NodeOptions) -> dict[str, list[str]]:
     real = [word for name in asked.real for word in ("--real", name)]
     via = ["--via", asked.via.value] if asked.real else []
     simulated = [resource.name for resource in asked.model.resources if resource.name not in asked.real]
-    commands = {"the controller": [*scbm, "controller", *common, *bindings, *real, *via]}
+    commands = {"the controller": [*scbm, "controller", *common, *bindings, *real, *via, *asked.planner]}
     if simulated:
         file, *options = common
         commands["the node of resources"] = [*scbm, "resources", file, *simulated, *options]

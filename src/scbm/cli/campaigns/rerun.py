@@ -1,26 +1,29 @@
-"""Files that show one run again: cases, and logs of runs over nodes, for the verbs that take both."""
+"""Repeat one run from a file: a case, or the log of a run over nodes."""
 
 from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from scbm.cli.options.arguments import complete, read_requirements, read_time_limit
+from scbm.cli.options.arguments import read_requirements, read_time_limit
+from scbm.cli.options.planner_options import NO_PLANNER_OPTIONS, PlannerOptions
 from scbm.files import FileWriter, digest_of, load_model, open_case
-from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model import Diagnostic, InputError, Place, PlannerChoice, Slug
+from scbm.planning import DEFAULT_PLANNER, PLANNERS
 from scbm.testing import Execution, Tester
+from scbm.testing.batches.campaign_work import complete
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-    from scbm.model import BehaviorModel
+    from scbm.model import BehaviorModel, PlannerIdentity
     from scbm.nodes.log.event_log import LogDocument
 
 _LOG = re.compile(rb'\s*\{\s*"format"\s*:')
-"""How a log begins, and a trace, but no case."""
+"""The beginning of logs and traces; no case begins so."""
 
 _LONGEST_BEGINNING = 100
 
@@ -31,10 +34,11 @@ class AskedRun:
 
     Attributes:
         file: a case or a log.
-        model: the model file, if it is said.
-        require: sentences of requirements.
-        time_limit: for a case that says none.
-        outputs: the files to write, by the options that ask for them.
+        model: the model file of the command line; `None` without one.
+        require: the sentences of additional requirements.
+        time_limit: the time limit for a case without its own.
+        outputs: the files to write, by their options.
+        planner: the planner of the command line, if any; a log has the plans of its run.
     """
 
     file: Path
@@ -42,13 +46,14 @@ class AskedRun:
     require: Sequence[str]
     time_limit: str | None
     outputs: Mapping[str, Path]
+    planner: PlannerOptions = NO_PLANNER_OPTIONS
 
     def load(self, model_file: Path, noun: str) -> tuple[BehaviorModel, FileWriter]:
-        """Return the model, and what writes the outputs. Raise `InputError`, also if an output would replace an input.
+        """Return the model, and a writer for the outputs. Raise `InputError`, also if an output would replace an input.
 
         Args:
             model_file: the model file.
-            noun: what `file` is in words.
+            noun: the kind of `file` in words.
         """
         writer = FileWriter([(self.file, noun), (model_file, "the model")])
         writer.refuse_clashes(self.outputs)
@@ -65,7 +70,7 @@ class Rerun:
         recorded: the digest of the recorded trace; `None` if none is recorded.
         saved: the kind of the file that was replayed, for messages.
         remedy: what to check if the traces differ.
-        writer: what writes the outputs of the command.
+        writer: writes the outputs of the command.
     """
 
     model: BehaviorModel
@@ -96,11 +101,28 @@ def _of_case(asked: AskedRun) -> Rerun:
     """Run a case again in simulation."""
     document = open_case(asked.file)
     model, writer = asked.load(asked.model or document.required_model_path(), "the case")
+    model = asked.planner.applied(model)
+    read = document.read(model)
+    if read.plans and asked.planner.words:
+        message, remedy = "the case has the plans of its run", "leave it out, or remove `plans:` from the case"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(asked.planner.words[0]), remedy)])
+    if asked.planner.name is None and read.recorded is not None:
+        model = _with_planner_of(read.recorded.planner, model, asked.file)
     requirements = read_requirements(asked.require, model)
-    case = complete(document.read(model), requirements, read_time_limit(asked.time_limit), model)
+    case = complete(read, requirements, read_time_limit(asked.time_limit), model)
     recorded = None if case.recorded is None else case.recorded.trace
     remedy = "the model, the case or scbm was changed since then; without `recorded:` nothing is compared"
     return Rerun(model, Tester(model).execute(case), recorded, "case", remedy, writer)
+
+
+def _with_planner_of(planner: PlannerIdentity, model: BehaviorModel, file: Path) -> BehaviorModel:
+    """Return the model with the planner that a case was recorded with. Raise `InputError` if there is none such."""
+    if planner.name not in PLANNERS:
+        message = f"the case was recorded with the planner `{planner.name}`, which this scbm does not have"
+        remedy = "name another one: `--planner NAME`"
+        raise InputError([Diagnostic(Slug.UNKNOWN_PLANNER, message, Place(str(file)), remedy)])
+    is_same = planner.name == (model.planner.name or DEFAULT_PLANNER)
+    return model if is_same else replace(model, planner=PlannerChoice(planner.name))
 
 
 def _of_log(asked: AskedRun) -> Rerun:
@@ -111,6 +133,9 @@ def _of_log(asked: AskedRun) -> Rerun:
     if asked.time_limit is not None:
         message = "a log is of one run, which had its time limit"
         raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--time-limit"), "leave it out")])
+    if asked.planner.words:
+        message = "a log has the plans of its run"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(asked.planner.words[0]), "leave it out")])
     document = event_log.open_event_log(asked.file)
     model, writer = asked.load(asked.model or _model_of(document, asked.file), "the log")
     log = document.read(model, digest_of(model))
@@ -124,10 +149,10 @@ def _of_log(asked: AskedRun) -> Rerun:
 
 
 def _model_of(document: LogDocument, file: Path) -> Path:
-    """The model file that a log names. Raises `InputError` if it is not there: one of them was moved perhaps."""
+    """Return the model file that a log names. Raise `InputError` if it does not exist: a file may have been moved."""
     path = document.model_path()
     if os.path.exists(path):  # noqa: PTH110 - a path too long is none, and no error
         return path
     message = f"the model of the log is not there: `{path}`"
-    remedy = "say where it is: `--model FILE`"
+    remedy = "name the model file with `--model FILE`"
     raise InputError([Diagnostic(Slug.FILE_MISSING, message, Place(str(file), 1), remedy)])

@@ -1,4 +1,4 @@
-"""`--store`: results that are added to a coverage store as they come."""
+"""`--store`: adds each result to a coverage store at once."""
 
 from __future__ import annotations
 
@@ -14,29 +14,30 @@ from scbm.cli.output.terminal import errors
 from scbm.files import read_file
 from scbm.model import InputError
 from scbm.reports import counted
-from scbm.reports.terminal.combined_report import in_all, since_last_run
+from scbm.reports.terminal.store_report import in_all, since_last_run
 from scbm.store import begin_run, drawn_recipe, network_words, sayable, write_store, written_recipe
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
     from pathlib import Path
 
-    from scbm.cases import Network
+    from scbm.cases import Case, Network
     from scbm.cases.coverage import Coverage, Figure
     from scbm.model import BehaviorModel
+    from scbm.nodes.log.event_log import EventLog
     from scbm.store import Recipe, StoreWriter
-    from scbm.testing import CaseResult, Execution, WrittenCase
+    from scbm.testing import CaseResult, WrittenCase
 
 
 @contextmanager
 def keeping(path: Path, model: BehaviorModel, model_file: Path, where: str | None = None) -> Iterator[Keeper]:
-    """A store to add the results of this command to. Raises `InputError` if it is none that can be added to.
+    """Return a keeper that adds the results of this command to a store. Raise `InputError` if it cannot.
 
     Args:
         path: the store.
-        model: what is tested.
+        model: the model under test.
         model_file: its file.
-        where: where the cases run, in words; `None` for simulation.
+        where: a description of the nodes that run the cases; `None` for simulation.
     """
     run = begin_run(["scbm", *sys.argv[1:]], str(model_file), read_file(model_file), where)
     with ExitStack() as store:
@@ -49,8 +50,8 @@ class Keeper:
     """Adds results to a store.
 
     Attributes:
-        is_whole: whether everything was added; a full disk is told, and the campaign goes on without the store.
-        is_unfinished: whether the store has cases of a run that is not finished there, for all that is known.
+        is_whole: whether all results were added; after an error the campaign continues without the store.
+        is_unfinished: whether the store may have cases of a run that is not marked as finished.
     """
 
     def __init__(self, writer: StoreWriter, path: Path, model: BehaviorModel) -> None:
@@ -61,60 +62,62 @@ class Keeper:
         self._model = model
         self._totals: tuple[int, Figure] | None = None
 
-    def kept(
-        self, executions: Iterable[Execution], written: Mapping[str, WrittenCase], network: Network | None
-    ) -> Iterator[CaseResult]:
-        """The results, each after it was added.
+    def keep(
+        self,
+        ran: Iterable[tuple[int, CaseResult, EventLog | None]],
+        written: Mapping[str, WrittenCase],
+        network: Network | None,
+    ) -> None:
+        """Add results to the store, until it cannot be written any more.
 
         Args:
-            executions: what comes of cases.
-            written: by their names, those that are from files, as the files say them; all others are drawn.
+            ran: for each case its position, its result and the log of its run over nodes.
+            written: by their names, the cases from files, as the files say them; all others are drawn.
             network: what these are drawn with; `None` if another was drawn for each.
         """
         words = network_words(network)
-        for position, execution in enumerate(executions, start=1):
-            if self.is_whole:
-                self._add(position, self._recipe(execution, written, words), execution)
-            yield execution.result
+        for position, result, log in ran:
+            if not self.is_whole:
+                return
+            recipe = self._recipe(result.case, None if log is None else log.real, written, words)
+            with self._store_errors():
+                self._writer.add(position, recipe, result, self._log(log))
+                self.is_unfinished = self.is_unfinished or result.verdict.end is not End.LOST
 
-    def _recipe(self, execution: Execution, written: Mapping[str, WrittenCase], words: str) -> Recipe:
-        """What decides a case. One that was lost has no log, and is not added."""
-        case, real = execution.case, None if execution.log is None else execution.log.real
+    def _recipe(
+        self, case: Case, real: tuple[str, ...] | None, written: Mapping[str, WrittenCase], words: str
+    ) -> Recipe:
+        """Return the recipe of a case; `None` for a lost case, which is not stored."""
         if case.name not in written:
             return drawn_recipe(case, words, real)
         from_file = written[case.name]
         return written_recipe(from_file.case, self._model, sayable(str(from_file.path)), case, real)
 
-    def _add(self, position: int, recipe: Recipe, execution: Execution) -> None:
-        with self._store_errors():
-            self._writer.add(position, recipe, execution.result, self._log(execution))
-            self.is_unfinished = self.is_unfinished or execution.verdict.end is not End.LOST
-
     @contextmanager
     def _store_errors(self) -> Iterator[None]:
-        """Tells an error of the store, instead of raising it: the cases are not to blame."""
+        """Print an error of the store instead of raising it: the results of the cases stay valid."""
         try:
             yield
         except InputError as error:
             errors().diagnostics(error.diagnostics)
             self.is_whole = False
 
-    def _log(self, execution: Execution) -> str | None:
-        """The text of the log of a run over nodes."""
-        if execution.log is None:
+    def _log(self, log: EventLog | None) -> str | None:
+        """Return the text of the log of a run over nodes."""
+        if log is None:
             return None
         from scbm.nodes.log.event_log import write_event_log  # noqa: PLC0415 - it takes long to load; few runs need it
 
-        return write_event_log(execution.log, self._model)
+        return write_event_log(log, self._model)
 
     def finish(self, store: ExitStack) -> None:
         """Close the store after the last case, so that its run is finished; show an error."""
-        self.is_unfinished = False  # who interrupts this cannot know
+        self.is_unfinished = False  # after an interruption here, it is unknown whether the run is finished
         with self._store_errors(), store:
             self._totals = self._writer.totals() if self.is_whole else None
 
     def since(self, coverage: Coverage) -> Since:
-        """What this run visits more and less than the last one, and what the whole store visits, once it is closed."""
+        """Return the changes since the last run, and the figure of the whole store."""
         before = self._writer.before
         line = since_last_run(coverage.obligations, before, coverage.visited)
         if not self.is_whole or self._totals is None:
@@ -140,7 +143,7 @@ class Keeper:
 
 @dataclass(frozen=True, slots=True)
 class Since:
-    """What a store says when a run has been added to it, for people and for machines.
+    """The effect of a run on a store, as text and as JSON.
 
     Attributes:
         is_whole: whether all of the run was added.

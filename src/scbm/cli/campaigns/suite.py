@@ -9,12 +9,13 @@ from shlex import quote
 from typing import TYPE_CHECKING
 
 from scbm.cases import Network
-from scbm.cli.options.arguments import complete
 from scbm.files import FileWriter, read_file
 from scbm.model import Diagnostic, InputError, Place, Slug, format_duration
 from scbm.reports import counted
 from scbm.reports.figure_table import shown_path
-from scbm.testing import Campaign, RandomCases, Tester, WrittenCase, load_suite
+from scbm.testing import Campaign, RandomCases, WrittenCase, load_suite
+from scbm.testing.batches.campaign_runs import run_campaign
+from scbm.testing.batches.campaign_work import CampaignWork, drawn_name
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -22,24 +23,27 @@ if TYPE_CHECKING:
 
     from scbm.cases import Case
     from scbm.model import BehaviorModel, Requirement
+    from scbm.testing.batches.campaign_runs import Executor
 
 
 @dataclass(frozen=True)
 class Suite:
-    """Cases from files, then random ones.
+    """Cases from files, then random cases.
 
     Attributes:
-        model: what is tested.
+        model: the model under test.
         file: the model file.
         paths: the case files and directories of the command line.
         written: the cases in them.
-        random: how many random cases the command line asks for.
-        seed: what these are drawn from.
-        network_text: the faults of their network, as the command line has them.
-        network: the same; `None` draws another network for each.
-        requirements: what every case must meet beside the requirements of the model.
-        time_limit_ns: for cases that have no limit of their own.
-        numbers: the random cases to run, from 1; all of them without a selection.
+        random: the number of random cases.
+        seed: the seed of the random cases.
+        network_text: the network of the random cases, as on the command line.
+        network: the same network, parsed; `None` draws another network for each case.
+        requirements: additional requirements for every case.
+        time_limit_ns: the time limit for cases without their own.
+        numbers: the numbers of the random cases to run, from 1; all of them without a selection.
+        planner_option: the options for the planner as the command line has them, with a blank before each; `model` has
+            the planner itself.
     """
 
     model: BehaviorModel
@@ -53,18 +57,32 @@ class Suite:
     requirements: tuple[Requirement, ...] = ()
     time_limit_ns: int | None = None
     numbers: Sequence[int] = ()
+    planner_option: str = ""
 
     @staticmethod
-    def load(model: BehaviorModel, file: Path, paths: Sequence[Path], random: int = 0, seed: int = 0) -> Suite:
-        """Read the case files. Raise `InputError` with all that is wrong with them."""
-        suite = Suite(model, file, paths, load_suite(paths, model), random, seed, numbers=range(1, random + 1))
+    def load(
+        model: BehaviorModel,
+        file: Path,
+        paths: Sequence[Path],
+        random: int = 0,
+        seed: int = 0,
+        planner_option: str = "",
+    ) -> Suite:
+        """Read the case files. Raise `InputError` with all their errors."""
+        numbers = range(1, random + 1)
+        written = load_suite(paths, model)
+        suite = Suite(model, file, paths, written, random, seed, numbers=numbers, planner_option=planner_option)
         suite.refuse_equal_names()
         return suite
 
     def selected(self, takes: Callable[[str], bool]) -> Suite:
-        """Return the suite with those cases alone whose names are taken."""
+        """Return the suite with only those cases whose names `takes` accepts."""
         written = [case for case in self.written if takes(case.case.name)]
         return replace(self, written=written, numbers=[n for n in self.numbers if takes(self._drawn_name(n))])
+
+    def first_drawn(self, count: int) -> Suite:
+        """Return the suite with the first random cases alone, as if the command line had asked for so many."""
+        return replace(self, random=count, numbers=self.numbers[:count])
 
     # the cases
 
@@ -79,27 +97,23 @@ class Suite:
         yield from (written.case.name for written in self.written)
         yield from map(self._drawn_name, self.numbers)
 
-    def cases(self) -> Iterator[Case]:
-        """Yield all cases, with what the command line adds to them."""
-        for written in self.written:
-            yield self._completed(written.case)
-        for case in self.drawn():
-            yield self._completed(case)
-
-    def completed_drawn(self) -> Iterator[Case]:
-        """Yield the random cases, with what the command line adds to them."""
-        return map(self._completed, self.drawn())
+    @cached_property
+    def work(self) -> CampaignWork:
+        """The cases, with what the command line adds to them, as a campaign that any process can run."""
+        written = tuple(written.case for written in self.written)
+        added = (self.requirements, self.time_limit_ns)
+        return CampaignWork(self.model, written, self.numbers, self.seed, self.network, *added, str(self.file))
 
     def drawn(self) -> Iterable[Case]:
-        """Yield the random cases, without what the command line adds."""
+        """Yield the random cases, without additions of the command line."""
         if not self.numbers:
             return ()
         cases = RandomCases(self.model, str(self.file), self.network)
         return (cases.case(self.seed, number) for number in self.numbers)
 
-    def run(self) -> Campaign:
-        """Run all cases in simulation."""
-        return Campaign.of(self.model, Tester(self.model).results(self.cases()))
+    def run(self, executor: Executor | None = None) -> Campaign:
+        """Run all cases in simulation; by default in this process."""
+        return run_campaign(self.work, executor)
 
     @cached_property
     def by_name(self) -> dict[str, WrittenCase]:
@@ -122,11 +136,8 @@ class Suite:
         network = self.network
         return network is None or bool(network.loss or network.partitions or network.restarts)
 
-    def _completed(self, case: Case) -> Case:
-        return complete(case, self.requirements, self.time_limit_ns, self.model)
-
     def _drawn_name(self, number: int) -> str:
-        return f"seed-{self.seed}-case-{number}"
+        return drawn_name(self.seed, number)
 
     # what is refused
 
@@ -142,50 +153,50 @@ class Suite:
 
     @cached_property
     def writer(self) -> FileWriter:
-        """What writes the files of the command, and refuses to replace the model and the case files."""
+        """A writer for the files of the command; it refuses to replace the model and the case files."""
         return FileWriter([(self.file, "the model"), *((written.path, "a case file") for written in self.written)])
 
     # the suite in words and as commands
 
     @property
     def words(self) -> str:
-        """How many cases of each sort there are; nothing if there are none."""
+        """The number of written and of random cases in words; empty if there are none."""
         parts = [counted(len(self.written), "written case")] if self.written else []
         parts += [f"{counted(self.random, 'random case')} of seed {self.seed}"] if self.random else []
         return " and ".join(parts)
 
     @property
     def activity(self) -> str:
-        """What running the suite is called on a progress display."""
+        """The text of the progress display while the suite runs."""
         return f"running {self.words}" if self.words else f"exploring {self.model.name}"
 
     @property
     def arguments(self) -> str:
-        """The case files as arguments of `scbm test MODEL`, with a blank before each."""
+        """The case files as arguments of `scbm test MODEL`, each with a leading blank."""
         return "".join(f" {shown_path(str(path))}" for path in self.paths)
 
     @property
     def drawing(self) -> str:
-        """The options that draw the random cases, with a blank before each."""
+        """The options for the random cases, each with a leading blank."""
         return f" --cases {self.random} --seed {self.seed}" if self.random else ""
 
     @property
     def network_option(self) -> str:
-        """The option for the network of the random cases, with a blank before it."""
+        """The option for the network of the random cases, with a leading blank."""
         return f" --network {quote(self.network_text)}" if self.network_text else ""
 
     @property
     def test_options(self) -> str:
-        """All of it as arguments and options of `scbm test MODEL`."""
+        """The suite as arguments and options of `scbm test MODEL`."""
         return f"{self.arguments}{self.drawing}{self.network_option}{self._judging}"
 
     @property
     def close_options(self) -> str:
-        """All of it as options of `scbm close MODEL`."""
-        return "".join(f" --suite {quote(str(path))}" for path in self.paths) + self.drawing
+        """The suite as options of `scbm close MODEL`."""
+        return "".join(f" --suite {quote(str(path))}" for path in self.paths) + self.drawing + self.planner_option
 
     def again(self, name: str) -> str | None:
-        """Return the command that shows a case again; `None` if the suite has none of that name."""
+        """Return the command that reproduces a case; `None` if the suite has no case with that name."""
         if name in self.by_name:
             written = self.by_name[name]
             return f"scbm replay {shown_path(str(written.path))}{self._model_of(written)}{self._judging}"
@@ -196,14 +207,14 @@ class Suite:
         return f"scbm run {shown_path(str(self.file))}{options}"
 
     def _model_of(self, written: WrittenCase) -> str:
-        """Return the option for the model, if the case does not name this model itself."""
+        """Return the option for the model; empty if the case names this model itself."""
         named = written.model_path
         is_this = named is not None and named.resolve() == self.file.resolve()
         return "" if is_this else f" --model {quote(str(self.file))}"
 
     @property
     def _judging(self) -> str:
-        """The options that decide how long cases run and what they must meet."""
+        """The options that decide how cases are planned, how long they run and what they must meet."""
         limit = [] if self.time_limit_ns is None else [("--time-limit", format_duration(self.time_limit_ns))]
         options = [*limit, *(("--require", str(requirement.sentence)) for requirement in self.requirements)]
-        return "".join(f" {option} {quote(value)}" for option, value in options)
+        return self.planner_option + "".join(f" {option} {quote(value)}" for option, value in options)

@@ -1,9 +1,8 @@
-"""What verbs take in common, and how it is read."""
+"""Parsing of arguments that several verbs share: goals, states, requirements, networks, time limits."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-from itertools import chain, count
+from itertools import count
 from typing import TYPE_CHECKING
 
 from scbm.cases import Network
@@ -11,18 +10,17 @@ from scbm.files import Scope, parse_duration, parse_predicate, parse_requirement
 from scbm.model import Diagnostic, InputError, Place, Requirement, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Sequence
 
-    from scbm.cases import Case
     from scbm.model import BehaviorModel, Predicate, State
 
 
 DRAWN = "drawn"
-"""What `--network` says for another network in each case."""
+"""The value of `--network` that draws another network for each case."""
 
 
 def read_time_limit(time_limit: str | None) -> int | None:
-    """How many nanoseconds a run may take, if it is said. Raises `InputError`."""
+    """Return the time limit of a run in nanoseconds; `None` without the option. Raise `InputError`."""
     if time_limit is None:
         return None
     time_limit_ns = parse_duration(time_limit)
@@ -35,7 +33,7 @@ def read_time_limit(time_limit: str | None) -> int | None:
 
 
 def read_goal(text: str, model: BehaviorModel) -> tuple[str, Predicate]:
-    """A goal by its name in the model, or as a predicate, which then is its own name. Raises `InputError`."""
+    """Return a goal of the model by its name, or a predicate, which is then its own name. Raise `InputError`."""
     named = model.goal(text)
     if named is not None:
         return text, named
@@ -49,12 +47,12 @@ def read_goal(text: str, model: BehaviorModel) -> tuple[str, Predicate]:
 
 
 def read_state(assignments: Sequence[str], model: BehaviorModel) -> State:
-    """The nominal state with some variables changed, each as `variable=value`. Raises `InputError` with all faults."""
+    """Return the nominal state with variables changed by `variable=value`. Raise `InputError` with all errors."""
     return parse_state(", ".join(assignments), model.space, file="--state")
 
 
 def read_requirements(sentences: Sequence[str], model: BehaviorModel) -> tuple[Requirement, ...]:
-    """Requirements beside those of the model, named `required_1`, … Raises `InputError` with all faults."""
+    """Return the requirements of the command line, named `required_1`, … Raise `InputError` with all errors."""
     scope = Scope.of(model)
     taken = [requirement.name for requirement in model.requirements]
     names = (f"required_{number}" for number in count(1))
@@ -71,33 +69,15 @@ def read_requirements(sentences: Sequence[str], model: BehaviorModel) -> tuple[R
     return tuple(requirements)
 
 
-def _add_requirements(case: Case, asked: Iterable[Requirement], model: BehaviorModel) -> tuple[Requirement, ...]:
-    """Return the requirements of a case with additional ones, which get names that are free."""
-    requirements = list(case.requirements)
-    for requirement in asked:
-        if all(known.sentence != requirement.sentence for known in requirements):
-            taken = [known.name for known in (*requirements, *model.requirements)]
-            names = chain([requirement.name], (f"required_{number}" for number in count(1)))
-            requirements.append(replace(requirement, name=next(name for name in names if name not in taken)))
-    return tuple(requirements)
-
-
-def complete(case: Case, requirements: Sequence[Requirement], time_limit_ns: int | None, model: BehaviorModel) -> Case:
-    """The case with requirements and the limit of the command line, so that it keeps them when it is saved."""
-    if time_limit_ns is not None and case.limits.time_ns is None:
-        case = replace(case, limits=replace(case.limits, time_ns=time_limit_ns))
-    return replace(case, requirements=_add_requirements(case, requirements, model))
-
-
 def read_faults(text: str | None, model: BehaviorModel) -> Network | None:
-    """A network as `--network` says it; `None` where it says `drawn`. Raises `InputError`."""
+    """Return the network of `--network`; `None` for `drawn`. Raise `InputError`."""
     if text is None:
         return Network()
     return None if text.strip() == DRAWN else read_network(text, model, file="--network")
 
 
 def allowed_state(state: State, model: BehaviorModel) -> State:
-    """The state, if the model allows it as an initial one. Raises `InputError`."""
+    """Return the state. Raise `InputError` if the model does not allow it as an initial state."""
     if model.initial_states.holds(state):
         return state
     message = f"this state does not satisfy `initial_states`: {model.initial_states}"

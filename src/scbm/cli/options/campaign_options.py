@@ -1,13 +1,83 @@
-"""What command lines that run many cases say of them, each option once; the verbs say the defaults."""
+"""Options of verbs that run many cases, each declared once; the verbs set the defaults.
+
+`--fail-under` sets a threshold for the coverage of all obligations, or of one kind.
+"""
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scbm.cli.options import threshold_option
+from scbm.cases.coverage import KINDS, Threshold
+from scbm.cli.output.terminal import errors
+from scbm.files import suggestion
+from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.testing.batches.campaign_runs import InProcess
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from scbm.cases.coverage import Coverage
+    from scbm.testing.batches.campaign_runs import Executor
+
+
+FAIL_UNDER = "--fail-under"
+FAIL_UNDER_HELP = "Exit with 1 if fewer per cent are visited: `90`, or of one kind: `executing=100`."
+
+_ALL_PERCENT = 100
+_NUMBER = re.compile(r"(\d+(?:\.\d+)?)\s*%?", re.ASCII)
+
+
+def read_thresholds(texts: Sequence[str]) -> tuple[Threshold, ...]:
+    """Return thresholds such as `90` or `executing=100`. Raise `InputError` with all errors."""
+    wrong: list[Diagnostic] = []
+    thresholds = []
+    for text in texts:
+        kind, equals, number = text.rpartition("=")
+        kind = kind.strip() if equals else "all"
+        percent = _percent(number)
+        if kind not in KINDS:
+            remedy = suggestion(kind, list(KINDS), "kinds are")
+            place = Place(FAIL_UNDER, 1, 1, max(1, len(kind)))
+            wrong.append(Diagnostic(Slug.BAD_OPTION, f"there is no kind `{kind}`", place, remedy, text))
+        elif percent is None:
+            place = Place(FAIL_UNDER, 1, len(text) - len(number) + 1, max(1, len(number)))
+            remedy = "write `90`, or `executing=100`"
+            message = f"`{number}` is not a number from 0 to 100"
+            wrong.append(Diagnostic(Slug.BAD_OPTION, message, place, remedy, text))
+        else:
+            thresholds.append(Threshold(percent, kind))
+    if wrong:
+        raise InputError(wrong)
+    return tuple(thresholds)
+
+
+def _percent(text: str) -> float | None:
+    match = _NUMBER.fullmatch(text.strip())
+    percent = float(match[1]) if match else None
+    return percent if percent is not None and percent <= _ALL_PERCENT else None
+
+
+def meets_thresholds(coverage: Coverage, thresholds: Sequence[Threshold]) -> bool:
+    """Return whether all thresholds are met; print a sentence for each that is not."""
+    missed = [threshold for threshold in thresholds if not threshold.is_met(coverage)]
+    for threshold in missed:
+        errors().line(_missed_sentence(threshold, coverage))
+    return not missed
+
+
+def _missed_sentence(threshold: Threshold, coverage: Coverage) -> str:
+    figure = threshold.figure(coverage)
+    kind = "" if threshold.kind == "all" else f"{threshold.kind}="
+    if not figure.of:
+        of_kind = f" for `{threshold.kind}`" if kind else ""
+        return f"The model has no obligations{of_kind}, so {FAIL_UNDER} {kind}{threshold.percent:g} cannot be met."
+    what = f"Coverability of `{threshold.kind}`, {figure}," if kind else f"Coverability {figure}"
+    return f"{what} is under {threshold.percent:g} %."
+
 
 Model = Annotated[Path, typer.Argument(help="The model file.", show_default=False)]
 Files = Annotated[
@@ -16,16 +86,51 @@ Files = Annotated[
 ]
 Cases = Annotated[
     int | None,
-    typer.Option("--cases", min=0, max=10_000_000, help="How many random cases. [20; 0 beside case files]"),
+    typer.Option("--cases", min=0, max=10_000_000, help="Number of random cases. [20; 0 with case files]"),
 ]
-Seed = Annotated[int, typer.Option("--seed", help="Seed of everything that is drawn.")]
+Jobs = Annotated[
+    int | None,
+    typer.Option("-j", "--jobs", metavar="N", min=1, max=1_024, help="Worker processes. [all cores, if it takes long]"),
+]
+Cluster = Annotated[
+    str | None,
+    typer.Option("--cluster", metavar="ADDRESS", help="Run the cases on this Dask cluster: `tcp://host:8786`."),
+]
+Seed = Annotated[int, typer.Option("--seed", help="Seed of the random cases.")]
 Network = Annotated[
     str | None, typer.Option("--network", help="Faults in random cases: `loss: 2 %, jitter: 20 ms`, or `drawn`.")
 ]
 Require = Annotated[list[str] | None, typer.Option("--require", metavar="SENTENCE", help="An additional requirement.")]
 Store = Annotated[Path | None, typer.Option("--store", metavar="FILE", help="Add the cases to this coverage store.")]
 Missing = Annotated[bool, typer.Option("--missing", help="Show only the missed obligations, and why.")]
-FailUnder = Annotated[
-    list[str] | None, typer.Option(threshold_option.OPTION, metavar="PERCENT", help=threshold_option.HELP)
-]
+FailUnder = Annotated[list[str] | None, typer.Option(FAIL_UNDER, metavar="PERCENT", help=FAIL_UNDER_HELP)]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+
+
+def read_executor(jobs: int | None, cluster: str | None = None) -> Executor:
+    """Return what runs the batches of a campaign. Raise `InputError`.
+
+    Args:
+        jobs: the number of worker processes; `None` for all cores as soon as the campaign takes long.
+        cluster: the address of a Dask scheduler, if its workers are to run the batches.
+    """
+    if cluster is not None:
+        return _read_cluster(jobs, cluster)
+    if jobs == 1:
+        return InProcess()
+    from scbm.testing.batches.worker_processes import AllCores, WorkerProcesses  # noqa: PLC0415 - few runs are so long
+
+    return AllCores() if jobs is None else WorkerProcesses(jobs)
+
+
+def _read_cluster(jobs: int | None, address: str) -> Executor:
+    if jobs is not None:
+        message = "with `--cluster` the workers of the cluster run the cases"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("-j"), "leave one of the two out")])
+    try:
+        from scbm.testing.batches.dask_cluster import DaskCluster  # noqa: PLC0415 - an extra
+    except ImportError:
+        remedy = 'install the extra: `pip install "scbm[cluster]"`'
+        place = Place("--cluster")
+        raise InputError([Diagnostic(Slug.CLUSTER_UNUSABLE, "Dask is not installed", place, remedy)]) from None
+    return DaskCluster(address)

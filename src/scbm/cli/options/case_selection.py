@@ -46,7 +46,7 @@ class _NameExpression:
         return lambda name: any(part(name) for part in parts)
 
     def end(self) -> None:
-        """Raise `InputError` if something is left."""
+        """Raise `InputError` if tokens are left."""
         if self._text[self._position :].strip():
             raise self._wrong("`and` or `or` is missing here")
 
@@ -73,7 +73,7 @@ class _NameExpression:
         return lambda name: part in name
 
     def _take(self, word: str) -> bool:
-        """Pass over the next token if it is this word or sign."""
+        """Skip the next token if it is `word`; return whether it was."""
         token = _TOKEN.match(self._text, self._position)
         if token is None or word not in (token["word"], token["sign"]):
             return False
@@ -94,8 +94,8 @@ class LastFailed:
     The file `last-failed.json` in the directory of `--failures` has them for each model.
 
     Attributes:
-        names: of the cases.
-        options: the arguments and options behind `scbm test MODEL` that name them.
+        names: the names of the cases.
+        options: the arguments and options of `scbm test MODEL` that ran them.
     """
 
     names: tuple[str, ...] = ()
@@ -103,7 +103,7 @@ class LastFailed:
 
     @staticmethod
     def read(directory: Path, model_file: Path) -> LastFailed:
-        """Return what the directory has of a model. Raise `InputError` if its file is damaged."""
+        """Return the record of a model in the directory. Raise `InputError` if the file is damaged."""
         entry = _entries(directory).get(_key(directory, model_file), {})
         names, options = entry.get("failed", []), entry.get("options", "")
         if not isinstance(options, str) or not isinstance(names, list) or not all(isinstance(n, str) for n in names):
@@ -111,13 +111,14 @@ class LastFailed:
         return LastFailed(tuple(names), options)
 
     def after(self, passed: Iterable[str], failed: Iterable[str], options: str) -> LastFailed:
-        """Return what is known after some cases ran again."""
-        over = dict.fromkeys(passed)
+        """Return the record after some cases ran again."""
+        known = dict.fromkeys(self.names)
+        over = {name: None for name in passed if name in known}  # of many cases, few were recorded
         names = tuple(dict.fromkeys([*(name for name in self.names if name not in over), *failed]))
         return LastFailed(names, options if names else "")
 
     def write(self, directory: Path, model_file: Path, writer: FileWriter) -> None:
-        """Write it into the directory; nothing if nothing failed and nothing is recorded. Raise `InputError`."""
+        """Write the record; write no file if there is no failure and no file yet. Raise `InputError`."""
         entries = dict(_entries(directory))
         key = _key(directory, model_file)
         if not self.names and key not in entries:
@@ -141,7 +142,7 @@ def select_last_failed(last: LastFailed, names: Sequence[str]) -> Callable[[str]
 
 
 def _entries(directory: Path) -> dict[str, dict[str, object]]:
-    """Return what the file in the directory has of each model; nothing if there is no file."""
+    """Return the records of all models in the directory; none without a file."""
     try:
         text = (directory / _RECORD).read_text(encoding="utf-8")
     except OSError:

@@ -1,4 +1,4 @@
-"""What command lines say of nodes, and how it is read."""
+"""Options about nodes, and the parsing of their values."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ _ENVIRONMENT = "ROS_DOMAIN_ID"
 _MAX_DIGITS = 9
 _MAX_SCALE = 10_000
 _SCALE = re.compile(r"\d{1,9}(\.\d{0,9})?|\.\d{1,9}|\d{1,9}/\d{1,9}", re.ASCII)
-"""Without exponents: a short text with one can stand for a number with billions of digits."""
+"""Numbers without exponents: a short text with an exponent can stand for billions of digits."""
 
 
 class Via(StrEnum):
-    """What real drivers are reached by."""
+    """The middleware that reaches real drivers."""
 
     DDS = "dds"
     RCLPY = "rclpy"
@@ -68,7 +68,7 @@ Real = Annotated[
     typer.Option("--real", metavar="NAME", help="Reach this resource at its driver; else it is simulated."),
 ]
 Bindings = Annotated[
-    Path | None, typer.Option("--bindings", metavar="FILE", help="Bindings of resources to drivers, beside the model.")
+    Path | None, typer.Option("--bindings", metavar="FILE", help="A file that binds resources to drivers.")
 ]
 Reached = Annotated[
     Via | None,
@@ -80,7 +80,7 @@ WhileStdin = Annotated[
 
 
 def read_real(names: Sequence[str], model: BehaviorModel) -> tuple[str, ...]:
-    """The resources that are real, in the order of the model. Raises `InputError`."""
+    """Return the real resources in the order of the model. Raise `InputError`."""
     bound = [resource.name for resource in model.resources if resource.binding is not None]
     wrong = []
     for name in dict.fromkeys(names):
@@ -103,7 +103,7 @@ def read_real(names: Sequence[str], model: BehaviorModel) -> tuple[str, ...]:
 
 
 def read_via(via: Via | None, real: Sequence[str]) -> Via:
-    """What real resources are reached by. Raises `InputError` if there are none."""
+    """Return the middleware for real resources. Raise `InputError` if there are none."""
     if via is not None and not real:
         message = "this is for real resources, and all are simulated"
         raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--via"), "add `--real NAME`")])
@@ -111,7 +111,7 @@ def read_via(via: Via | None, real: Sequence[str]) -> Via:
 
 
 def load_bound(model: Path, bindings: Path | None) -> BehaviorModel:
-    """The model of a file, with bindings of another one. Raises `InputError`."""
+    """Return the model of a file with the bindings of another file. Raise `InputError`."""
     loaded = load_model(model)
     return loaded if bindings is None else load_bindings(bindings, loaded)
 
@@ -121,21 +121,21 @@ def read_domain(domain: int | None) -> int:
     named = os.environ.get(_ENVIRONMENT, "").strip()
     if domain is None and named:
         if not named.isascii() or not named.isdigit() or len(named) > _MAX_DIGITS:
-            message = f"the environment says {named[:40]}, which is no number"
+            message = f"its value {named[:40]} is not a number"
             raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(_ENVIRONMENT), "set it to 0 to 232")])
         return _known_domain(int(named), _ENVIRONMENT)
     return _known_domain(domain or 0, "--domain")
 
 
-def _known_domain(domain: int, said: str) -> int:
+def _known_domain(domain: int, place: str) -> int:
     if not 0 <= domain <= 232:  # noqa: PLR2004 - ports run out there (RTPS 9.6.1.1)
         message = f"there is no DDS domain {domain}"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(said), "they are 0 to 232")])
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(place), "domains are 0 to 232")])
     return domain
 
 
 def read_time_scale(text: str | None) -> Fraction:
-    """How much faster than the wall the time of runs goes. Raises `InputError`."""
+    """Return the factor between simulated time and wall time. Raise `InputError`."""
     if text is None:
         return Fraction(1)
     try:
@@ -151,14 +151,14 @@ def read_time_scale(text: str | None) -> Fraction:
 
 
 def refuse_faster(time_scale: str | None, real: Sequence[str]) -> None:
-    """Raises `InputError` for a scale of time that is not 1 if there are real resources."""
+    """Raise `InputError` for a time scale other than 1 with real resources."""
     if real and read_time_scale(time_scale) != 1:
         message = f"`{real[0]}` is real, and cannot be made faster or slower"
         raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--time-scale"), "leave it out")])
 
 
 def read_wait(text: str) -> float:
-    """How many seconds nodes may take to come. Raises `InputError`."""
+    """Return how many seconds to wait for nodes. Raise `InputError`."""
     wait_ns = parse_duration(text)
     if wait_ns is None:
         place = Place("--wait", 1, 1, max(1, len(text)))
@@ -169,20 +169,21 @@ def read_wait(text: str) -> float:
 
 @dataclass(frozen=True, slots=True)
 class NodeOptions:
-    """What a command line says of nodes.
+    """The options about nodes of a command line.
 
     Attributes:
-        model, file: what is tested.
+        model, file: the model and its file.
         transport: an entry of `TRANSPORTS`.
         domain: the number of the domain, for a transport between processes.
-        time_scale: how many seconds of a run pass in one of the wall.
-        wait_s: so long nodes may take to come.
-        starts: whether controller and resources are started here.
-        real: the resources that are reached at real drivers.
-        via: what they are reached by.
-        bindings: the file that binds them beside the model.
-        logs: where the log of each run is saved; `None` saves those of failed cases alone.
-        failures: where these are saved.
+        time_scale: the number of simulated seconds in a second of wall time.
+        wait_s: the timeout for nodes to join.
+        starts: whether this process starts controller and resources.
+        real: the resources with real drivers.
+        via: the middleware that reaches the drivers.
+        bindings: the bindings file for them; `None` for the bindings of the model.
+        logs: the directory for the log of each run; `None` saves only the logs of failed cases.
+        failures: the directory for the logs of failed cases.
+        planner: the options for the planner of a controller that is started here.
     """
 
     model: BehaviorModel
@@ -197,10 +198,11 @@ class NodeOptions:
     bindings: Path | None
     logs: Path | None
     failures: Path
+    planner: tuple[str, ...] = ()
 
     @property
     def options(self) -> str:
-        """The options of a command line for such nodes, with a blank before each."""
+        """The options that give the same nodes, each with a leading blank."""
         domain = f" --domain {self.domain}" if TRANSPORTS[self.transport].joins_processes else ""
         scale = "" if self.time_scale == 1 else f" --time-scale {self.time_scale}"
         bindings = "" if self.bindings is None else f" --bindings {shlex.quote(str(self.bindings))}"
@@ -210,22 +212,31 @@ class NodeOptions:
 
     @property
     def where(self) -> str:
-        """Where the nodes meet."""
+        """The domain or the hub that the nodes join."""
         return TRANSPORTS[self.transport].where(self.domain)
 
     @property
     def words(self) -> str:
-        """Where the cases run, for the report."""
+        """A description of the nodes, for the report."""
         fast = "" if self.time_scale == 1 else f", {float(self.time_scale):g} times faster than the wall"
         return f"over {self.where}{fast}"
 
 
 def refuse_without_transport(options: Mapping[str, object]) -> None:
-    """Raises `InputError` for options that say something of nodes where there are none."""
+    """Raise `InputError` for options about nodes without `--transport`."""
     useless = [option for option, value in options.items() if value is not None]
     message = "this is for runs over nodes, and the cases run in simulation"
     if useless:
         remedy = f"add {' or '.join(f'`--transport {name}`' for name in reversed(TRANSPORTS))}"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy) for option in useless])
+
+
+def refuse_with_nodes(options: Mapping[str, object]) -> None:
+    """Raise `InputError` for options of simulated campaigns where the cases run over nodes, one after the other."""
+    useless = [option for option, value in options.items() if value is not None]
+    message = "this is for cases in simulation, and these run over nodes"
+    if useless:
+        remedy = "leave it out, or leave out `--transport`"
         raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy) for option in useless])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import wraps
@@ -51,6 +52,30 @@ class NameOf:
 
 
 @dataclass(frozen=True, slots=True)
+class KnownName:
+    """One option with a name of a registry as its value, which the help lists; the verb refuses other names.
+
+    Attributes:
+        names: returns the names.
+        option: the option as typer declares it.
+    """
+
+    names: Callable[[], Iterable[str]]
+    option: OptionInfo
+
+    def options(self, parameter: Parameter) -> tuple[Parameter, ...]:
+        """Return the option with the names in place of a word for its value."""
+        shown = copy(self.option)
+        shown.metavar = f"[{'|'.join(self.names())}]"
+        return (parameter.replace(annotation=Annotated[str | None, shown]),)
+
+    def value(self, parameter: Parameter, values: dict[str, Any]) -> str | None:
+        """Return the name."""
+        name: str | None = values.pop(parameter.name)
+        return name
+
+
+@dataclass(frozen=True, slots=True)
 class OptionPerEntry:
     """One option for each entry of a registry; the verb gets a mapping from names to values.
 
@@ -95,7 +120,7 @@ def with_registry_options(command: Callable[..., int]) -> Callable[..., int]:
     return call
 
 
-def _mark(annotation: object) -> NameOf | OptionPerEntry | None:
+def _mark(annotation: object) -> NameOf | KnownName | OptionPerEntry | None:
     if get_origin(annotation) is not Annotated:
         return None
-    return next((part for part in get_args(annotation) if isinstance(part, NameOf | OptionPerEntry)), None)
+    return next((part for part in get_args(annotation) if isinstance(part, NameOf | KnownName | OptionPerEntry)), None)

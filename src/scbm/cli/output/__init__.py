@@ -1,1 +1,1 @@
-"""Terminal output, files that verbs write, and exit codes."""
+"""Output of verbs: lines, JSON and progress on the terminal, and how one run is shown."""

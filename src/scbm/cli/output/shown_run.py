@@ -1,4 +1,4 @@
-"""How one run is shown: as a timeline, as JSON, and its trace as a file."""
+"""Output of one run: as a timeline, as JSON, and its trace as a file."""
 
 from __future__ import annotations
 
@@ -28,16 +28,16 @@ def show_run(
     every: bool,
     more: dict[str, Any] | None = None,
 ) -> None:
-    """Shows a run as its verb was asked to.
+    """Print a run, and write its trace if that is required.
 
     Args:
-        model: what was run.
+        model: the model of the run.
         execution: the run.
-        trace: where its trace is written to, if that was asked for.
-        writer: what writes it.
-        json: whether it is shown to a machine.
-        every: whether a person is shown the variables of resources and runner, too.
-        more: what the verb has to say beside it to a machine.
+        trace: the file for the trace; `None` writes no trace.
+        writer: writes the trace.
+        json: whether to print JSON instead of the timeline.
+        every: whether the timeline includes the variables of resources and runner.
+        more: further fields of the JSON.
     """
     if trace is not None:
         writer.write("--trace", trace, write_trace(execution.trace).encode())

@@ -1,4 +1,7 @@
-"""Output of lines and JSON: with colours on a terminal, without them in a pipe; control characters are escaped."""
+"""Output of lines and JSON: with colours on a terminal, without them in a pipe; and what a command does now.
+
+Control characters are escaped.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import json
 import os
 import re
 import sys
+from contextlib import contextmanager
 from typing import IO, TYPE_CHECKING, Any
 
 from rich.cells import cell_len
@@ -16,7 +20,7 @@ from scbm.model import Severity
 from scbm.reports import counted
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from scbm.model import Diagnostic
 
@@ -36,7 +40,7 @@ class _PlainConsole(Console):
     """A console that ignores a closed pipe, so that the exit code still says what the command found."""
 
     def on_broken_pipe(self) -> None:
-        """Rich would end the process with 1, which is how failed tests end."""
+        """Do nothing: Rich would exit with 1, the exit code of failed tests."""
         redirect_to_null(self.file)
 
 
@@ -198,3 +202,16 @@ def _coloured(diagnostic: Diagnostic) -> Text:
         style = "green" if stripped.startswith("^") else "cyan" if stripped.startswith("= ") else ""
         text.append("\n").append(line, style=style)
     return text
+
+
+@contextmanager
+def activity_display(words: str) -> Iterator[Callable[[str], None]]:
+    """Show the current activity on a terminal, and nothing elsewhere; yield a callback that changes the text."""
+    if not sys.stderr.isatty():
+        yield lambda _: None
+        return
+    from rich.console import Console  # noqa: PLC0415 - only where there is something to show
+    from rich.markup import escape  # noqa: PLC0415
+
+    with Console(file=sys.stderr).status(escape(words)) as status:
+        yield lambda text: status.update(escape(text))

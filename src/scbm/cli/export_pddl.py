@@ -1,0 +1,42 @@
+"""`scbm export pddl`: writes the planning part of a model as PDDL."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from scbm.cli.options.arguments import read_goal, read_state
+from scbm.cli.output.terminal import results
+from scbm.files import FileWriter, load_model
+from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.planning.pddl_export import PddlDomain
+
+
+def command(
+    model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
+    *,
+    goal: Annotated[str | None, typer.Option("--goal", help="A goal's name, or a predicate. [all goals]")] = None,
+    state: Annotated[
+        list[str] | None,
+        typer.Option("--state", metavar="VAR=VALUE", help="A variable that differs from the nominal state."),
+    ] = None,
+    out: Annotated[Path, typer.Option("--out", metavar="DIRECTORY", help="Where the files are written.")] = Path(
+        "pddl"
+    ),
+) -> int:
+    """Write the planning part of a model as PDDL: a domain, and a problem for each goal."""
+    loaded = load_model(model)
+    goals = loaded.goals if goal is None else (read_goal(goal, loaded),)
+    if not goals:
+        message, remedy = "the model has no goals", "write one: `--goal PREDICATE`"
+        raise InputError([Diagnostic(Slug.NO_GOALS, message, Place(str(model)), remedy)])
+    start = read_state(state or [], loaded)
+    domain = PddlDomain(loaded, [predicate for _, predicate in goals])
+    texts = {out / "domain.pddl": domain.text}
+    for number, (name, predicate) in enumerate(goals, start=1):
+        known = name if loaded.goal(name) is not None else f"goal-{number}"
+        texts[out / f"{known}.pddl"] = domain.problem(known, start, predicate)
+    FileWriter([(model, "the model")]).write_all(texts, overwrite=True)
+    for path in texts:
+        results().line(str(path))
+    return 0

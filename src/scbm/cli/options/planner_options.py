@@ -1,0 +1,134 @@
+"""The options that choose a planner and limit its searches. They override `planner:` of the model."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from shlex import quote
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from scbm.cli.options.registry_options import KnownName
+from scbm.files import parse_duration, suggestion
+from scbm.model import BehaviorModel, Diagnostic, InputError, Place, PlannerChoice, Slug
+from scbm.planning import DEFAULT_PLANNER, PLANNERS, PlanLimits
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+PlannerName = Annotated[
+    str | None,
+    KnownName(
+        lambda: PLANNERS,
+        typer.Option("--planner", help=f"The planner. [that of the model, or {DEFAULT_PLANNER}]"),
+    ),
+]
+MaxLength = Annotated[
+    int | None, typer.Option("--max-length", min=0, help="Maximum number of operations in a plan. [1000]")
+]
+MaxExpanded = Annotated[
+    int | None, typer.Option("--max-expanded", min=1, help="Maximum number of expanded states. [1000000]")
+]
+MaxTime = Annotated[
+    str | None, typer.Option("--max-time", metavar="DURATION", help="Maximum wall time of a search. [none]")
+]
+MaxMemory = Annotated[
+    str | None, typer.Option("--max-memory", metavar="SIZE", help="Maximum memory of the process, `2 GiB`. [none]")
+]
+
+_SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*([kMGT]i?)?B", re.ASCII)
+_FACTORS = {None: 1} | {
+    f"{prefix}{binary}": (1024 if binary else 1000) ** power
+    for power, prefix in enumerate("kMGT", start=1)
+    for binary in ("", "i")
+}
+
+
+@dataclass(frozen=True, slots=True)
+class PlannerOptions:
+    """The planner and the limits of a command line; `None` where an option is absent."""
+
+    name: str | None = None
+    max_length: int | None = None
+    max_expanded: int | None = None
+    max_time: str | None = None
+    max_memory: str | None = None
+
+    def applied(self, model: BehaviorModel) -> BehaviorModel:
+        """Return the model with the planner of the command line. Raise `InputError` for options that do not fit.
+
+        The limits in the model are for the planner that is named there, so another name begins with the defaults.
+        """
+        if self.name is not None and self.name not in PLANNERS:
+            remedy = suggestion(self.name, PLANNERS, "the planners are")
+            place = Place("--planner", 1, 1, max(1, len(self.name)))
+            message = f"there is no planner `{self.name}`"
+            raise InputError([Diagnostic(Slug.UNKNOWN_PLANNER, message, place, remedy, self.name)])
+        choice = model.planner
+        if self.name is not None and self.name != (choice.name or DEFAULT_PLANNER):
+            choice = PlannerChoice(self.name)
+        self._refuse_uncounted(choice.name or DEFAULT_PLANNER)
+        return replace(
+            model,
+            planner=PlannerChoice(
+                choice.name,
+                choice.max_length if self.max_length is None else self.max_length,
+                choice.max_expanded if self.max_expanded is None else self.max_expanded,
+            ),
+        )
+
+    def limits(self, model: BehaviorModel) -> PlanLimits:
+        """Return the limits of a model to which these options are applied, with those of time and memory."""
+        return replace(PlanLimits.of(model), time_ns=self._time_ns(), memory_bytes=self._memory_bytes())
+
+    @property
+    def text(self) -> str:
+        """The options as they are repeated on a command line, with a blank before each."""
+        return "".join(f" {word}" for word in map(quote, self.words))
+
+    @property
+    def words(self) -> Sequence[str]:
+        """The options, each followed by its value."""
+        options = (
+            ("--planner", self.name),
+            ("--max-length", self.max_length),
+            ("--max-expanded", self.max_expanded),
+            ("--max-time", self.max_time),
+            ("--max-memory", self.max_memory),
+        )
+        return [word for option, value in options if value is not None for word in (option, str(value))]
+
+    def _refuse_uncounted(self, name: str) -> None:
+        """Raise `InputError` for limits that another program would ignore."""
+        given = {"--max-expanded": self.max_expanded, "--max-memory": self.max_memory}
+        useless = [option for option, value in given.items() if value is not None]
+        if PLANNERS[name].is_external and useless:
+            message = f"the planner `{name}` is another program, which takes no such limit"
+            remedy = "leave it out; such planners have a limit of wall time"
+            raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy) for option in useless])
+
+    def _time_ns(self) -> int | None:
+        if self.max_time is None:
+            return None
+        time_ns = parse_duration(self.max_time)
+        if time_ns:
+            return time_ns
+        place = Place("--max-time", 1, 1, max(1, len(self.max_time)))
+        message, remedy = f"`{self.max_time}` is not a duration to search for", "write a number and a unit: `10 s`"
+        raise InputError([Diagnostic(Slug.BAD_DURATION, message, place, remedy, self.max_time)])
+
+    def _memory_bytes(self) -> int | None:
+        if self.max_memory is None:
+            return None
+        match = _SIZE.fullmatch(self.max_memory.strip())
+        size = 0 if match is None else int(float(match[1]) * _FACTORS[match[2]])
+        if size:
+            return size
+        place = Place("--max-memory", 1, 1, max(1, len(self.max_memory)))
+        message, remedy = f"`{self.max_memory}` is not an amount of memory", "write a number and a unit: `2 GiB`"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, place, remedy, self.max_memory)])
+
+
+NO_PLANNER_OPTIONS = PlannerOptions()
+"""A command line that leaves the planner to the model."""
