@@ -3,6 +3,9 @@
 Of each model: how long closing took (seconds of one core), what was decided, proofs that a run refutes, cases that fail
 when they are run again. With `--enumerate`, all runs are enumerated by driving the real runner, which takes minutes.
 With `--check`, certificates are checked.
+
+With `--published` (and names, if not all): published problems, each beside 1,000 random cases under the same planner in
+the same run. All times are CPU.
 """
 
 from __future__ import annotations
@@ -13,12 +16,16 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from published import PROBLEMS
+
 from scbm.closing import Closer, Decision
+from scbm.model import PlannerChoice
 from scbm.proofcheck import RunsArgument
+from scbm.testing import RandomCases, Tester
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -39,6 +46,13 @@ from property.test_closing import (  # noqa: E402 - they live with the tests
 from support.enumeration import enumerate_runs  # noqa: E402
 from support.random_models import random_model  # noqa: E402
 
+LARGE = ("blocks-8-0", "logistics-8-0", "rovers-05", "factory-157", "independent-10x10")
+"""Models that are closed under the planner `greedy`."""
+
+SMALL = ("agv-5x5", "gripper-6", "blocks-6-0")
+"""Models that are fully decided under the planner `canonical`."""
+
+RANDOM_CASES = 1_000
 IN_TIME_S = 10
 MAX_TOLD = 5
 
@@ -137,6 +151,39 @@ def example(name: str) -> str:
     return f"{name}.yaml: {figures}, {len(told['cases'])} cases, {seconds:.2f} s, exit code {ran.returncode}"
 
 
+def published(name: str, planner: str) -> str:
+    """What closing a published problem comes to, beside random cases under the same planner."""
+    model = replace(PROBLEMS[name](), planner=PlannerChoice(planner))
+    tester = Tester(model)
+    begin = time.process_time()
+    drawn = 0
+    for case in RandomCases(model).first(RANDOM_CASES, 0):
+        drawn |= tester.execute(case).visited
+    random_s, begin = time.process_time() - begin, time.process_time()
+    closing = Closer(model).close()
+    seconds = time.process_time() - begin
+    counts = Counter(decided.decision for decided in closing.decided if decided.obligation.counts)
+    by_cases = sum(
+        obligation.counts for obligation in closing.after.obligations if drawn & tester.obligations.bit(obligation)
+    )
+    missed = (drawn & ~closing.after.visited).bit_count()
+    decisions = " ".join(f"{counts[decision]:>11}" for decision in Decision)
+    return (
+        f"{name:<18} {planner:<10} {decisions} {len(closing.cases):>6} {seconds:>8.1f} s "
+        f"{by_cases:>8} {random_s:>8.1f} s {missed:>7}"
+    )
+
+
+def compare_published(names: Sequence[str]) -> None:
+    """Prints a line for each published problem."""
+    print(
+        f"{'model':<18} {'planner':<10} {'covered':>11} {'uncoverable':>11} {'undecided':>11} {'cases':>6} {'CPU':>10} "
+        f"{'random':>8} {'CPU':>10} {'missed':>7}"
+    )
+    for name in names or (*SMALL, *LARGE):
+        print(published(name, "canonical" if name in SMALL else "greedy"), flush=True)
+
+
 def main() -> None:
     """Prints a line for each model, and what they come to."""
     parser = argparse.ArgumentParser()
@@ -144,7 +191,11 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--enumerate", action="store_true")
     parser.add_argument("--check", action="store_true")
+    parser.add_argument("--published", nargs="*", metavar="NAME", help=f"of {', '.join((*SMALL, *LARGE))}")
     asked = parser.parse_args()
+    if asked.published is not None:
+        compare_published(asked.published)
+        return
     print("model   seconds  situations  covered, uncoverable, undecided")
     results = []
     for number in range(asked.first, asked.first + asked.models):

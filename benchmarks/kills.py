@@ -21,14 +21,13 @@ import tempfile
 import time
 from collections import Counter
 from dataclasses import dataclass, field
-from hashlib import sha256
 from itertools import count
 from pathlib import Path
 from statistics import median
 from threading import Event, Thread
 from typing import IO, TYPE_CHECKING, Any
 
-from scbm.cases.trace import ReplyReceived, RequestSent, Trace, write_trace
+from scbm.cases.trace import ReplyReceived, RequestSent, Trace, trace_digest
 from scbm.files import digest_of, load_model
 from scbm.nodes.buses.dds import open_dds
 from scbm.nodes.log.event_log import open_event_log, replay
@@ -312,15 +311,15 @@ def _wrong_verdict(case: dict[str, Any], tester: Process, cell: Cell, listener: 
     told = f"{case['name']}: {case['failures']}"
     if case["verdict"] == "lost":
         begin = runs[0].asked_ns if runs else tester.began_ns
-        end = (runs[0].abandoned_ns if runs else None) or time.monotonic_ns()
+        end = (runs[-1].abandoned_ns if runs else None) or time.monotonic_ns()
         if not _was_hit(cell, tester, begin - 5_000_000_000, end):
             yield f"lost, and no node was hit: {told}"
     elif not case["passed"]:
         yield f"failed: {told}"
-    elif not runs or runs[0].went_ns is None or runs[0].ended_ns is None:
+    elif not runs or runs[-1].went_ns is None or runs[-1].ended_ns is None:
         return  # who listens may not have found a new node yet that speaks already
-    elif any(
-        runs[0].went_ns < stamp_ns < runs[0].ended_ns - 100_000_000
+    elif any(  # earlier runs of the case had no controller, and it began again
+        runs[-1].went_ns < stamp_ns < runs[-1].ended_ns - 100_000_000
         for process in cell.all
         if process.name == "controller"
         for stamp_ns, kind in process.hits
@@ -361,7 +360,7 @@ def _twice(cell: Cell) -> Iterator[str]:
 def _wrong_log(path: Path, model: BehaviorModel) -> Iterator[str]:
     log = open_event_log(path).read(model, digest_of(model))
     records = replay(log, Program(model))
-    if sha256(write_trace(Trace(model.name, log.case.name, records)).encode()).hexdigest() != log.trace:
+    if trace_digest(Trace(model.name, log.case.name, records)) != log.trace:
         yield f"{path} gives another trace"
     sent = [record.request for record in records if isinstance(record, RequestSent)]
     answered = Counter(record.request for record in records if isinstance(record, ReplyReceived))
