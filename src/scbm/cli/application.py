@@ -11,6 +11,7 @@ import typer
 import typer.core
 
 from scbm.cli.main import GOOD, INTERRUPTED, VERBS, WRONG_INPUT, write_version
+from scbm.cli.options.help_sections import VerbCommand
 from scbm.cli.options.registry_options import with_registry_options
 from scbm.model import Diagnostic, InputError, Place, ScbmError, Slug
 
@@ -23,6 +24,11 @@ _GROUPS = {
 }
 
 _HELP = "Plan, run, test and cover behavior models of automation systems (SCBM-IAS)."
+
+_PAGE = "docs/reference/command-line.md"
+_EPILOG = f"""`scbm VERB --help` shows the options of a verb.
+
+Documentation, in the source code of scbm: README.md and docs/index.md; {_PAGE} has all verbs."""
 
 
 def run_verb(arguments: list[str], begin: Callable[[], None]) -> int:
@@ -49,14 +55,16 @@ def _application(arguments: list[str], begin: Callable[[], None]) -> typer.Typer
     application = typer.Typer(
         help=_HELP, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None
     )
-    application.callback(help=_HELP)(_common)
+    application.callback(help=_HELP, epilog=_EPILOG)(_common)
     groups = {name: typer.Typer(help=words, no_args_is_help=True) for name, words in _GROUPS.items()}
     asked = [verb for verb in VERBS if arguments[: len(verb.split())] == verb.split()]
     for verb in asked or VERBS:
         group, _, name = verb.rpartition(" ")
         command = with_registry_options(import_module(VERBS[verb]).command)
         sentence = inspect.getdoc(command)  # typer cuts off what it takes from a docstring itself
-        (groups[group] if group else application).command(name, short_help=sentence)(_exiting(command, begin))
+        add = (groups[group] if group else application).command
+        epilog = f"Documentation: {_PAGE}#scbm-{verb.replace(' ', '-')}"
+        add(name, cls=VerbCommand, short_help=sentence, epilog=epilog)(_exiting(command, begin))
     for name, group_application in groups.items():
         if not asked or asked[0].startswith(f"{name} "):
             application.add_typer(group_application, name=name)

@@ -18,6 +18,7 @@ from scbm.cli.options.closing_options import (
     MaxStates,
     limit_text,
 )
+from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
 from scbm.cli.output.terminal import activity_display, errors, results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
@@ -45,19 +46,45 @@ def command(
     *,
     suite: Annotated[
         list[Path] | None,
-        typer.Option("--suite", metavar="CASES", help="Case files, or a directory of them, to run first."),
+        typer.Option(
+            "--suite",
+            metavar="CASES",
+            help="Case files, or a directory of them, to run first.",
+            rich_help_panel=HelpSection.CASES,
+        ),
     ] = None,
     cases: Annotated[
-        int, typer.Option("--cases", min=0, max=10_000_000, help="Number of random cases to run first.")
+        int,
+        typer.Option(
+            "--cases",
+            metavar="N",
+            min=0,
+            max=10_000_000,
+            help="Number of random cases to run first.",
+            rich_help_panel=HelpSection.CASES,
+        ),
     ] = 0,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the random cases.")] = 0,
+    seed: Annotated[
+        int, typer.Option("--seed", help="Seed of the random cases.", rich_help_panel=HelpSection.CASES)
+    ] = 0,
     jobs: Jobs = None,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="DIRECTORY", help="Directory for cases and certificates.")
+        Path | None,
+        typer.Option(
+            "--out",
+            metavar="DIRECTORY",
+            help="Directory for cases and certificates.",
+            rich_help_panel=HelpSection.OUTPUT,
+        ),
     ] = None,
     write: Annotated[
         list[str] | None,
-        typer.Option("--write", metavar="NAME", help="Write this suggested goal into the model; `all` writes all."),
+        typer.Option(
+            "--write",
+            metavar="NAME",
+            help="Write this suggested goal into the model; `all` writes all.",
+            rich_help_panel=HelpSection.OUTPUT,
+        ),
     ] = None,
     max_states: MaxStates = DEFAULT_LIMITS.situations,
     max_planning: MaxPlanning = DEFAULT_LIMITS.planning,
@@ -67,7 +94,7 @@ def command(
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
     check: Annotated[bool, typer.Option("--check", help="Check certificates instead.")] = False,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
 ) -> int:
     """Generate cases for all that no case visits, or prove that no case can visit it. --check: check such proofs."""
     if check:

@@ -17,6 +17,7 @@ from scbm.cli.options.closing_options import (
     MaxStates,
     limit_text,
 )
+from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.output.terminal import activity_display, results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.closing_json import decided_json, suggestion_json
@@ -38,13 +39,18 @@ def command(
     *,
     suite: Annotated[
         list[Path] | None,
-        typer.Option("--suite", metavar="CASES", help="Case files, or a directory of them, to run first."),
+        typer.Option(
+            "--suite",
+            metavar="CASES",
+            help="Case files, or a directory of them, to run first.",
+            rich_help_panel=HelpSection.CASES,
+        ),
     ] = None,
     max_states: MaxStates = DEFAULT_LIMITS.situations,
     max_planning: MaxPlanning = DEFAULT_LIMITS.planning,
     max_random: MaxRandom = DEFAULT_LIMITS.random,
     max_changes: MaxChanges = DEFAULT_LIMITS.changes,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
 ) -> int:
     """Show how a case visits an obligation, such as `scan/failed`, or why no case does."""
     loaded = load_model(model)

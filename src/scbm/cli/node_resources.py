@@ -7,6 +7,7 @@ import typer
 
 from scbm.cases import Origin
 from scbm.cli.campaigns.node_setup import serve_node
+from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.node_options import Domain, NodeTransport, WhileStdin, read_domain
 from scbm.files import load_model, suggestion
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
@@ -23,7 +24,12 @@ def command(
         typer.Argument(metavar="NAME", help="The resources; all, if none is named.", show_default=False),
     ] = None,
     *,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of their replies while no tester is connected.")] = 0,
+    seed: Annotated[
+        int,
+        typer.Option(
+            "--seed", help="Seed of their replies while no tester is connected.", rich_help_panel=HelpSection.CASES
+        ),
+    ] = 0,
     transport: NodeTransport = None,
     domain: Domain = None,
     while_stdin: WhileStdin = False,

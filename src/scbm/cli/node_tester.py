@@ -19,6 +19,7 @@ from scbm.cli.options.campaign_options import (
     Store,
     read_thresholds,
 )
+from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.node_options import (
     Domain,
     Logs,
@@ -44,19 +45,37 @@ def command(
     network: Network = None,
     require: Require = None,
     failures: Annotated[
-        Path, typer.Option("--failures", metavar="DIRECTORY", help="Directory for the logs of failing cases.")
+        Path,
+        typer.Option(
+            "--failures",
+            metavar="DIRECTORY",
+            help="Directory for the logs of failing cases.",
+            rich_help_panel=HelpSection.OUTPUT,
+        ),
     ] = Path("scbm-failures"),
     store: Store = None,
     missing: Missing = False,
     fail_under: FailUnder = None,
     time_limit: Annotated[
-        str | None, typer.Option("--time-limit", metavar="DURATION", help="Time of the run for each case. [1 h]")
+        str | None,
+        typer.Option(
+            "--time-limit",
+            metavar="DURATION",
+            help="Time of the run for each case. [1 h]",
+            rich_help_panel=HelpSection.RUNNING,
+        ),
     ] = None,
     time_scale: TimeScale = None,
     transport: NodeTransport = None,
     domain: Domain = None,
     wait: Annotated[
-        str, typer.Option("--wait", metavar="DURATION", help="How long to wait for controller and resources.")
+        str,
+        typer.Option(
+            "--wait",
+            metavar="DURATION",
+            help="How long to wait for controller and resources.",
+            rich_help_panel=HelpSection.NODES,
+        ),
     ] = "10 s",
     logs: Logs = None,
     json: Json = False,

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from scbm.cli.options.arguments import read_goal, read_state
+from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.planner_options import (
     MaxExpanded,
     MaxLength,
@@ -29,17 +30,27 @@ FORMAT_VERSION = 2
 def command(
     model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
     *,
-    goal: Annotated[str, typer.Option("--goal", help="A goal's name, or a predicate.", show_default=False)],
+    goal: Annotated[
+        str,
+        typer.Option(
+            "--goal", help="A goal's name, or a predicate.", show_default=False, rich_help_panel=HelpSection.CASES
+        ),
+    ],
     state: Annotated[
         list[str] | None,
-        typer.Option("--state", metavar="VAR=VALUE", help="A variable that differs from the nominal state."),
+        typer.Option(
+            "--state",
+            metavar="VAR=VALUE",
+            help="A variable that differs from the nominal state.",
+            rich_help_panel=HelpSection.CASES,
+        ),
     ] = None,
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
     max_time: MaxTime = None,
     max_memory: MaxMemory = None,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
 ) -> int:
     """Find a plan to a goal, or show why there is none."""
     options = PlannerOptions(planner, max_length, max_expanded, max_time, max_memory)

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from scbm.cli.campaigns.rerun import AskedRun, rerun
+from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
 from scbm.cli.output.shown_run import show_run
 from scbm.cli.output.terminal import errors
@@ -17,19 +18,37 @@ def command(
         Path, typer.Argument(metavar="FILE", help="The case file, or the log of a real run.", show_default=False)
     ],
     *,
-    model: Annotated[Path | None, typer.Option("--model", help="The model file. [the one that the file names]")] = None,
+    model: Annotated[
+        Path | None,
+        typer.Option(
+            "--model", help="The model file. [the one that the file names]", rich_help_panel=HelpSection.CASES
+        ),
+    ] = None,
     require: Annotated[
-        list[str] | None, typer.Option("--require", metavar="SENTENCE", help="An additional requirement.")
+        list[str] | None,
+        typer.Option(
+            "--require", metavar="SENTENCE", help="An additional requirement.", rich_help_panel=HelpSection.VERDICTS
+        ),
     ] = None,
     time_limit: Annotated[
-        str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time, if the case has no limit.")
+        str | None,
+        typer.Option(
+            "--time-limit",
+            metavar="DURATION",
+            help="Simulated time, if the case has no limit.",
+            rich_help_panel=HelpSection.RUNNING,
+        ),
     ] = None,
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
-    every: Annotated[bool, typer.Option("--all", help="Show changes of every variable.")] = False,
-    trace: Annotated[Path | None, typer.Option("--trace", help="Write the trace to a file.")] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    every: Annotated[
+        bool, typer.Option("--all", help="Show changes of every variable.", rich_help_panel=HelpSection.OUTPUT)
+    ] = False,
+    trace: Annotated[
+        Path | None, typer.Option("--trace", help="Write the trace to a file.", rich_help_panel=HelpSection.OUTPUT)
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
 ) -> int:
     """Run a case file or the log of a real run again, and compare the run with the recorded one."""
     options = PlannerOptions(planner, max_length, max_expanded)

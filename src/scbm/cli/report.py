@@ -16,6 +16,7 @@ from typer.models import OptionInfo
 
 from scbm.cases.coverage import Cover, smallest_cover
 from scbm.cli.options.campaign_options import FAIL_UNDER, FAIL_UNDER_HELP, meets_thresholds, read_thresholds
+from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.registry_options import OptionPerEntry
 from scbm.cli.output.terminal import errors, report_columns, results, write_json
 from scbm.files import FileWriter
@@ -35,7 +36,11 @@ _SLOW = 200
 
 def _format_options() -> dict[str, tuple[Any, OptionInfo]]:
     return {
-        name: (Path | None, typer.Option(f"--{name}", metavar="FILE", help=form.help)) for name, form in FORMATS.items()
+        name: (
+            Path | None,
+            typer.Option(f"--{name}", metavar="FILE", help=form.help, rich_help_panel=HelpSection.FILES),
+        )
+        for name, form in FORMATS.items()
     }
 
 
@@ -104,17 +109,39 @@ def _text(form: ReportFormat, history: History) -> str:
 def command(
     store: Annotated[Path, typer.Argument(help="The coverage store.", show_default=False)],
     *,
-    missing: Annotated[bool, typer.Option("--missing", help="Show only the missed obligations, and why.")] = False,
-    contexts: Annotated[bool, typer.Option("--contexts", help="Show the cases that visit each obligation.")] = False,
+    missing: Annotated[
+        bool,
+        typer.Option(
+            "--missing", help="Show only the missed obligations, and why.", rich_help_panel=HelpSection.OUTPUT
+        ),
+    ] = False,
+    contexts: Annotated[
+        bool,
+        typer.Option(
+            "--contexts", help="Show the cases that visit each obligation.", rich_help_panel=HelpSection.OUTPUT
+        ),
+    ] = False,
     minimize: Annotated[
-        bool, typer.Option("--minimize", help="Show the smallest suite with the same coverage.")
+        bool,
+        typer.Option(
+            "--minimize", help="Show the smallest suite with the same coverage.", rich_help_panel=HelpSection.OUTPUT
+        ),
     ] = False,
     save: Annotated[
-        Path | None, typer.Option("--save", metavar="DIRECTORY", help="Save the cases of that suite as files.")
+        Path | None,
+        typer.Option(
+            "--save",
+            metavar="DIRECTORY",
+            help="Save the cases of that suite as files.",
+            rich_help_panel=HelpSection.OUTPUT,
+        ),
     ] = None,
     files: Annotated[Mapping[str, Path | None], FORMAT_OPTIONS],
-    fail_under: Annotated[list[str] | None, typer.Option(FAIL_UNDER, metavar="PERCENT", help=FAIL_UNDER_HELP)] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    fail_under: Annotated[
+        list[str] | None,
+        typer.Option(FAIL_UNDER, metavar="PERCENT", help=FAIL_UNDER_HELP, rich_help_panel=HelpSection.VERDICTS),
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
 ) -> int:
     """Report what the cases of a coverage store visited, in any format."""
     wanted_figures = read_thresholds(fail_under or [])

@@ -15,6 +15,7 @@ from scbm.cli.options.arguments import (
     read_state,
     read_time_limit,
 )
+from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
 from scbm.cli.output.shown_run import show_run
 from scbm.files import FileWriter, load_model
@@ -25,30 +26,64 @@ from scbm.testing import RandomCases, Tester, draw_network
 def command(
     model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
     *,
-    goal: Annotated[str | None, typer.Option("--goal", help="A goal's name, or a predicate.")] = None,
+    goal: Annotated[
+        str | None, typer.Option("--goal", help="A goal's name, or a predicate.", rich_help_panel=HelpSection.CASES)
+    ] = None,
     state: Annotated[
         list[str] | None,
-        typer.Option("--state", metavar="VAR=VALUE", help="A variable that differs from the nominal state."),
+        typer.Option(
+            "--state",
+            metavar="VAR=VALUE",
+            help="A variable that differs from the nominal state.",
+            rich_help_panel=HelpSection.CASES,
+        ),
     ] = None,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of the replies of the resources.")] = 0,
+    seed: Annotated[
+        int, typer.Option("--seed", help="Seed of the replies of the resources.", rich_help_panel=HelpSection.CASES)
+    ] = 0,
     case: Annotated[
-        int | None, typer.Option("--case", min=1, help="Goal and initial state of this case of `scbm test --seed`.")
+        int | None,
+        typer.Option(
+            "--case",
+            metavar="N",
+            min=1,
+            help="Goal and initial state of this case of `scbm test --seed`.",
+            rich_help_panel=HelpSection.CASES,
+        ),
     ] = None,
     network: Annotated[
-        str | None, typer.Option("--network", help="Faults of the network: `loss: 2 %, jitter: 20 ms`, or `drawn`.")
+        str | None,
+        typer.Option(
+            "--network",
+            help="Faults of the network: `loss: 2 %, jitter: 20 ms`, or `drawn`.",
+            rich_help_panel=HelpSection.CASES,
+        ),
     ] = None,
     require: Annotated[
-        list[str] | None, typer.Option("--require", metavar="SENTENCE", help="An additional requirement.")
+        list[str] | None,
+        typer.Option(
+            "--require", metavar="SENTENCE", help="An additional requirement.", rich_help_panel=HelpSection.VERDICTS
+        ),
     ] = None,
     time_limit: Annotated[
-        str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time for the goal. [1 h]")
+        str | None,
+        typer.Option(
+            "--time-limit",
+            metavar="DURATION",
+            help="Simulated time for the goal. [1 h]",
+            rich_help_panel=HelpSection.RUNNING,
+        ),
     ] = None,
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
-    every: Annotated[bool, typer.Option("--all", help="Show changes of every variable.")] = False,
-    trace: Annotated[Path | None, typer.Option("--trace", help="Write the trace to a file.")] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    every: Annotated[
+        bool, typer.Option("--all", help="Show changes of every variable.", rich_help_panel=HelpSection.OUTPUT)
+    ] = False,
+    trace: Annotated[
+        Path | None, typer.Option("--trace", help="Write the trace to a file.", rich_help_panel=HelpSection.OUTPUT)
+    ] = None,
+    json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
 ) -> int:
     """Run one goal against simulated resources, and show what happens."""
     writer = FileWriter([(model, "the model")])

@@ -29,6 +29,7 @@ from scbm.cli.options.campaign_options import (
     read_executor,
     read_thresholds,
 )
+from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.node_options import (
     Bindings,
     Domain,
@@ -64,29 +65,65 @@ def command(
     cluster: Cluster = None,
     until_dry: Annotated[
         int | None,
-        typer.Option("--until-dry", metavar="N", min=1, help="Stop once N random cases in a row visit nothing new."),
+        typer.Option(
+            "--until-dry",
+            metavar="N",
+            min=1,
+            help="Stop once N random cases in a row visit nothing new.",
+            rich_help_panel=HelpSection.CASES,
+        ),
     ] = None,
     select: Annotated[
         str | None,
-        typer.Option("-k", metavar="EXPRESSION", help="Run the cases whose names hold this: `scan and not fast`."),
+        typer.Option(
+            "-k",
+            metavar="EXPRESSION",
+            help="Run the cases whose names hold this: `scan and not fast`.",
+            rich_help_panel=HelpSection.CASES,
+        ),
     ] = None,
     last_failed: Annotated[
-        bool, typer.Option("--lf", "--last-failed", help="Run the cases that failed last time; all if none did.")
+        bool,
+        typer.Option(
+            "--lf",
+            "--last-failed",
+            help="Run the cases that failed last time; all if none did.",
+            rich_help_panel=HelpSection.CASES,
+        ),
     ] = False,
-    stop: Annotated[bool, typer.Option("-x", "--exitfirst", help="Stop at the first failure.")] = False,
+    stop: Annotated[
+        bool, typer.Option("-x", "--exitfirst", help="Stop at the first failure.", rich_help_panel=HelpSection.RUNNING)
+    ] = False,
     require: Require = None,
     save: Annotated[
-        Path | None, typer.Option("--save", metavar="DIRECTORY", help="Save every random case as a file.")
+        Path | None,
+        typer.Option(
+            "--save", metavar="DIRECTORY", help="Save every random case as a file.", rich_help_panel=HelpSection.OUTPUT
+        ),
     ] = None,
-    shrink: Annotated[bool, typer.Option("--shrink/--no-shrink", help="Shrink failing cases.")] = True,
+    shrink: Annotated[
+        bool, typer.Option("--shrink/--no-shrink", help="Shrink failing cases.", rich_help_panel=HelpSection.RUNNING)
+    ] = True,
     failures: Annotated[
-        Path, typer.Option("--failures", metavar="DIRECTORY", help="Directory for shrunk failing cases.")
+        Path,
+        typer.Option(
+            "--failures",
+            metavar="DIRECTORY",
+            help="Directory for shrunk failing cases.",
+            rich_help_panel=HelpSection.OUTPUT,
+        ),
     ] = Path("scbm-failures"),
     store: Store = None,
     missing: Missing = False,
     fail_under: FailUnder = None,
     time_limit: Annotated[
-        str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time for each case. [1 h]")
+        str | None,
+        typer.Option(
+            "--time-limit",
+            metavar="DURATION",
+            help="Simulated time for each case. [1 h]",
+            rich_help_panel=HelpSection.RUNNING,
+        ),
     ] = None,
     planner: PlannerName = None,
     max_length: MaxLength = None,
@@ -99,7 +136,12 @@ def command(
     domain: Domain = None,
     wait: Annotated[
         str | None,
-        typer.Option("--wait", metavar="DURATION", help="How long to wait for nodes and drivers. [10 s]"),
+        typer.Option(
+            "--wait",
+            metavar="DURATION",
+            help="How long to wait for nodes and drivers. [10 s]",
+            rich_help_panel=HelpSection.NODES,
+        ),
     ] = None,
     logs: Logs = None,
     json: Json = False,

@@ -10,6 +10,7 @@ import typer
 
 from scbm.cli.campaigns.rerun import AskedRun, rerun
 from scbm.cli.options.arguments import read_faults, read_requirements, read_time_limit
+from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.output.terminal import results, write_json
 from scbm.files import FileWriter, load_model
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug, format_moment
@@ -47,24 +48,60 @@ def command(
     ],
     *,
     perfetto: Annotated[
-        Path | None, typer.Option("--perfetto", metavar="FILE", help="Write JSON for ui.perfetto.dev.")
+        Path | None,
+        typer.Option(
+            "--perfetto", metavar="FILE", help="Write JSON for ui.perfetto.dev.", rich_help_panel=HelpSection.FILES
+        ),
     ] = None,
-    mcap: Annotated[Path | None, typer.Option("--mcap", metavar="FILE", help="Write MCAP for Foxglove.")] = None,
-    model: Annotated[Path | None, typer.Option("--model", help="The model file. [the one that the file names]")] = None,
-    seed: Annotated[int | None, typer.Option("--seed", help="Seed of the random case. [0]")] = None,
+    mcap: Annotated[
+        Path | None,
+        typer.Option("--mcap", metavar="FILE", help="Write MCAP for Foxglove.", rich_help_panel=HelpSection.FILES),
+    ] = None,
+    model: Annotated[
+        Path | None,
+        typer.Option(
+            "--model", help="The model file. [the one that the file names]", rich_help_panel=HelpSection.CASES
+        ),
+    ] = None,
+    seed: Annotated[
+        int | None, typer.Option("--seed", help="Seed of the random case. [0]", rich_help_panel=HelpSection.CASES)
+    ] = None,
     case: Annotated[
-        int | None, typer.Option("--case", min=1, help="This case of `scbm test --seed`, in place of a file.")
+        int | None,
+        typer.Option(
+            "--case",
+            metavar="N",
+            min=1,
+            help="This case of `scbm test --seed`, in place of a file.",
+            rich_help_panel=HelpSection.CASES,
+        ),
     ] = None,
     network: Annotated[
-        str | None, typer.Option("--network", help="With `--case`: `loss: 2 %, jitter: 20 ms`, or `drawn`.")
+        str | None,
+        typer.Option(
+            "--network",
+            help="With `--case`: `loss: 2 %, jitter: 20 ms`, or `drawn`.",
+            rich_help_panel=HelpSection.CASES,
+        ),
     ] = None,
     require: Annotated[
-        list[str] | None, typer.Option("--require", metavar="SENTENCE", help="An additional requirement.")
+        list[str] | None,
+        typer.Option(
+            "--require", metavar="SENTENCE", help="An additional requirement.", rich_help_panel=HelpSection.VERDICTS
+        ),
     ] = None,
     time_limit: Annotated[
-        str | None, typer.Option("--time-limit", metavar="DURATION", help="Simulated time, if the case has no limit.")
+        str | None,
+        typer.Option(
+            "--time-limit",
+            metavar="DURATION",
+            help="Simulated time, if the case has no limit.",
+            rich_help_panel=HelpSection.RUNNING,
+        ),
     ] = None,
-    json: Annotated[bool, typer.Option("--json", help="Print what was written as JSON.")] = False,
+    json: Annotated[
+        bool, typer.Option("--json", help="Print what was written as JSON.", rich_help_panel=HelpSection.OUTPUT)
+    ] = False,
 ) -> int:
     """Run a case or the log of a real run again, and write what happens as a file that Perfetto or Foxglove opens."""
     outputs = _outputs(perfetto, mcap)

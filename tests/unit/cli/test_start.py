@@ -77,7 +77,7 @@ def test_a_package_that_imports_its_names_late_exports_all_of_them(package: str)
 
 
 def test_the_help_shows_whole_sentences(scbm: Callable[..., Ran]) -> None:
-    _, _, commands = scbm("--help").out.partition("Commands:\n")
+    commands = scbm("--help").out.partition("Commands:\n")[2].partition("\n\n")[0]
     sentences = re.split(r"\n  (?=\S)", commands.rstrip())
     assert len(sentences) == len({verb.split()[0] for verb in VERBS})
     assert [sentence for sentence in sentences if not re.search(r"[^.]\.$", sentence)] == []

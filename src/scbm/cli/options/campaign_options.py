@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from scbm.cases.coverage import KINDS, Threshold
+from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.output.terminal import errors
 from scbm.files import suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
@@ -86,25 +87,66 @@ Files = Annotated[
 ]
 Cases = Annotated[
     int | None,
-    typer.Option("--cases", min=0, max=10_000_000, help="Number of random cases. [20; 0 with case files]"),
+    typer.Option(
+        "--cases",
+        metavar="N",
+        min=0,
+        max=10_000_000,
+        help="Number of random cases. [20; 0 with case files]",
+        rich_help_panel=HelpSection.CASES,
+    ),
 ]
 Jobs = Annotated[
     int | None,
-    typer.Option("-j", "--jobs", metavar="N", min=1, max=1_024, help="Worker processes. [all cores, if it takes long]"),
+    typer.Option(
+        "-j",
+        "--jobs",
+        metavar="N",
+        min=1,
+        max=1_024,
+        help="Worker processes. [all cores, if it takes long]",
+        rich_help_panel=HelpSection.RUNNING,
+    ),
 ]
 Cluster = Annotated[
     str | None,
-    typer.Option("--cluster", metavar="ADDRESS", help="Run the cases on this Dask cluster: `tcp://host:8786`."),
+    typer.Option(
+        "--cluster",
+        metavar="ADDRESS",
+        help="Run the cases on this Dask cluster: `tcp://host:8786`.",
+        rich_help_panel=HelpSection.RUNNING,
+    ),
 ]
-Seed = Annotated[int, typer.Option("--seed", help="Seed of the random cases.")]
+Seed = Annotated[int, typer.Option("--seed", help="Seed of the random cases.", rich_help_panel=HelpSection.CASES)]
 Network = Annotated[
-    str | None, typer.Option("--network", help="Faults in random cases: `loss: 2 %, jitter: 20 ms`, or `drawn`.")
+    str | None,
+    typer.Option(
+        "--network",
+        help="Faults in random cases: `loss: 2 %, jitter: 20 ms`, or `drawn`.",
+        rich_help_panel=HelpSection.CASES,
+    ),
 ]
-Require = Annotated[list[str] | None, typer.Option("--require", metavar="SENTENCE", help="An additional requirement.")]
-Store = Annotated[Path | None, typer.Option("--store", metavar="FILE", help="Add the cases to this coverage store.")]
-Missing = Annotated[bool, typer.Option("--missing", help="Show only the missed obligations, and why.")]
-FailUnder = Annotated[list[str] | None, typer.Option(FAIL_UNDER, metavar="PERCENT", help=FAIL_UNDER_HELP)]
-Json = Annotated[bool, typer.Option("--json", help="Print JSON.")]
+Require = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--require", metavar="SENTENCE", help="An additional requirement.", rich_help_panel=HelpSection.VERDICTS
+    ),
+]
+Store = Annotated[
+    Path | None,
+    typer.Option(
+        "--store", metavar="FILE", help="Add the cases to this coverage store.", rich_help_panel=HelpSection.OUTPUT
+    ),
+]
+Missing = Annotated[
+    bool,
+    typer.Option("--missing", help="Show only the missed obligations, and why.", rich_help_panel=HelpSection.OUTPUT),
+]
+FailUnder = Annotated[
+    list[str] | None,
+    typer.Option(FAIL_UNDER, metavar="PERCENT", help=FAIL_UNDER_HELP, rich_help_panel=HelpSection.VERDICTS),
+]
+Json = Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)]
 
 
 def read_executor(jobs: int | None, cluster: str | None = None) -> Executor:

@@ -6,19 +6,50 @@ from typing import Annotated
 
 import typer
 
+from scbm.cli.options.help_sections import HelpSection
 from scbm.closing import CloseLimits
 
 DEFAULT_LIMITS = CloseLimits()
 
-MaxStates = Annotated[int, typer.Option("--max-states", min=1, help="Maximum number of explored situations of runs.")]
+MaxStates = Annotated[
+    int,
+    typer.Option(
+        "--max-states",
+        metavar="N",
+        min=1,
+        help="Maximum number of explored situations of runs.",
+        rich_help_panel=HelpSection.LIMITS,
+    ),
+]
 MaxPlanning = Annotated[
-    int, typer.Option("--max-planning", min=1, help="Maximum number of states to plan all runs for one goal.")
+    int,
+    typer.Option(
+        "--max-planning",
+        metavar="N",
+        min=1,
+        help="Maximum number of states to plan all runs for one goal.",
+        rich_help_panel=HelpSection.LIMITS,
+    ),
 ]
 MaxRandom = Annotated[
-    int, typer.Option("--max-random", min=0, help="Maximum number of random cases of the search, if runs are many.")
+    int,
+    typer.Option(
+        "--max-random",
+        metavar="N",
+        min=0,
+        help="Maximum number of random cases of the search, if runs are many.",
+        rich_help_panel=HelpSection.LIMITS,
+    ),
 ]
 MaxChanges = Annotated[
-    int, typer.Option("--max-changes", min=0, help="Maximum number of changed cases after them, if runs are many.")
+    int,
+    typer.Option(
+        "--max-changes",
+        metavar="N",
+        min=0,
+        help="Maximum number of changed cases after them, if runs are many.",
+        rich_help_panel=HelpSection.LIMITS,
+    ),
 ]
 
 

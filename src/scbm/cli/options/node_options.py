@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.registry_options import NameOf
 from scbm.files import load_bindings, load_model, parse_duration, suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
@@ -45,37 +46,75 @@ TestTransport = Annotated[
     str | None,
     NameOf(
         lambda: TRANSPORTS,
-        typer.Option("--transport", help="Run over nodes: in this process, or as processes of DDS."),
+        typer.Option(
+            "--transport",
+            help="Run over nodes: in this process, or as processes of DDS.",
+            rich_help_panel=HelpSection.NODES,
+        ),
     ),
 ]
 NodeTransport = Annotated[
     str | None,
     NameOf(
         _between_processes,
-        typer.Option("--transport", help=f"What carries the messages between nodes. [{DEFAULT_TRANSPORT}]"),
+        typer.Option(
+            "--transport",
+            help=f"What carries the messages between nodes. [{DEFAULT_TRANSPORT}]",
+            rich_help_panel=HelpSection.NODES,
+        ),
     ),
 ]
 TimeScale = Annotated[
     str | None,
-    typer.Option("--time-scale", metavar="FACTOR", help="Speed of runs over nodes relative to the wall clock. [1]"),
+    typer.Option(
+        "--time-scale",
+        metavar="FACTOR",
+        help="Speed of runs over nodes relative to the wall clock. [1]",
+        rich_help_panel=HelpSection.NODES,
+    ),
 ]
-Logs = Annotated[Path | None, typer.Option("--logs", metavar="DIRECTORY", help="Save the log of every run over nodes.")]
+Logs = Annotated[
+    Path | None,
+    typer.Option(
+        "--logs", metavar="DIRECTORY", help="Save the log of every run over nodes.", rich_help_panel=HelpSection.NODES
+    ),
+]
 Domain = Annotated[
-    int | None, typer.Option("--domain", metavar="N", help="DDS domain, 0 to 232. [ROS_DOMAIN_ID, or 0]")
+    int | None,
+    typer.Option(
+        "--domain", metavar="N", help="DDS domain, 0 to 232. [ROS_DOMAIN_ID, or 0]", rich_help_panel=HelpSection.NODES
+    ),
 ]
 Real = Annotated[
     list[str] | None,
-    typer.Option("--real", metavar="NAME", help="Reach this resource at its driver; else it is simulated."),
+    typer.Option(
+        "--real",
+        metavar="NAME",
+        help="Reach this resource at its driver; else it is simulated.",
+        rich_help_panel=HelpSection.NODES,
+    ),
 ]
 Bindings = Annotated[
-    Path | None, typer.Option("--bindings", metavar="FILE", help="A file that binds resources to drivers.")
+    Path | None,
+    typer.Option(
+        "--bindings", metavar="FILE", help="A file that binds resources to drivers.", rich_help_panel=HelpSection.NODES
+    ),
 ]
 Reached = Annotated[
     Via | None,
-    typer.Option("--via", help="Reach drivers by plain DDS, or by the rclpy of an installation of ROS 2. [dds]"),
+    typer.Option(
+        "--via",
+        help="Reach drivers by plain DDS, or by the rclpy of an installation of ROS 2. [dds]",
+        rich_help_panel=HelpSection.NODES,
+    ),
 ]
 WhileStdin = Annotated[
-    bool, typer.Option("--while-stdin", help="End when the standard input ends: for programs that start nodes.")
+    bool,
+    typer.Option(
+        "--while-stdin",
+        help="End when the standard input ends: for programs that start nodes.",
+        rich_help_panel=HelpSection.NODES,
+    ),
 ]
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.registry_options import KnownName
 from scbm.files import parse_duration, suggestion
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, PlannerChoice, Slug
@@ -21,20 +22,50 @@ PlannerName = Annotated[
     str | None,
     KnownName(
         lambda: PLANNERS,
-        typer.Option("--planner", help=f"The planner. [that of the model, or {DEFAULT_PLANNER}]"),
+        typer.Option(
+            "--planner",
+            help=f"The planner. [that of the model, or {DEFAULT_PLANNER}]",
+            rich_help_panel=HelpSection.PLANNER,
+        ),
     ),
 ]
 MaxLength = Annotated[
-    int | None, typer.Option("--max-length", min=0, help="Maximum number of operations in a plan. [1000]")
+    int | None,
+    typer.Option(
+        "--max-length",
+        metavar="N",
+        min=0,
+        help="Maximum number of operations in a plan. [1000]",
+        rich_help_panel=HelpSection.PLANNER,
+    ),
 ]
 MaxExpanded = Annotated[
-    int | None, typer.Option("--max-expanded", min=1, help="Maximum number of expanded states. [1000000]")
+    int | None,
+    typer.Option(
+        "--max-expanded",
+        metavar="N",
+        min=1,
+        help="Maximum number of expanded states. [1000000]",
+        rich_help_panel=HelpSection.PLANNER,
+    ),
 ]
 MaxTime = Annotated[
-    str | None, typer.Option("--max-time", metavar="DURATION", help="Maximum wall time of a search. [none]")
+    str | None,
+    typer.Option(
+        "--max-time",
+        metavar="DURATION",
+        help="Maximum wall time of a search. [none]",
+        rich_help_panel=HelpSection.PLANNER,
+    ),
 ]
 MaxMemory = Annotated[
-    str | None, typer.Option("--max-memory", metavar="SIZE", help="Maximum memory of the process, `2 GiB`. [none]")
+    str | None,
+    typer.Option(
+        "--max-memory",
+        metavar="SIZE",
+        help="Maximum memory of the process, `2 GiB`. [none]",
+        rich_help_panel=HelpSection.PLANNER,
+    ),
 ]
 
 _SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*([kMGT]i?)?B", re.ASCII)
