@@ -13,24 +13,13 @@ from hypothesis import strategies as st
 from scbm.cases import CONDITIONS, Case, Condition, ConditionKind, Injection, Network, Origin
 from scbm.cases.coverage import Coverage, Obligations, visited_by
 from scbm.cases.trace import End, ReplyReceived, RequestSent, RunEnded, RunStarted, Trace, read_trace, write_trace
-from scbm.model import (
-    AfterAlways,
-    Always,
-    Before,
-    BehaviorModel,
-    LeadsTo,
-    Never,
-    OperationState,
-    Predicate,
-    Requirement,
-    Role,
-    Value,
-)
+from scbm.model import FORMS, BehaviorModel, OperationState, Requirement, Role, Value
 from scbm.planning import PlanLimits
 from scbm.running import RunnerOptions
 from scbm.running.simulation import Choices, DrawnReactions, PlainReactions, Simulated, Simulator, leave_nothing_open
 from scbm.testing import draw_network, find_violations
 from support.profiles import examples
+from support.sentence_references import SENTENCE_REFERENCES
 from support.strategies import SECOND_NS, running_models, sentences
 
 OPTIONS = RunnerOptions(time_limit_ns=100 * SECOND_NS, plan_limit=12, livelock_bound=60)
@@ -157,56 +146,15 @@ def test_what_a_run_visits_is_what_its_states_show(model: BehaviorModel, data: s
     assert {name for name in names if not name.startswith("automatic/") and not name.endswith("/queued")} == shown
 
 
+def test_every_form_of_requirement_has_a_slow_reference() -> None:
+    assert list(SENTENCE_REFERENCES) == list(FORMS.values())
+
+
 @given(running_models(), st.data())
 @examples(250)
 def test_violations_are_those_of_a_slow_monitor(model: BehaviorModel, data: st.DataObject) -> None:
     run = _run(data, model)
     sentence = data.draw(sentences(model.running_space.variables))
     found = find_violations([Requirement("q", sentence)], run.records)
-    expected = _violated_at(sentence, _states(run))
+    expected = SENTENCE_REFERENCES[type(sentence)](sentence, _states(run))
     assert [violation.at_ns for violation in found] == ([] if expected is None else [expected])
-
-
-def _violated_at(sentence: object, states: list[tuple[int, dict[str, Value]]]) -> int | None:  # noqa: PLR0911
-    """When a sequence of states breaks a sentence, straight from the definition, looking at all states again."""
-    match sentence:
-        case Always(p):
-            return next((at for at, state in states if not p.holds(state)), None)
-        case Never(p):
-            return next((at for at, state in states if p.holds(state)), None)
-        case Before(p, q):
-            for index, (at, state) in enumerate(states):
-                if q.holds(state) and not any(p.holds(earlier) for _, earlier in states[: index + 1]):
-                    return at
-            return None
-        case AfterAlways(p, q, r):
-            for index, (at, state) in enumerate(states):
-                if not q.holds(state) and _is_bound(p, r, states[: index + 1]):
-                    return at
-            return None
-        case LeadsTo(p, q, within):
-            return _late_at(p, q, within, states)
-    raise AssertionError(sentence)
-
-
-def _is_bound(p: Predicate, r: Predicate, states: list[tuple[int, dict[str, Value]]]) -> bool:
-    """Whether some state with p has no state with r from it on."""
-    return any(
-        p.holds(state) and not any(r.holds(later) for _, later in states[index:])
-        for index, (_, state) in enumerate(states)
-    )
-
-
-def _late_at(p: Predicate, q: Predicate, within: int | None, states: list[tuple[int, dict[str, Value]]]) -> int | None:
-    """The first moment at which it is seen that some p is not followed by q in time; the end at the latest."""
-    end = states[-1][0]
-    moments = []
-    for index, (at, state) in enumerate(states):
-        if not p.holds(state):
-            continue
-        answered = next((later for later, other in states[index:] if q.holds(other)), None)
-        if within is None and answered is None:
-            moments.append(end)
-        elif within is not None and (end if answered is None else answered) - at > within:
-            moments.append(at + within)
-    return min(moments, default=None)

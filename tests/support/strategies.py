@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never, cast
 
 from hypothesis import strategies as st
 
 from scbm.model import (
+    FORMS,
     Action,
     Add,
-    AfterAlways,
-    Always,
     And,
     Assign,
-    Before,
     BehaviorModel,
     Constant,
     Domain,
@@ -22,9 +20,7 @@ from scbm.model import (
     Implies,
     Latency,
     LatencyShape,
-    LeadsTo,
     Member,
-    Never,
     Not,
     NotEqual,
     Operation,
@@ -35,6 +31,7 @@ from scbm.model import (
     Reference,
     Relation,
     Requirement,
+    RequirementForm,
     Resource,
     Role,
     Simulation,
@@ -44,10 +41,11 @@ from scbm.model import (
     ValueKind,
     Variable,
 )
+from scbm.model.requirement_patterns import PlaceholderKind, pattern_parts
 from scbm.model.variables import PLAN_STATE, request_state_name, resource_variables, runner_variables, trigger_name
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from hypothesis.strategies import DrawFn, SearchStrategy
 
@@ -229,15 +227,24 @@ def _operation(draw: DrawFn, name: str, world: Sequence[Variable], resources: Se
 
 
 @st.composite
-def sentences(draw: DrawFn, space: Sequence[Variable]) -> Always | Never | LeadsTo | Before | AfterAlways:
-    part = predicates(space, 2)
-    within = draw(st.sampled_from([None, 1, 1_500_000_000, 10 * SECOND_NS, 90 * 60 * SECOND_NS]))
-    return draw(
-        st.one_of(
-            st.builds(Always, part),
-            st.builds(Never, part),
-            st.builds(LeadsTo, part, part, st.just(within)),
-            st.builds(Before, part, part),
-            st.builds(AfterAlways, part, part, part),
-        )
-    )
+def sentences(draw: DrawFn, space: Sequence[Variable]) -> RequirementForm:
+    """Sentences of each form that there is."""
+    form: Callable[..., RequirementForm] = draw(st.sampled_from(list(FORMS.values())))
+    values: list[object] = []
+    for part in pattern_parts(cast("type[RequirementForm]", form).pattern):
+        is_left_out = part.is_optional and draw(st.booleans())
+        values += [None if is_left_out else draw(_values(kind, space)) for kind in part.kinds]
+    return form(*values)
+
+
+def _values(kind: PlaceholderKind, space: Sequence[Variable]) -> SearchStrategy[object]:
+    """What stands in the place of a letter of a pattern."""
+    match kind:
+        case PlaceholderKind.PREDICATE:
+            return predicates(space, 2)
+        case PlaceholderKind.DURATION:
+            return st.sampled_from([1, 1_500_000_000, 10 * SECOND_NS, 90 * 60 * SECOND_NS])
+        case PlaceholderKind.NUMBER:
+            return st.integers(0, 3)
+        case _:
+            assert_never(kind)

@@ -1,45 +1,89 @@
-"""Requirements: sentences over a run, and their forms (`FORMS`; semantics 7.3). `testing` checks them with monitors.
+"""Requirements: sentences over a run, and their forms (`FORMS`; semantics 7.3).
 
-A form of requirement is a class with a pattern, and an entry in `FORMS`. The grammar, the printed sentence and the help
-follow from the pattern.
+A form of requirement is a class and an entry in `FORMS`. The class says how the form is written and which runs violate
+it. The grammar, the printed sentence, the JSON Schema and the tables of the documentation follow from the class.
 """
 
 from __future__ import annotations
 
-import re
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, cast
 
-from scbm.model.durations import format_duration
+from scbm.model.durations import format_duration, format_moment
 from scbm.model.predicates import Predicate
+from scbm.model.requirement_patterns import written
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
-PREDICATES = ("p", "q", "r")
-"""The words of a pattern that stand for predicates."""
-
-DURATION = "d"
-"""The word of a pattern that stands for a duration."""
-
-_WORD = re.compile(r"\[[^]]*\]|\S+")
+    from scbm.model.values import Value
 
 
-def pattern_words(pattern: str) -> list[str]:
-    """Return the words of a pattern; an optional part in brackets is one word."""
-    return _WORD.findall(pattern)
-
-
-class RequirementForm:
-    """A sentence that a requirement says. Its subclasses are the forms: frozen dataclasses.
+class SentenceViolation(NamedTuple):
+    """When and how a run violates a sentence.
 
     Attributes:
-        pattern: how the form is written: `p`, `q` and `r` stand for predicates, `d` for a duration, all other words for
-            themselves; a part in brackets is optional. The fields of the dataclass have the values in this order.
+        at_ns: when; not later than the state that shows it.
+        reason: what is wrong, in words.
+        begins: the index of the record from which on the trace shows it; `None` if one record does.
+    """
+
+    at_ns: int
+    reason: str
+    begins: int | None = None
+
+
+class ObservedState(NamedTuple):
+    """A state of a run.
+
+    Attributes:
+        at_ns: when it begins.
+        record: the index of the record that brought it about.
+        values: the values of all variables. Read them before the next state, which changes this mapping.
+    """
+
+    at_ns: int
+    record: int
+    values: Mapping[str, Value]
+
+    def violation(self, reason: str, since: ObservedState | None = None) -> SentenceViolation:
+        """Return a violation that this state shows, and that began with the state `since`."""
+        return SentenceViolation(self.at_ns, reason, None if since is None else since.record)
+
+
+class ObservedRun(Protocol):
+    """A run as a sentence sees it: its first state, and each state after a change of a variable that it reads."""
+
+    @property
+    def end_ns(self) -> int:
+        """The time of the last record."""
+        ...
+
+    def __iter__(self) -> Iterator[ObservedState]:
+        """Yield the states, in order."""
+        ...
+
+
+class RequirementForm(ABC):
+    """A sentence that a requirement says. Its subclasses are the forms: frozen dataclasses.
+
+    The fields of the dataclass have the values of the letters of the pattern, in the same order: predicates, durations
+    in nanoseconds, numbers. Those of an optional part are `None` if the sentence is written without it.
+
+    Attributes:
+        pattern: how the form is written: `p`, `q` and `r` stand for predicates, `d` and `e` for durations, `n` and `m`
+            for numbers, all other words for themselves; a part in brackets is optional.
+        violated: when a run violates the form, for the documentation: a text for each way to write the pattern.
     """
 
     __slots__ = ()
     pattern: ClassVar[str]
+    violated: ClassVar[tuple[str, ...]]
+
+    @abstractmethod
+    def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
+        """Return the first violation by a run; `None` if the run satisfies the sentence."""
 
     @property
     def predicates(self) -> tuple[Predicate, ...]:
@@ -51,39 +95,42 @@ class RequirementForm:
         return tuple(dict.fromkeys(name for predicate in self.predicates for name in predicate.reads()))
 
     def __str__(self) -> str:
-        return " ".join(_written(pattern_words(self.pattern), iter(self._values())))
+        return written(self.pattern, self._values())
 
     def _values(self) -> tuple[object, ...]:
         return tuple(getattr(self, field.name) for field in fields(cast("Any", self)))
-
-
-def _written(words: list[str], values: Iterator[object]) -> Iterator[str]:
-    """Yield the words with values in the places of `p`, `q`, `r` and `d`."""
-    for word in words:
-        if word in PREDICATES:
-            yield str(next(values))
-        elif word == DURATION:
-            yield format_duration(cast("int", next(values)))
-        elif not word.startswith("["):
-            yield word
-        elif (value := next(values)) is not None:
-            yield from _written(pattern_words(word[1:-1]), iter([value]))
 
 
 @dataclass(frozen=True, slots=True)
 class Always(RequirementForm):
     """`always p`: p holds in every state."""
 
-    pattern: ClassVar[str] = "always p"
+    pattern = "always p"
+    violated = ("in the first state in which `p` does not hold",)
     predicate: Predicate
+
+    def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
+        """Return the first state in which p does not hold."""
+        for state in run:
+            if not self.predicate.holds(state.values):
+                return state.violation(f"{self.predicate} does not hold")
+        return None
 
 
 @dataclass(frozen=True, slots=True)
 class Never(RequirementForm):
     """`never p`: p holds in no state."""
 
-    pattern: ClassVar[str] = "never p"
+    pattern = "never p"
+    violated = ("in the first state in which `p` holds",)
     predicate: Predicate
+
+    def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
+        """Return the first state in which p holds."""
+        for state in run:
+            if self.predicate.holds(state.values):
+                return state.violation(f"{self.predicate} holds")
+        return None
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,29 +141,80 @@ class LeadsTo(RequirementForm):
     passed satisfies the requirement.
     """
 
-    pattern: ClassVar[str] = "p leads to q [within d]"
+    pattern = "p leads to q [within d]"
+    violated = (
+        "at the end of the run, if `q` is still due",
+        "as soon as `q` has been due for more than `d`. A run that ends earlier violates nothing",
+    )
     cause: Predicate
     effect: Predicate
     within_ns: int | None = None
+
+    def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
+        """Return the moment at which q has been due for too long."""
+        due: ObservedState | None = None
+        for state in run:
+            late = self._late(due, state.at_ns)
+            if late is not None:
+                return late
+            if self.effect.holds(state.values):
+                due = None
+            elif due is None and self.cause.holds(state.values):
+                due = state
+        if due is not None and self.within_ns is None:
+            reason = f"the run ends, and {self.effect} has not held since {format_moment(due.at_ns)}"
+            return SentenceViolation(run.end_ns, reason, due.record)
+        return self._late(due, run.end_ns)
+
+    def _late(self, due: ObservedState | None, now_ns: int) -> SentenceViolation | None:
+        """Return the violation if more than d has passed since q is due."""
+        if due is None or self.within_ns is None or now_ns - due.at_ns <= self.within_ns:
+            return None
+        within = format_duration(self.within_ns)
+        reason = f"{self.effect} has not held within {within} after {format_moment(due.at_ns)}"
+        return SentenceViolation(due.at_ns + self.within_ns, reason, due.record)
 
 
 @dataclass(frozen=True, slots=True)
 class Before(RequirementForm):
     """`p before q`: q does not hold until p has held, in the same state or earlier."""
 
-    pattern: ClassVar[str] = "p before q"
+    pattern = "p before q"
+    violated = ("in the first state in which `q` holds, if `p` holds neither there nor earlier",)
     first: Predicate
     second: Predicate
+
+    def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
+        """Return the first state with q, unless p holds there or earlier."""
+        for state in run:
+            if self.first.holds(state.values):
+                return None
+            if self.second.holds(state.values):
+                return state.violation(f"{self.second} holds, and {self.first} has not held yet")
+        return None
 
 
 @dataclass(frozen=True, slots=True)
 class AfterAlways(RequirementForm):
     """`after p always q until r`: from each state with p on, q holds until a state with r."""
 
-    pattern: ClassVar[str] = "after p always q until r"
+    pattern = "after p always q until r"
+    violated = ("in the first state in which `q` does not hold, while the requirement is active",)
     start: Predicate
     predicate: Predicate
     stop: Predicate
+
+    def first_violation(self, run: ObservedRun) -> SentenceViolation | None:
+        """Return the first state without q while the requirement is active."""
+        active: ObservedState | None = None
+        for state in run:
+            if active is None and self.start.holds(state.values):
+                active = state
+            if active is None or self.stop.holds(state.values):
+                active = None
+            elif not self.predicate.holds(state.values):
+                return state.violation(f"{self.predicate} does not hold, and {self.stop} has not held yet", active)
+        return None
 
 
 FORMS: dict[str, type[RequirementForm]] = {
@@ -126,7 +224,7 @@ FORMS: dict[str, type[RequirementForm]] = {
     "before": Before,
     "after_always": AfterAlways,
 }
-"""The forms of requirements. The name of a form is that of its rule in the grammar: lower case, with `_`."""
+"""The forms of requirements by name: lower case, with `_`. The documentation lists them in this order."""
 
 
 @dataclass(frozen=True, slots=True)

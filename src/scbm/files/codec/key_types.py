@@ -67,6 +67,15 @@ class ScalarType(TextType[T]):
         return self.writer(value)
 
 
+class RequirementType(ScalarType[RequirementForm]):
+    """A requirement: its JSON Schema lists the forms that there are now."""
+
+    def schema(self, definitions: Definitions) -> dict[str, Data]:
+        """Return the JSON Schema."""
+        patterns = ", ".join(f"`{form.pattern}`" for form in FORMS.values())
+        return {**super().schema(definitions), "description": f"{patterns}."}
+
+
 @dataclass(frozen=True)
 class ScalarOrListType(TextType[T]):
     """A scalar, or a list of scalars, each of which messages call `expected_element`."""
@@ -288,16 +297,7 @@ CASE_NAME_TYPE = ScalarType("name", "a name", {"type": "string"}, ValueReader.ca
 NAME_NODE = ScalarType("name", "a name", {"type": "string"}, scalar_node)
 RESOURCE_NAME = ScalarType("resource", "a name", {"type": "string"}, ValueReader.resource)
 VALUE = ScalarType("value", "a value", SCALAR_SCHEMA, scalar_node)
-REQUIREMENT: ScalarType[RequirementForm] = ScalarType(
-    "requirement",
-    "a requirement",
-    {
-        "type": "string",
-        "description": f"{', '.join(f'`{form.pattern}`' for form in FORMS.values())}.",
-    },
-    ValueReader.sentence,
-    str,
-)
+REQUIREMENT = RequirementType("requirement", "a requirement", {"type": "string"}, ValueReader.sentence, str)
 COUNT = ScalarType("1 or more", "a whole number", {"type": "integer", "minimum": 1}, ValueReader.count)
 REQUIREMENTS = NamesType(REQUIREMENT, "name → requirement")
 _DURATION_HELP: dict[str, Any] = {

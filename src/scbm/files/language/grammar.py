@@ -1,18 +1,20 @@
 """The grammar of predicates, actions and requirements (semantics 2 and 7.3), for Lark's LALR parser.
 
-The rules of requirements and their keywords come from the patterns in `model.FORMS`.
+The rules of requirements and their keywords come from the patterns of `FORMS` in `model/requirements.py`.
 """
 
 from __future__ import annotations
 
 from itertools import groupby
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
-from scbm.model import FORMS
-from scbm.model.requirements import DURATION, PREDICATES, pattern_words
+from scbm.model.requirement_patterns import PLACEHOLDERS, PlaceholderKind, pattern_parts, spellings
+from scbm.model.requirements import FORMS
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
+
+    from scbm.model import RequirementForm
 
 _GRAMMAR = r"""
 predicate: implication
@@ -22,7 +24,7 @@ predicate: implication
 ?negation: "!" negation -> no | atom
 ?atom: "(" implication ")" -> group
      | term RELATION term -> comparison
-     | NAME _IN "{" [term ("," term)*] "}" -> member
+     | NAME _IN "{" (term ("," term)*)? "}" -> member
      | truth
      | NAME -> bare
 truth: TRUE | FALSE
@@ -55,11 +57,20 @@ _WORDS = ("true", "false", "in")
 """The keywords of predicates."""
 
 
+_FORM = "form_"
+"""Begins the names of the rules of forms, so that no form has the name of another rule."""
+
+
 def grammar() -> str:
     """Return the grammar with the forms of requirements that there are now."""
-    forms = "\n           | ".join(f"{_rule(form.pattern)} -> {name}" for name, form in FORMS.items())
+    forms = "\n           | ".join(f"{_rule(form.pattern)} -> {_FORM}{name}" for name, form in FORMS.items())
     terminals = (f"{_terminal(word)}.2: /{word}(?![\\w.])/" for word in _requirement_words())
     return _GRAMMAR.replace("<forms>", forms).replace("<keywords>", "\n".join(terminals))
+
+
+def form_of(rule: str) -> type[RequirementForm]:
+    """Return the form of requirements whose rule this is."""
+    return FORMS[rule.removeprefix(_FORM)]
 
 
 def keywords() -> tuple[str, ...]:
@@ -71,7 +82,7 @@ def keywords() -> tuple[str, ...]:
 
 
 def requirement_phrases() -> dict[str, str]:
-    """Return the terminals of requirements with what they stand for: `_LEADS` with `leads to`, and `_TO` with `to`."""
+    """Return the terminals of requirements with what they stand for: that of `leads` with `leads to`."""
     phrases: dict[str, str] = {}
     for phrase in _phrases():
         for number, word in enumerate(phrase):
@@ -82,40 +93,54 @@ def requirement_phrases() -> dict[str, str]:
 def _phrases() -> Iterator[list[str]]:
     """The keywords of requirements; those that follow each other directly, such as `leads to`, together."""
     for form in FORMS.values():
-        for is_value, words in groupby(_flat(form.pattern), _is_value):
-            if not is_value:
-                yield list(words)
+        for part in pattern_parts(form.pattern):
+            for is_value, words in groupby(part.words, PLACEHOLDERS.__contains__):
+                if not is_value:
+                    yield list(words)
 
 
 def opening_words() -> tuple[str, ...]:
     """Return the keywords that requirements begin with."""
-    first = (pattern_words(form.pattern)[0] for form in FORMS.values())
-    return tuple(dict.fromkeys(word for word in first if not _is_value(word)))
+    first = (words[0] for words in _spelled())
+    return tuple(dict.fromkeys(word for word in first if word not in PLACEHOLDERS))
+
+
+def words_after_predicates() -> tuple[str, ...]:
+    """Return the terminals that follow the predicate in forms that begin with one."""
+    begins = ((words[0], words[1]) for words in _spelled() if words[1:])
+    return tuple(_terminal(second) for first, second in begins if PLACEHOLDERS.get(first) is PlaceholderKind.PREDICATE)
+
+
+def _spelled() -> Iterator[list[str]]:
+    """The words of all ways to write a requirement."""
+    return (spelling.split() for form in FORMS.values() for spelling in spellings(form.pattern))
 
 
 def _rule(pattern: str) -> str:
-    words = pattern_words(pattern)
-    return " ".join(f"[{_rule(word[1:-1])}]" if word.startswith("[") else _symbol(word) for word in words)
+    parts = ((part.is_optional, " ".join(map(_symbol, part.words))) for part in pattern_parts(pattern))
+    return " ".join(f"[{symbols}]" if is_optional else symbols for is_optional, symbols in parts)
 
 
 def _symbol(word: str) -> str:
-    if word in PREDICATES:
-        return "implication"
-    return "DURATION" if word == DURATION else _terminal(word)
+    """Return the symbol of the grammar for a word of a pattern."""
+    kind = PLACEHOLDERS.get(word)
+    match kind:
+        case None:
+            return _terminal(word)
+        case PlaceholderKind.PREDICATE:
+            return "implication"
+        case PlaceholderKind.DURATION:
+            return "DURATION"
+        case PlaceholderKind.NUMBER:
+            return "INTEGER"
+        case _:
+            assert_never(kind)
 
 
 def _terminal(word: str) -> str:
-    return f"_{word.upper()}"
+    return f"_WORD_{word.upper()}"
 
 
 def _requirement_words() -> Iterable[str]:
-    return dict.fromkeys(word for form in FORMS.values() for word in _flat(form.pattern) if not _is_value(word))
-
-
-def _flat(pattern: str) -> list[str]:
-    """The words of a pattern, those of its optional parts among them."""
-    return pattern.replace("[", "").replace("]", "").split()
-
-
-def _is_value(word: str) -> bool:
-    return word in PREDICATES or word == DURATION
+    words = (word for form in FORMS.values() for part in pattern_parts(form.pattern) for word in part.words)
+    return dict.fromkeys(word for word in words if word not in PLACEHOLDERS)

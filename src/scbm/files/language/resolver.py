@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, assert_never, cast
 
 from lark import Token
 
+from scbm.files.language.grammar import form_of
 from scbm.files.language.quantities import parse_duration
 from scbm.files.language.scope import Scope, Where
 from scbm.files.language.syntax import Start, SyntaxFault, SyntaxTree, extent, parse
@@ -29,12 +30,14 @@ from scbm.model.predicates import (
     Term,
     Truth,
 )
-from scbm.model.requirements import FORMS, RequirementForm
+from scbm.model.requirement_patterns import PlaceholderKind, kinds_of
 from scbm.model.values import Domain, Value, ValueKind, format_value, kind_of
 from scbm.model.variables import Role, Variable
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from scbm.model.requirements import RequirementForm
 
 _MAX_DIGITS = 18
 """The maximum number of digits of an integer in a domain."""
@@ -403,10 +406,24 @@ class Resolver:
 
     def requirement(self, tree: SyntaxTree) -> RequirementForm | None:
         """Return the requirement of a tree; `None` if a part of it is wrong."""
-        form = _child(tree, 0) if tree.data == "requirement" else tree
-        parts = [self._duration(part) if isinstance(part, Token) else self.predicate(part) for part in form.children]
-        make: Callable[..., RequirementForm] = FORMS[form.data]
-        return None if any(part is None for part in parts) else make(*parts)
+        form = form_of(tree.data)
+        make: Callable[..., RequirementForm] = form
+        parts = zip(kinds_of(form.pattern), cast("list[SyntaxTree | Token | None]", tree.children), strict=True)
+        values = [(part, None if part is None else self._value(kind, part)) for kind, part in parts]
+        is_wrong = any(value is None and part is not None for part, value in values)
+        return None if is_wrong else make(*(value for _, value in values))
+
+    def _value(self, kind: PlaceholderKind, part: SyntaxTree | Token) -> Predicate | int | None:
+        """Return what stands in the place of a letter of a pattern; `None` if it is wrong."""
+        match kind:
+            case PlaceholderKind.PREDICATE:
+                return self.predicate(cast("SyntaxTree", part))
+            case PlaceholderKind.DURATION:
+                return self._duration(cast("Token", part))
+            case PlaceholderKind.NUMBER:
+                return self._number(cast("Token", part))
+            case _:
+                assert_never(kind)
 
     def _duration(self, written: Token) -> int | None:
         duration_ns = parse_duration(str(written))
@@ -414,6 +431,18 @@ class Resolver:
             message = f"`{written}` is not a duration"
             self.complain(Slug.BAD_DURATION, message, *extent(written), "write for example `10 s` or `500 ms`")
         return duration_ns
+
+    def _number(self, written: Token) -> int | None:
+        """Return a number of a requirement, 0 or more."""
+        digits = written.lstrip("0") or "0"
+        if written.startswith("-"):
+            message, remedy = f"`{written}` is too small: the least is 0", "write a number from 0 on"
+        elif len(digits) > _MAX_DIGITS:
+            message, remedy = f"`{written}` is too large", f"write at most {_MAX_DIGITS} digits"
+        else:
+            return int(digits)
+        self.complain(Slug.BAD_NUMBER, message, *extent(written), remedy)
+        return None
 
 
 def _overlap(left: Domain, right: Domain) -> bool:

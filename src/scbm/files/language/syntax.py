@@ -13,7 +13,13 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 from lark import Lark, Token, Tree
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken
 
-from scbm.files.language.grammar import grammar, keywords, opening_words, requirement_phrases
+from scbm.files.language.grammar import (
+    grammar,
+    keywords,
+    opening_words,
+    requirement_phrases,
+    words_after_predicates,
+)
 from scbm.model import FORMS, RequirementForm, Slug
 
 if TYPE_CHECKING:
@@ -77,7 +83,7 @@ def _early_end(text: str, start: Start, accepted: Collection[str]) -> SyntaxFaul
         return SyntaxFault(SLUGS[start], message, opened, opened + 1, _expected(accepted))
     end = len(text.rstrip())
     remedy = _expected(accepted)
-    if start == "requirement" and "_LEADS" in accepted:  # all of it is a predicate
+    if start == "requirement" and all(word in accepted for word in words_after_predicates()):  # it is a predicate
         remedy = f"{remedy}; write `always {text.strip()}` for what must hold all the time"
     return SyntaxFault(SLUGS[start], f"the {start} ends too early", max(0, end - 1), end, remedy)
 
@@ -105,7 +111,7 @@ def _opening_remedy(word: str, start: Start) -> str | None:
         return f"write `{lower}`"
     if lower in opening_words() and start != "requirement":
         return f"`{lower}` belongs into requirements"
-    return _OPENING_WORDS.get(lower)
+    return None if lower in keywords() else _OPENING_WORDS.get(lower)
 
 
 _OPENING_WORDS = {
@@ -244,7 +250,7 @@ def _parser(_: tuple[type[RequirementForm], ...]) -> Lark:
         parser="lalr",
         start=["predicate", "action", "requirement"],
         propagate_positions=True,
-        maybe_placeholders=False,
+        maybe_placeholders=True,  # the values of a requirement keep their positions if an optional part is left out
     )
 
 
