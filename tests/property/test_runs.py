@@ -7,6 +7,7 @@ from fractions import Fraction
 from itertools import pairwise
 from random import Random
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -15,7 +16,7 @@ from scbm.cases.coverage import Coverage, Obligations, visited_by
 from scbm.cases.trace import End, ReplyReceived, RequestSent, RunEnded, RunStarted, Trace, read_trace, write_trace
 from scbm.model import FORMS, BehaviorModel, OperationState, Requirement, Role, Value
 from scbm.planning import PlanLimits
-from scbm.running import RunnerOptions
+from scbm.running import Runner, RunnerOptions
 from scbm.running.simulation import Choices, DrawnReactions, PlainReactions, Simulated, Simulator, leave_nothing_open
 from scbm.testing import draw_network, find_violations
 from support.profiles import examples
@@ -112,6 +113,28 @@ def test_no_request_is_answered_twice_and_no_reply_goes_to_another_request(
     answered = [record.request for record in run.records if isinstance(record, ReplyReceived)]
     assert len(answered) == len(set(answered))
     assert all(sent[r.request] == r.resource for r in run.records if isinstance(r, ReplyReceived))
+
+
+class _MicroStepRunner(Runner):
+    """Takes one micro-step after the other, and memoizes no macro-steps."""
+
+    def _take_macro_step(self) -> bool:
+        return False
+
+
+@given(running_models(), st.lists(st.integers(0, 2**32), min_size=2, max_size=6), st.data())
+@examples(100)
+def test_memoized_macro_steps_do_what_their_micro_steps_do(
+    model: BehaviorModel, seeds: list[int], data: st.DataObject
+) -> None:
+    shared = Simulator(model, OPTIONS, LIMITS)
+    injected = [data.draw(injections(model)) if data.draw(st.booleans()) else () for _ in seeds]
+    for seed, given_ones in [*zip(seeds, injected, strict=True)] * 2:
+        case = Case("case", *model.goals[0], model.nominal_state, injections=given_ones)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("scbm.running.simulation.simulator.Runner", _MicroStepRunner)
+            expected = Simulator(model, OPTIONS, LIMITS).run(case, _choices(case, seed))
+        assert shared.run(case, _choices(case, seed)) == expected
 
 
 @given(running_models(), st.data())

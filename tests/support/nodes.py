@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from fractions import Fraction
 from time import monotonic_ns
+
+from msgspec import structs
 
 from scbm.cases import Case
 from scbm.cases.trace import MessageDisturbed, Record, ResourceChanged
@@ -94,7 +96,7 @@ def without_notes(records: Iterable[Record]) -> list[Record]:
 
 def without_times(records: Sequence[Record]) -> list[Record]:
     """The same records, all at once: messages and plans take time where nothing is simulated."""
-    return [replace(record, at_ns=0) for record in records]
+    return [structs.replace(record, at_ns=0) for record in records]
 
 
 def _is_note(record: Record) -> bool:

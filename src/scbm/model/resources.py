@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import StrEnum
 from fractions import Fraction
+from itertools import accumulate
 from typing import TYPE_CHECKING
 
 from scbm.model.variables import request_state_name, trigger_name
@@ -51,11 +52,19 @@ class Simulation:
         latency: the time to its reply.
         outcomes: the probability of each outcome; they add up to 1.
         measured: for each measured variable the values that a successful reply draws from.
+        cumulative: the outcomes that are possible, each with the sum of the probabilities up to it.
     """
 
     latency: Latency = Latency(LatencyShape.FIXED, (0,))
     outcomes: tuple[tuple[Outcome, Fraction], ...] = ((Outcome.SUCCEED, Fraction(1)),)
     measured: tuple[tuple[str, tuple[Value, ...]], ...] = ()
+    cumulative: tuple[tuple[Outcome, float], ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        reached = accumulate(float(probability) for _, probability in self.outcomes)
+        pairs = zip(self.outcomes, reached, strict=True)
+        possible = tuple((outcome, share) for (outcome, probability), share in pairs if probability)
+        object.__setattr__(self, "cumulative", possible)
 
 
 @dataclass(frozen=True, slots=True)

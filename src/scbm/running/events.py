@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, TypeAlias
 
+from msgspec import Struct
+
 from scbm.cases.trace import Changes, Record
 
 if TYPE_CHECKING:
@@ -20,8 +22,7 @@ if TYPE_CHECKING:
     from scbm.model import Predicate, Value
 
 
-@dataclass(frozen=True, slots=True)
-class SendRequest:
+class SendRequest(Struct, frozen=True):
     """Send a request to a resource."""
 
     request: int
@@ -29,24 +30,21 @@ class SendRequest:
     payload: Changes
 
 
-@dataclass(frozen=True, slots=True)
-class CancelRequest:
+class CancelRequest(Struct, frozen=True):
     """Tell a resource that a request is cancelled: no reply is needed."""
 
     request: int
     resource: str
 
 
-@dataclass(frozen=True, slots=True)
-class ChangeResource:
+class ChangeResource(Struct, frozen=True):
     """Tell a simulated resource its new condition: an injection acts, or is put back."""
 
     resource: str
     condition: Condition
 
 
-@dataclass(frozen=True, slots=True)
-class AskPlan:
+class AskPlan(Struct, frozen=True):
     """Request a plan; the caller answers with `PlanAnswered` and the same `ask`."""
 
     ask: int
@@ -54,34 +52,33 @@ class AskPlan:
     goal: Predicate
 
 
-@dataclass(frozen=True, slots=True)
-class RunFinished:
+class RunFinished(Struct, frozen=True):
     """The run for a goal ended."""
 
     goal: str
     end: End
 
 
-Effect: TypeAlias = SendRequest | CancelRequest | ChangeResource | AskPlan | RunFinished | Record
+OutwardEffect: TypeAlias = SendRequest | CancelRequest | ChangeResource | AskPlan | RunFinished
+Effect: TypeAlias = OutwardEffect | Record
 
-_OUTWARD = (SendRequest, CancelRequest, ChangeResource, AskPlan, RunFinished)
+OUTWARD = (SendRequest, CancelRequest, ChangeResource, AskPlan, RunFinished)
+"""The effects that are no records."""
 
 
 def records_of(effects: Iterable[Effect]) -> tuple[Record, ...]:
     """Return the effects that are records, in their order."""
-    return tuple(effect for effect in effects if not isinstance(effect, _OUTWARD))
+    return tuple(effect for effect in effects if not isinstance(effect, OUTWARD))
 
 
-@dataclass(frozen=True, slots=True)
-class GoalGiven:
+class GoalGiven(Struct, frozen=True):
     """A goal is given; it is queued while the runner pursues another one."""
 
     name: str
     predicate: Predicate
 
 
-@dataclass(frozen=True, slots=True)
-class ReplyArrived:
+class ReplyArrived(Struct, frozen=True):
     """A resource replied to a request, perhaps with measured values."""
 
     request: int
@@ -89,15 +86,13 @@ class ReplyArrived:
     measured: Changes = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Measured:
+class Measured(Struct, frozen=True):
     """A resource published measured values without a request."""
 
     values: Changes
 
 
-@dataclass(frozen=True, slots=True)
-class InjectionGiven:
+class InjectionGiven(Struct, frozen=True):
     """A tester gives an injection; it acts at its time and as soon as its predicate holds."""
 
     injection: Injection
@@ -112,8 +107,7 @@ class PlanStatus(StrEnum):
     NO_PLAN_FOUND = "no_plan_found"
 
 
-@dataclass(frozen=True, slots=True)
-class PlanAnswered:
+class PlanAnswered(Struct, frozen=True):
     """The planner answered request `ask`; `plan` has the names of operations if a plan was found."""
 
     ask: int
@@ -121,8 +115,7 @@ class PlanAnswered:
     plan: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class TimePassed:
+class TimePassed(Struct, frozen=True):
     """The runner's deadline has passed, and nothing else happened."""
 
 

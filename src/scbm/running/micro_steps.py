@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
 
     from scbm.model.packing import Test
+    from scbm.running.macro_steps import MacroStep, PlanQueue
     from scbm.running.program import CompiledStep, Program, RequestLine, RunnableOperation
 
 
@@ -145,6 +146,9 @@ class MicroSteps:
     """The micro-steps of one program while it pursues one goal, or none.
 
     Holds no state of any run, so all runs for this goal can share it. Memoizes results.
+
+    Attributes:
+        macro_steps: the macro-steps that runners have taken so far, by the packed state and the queue before.
     """
 
     def __init__(self, program: Program, goal: Test | None, most_memoized: int = _MAX_MEMOIZED) -> None:
@@ -160,6 +164,7 @@ class MicroSteps:
         self._aborted_mask, self._aborted_bits = program.aborted
         self._memoized: dict[int, MicroStep | None] = {}
         self._most_memoized = most_memoized
+        self.macro_steps: dict[tuple[int, PlanQueue], MacroStep] = {}
 
     def first(self, state: int, in_flight: Collection[RequestLine], *, timer_passed: bool) -> MicroStep | None:
         """Return the next micro-step; `None` if none applies, so that the runner is settled.

@@ -29,10 +29,11 @@ from scbm.model import (
 )
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
 from scbm.running.lifecycle import LifecycleState, OperationPart
+from scbm.running.macro_steps import PlanQueue
 from scbm.running.micro_steps import MicroSteps
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from scbm.cases import Injection
     from scbm.model import Value
@@ -120,6 +121,10 @@ class RequestLine:
         return state & keep | bits
 
 
+_MAX_QUEUES = 50_000
+"""Maximum number of memoized queues."""
+
+
 def _always(_: int) -> bool:
     return True
 
@@ -152,6 +157,8 @@ class Program:
         self.packing = Packing(model.running_space)
         self._tests: dict[Predicate, Test] = {}
         self._micro_steps: dict[Predicate | None, MicroSteps] = {}
+        self._no_operations = PlanQueue()
+        self._queues: dict[tuple[str, PlanQueue], PlanQueue] = {}
         self.operations = {operation.name: self._operation(operation) for operation in model.operations}
         self._rest = {v.name: v.initial for v in model.running_space if v.role.is_runner}
         self._world = tuple(v.name for v in model.running_space if not v.role.is_runner)
@@ -196,6 +203,17 @@ class Program:
         if goal not in self._micro_steps:
             self._micro_steps[goal] = MicroSteps(self, None if goal is None else self.test(goal))
         return self._micro_steps[goal]
+
+    def queue(self, plan: Sequence[str] = ()) -> PlanQueue:
+        """Return the queue with the operations of a plan; memoized, so that equal queues are identical."""
+        queue = self._no_operations
+        for name in reversed(plan):
+            following = (name, queue)
+            known = self._queues.get(following)
+            queue = PlanQueue(self.operations[name], queue) if known is None else known
+            if known is None and len(self._queues) < _MAX_QUEUES:
+                self._queues[following] = queue
+        return queue
 
     def injection(self, injection: Injection) -> CompiledStep:
         """Return an injection as a step: it acts like an automatic transition."""

@@ -48,8 +48,10 @@ from scbm.running.events import (
     RunnerOptions,
     SendRequest,
     TimePassed,
+    records_of,
 )
 from scbm.running.lifecycle import OperationMove, PlanEffect
+from scbm.running.macro_steps import MAX_MACRO_STEPS, MAX_TAKEN, MacroStep, TimelessRequest, without_time
 from scbm.running.micro_steps import (
     NO_TIME_PASSES,
     AutomaticMove,
@@ -69,7 +71,8 @@ if TYPE_CHECKING:
     from scbm.cases import Injection
     from scbm.cases.trace import Changes
     from scbm.model import Predicate, Value
-    from scbm.running.program import CompiledStep, Program, RequestLine, RunnableOperation
+    from scbm.running.macro_steps import PlanQueue
+    from scbm.running.program import CompiledStep, Program, RequestLine
 
 
 _WELL = Condition()
@@ -137,7 +140,7 @@ class Runner:
     def _rest(self) -> None:
         """Forget the goal, its plan and its timers."""
         self._goal: _Goal | None = None
-        self._queue: deque[RunnableOperation] = deque()
+        self._queue = self.program.queue()
         self._steps = self.program.micro_steps(None)
         self._timer_ns: int | None = None
         self._goal_deadline_ns = 0
@@ -167,16 +170,15 @@ class Runner:
     @property
     def deadline_ns(self) -> int | None:
         """The time at which `TimePassed` is due unless another event comes first; `None` if the runner has no timer."""
-        times = []
-        if self._armed or self._held:
-            times += [armed.injection.at_ns for armed in self._armed if armed.injection.at_ns is not None]
-            times = [at_ns for at_ns in times if at_ns > self._now_ns]
-            times += [held.until_ns for held in self._held]
-        if self._timer_ns is not None:
-            times.append(self._timer_ns)
-        if self._goal is not None:
-            times.append(self._goal_deadline_ns)
-        return min(times, default=None)
+        timer_ns = self._timer_ns
+        if self._goal is not None and (timer_ns is None or self._goal_deadline_ns < timer_ns):
+            timer_ns = self._goal_deadline_ns
+        if not self._armed and not self._held:
+            return timer_ns
+        times = [armed.injection.at_ns for armed in self._armed if armed.injection.at_ns is not None]
+        times = [at_ns for at_ns in times if at_ns > self._now_ns]
+        times += [held.until_ns for held in self._held]
+        return min(times if timer_ns is None else [*times, timer_ns], default=None)
 
     @property
     def state(self) -> dict[str, Value]:
@@ -238,7 +240,7 @@ class Runner:
         self._asked = None
         state = self._state
         if answer.status is PlanStatus.SOLVED:
-            self._queue = deque(self.program.operations[name] for name in answer.plan)
+            self._queue = self.program.queue(answer.plan)
             state = self._in_plan_state(PlanState.EXECUTING)
         changes = self._set(state)
         self._effects.append(PlanReceived(self._now_ns, answer.ask, answer.status.value, answer.plan, changes))
@@ -257,8 +259,10 @@ class Runner:
 
     def _settle(self) -> None:
         self._taken = []
-        while self._micro_step():
-            pass
+        is_simple = not (self._armed or self._held or self._time_passes or self._requests.in_flight)
+        if not (is_simple and self._take_macro_step()):
+            while self._micro_step():
+                pass
         if self._goal is not None and self._has_passed(self._goal_deadline_ns):
             self._end(End.TIME_LIMIT)
             self._settle()
@@ -268,6 +272,60 @@ class Runner:
     def _has_passed(self, deadline_ns: int) -> bool:
         """Return whether a deadline has passed. Other events than `TimePassed` are in time at that moment."""
         return self._time_passes and self._now_ns >= deadline_ns
+
+    def _take_macro_step(self) -> bool:
+        """Take the micro-steps that follow from the packed state and the queue alone: at once, if they are known.
+
+        Returns whether the run is settled then; if not, more micro-steps may follow.
+        """
+        memoized, start = self._steps.macro_steps, (self._state, self._queue)
+        known = memoized.get(start)
+        if known is None:
+            new = self._new_macro_step()
+            if len(memoized) < MAX_MACRO_STEPS:
+                memoized[start] = new
+            return False
+        if len(known.taken) > self.options.livelock_bound:
+            return False
+        self._repeat(known)
+        return known.settles and self._goal is not None
+
+    def _new_macro_step(self) -> MacroStep:
+        """Take micro-steps one by one, up to the first request, and return what they did."""
+        effects, self._effects = self._effects, []
+        request, sets_timer = None, False
+        while request is None and len(self._taken) < min(MAX_TAKEN, self.options.livelock_bound):
+            step = self._steps.first(self._state, (), timer_passed=False)
+            if isinstance(step, RequestSending):
+                request = self._request_of(step)
+            elif step is RunTurn.FOLLOW_PLAN and self._queue.first is not None:
+                self._make_current(self._queue)
+            elif isinstance(step, AutomaticMove):
+                self._take_automatic(step)
+                sets_timer = sets_timer or step.failed is not None
+            elif isinstance(step, OperationMove) and step.rule.plan is not PlanEffect.MODEL_ERROR:
+                self._move_operation(step)
+                sets_timer = True
+            else:
+                break
+        records = without_time(records_of(self._effects))
+        self._effects = effects + self._effects
+        if request is not None:
+            self._send(request)
+        timer_ns = None if self._timer_ns is None else self._timer_ns - self._now_ns
+        settles = self._steps.first(self._state, self._requests.in_flight, timer_passed=False) is None
+        return MacroStep(records, request, self._state, self._queue, sets_timer, timer_ns, tuple(self._taken), settles)
+
+    def _repeat(self, step: MacroStep) -> None:
+        now_ns, effects = self._now_ns, self._effects
+        for make, fields in step.records:
+            effects.append(make(now_ns, *fields))
+        self._state, self._queue = step.after, step.queue
+        if step.sets_timer:
+            self._timer_ns = None if step.timer_ns is None else now_ns + step.timer_ns
+        self._taken.extend(step.taken)
+        if step.request is not None:
+            self._send(step.request)
 
     def _micro_step(self) -> bool:
         """Take the first micro-step that applies; return `False` if none does, so that the runner is settled."""
@@ -292,8 +350,9 @@ class Runner:
                 self._move_operation(step)
             case AutomaticMove():
                 self._take_automatic(step)
-            case RequestSending(line, after):
-                self._send(line, after)
+            case RequestSending():
+                self._cancel(step.line, self._state)
+                self._send(self._request_of(step))
             case RequestCancelling(line, after):
                 self._cancel(line, after)
             case RunTurn.FOLLOW_PLAN:
@@ -384,13 +443,15 @@ class Runner:
 
     # 5.3: requests
 
-    def _send(self, line: RequestLine, after: int) -> None:
-        self._cancel(line, self._state)
-        packing = self.program.packing
-        payload = tuple((name, packing.value(self._state, name)) for name in line.resource.request)
-        request = self._requests.send(line)
-        changes = self._set(after)
-        name = line.resource.name
+    def _request_of(self, step: RequestSending) -> TimelessRequest:
+        """Set the state in which a request is sent, and return the request."""
+        packing, before = self.program.packing, self._state
+        payload = tuple((name, packing.value(before, name)) for name in step.line.resource.request)
+        return TimelessRequest(step.line, payload, self._set(step.after))
+
+    def _send(self, sent: TimelessRequest) -> None:
+        line, payload, changes = sent
+        request, name = self._requests.send(line), line.resource.name
         self._effects.append(RequestSent(self._now_ns, request, name, payload, changes))
         self._effects.append(SendRequest(request, name, payload))
 
@@ -418,14 +479,14 @@ class Runner:
 
     def _follow_plan(self) -> bool:
         following = next_in_plan(
-            is_queued=bool(self._queue),
+            is_queued=self._queue.first is not None,
             is_asking=self._asked is not None,
             is_unsolvable=self._unsolvable_in == self._state,
             may_change=self._unsolvable_in is not None and self._may_still_change(),
         )
         match following:
             case PlanStep.TAKE_NEXT:
-                self._make_current(self._queue.popleft())
+                self._make_current(self._queue)
             case PlanStep.REQUEST_PLAN:
                 self._ask_plan()
             case PlanStep.END_UNSOLVABLE:
@@ -449,7 +510,10 @@ class Runner:
         self._effects.append(PlanAsked(self._now_ns, self._asked, changes))
         self._effects.append(AskPlan(self._asked, self.state, self._goal.predicate))
 
-    def _make_current(self, operation: RunnableOperation) -> None:
+    def _make_current(self, queue: PlanQueue) -> None:
+        operation, rest = queue.first, queue.rest
+        assert operation is not None and rest is not None  # noqa: S101, PT018 - callers have seen that one follows
+        self._queue = rest
         keep, bits = operation.take_current
         self._effects.append(BecameCurrent(self._now_ns, operation.name, self._set(self._state & keep | bits)))
 
@@ -463,7 +527,7 @@ class Runner:
         name = transition.name or None
         self._effects.append(OperationStepped(self._now_ns, operation.name, rule.source, rule.target, name, changes))
         if rule.plan is PlanEffect.REPLAN:
-            self._queue.clear()
+            self._queue = self.program.queue()
 
     # the end
 

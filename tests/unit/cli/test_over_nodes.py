@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Self
 
 import pytest
+from msgspec import structs
 
 from scbm.cases import Case, OutcomeRule
 from scbm.cases.trace import PlanReceived
@@ -62,8 +63,8 @@ class Simulations:
         forced = () if self.outcome is None else (OutcomeRule("scan", 1, None, self.outcome),)
         log, records = captured(MODEL, replace(case, outcomes=forced))
         late = tuple(
-            replace(record, at_ns=record.at_ns + self.plans_late_ns) if isinstance(record, PlanReceived) else record
-            for record in records
+            structs.replace(each, at_ns=each.at_ns + self.plans_late_ns) if isinstance(each, PlanReceived) else each
+            for each in records
         )
         log = replace(log, real=self.real_in.get(self._ran, self.real))
         return NodeRun(Simulated(log.end, records[-1].at_ns, late), log)

@@ -29,7 +29,9 @@ def bits_of(visited: int) -> Iterator[int]:
         visited ^= lowest
 
 
-_ASPECTS = {state: Aspect(state.value) for state in OperationState if state is not OperationState.INITIAL}
+_ASPECTS: dict[OperationState, Aspect] = {
+    state: Aspect(state.value) for state in OperationState if state is not OperationState.INITIAL
+}
 
 
 def visited_by(records: Iterable[Record], obligations: Obligations) -> int:
@@ -38,8 +40,9 @@ def visited_by(records: Iterable[Record], obligations: Obligations) -> int:
     bit_of = obligations.bit_of
     for record in records:
         if isinstance(record, OperationStepped):
-            if record.target is not OperationState.INITIAL:
-                visited |= bit_of(record.operation, _ASPECTS[record.target])
+            aspect = _ASPECTS.get(record.target)
+            if aspect is not None:
+                visited |= bit_of(record.operation, aspect)
         elif isinstance(record, AutomaticTaken):
             visited |= bit_of(record.transition, Aspect.TAKEN)
             if record.failed is not None:

@@ -14,6 +14,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, ClassVar, TypeAlias
 
+from msgspec import Struct
+
 from scbm.model import FIRST_PLANNER, OperationState, PlannerIdentity, PlanState, Value
 
 if TYPE_CHECKING:
@@ -63,8 +65,7 @@ Changes: TypeAlias = tuple[tuple[str, Value], ...]
 """Variables that changed, in the order of the model, each with its new value."""
 
 
-@dataclass(frozen=True, slots=True)
-class RunStarted:
+class RunStarted(Struct, frozen=True):
     """The runner began to pursue a goal. `state` has every variable; `changes` has what the start changed."""
 
     kind: ClassVar[str] = "run_started"
@@ -76,8 +77,7 @@ class RunStarted:
     changes: Changes = ()
 
 
-@dataclass(frozen=True, slots=True)
-class PlanAsked:
+class PlanAsked(Struct, frozen=True):
     """The runner asked for a plan; `ask` is the number of the question."""
 
     kind: ClassVar[str] = "plan_asked"
@@ -87,8 +87,7 @@ class PlanAsked:
     changes: Changes
 
 
-@dataclass(frozen=True, slots=True)
-class PlanReceived:
+class PlanReceived(Struct, frozen=True):
     """The planner answered: its status, and the operations of the plan if the status is `solved`."""
 
     kind: ClassVar[str] = "plan_received"
@@ -104,8 +103,7 @@ class PlanReceived:
         return RecordSeverity.INFO if self.status == "solved" else RecordSeverity.WARNING
 
 
-@dataclass(frozen=True, slots=True)
-class PlanDropped:
+class PlanDropped(Struct, frozen=True):
     """The planner answered a question that is out of date; the runner ignored the answer."""
 
     kind: ClassVar[str] = "plan_dropped"
@@ -115,8 +113,7 @@ class PlanDropped:
     changes: Changes = ()
 
 
-@dataclass(frozen=True, slots=True)
-class BecameCurrent:
+class BecameCurrent(Struct, frozen=True):
     """The first operation of the queue became the current operation."""
 
     kind: ClassVar[str] = "became_current"
@@ -126,8 +123,7 @@ class BecameCurrent:
     changes: Changes
 
 
-@dataclass(frozen=True, slots=True)
-class OperationStepped:
+class OperationStepped(Struct, frozen=True):
     """The current operation changed its state; `transition` is the name of the transition taken, if there was one."""
 
     kind: ClassVar[str] = "operation"
@@ -150,8 +146,7 @@ class OperationStepped:
                 return RecordSeverity.INFO
 
 
-@dataclass(frozen=True, slots=True)
-class AutomaticTaken:
+class AutomaticTaken(Struct, frozen=True):
     """An automatic transition was taken; `failed` is the operation that it made fail, if it did."""
 
     kind: ClassVar[str] = "automatic"
@@ -166,8 +161,7 @@ class AutomaticTaken:
         return RecordSeverity.INFO if self.failed is None else RecordSeverity.WARNING
 
 
-@dataclass(frozen=True, slots=True)
-class RequestSent:
+class RequestSent(Struct, frozen=True):
     """The runner sent a request to a resource, with the values in `payload`."""
 
     kind: ClassVar[str] = "request_sent"
@@ -179,8 +173,7 @@ class RequestSent:
     changes: Changes
 
 
-@dataclass(frozen=True, slots=True)
-class RequestCancelled:
+class RequestCancelled(Struct, frozen=True):
     """The runner cancelled a request in flight."""
 
     kind: ClassVar[str] = "request_cancelled"
@@ -191,8 +184,7 @@ class RequestCancelled:
     changes: Changes
 
 
-@dataclass(frozen=True, slots=True)
-class ReplyReceived:
+class ReplyReceived(Struct, frozen=True):
     """The reply to the request in flight arrived."""
 
     kind: ClassVar[str] = "reply_received"
@@ -208,8 +200,7 @@ class ReplyReceived:
         return RecordSeverity.INFO if self.succeeded else RecordSeverity.WARNING
 
 
-@dataclass(frozen=True, slots=True)
-class ReplyDropped:
+class ReplyDropped(Struct, frozen=True):
     """A reply to no request in flight arrived and was ignored; `why` is `late`, `repeated` or `unknown`."""
 
     kind: ClassVar[str] = "reply_dropped"
@@ -220,8 +211,7 @@ class ReplyDropped:
     changes: Changes = ()
 
 
-@dataclass(frozen=True, slots=True)
-class MeasurementReceived:
+class MeasurementReceived(Struct, frozen=True):
     """A resource published measured values."""
 
     kind: ClassVar[str] = "measurement"
@@ -230,8 +220,7 @@ class MeasurementReceived:
     changes: Changes
 
 
-@dataclass(frozen=True, slots=True)
-class MeasurementRefused:
+class MeasurementRefused(Struct, frozen=True):
     """A measured value was ignored: no resource measures the variable, or the value is outside its domain."""
 
     kind: ClassVar[str] = "measurement_refused"
@@ -242,8 +231,7 @@ class MeasurementRefused:
     changes: Changes = ()
 
 
-@dataclass(frozen=True, slots=True)
-class InjectionApplied:
+class InjectionApplied(Struct, frozen=True):
     """An injection acted; `failed` is the operation that it made fail, if it did."""
 
     kind: ClassVar[str] = "injection"
@@ -254,8 +242,7 @@ class InjectionApplied:
     changes: Changes
 
 
-@dataclass(frozen=True, slots=True)
-class PutBack:
+class PutBack(Struct, frozen=True):
     """A held injection ended, and restored the variables that nothing else had changed since."""
 
     kind: ClassVar[str] = "put_back"
@@ -265,8 +252,7 @@ class PutBack:
     changes: Changes
 
 
-@dataclass(frozen=True, slots=True)
-class ResourceChanged:
+class ResourceChanged(Struct, frozen=True):
     """The condition of a resource changed: an injection or a restart began or ended, or its node was lost or found."""
 
     kind: ClassVar[str] = "resource"
@@ -282,8 +268,7 @@ class ResourceChanged:
         return RecordSeverity.INFO if self.condition == "well" else RecordSeverity.WARNING
 
 
-@dataclass(frozen=True, slots=True)
-class MessageDisturbed:
+class MessageDisturbed(Struct, frozen=True):
     """The simulated network loses a message that was sent now (`copies` is 0), or delivers it `copies` times."""
 
     kind: ClassVar[str] = "message"
@@ -296,8 +281,7 @@ class MessageDisturbed:
     changes: Changes = ()
 
 
-@dataclass(frozen=True, slots=True)
-class RunEnded:
+class RunEnded(Struct, frozen=True):
     """The run for a goal ended; `end` is the value of an `End`, and `detail` has the names that explain it."""
 
     kind: ClassVar[str] = "run_ended"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields
 from functools import cache
 from hashlib import sha256
 from typing import Any, get_args, get_type_hints
@@ -46,9 +45,9 @@ def records_json(trace: Trace) -> list[dict[str, Any]]:
 
 def _record(record: Record) -> dict[str, Any]:
     written: dict[str, Any] = {"kind": record.kind}
-    for field in fields(record):
-        value = getattr(record, field.name)
-        written[field.name] = dict(value) if field.name in PAIRED else value
+    for name in record.__struct_fields__:
+        value = getattr(record, name)
+        written[name] = dict(value) if name in PAIRED else value
     return written
 
 
@@ -85,7 +84,7 @@ def _read_record(line: str, place: Place) -> Record:
     kind = _CLASSES.get(str(written.pop("kind", None)))
     if kind is None:
         raise _bad("a record of an unknown kind", place)
-    names = [field.name for field in fields(kind)]
+    names = kind.__struct_fields__
     if sorted(written) != sorted(names):
         raise _bad(f"a {kind.kind} record has the fields {', '.join(names)}", place)
     try:

@@ -9,9 +9,11 @@ The time of a run: wall time since it began, some times faster (decision 26).
 from __future__ import annotations
 
 import asyncio
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Protocol
+
+from msgspec import structs
 
 from scbm.cases.trace import MessageDisturbed, ResourceChanged
 from scbm.running import AskPlan, CancelRequest, RunFinished, SendRequest, TimePassed, records_of
@@ -83,7 +85,7 @@ class Driver:
     def _step(self, event: Event | Note, at_ns: int) -> None:
         self._now_ns = at_ns
         if isinstance(event, MessageDisturbed | ResourceChanged):
-            noted = replace(event, at_ns=at_ns)
+            noted = structs.replace(event, at_ns=at_ns)
             self._surroundings.stepped(at_ns, noted, (noted,))
             return
         effects = self._runner.handle(event, at_ns)

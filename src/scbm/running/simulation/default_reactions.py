@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import math
-from functools import cache
-from itertools import accumulate
 from typing import TYPE_CHECKING, assert_never
 
 from scbm.cases import Reaction
 from scbm.model import LatencyShape, Outcome
 
 if TYPE_CHECKING:
-    from fractions import Fraction
     from random import Random
 
     from scbm.cases.trace import Changes
@@ -65,13 +62,16 @@ class DrawnReactions:
         measured: Changes | None = None
         if outcome is Outcome.SUCCEED:
             drawn = resource.simulation.measured
-            measured = tuple((name, values[self._below(len(values))]) for name, values in drawn) or None
+            measured = tuple((name, values[self._below(len(values))]) for name, values in drawn) if drawn else None
         return Reaction(resource.name, outcome, latency_ns, measured)
 
     def _outcome(self, resource: Resource) -> Outcome:
         drawn = self._random.random()
-        possible = _cumulative(resource.simulation.outcomes)
-        return next((outcome for outcome, reached in possible if drawn < reached), possible[-1][0])
+        possible = resource.simulation.cumulative
+        for outcome, reached in possible:
+            if drawn < reached:
+                return outcome
+        return possible[-1][0]
 
     def _latency_ns(self, latency: Latency) -> int:
         """Draw a latency by the inverse of its distribution function."""
@@ -89,14 +89,6 @@ class DrawnReactions:
 
     def _below(self, count: int) -> int:
         return int(self._random.random() * count)
-
-
-@cache
-def _cumulative(outcomes: tuple[tuple[Outcome, Fraction], ...]) -> tuple[tuple[Outcome, float], ...]:
-    """Return the outcomes that are possible, each with the sum of the probabilities up to it."""
-    reached = accumulate(float(probability) for _, probability in outcomes)
-    pairs = zip(outcomes, reached, strict=True)
-    return tuple((outcome, share) for (outcome, probability), share in pairs if probability)
 
 
 def _rounded(drawn_ns: float, low_ns: int, high_ns: int) -> int:

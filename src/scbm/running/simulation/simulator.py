@@ -7,15 +7,17 @@ from dataclasses import dataclass, replace
 from itertools import count
 from typing import TYPE_CHECKING, TypeAlias, assert_never
 
+from msgspec import Struct
+
 from scbm.cases import AT_ONCE
 from scbm.cases.trace import BecameCurrent, End, MessageDisturbed, OperationStepped, ResourceChanged
 from scbm.model import OperationState
 from scbm.planning import PlanCache, PlanLimits, Planner, Solved, recorded_answer
 from scbm.running.events import (
+    OUTWARD,
     AskPlan,
     CancelRequest,
     ChangeResource,
-    Effect,
     Event,
     GoalGiven,
     InjectionGiven,
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
     from scbm.cases import Case, CaseLimits, Restart
     from scbm.cases.trace import Record
     from scbm.model import BehaviorModel
+    from scbm.running.events import OutwardEffect
     from scbm.running.simulation.free_choices import Choices
 
 
@@ -104,8 +107,7 @@ class Simulator:
         return options if limits.plans is None else replace(options, plan_limit=limits.plans)
 
 
-@dataclass(frozen=True, slots=True)
-class _Arrives:
+class _Arrives(Struct, frozen=True):
     """A copy of a request, or of its cancellation, arrives at its resource."""
 
     message: MessageKind
@@ -113,16 +115,14 @@ class _Arrives:
     resource: str
 
 
-@dataclass(frozen=True, slots=True)
-class _Finishes:
+class _Finishes(Struct, frozen=True):
     """The time that a resource takes for a job is over."""
 
     resource: str
     job: Job
 
 
-@dataclass(frozen=True, slots=True)
-class _Restarts:
+class _Restarts(Struct, frozen=True):
     """A resource goes down, or comes up again."""
 
     resource: str
@@ -163,9 +163,13 @@ class _SimulationRun:
         while self._end is None:
             if most_records is not None and len(self._records) > most_records:
                 raise TooLongError
-            event = self._next_event()
-            for effect in self._runner.handle(event, self._now_ns):
-                self._perform(effect)
+            for effect in self._runner.handle(self._next_event(), self._now_ns):
+                if isinstance(effect, OUTWARD):
+                    self._perform(effect)
+                else:
+                    self._records.append(effect)
+                    if self._choices.needs_operation:
+                        self._follow_operation(effect)
         return Simulated(self._end, self._now_ns, tuple(self._records))
 
     def _next_event(self) -> Event:
@@ -193,13 +197,8 @@ class _SimulationRun:
                 return occurrence
         return None
 
-    def _perform(self, effect: Effect) -> None:
-        """Carry out the effects of the runner; all but five kinds are records, which are kept."""
-        if not isinstance(effect, (SendRequest, CancelRequest, ChangeResource, AskPlan, RunFinished)):
-            self._records.append(effect)
-            if self._choices.needs_operation:
-                self._follow_operation(effect)
-            return
+    def _perform(self, effect: OutwardEffect) -> None:
+        """Carry out an effect of the runner."""
         match effect:
             case SendRequest():
                 self._choices.react(self._simulator.resources[effect.resource], self._operation)

@@ -102,7 +102,7 @@ def _must_be_alike(model: BehaviorModel, executions: Sequence[Execution]) -> Non
 
 def _names(record: Record) -> set[str]:
     """What a sentence must not leave out: the name of what took part, and the number of a request."""
-    given = {field.name: getattr(record, field.name) for field in fields(record)}
+    given = {name: getattr(record, name) for name in record.__struct_fields__}
     keys = ("operation", "injection", "transition", "resource", "request", "failed", "variable", "condition")
     return {
         str(given[key]) for key in keys if given.get(key) is not None and not str(given[key]).startswith("complete")
