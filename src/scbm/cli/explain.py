@@ -18,6 +18,7 @@ from scbm.cli.options.closing_options import (
     limit_text,
 )
 from scbm.cli.options.help_sections import HelpSection
+from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
 from scbm.cli.output.terminal import activity_display, results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.closing_json import decided_json, suggestion_json
@@ -50,12 +51,16 @@ def command(
     max_planning: MaxPlanning = DEFAULT_LIMITS.planning,
     max_random: MaxRandom = DEFAULT_LIMITS.random,
     max_changes: MaxChanges = DEFAULT_LIMITS.changes,
+    planner: PlannerName = None,
+    max_length: MaxLength = None,
+    max_expanded: MaxExpanded = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
 ) -> int:
     """Show how a case visits an obligation, such as `scan/failed`, or why no case does."""
-    loaded = load_model(model)
+    options = PlannerOptions(planner, max_length, max_expanded)
+    loaded = options.applied(load_model(model))
     asked = _read_obligation(obligation, loaded)
-    given = Suite.load(loaded, model, tuple(suite or ()))
+    given = Suite.load(loaded, model, tuple(suite or ()), planner_option=options.text)
     limits = CloseLimits(max_states, planning=max_planning, random=max_random, changes=max_changes)
     with activity_display(given.activity) as show:
         campaign = given.run()
@@ -69,9 +74,8 @@ def command(
         out = results()
         out.lines(explanation_lines(explanations, loaded, given.files, close, closing.ended))
         for name, text in _texts(explanations, given).items():
-            again = (
-                given.again(name) or f"save this here as {name}.yaml, then: scbm replay {shown_path(f'{name}.yaml')}"
-            )
+            replay = f"scbm replay {shown_path(f'{name}.yaml')}{options.text}"
+            again = given.again(name) or f"save this here as {name}.yaml, then: {replay}"
             out.lines(case_lines(text, again, given.files.get(name)))
     if closing.is_interrupted:
         return INTERRUPTED

@@ -11,6 +11,7 @@ import typer
 from scbm.cli.campaigns.rerun import AskedRun, rerun
 from scbm.cli.options.arguments import read_faults, read_requirements, read_time_limit
 from scbm.cli.options.help_sections import HelpSection
+from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
 from scbm.cli.output.terminal import results, write_json
 from scbm.files import FileWriter, load_model
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug, format_moment
@@ -99,6 +100,9 @@ def command(
             rich_help_panel=HelpSection.RUNNING,
         ),
     ] = None,
+    planner: PlannerName = None,
+    max_length: MaxLength = None,
+    max_expanded: MaxExpanded = None,
     json: Annotated[
         bool, typer.Option("--json", help="Print what was written as JSON.", rich_help_panel=HelpSection.OUTPUT)
     ] = False,
@@ -106,15 +110,16 @@ def command(
     """Run a case or the log of a real run again, and write what happens as a file that Perfetto or Foxglove opens."""
     outputs = _outputs(perfetto, mcap)
     files = {output.option: output.path for output in outputs}
+    options = PlannerOptions(planner, max_length, max_expanded)
     if case is None:
         _refuse({"--seed": seed, "--network": network}, "this is for random cases", "add for example `--case 1`")
-        done = rerun(AskedRun(file, model, require or [], time_limit, files))
+        done = rerun(AskedRun(file, model, require or [], time_limit, files, options))
         loaded, execution, writer = done.model, done.execution, done.writer
     else:
         _refuse({"--model": model}, "`--case` draws from the model that comes first", None)
         writer = FileWriter([(file, "the model")])
         writer.refuse_clashes(files)
-        loaded = load_model(file)
+        loaded = options.applied(load_model(file))
         drawn = RandomCases(loaded, str(file), read_faults(network, loaded)).case(seed or 0, case)
         requirements = read_requirements(require or [], loaded)
         execution = Tester(loaded).execute(complete(drawn, requirements, read_time_limit(time_limit), loaded))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from functools import cached_property
 from math import prod
@@ -36,21 +37,50 @@ class PlannerChoice:
 
 @dataclass(frozen=True, slots=True)
 class PlannerIdentity:
-    """The name and the version of the planner that made the plans of a run."""
+    """The planner that made the plans of a run: its name and version, and the limits of its searches.
+
+    Attributes:
+        name: its name.
+        version: its version.
+        max_length: the maximum number of operations of a plan; `None` for the default.
+        max_expanded: the maximum number of states that a search expanded; `None` for the default.
+    """
 
     name: str
     version: str
+    max_length: int | None = None
+    max_expanded: int | None = None
 
     @staticmethod
     def parse(text: str) -> PlannerIdentity:
         """Return the identity that `str` has written. Raise `ValueError` for any other text."""
-        name, blank, version = text.partition(" ")
-        if not name or not blank or not version or not text.isprintable():
+        match = _IDENTITY.fullmatch(text)
+        if match is None or not text.isprintable():
             raise ValueError(f"`{text}` is not the name and the version of a planner")
-        return PlannerIdentity(name, version)
+        length, expanded = (None if number is None else int(number) for number in match.group(3, 4))
+        return PlannerIdentity(match[1], match[2], length, expanded)
+
+    @property
+    def choice(self) -> PlannerChoice:
+        """The choice of a model whose runs have such plans."""
+        return PlannerChoice(self.name, self.max_length, self.max_expanded)
+
+    @property
+    def limits(self) -> dict[str, int]:
+        """The limits that are set, by the names of their attributes."""
+        given = {"max_length": self.max_length, "max_expanded": self.max_expanded}
+        return {name: limit for name, limit in given.items() if limit is not None}
+
+    @property
+    def words(self) -> str:
+        """The name and the limits without the version: `greedy, max_length 50`."""
+        return ", ".join([self.name, *(f"{name} {limit}" for name, limit in self.limits.items())])
 
     def __str__(self) -> str:
-        return f"{self.name} {self.version}"
+        return ", ".join([f"{self.name} {self.version}", *(f"{name} {limit}" for name, limit in self.limits.items())])
+
+
+_IDENTITY = re.compile(r"([^ ,]+) ([^,]+)(?:, max_length (\d{1,18}))?(?:, max_expanded (\d{1,18}))?", re.ASCII)
 
 
 FIRST_PLANNER = PlannerIdentity("canonical", "1")

@@ -17,7 +17,15 @@ from scbm.planning.plan_answers import (
 )
 from scbm.planning.plan_search import Reach, explore
 from scbm.planning.planner import PlanCache, Planner, recorded_answer
-from scbm.planning.planners import DEFAULT_PLANNER, PLANNERS, PlanFunction, PlannerEntry, PlanProblem, planner_of
+from scbm.planning.planners import (
+    DEFAULT_PLANNER,
+    PLANNERS,
+    PlanFunction,
+    PlannerEntry,
+    PlanProblem,
+    model_planned_by,
+    planner_of,
+)
 from scbm.planning.planning_task import Task, system_of
 from scbm.planning.policy import Policy
 
@@ -43,6 +51,7 @@ __all__ = [
     "Unsolvable",
     "explore",
     "find_flaw",
+    "model_planned_by",
     "planner_of",
     "recorded_answer",
     "system_of",

@@ -84,8 +84,9 @@ class Planner:
 
     @property
     def identity(self) -> PlannerIdentity:
-        """The name and the version of the planner."""
-        return PlannerIdentity(self.name, self.entry.whole_version)
+        """The planner as traces, cases and stores record it, with the limits that its model sets."""
+        choice = self.model.planner
+        return PlannerIdentity(self.name, self.entry.whole_version, choice.max_length, choice.max_expanded)
 
     def find_flaw(self, state: Mapping[str, Value], goal: Predicate, plan: Sequence[str]) -> PlanFlaw | None:
         """Return the first flaw of a plan from `state` to `goal`; `None` if the plan is valid."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
-from scbm.model import PlannerIdentity
+from scbm.model import PlannerChoice, PlannerIdentity
 from scbm.planning.plan_answers import PlanLimits, Solved, Unsolvable, always
 from scbm.planning.plan_search import search_plan
 
@@ -140,9 +140,23 @@ PLANNERS: dict[str, PlannerEntry] = {
 
 
 def planner_of(model: BehaviorModel) -> PlannerIdentity:
-    """Return the name and the version of the planner that the runs of a model use."""
-    name = model.planner.name or DEFAULT_PLANNER
-    return PlannerIdentity(name, PLANNERS[name].whole_version)
+    """Return the planner that the runs of a model use, with the limits that the model sets."""
+    name, choice = model.planner.name or DEFAULT_PLANNER, model.planner
+    return PlannerIdentity(name, PLANNERS[name].whole_version, choice.max_length, choice.max_expanded)
+
+
+def model_planned_by(planner: PlannerIdentity, model: BehaviorModel) -> BehaviorModel:
+    """Return the model with the planner of a recorded run.
+
+    The limits of the model stay where the planner is that of the model and the run recorded no limit: the run had none,
+    or an older version of `scbm` recorded it.
+    """
+    choice = model.planner
+    if planner.name != (choice.name or DEFAULT_PLANNER):
+        return replace(model, planner=planner.choice)
+    length = choice.max_length if planner.max_length is None else planner.max_length
+    expanded = choice.max_expanded if planner.max_expanded is None else planner.max_expanded
+    return replace(model, planner=PlannerChoice(choice.name, length, expanded))
 
 
 DEFAULT_PLANNER = "canonical"

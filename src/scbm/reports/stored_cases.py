@@ -6,11 +6,12 @@ of its whole run. Reports distinguish cases in simulation from cases over nodes,
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from shlex import quote
 from typing import TYPE_CHECKING
 
-from scbm.model import format_duration
+from scbm.model import FIRST_PLANNER, PlannerIdentity, format_duration
 from scbm.reports.figure_table import counted, shown_path
 from scbm.store import Written
 from scbm.testing import FailureKind
@@ -85,13 +86,31 @@ def again(stored: StoredCase, model_file: str, runs: Sequence[StoredRun]) -> str
         return ""
     if stored.is_over_nodes:
         return runs[stored.run].command
-    recipe = stored.recipe
+    recipe, run = stored.recipe, runs[stored.run]
     if isinstance(recipe, Written) and recipe.is_of_test:
-        return f"pytest {shown_path(recipe.path)}"
+        return f"pytest {shown_path(recipe.path)}{_planner_options(run, '--scbm-')}"
     if isinstance(recipe, Written):
-        return f"scbm replay {shown_path(recipe.path)} --model {shown_path(model_file)}{_added(recipe)}"
+        options = "" if _PLANS.search(recipe.text) else _planner_options(run)  # it needs no planner
+        return f"scbm replay {shown_path(recipe.path)} --model {shown_path(model_file)}{options}{_added(recipe)}"
     network = f" --network {quote(recipe.network)}" if recipe.network else ""
-    return f"scbm run {shown_path(model_file)} --seed {recipe.seed} --case {recipe.number}{network}{_added(recipe)}"
+    options = f"{network}{_planner_options(run)}{_added(recipe)}"
+    return f"scbm run {shown_path(model_file)} --seed {recipe.seed} --case {recipe.number}{options}"
+
+
+_PLANS = re.compile(r"^plans\b", re.MULTILINE)
+"""Found in the text of a case with recorded answers of a planner."""
+
+
+def _planner_options(run: StoredRun, prefix: str = "--") -> str:
+    """Return the options for the planner of a run, each with a leading blank.
+
+    The default planner without limits needs no options where the model file says nothing about a planner.
+    """
+    planner = PlannerIdentity.parse(run.planner)
+    if planner.words == FIRST_PLANNER.name and "planner" not in run.source.text:
+        return ""
+    limits = [(name.replace("_", "-"), str(limit)) for name, limit in planner.limits.items()]
+    return "".join(f" {prefix}{option} {quote(value)}" for option, value in [("planner", planner.name), *limits])
 
 
 def again_words(stored: StoredCase) -> str:

@@ -236,7 +236,7 @@ def sayable(text: str) -> str:
 
 
 def key_of(recipe: Recipe, model_digest: str, planner: str = FIRST_PLANNER.name) -> bytes:
-    """The key of a case: 16 bytes of the SHA-256 of its recipe, its model, and the name of its planner.
+    """The key of a case: 16 bytes of the SHA-256 of its recipe, its model, and its planner with its limits.
 
     Where its file is does not matter, nor where its nodes met and how fast their time went.
     """

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cases import Network
 from scbm.files import Scope, digest_of, parse_requirement, read_case, read_network, write_case, write_network
-from scbm.model import InputError, PlannerChoice, PlannerIdentity, Requirement
+from scbm.model import InputError, PlannerIdentity, Requirement
 from scbm.planning import PLANNERS
 from scbm.store.history import Drawn, Written, unpacked_log
 from scbm.testing import RandomCases, Tester
@@ -99,10 +99,11 @@ class Replays:
 
     def _tester(self, stored: StoredCase) -> Tester:
         """Return a tester with the planner of the run that had the case."""
-        name = PlannerIdentity.parse(self._runs[stored.run].planner).name
-        if name not in self._testers:
-            self._testers[name] = Tester(replace(self._model, planner=PlannerChoice(name)))
-        return self._testers[name]
+        planner = self._runs[stored.run].planner
+        if planner not in self._testers:
+            choice = PlannerIdentity.parse(planner).choice
+            self._testers[planner] = Tester(replace(self._model, planner=choice))
+        return self._testers[planner]
 
     def _is_planned_elsewhere(self, stored: StoredCase) -> bool:
         """Whether another program made the plans of a case, and the case does not have them."""

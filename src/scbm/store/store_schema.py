@@ -120,7 +120,8 @@ TABLES: dict[str, StoreTable] = {
             StoreColumn(
                 "planner",
                 "TEXT",
-                "the name and the version of the planner; null in runs of older versions, which had one",
+                "the planner: name, version and the limits that were set, as in `greedy 1, max_length 50`; null in runs"
+                " of older versions, which had one",
                 since=3,
                 value=lambda run: run.planner,
             ),

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from scbm.cases.coverage import Figure
-    from scbm.model import BehaviorModel, InputError
+    from scbm.model import BehaviorModel, InputError, PlannerIdentity
     from scbm.store.history import Recipe
     from scbm.testing import CaseResult
 
@@ -89,7 +89,7 @@ class StoreWriter:
         self._connection = connection
         self._path = path
         self._model = model
-        self._run = replace(run, planner=str(planner_of(model)))
+        self._run = run
         self._digest = digest_of(model)
         self._obligations = Obligations.of(model)
         self._tables = Tables(connection)
@@ -108,7 +108,14 @@ class StoreWriter:
         runs = [row.run for row in self._tables.runs() if row.run.is_finished and row.run.id != self._run.id]
         return runs[-1] if runs else None
 
-    def add(self, position: int, recipe: Recipe, result: CaseResult, log: str | None = None) -> None:
+    def add(
+        self,
+        position: int,
+        recipe: Recipe,
+        result: CaseResult,
+        log: str | None = None,
+        planner: PlannerIdentity | None = None,
+    ) -> None:
         """Adds a case that has been run, or unites it with what is known of it.
 
         One whose run was not finished is not added, and then the run of all of them is not finished either.
@@ -118,6 +125,7 @@ class StoreWriter:
             recipe: what decides it.
             result: what came of it.
             log: of a run over nodes the text of its log.
+            planner: the planner of a run over nodes, as its controller reported it; `None` for that of the model.
 
         Raises:
             InputError: the store cannot be written any more.
@@ -131,8 +139,14 @@ class StoreWriter:
             raise problem(Slug.STORE_UNUSABLE, self._path, message)
         packed = None if log is None else self._packed(result.case.name, log)
         with store_errors(self._path), understood(self._path), transaction(self._connection):
-            ids = self._ids or self._begun()
-            self._tables.put_case(self._row(ids, position, recipe, result, packed))
+            planner = planner or planner_of(self._model)
+            ids = self._ids or self._begun(planner)
+            key, case = key_of(recipe, self._digest, planner.words), result.case
+            row = CaseRow(
+                key, case.name, case.goal, *ids, position, recipe,
+                result.verdict, result.ended_ns, result.requests, result.visited, packed,
+            )  # fmt: skip
+            self._tables.put_case(row)
             self._tables.add_to_run(ids[1], result.visited, failed=not result.verdict.passed)
         self._ids = ids
         self._is_whole = True
@@ -144,23 +158,14 @@ class StoreWriter:
             message = f"the log of `{name}` is larger than {MAX_LOG_BYTES // 1024**2} MiB, which a store cannot hold"
             raise problem(Slug.STORE_UNUSABLE, self._path, message) from None
 
-    def _begun(self) -> tuple[int, int]:
+    def _begun(self, planner: PlannerIdentity) -> tuple[int, int]:
         """The ids of the model and of the run, which are there then. To be called in a transaction."""
         make_tables(self._connection)
         known = next((row for row in self._tables.models() if row.is_current), None)
         if known is not None and known.digest != self._digest:
             raise self._of_another_model(known)  # another process was faster
         model = self._tables.put_model(self._model)
-        return model, self._tables.put_run(self._run, model)
-
-    def _row(
-        self, ids: tuple[int, int], position: int, recipe: Recipe, result: CaseResult, log: bytes | None
-    ) -> CaseRow:
-        case = result.case
-        return CaseRow(
-            key_of(recipe, self._digest, planner_of(self._model).name), case.name, case.goal, *ids, position, recipe,
-            result.verdict, result.ended_ns, result.requests, result.visited, log,
-        )  # fmt: skip
+        return model, self._tables.put_run(replace(self._run, planner=str(planner)), model)
 
     def finish(self) -> None:
         """Notes that the run came to its end, if it has cases and all of them were added."""

@@ -9,10 +9,12 @@ from typing import Any
 
 import pytest
 
+from scbm.cases.trace import read_trace
 from scbm.files import digest_of, load_model, read_model, write_model
-from scbm.model import InputError, PlannerChoice
+from scbm.model import InputError, PlannerChoice, PlannerIdentity
 from scbm.planning import PLANNERS, Answer, PlanLimits, PlannerEntry, PlanProblem
 from scbm.planning.plan_answers import raise_if_cancelled
+from scbm.store import Replays, read_history
 from support.models import scan_cell
 
 BEFORE = Path("examples/robot_in_the_air/before.yaml")
@@ -40,24 +42,28 @@ def noted(monkeypatch: pytest.MonkeyPatch) -> list[PlanLimits]:
         ("test", BEFORE, "--cases", "2", "--no-shrink"),
         ("replay", "examples/robot_in_the_air/cases/delivery_among_others.yaml"),
         ("close", BEFORE, "--cases", "1", "--max-states", "10"),
+        ("explain", BEFORE, "robot_move_to_box_a/disabled", "--max-states", "10"),
+        ("trace", BEFORE, "--case", "1"),
+        ("trace", "examples/robot_in_the_air/cases/delivery_among_others.yaml"),
     ],
-    ids=lambda command: str(command[0]),
+    ids=lambda command: "-".join(map(str, command[:1])),
 )
 def test_every_verb_that_plans_takes_a_planner_and_its_limits(
     command: tuple[object, ...], noted: list[PlanLimits], scbm: Callable[..., Any], tmp_path: Path
 ) -> None:
-    failures = ("--failures", tmp_path) if command[0] == "test" else ()
-    ran = scbm(*command, *failures, "--planner", "noting", "--max-length", 77, "--max-expanded", 7777)
+    more = {"test": ("--failures", tmp_path), "trace": ("--perfetto", tmp_path / "trace.json")}.get(str(command[0]), ())
+    ran = scbm(*command, *more, "--planner", "noting", "--max-length", 77, "--max-expanded", 7777)
     assert ran.code in (0, 1), ran.err
     assert {(limits.length, limits.expansions) for limits in noted} == {(77, 7777)}
     noted.clear()
-    scbm(*command, *failures)
+    scbm(*command, *more)
     assert noted == []
 
 
-@pytest.mark.parametrize("verb", ["plan", "run", "test", "replay", "close", "node controller"])
+@pytest.mark.parametrize("verb", ["plan", "run", "test", "replay", "close", "node controller", "explain", "trace"])
 def test_an_unknown_planner_is_refused_with_a_suggestion(verb: str, scbm: Callable[..., Any]) -> None:
-    goal = ("--goal", "item_a_scanned") if verb in ("plan", "run") else ()
+    needed = {"explain": ("robot_move_to_box_a/disabled",), "trace": ("--case", 1, "--perfetto", "trace.json")}
+    goal = ("--goal", "item_a_scanned") if verb in ("plan", "run") else needed.get(verb, ())
     file = "examples/robot_in_the_air/cases/delivery_among_others.yaml" if verb == "replay" else BEFORE
     ran = scbm(*verb.split(), file, *goal, "--planner", "cannonical")
     assert ran.code == 2
@@ -178,3 +184,76 @@ def test_a_case_is_replayed_with_the_planner_of_its_recorded_run(scbm: Callable[
     gone = scbm("replay", case, "--model", BEFORE)
     assert (gone.code, "error[unknown-planner]" in gone.err) == (2, True)
     assert scbm("replay", case, "--model", BEFORE, "--planner", "greedy").code == 1
+
+
+def test_limits_of_the_command_line_are_recorded_and_give_the_same_run_again(
+    scbm: Callable[..., Any], tmp_path: Path
+) -> None:
+    saved = tmp_path / "saved"
+    campaign = ("--cases", 4, "--seed", 3, "--failures", tmp_path, "--no-shrink", "--save", saved)
+    limits = ("--max-length", 3, "--max-expanded", 5000)
+    scbm("test", BEFORE, *campaign, *limits, "--store", tmp_path / "cov.db")
+    ends = []
+    for case in sorted(saved.glob("*.yaml")):
+        text = case.read_text(encoding="utf-8")
+        assert text.startswith("# case ")
+        assert " of seed 3, with --max-length 3 --max-expanded 5000\n" in text
+        assert "  planner: canonical 1, max_length 3, max_expanded 5000\n" in text
+        ran = scbm("replay", case, "--trace", tmp_path / "trace.jsonl", "--json")
+        report = json.loads(ran.out)
+        ends.append(report["verdict"])
+        assert report["is_recorded_run"] is True
+        trace = read_trace((tmp_path / "trace.jsonl").read_text(encoding="utf-8"))
+        assert trace.planner == PlannerIdentity("canonical", "1", 3, 5000)
+        assert json.loads(scbm("replay", case, "--max-length", 1000, "--json").out)["verdict"] == "reached"
+    assert "planner_limit" in ends
+    history = read_history(tmp_path / "cov.db")
+    assert [run.planner for run in history.runs] == ["canonical 1, max_length 3, max_expanded 5000"]
+    replays = Replays(history)
+    executions = [replays.execute(stored) for stored in history.cases]
+    assert sorted(execution.verdict.end.value for execution in executions if execution) == sorted(ends)
+
+
+def test_the_same_cases_with_other_limits_are_other_cases_of_a_store(scbm: Callable[..., Any], tmp_path: Path) -> None:
+    campaign = ("--cases", 2, "--failures", tmp_path, "--no-shrink", "--store", tmp_path / "cov.db")
+    scbm("test", BEFORE, *campaign)
+    scbm("test", BEFORE, *campaign, "--max-length", 3)
+    scbm("test", BEFORE, *campaign, "--max-length", 3)
+    assert len(read_history(tmp_path / "cov.db").cases) == 4
+
+
+def test_a_limit_of_the_model_is_recorded(scbm: Callable[..., Any], tmp_path: Path) -> None:
+    file = tmp_path / "cell.yaml"
+    file.write_text(_with_planner("{max_length: 5}"), encoding="utf-8")
+    scbm("test", file, "--cases", 1, "--failures", tmp_path, "--save", tmp_path / "saved")
+    (case,) = (tmp_path / "saved").glob("*.yaml")
+    assert "planner: canonical 1, max_length 5" in case.read_text(encoding="utf-8")
+    file.write_text(_with_planner("{max_length: 1000}"), encoding="utf-8")
+    assert json.loads(scbm("replay", case, "--json").out)["is_recorded_run"] is True
+
+
+@pytest.mark.parametrize(
+    "identity",
+    [
+        PlannerIdentity("canonical", "1"),
+        PlannerIdentity("greedy", "2", 5),
+        PlannerIdentity("other", "1/0.3.1", None, 9),
+        PlannerIdentity("other", "1/0.3.1", 0, 9),
+    ],
+    ids=str,
+)
+def test_a_planner_is_read_as_it_is_written(identity: PlannerIdentity) -> None:
+    assert PlannerIdentity.parse(str(identity)) == identity
+
+
+@pytest.mark.parametrize("text", ["", "canonical", "canonical 1,", "canonical 1, max_length", "canonical 1, most 3"])
+def test_no_other_text_is_read_as_a_planner(text: str) -> None:
+    with pytest.raises(ValueError, match="is not the name and the version"):
+        PlannerIdentity.parse(text)
+
+
+def test_explain_repeats_the_planner_in_its_commands(noted: list[PlanLimits], scbm: Callable[..., Any]) -> None:
+    ran = scbm("explain", BEFORE, "robot_move_to_box_a/disabled", "--planner", "noting", "--max-length", "60")
+    (again,) = (line for line in ran.out.splitlines() if "scbm replay " in line)
+    assert again.endswith(" --planner noting --max-length 60")
+    assert noted

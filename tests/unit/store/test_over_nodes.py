@@ -14,7 +14,7 @@ import pytest
 
 from scbm.cases import Case, Network
 from scbm.files import Scope, parse_requirement
-from scbm.model import InputError, PlannerChoice, Requirement, Slug
+from scbm.model import InputError, PlannerChoice, PlannerIdentity, Requirement, Slug
 from scbm.store import (
     History,
     Recipe,
@@ -373,3 +373,15 @@ def test_cases_of_another_planner_are_other_cases_and_shown_by_it(path: Path) ->
     replays = Replays(history)
     executions = [execution for stored in history.cases if (execution := replays.execute(stored)) is not None]
     assert sorted(execution.trace.planner.name for execution in executions) == ["canonical"] * 2 + ["greedy"] * 2
+
+
+def test_a_run_over_nodes_has_the_planner_that_the_controller_reported(path: Path) -> None:
+    pairs = results(1, 2, "drawn")
+    with write_store(path, MODEL, a_run(1, MODEL)) as writer:
+        for position, (recipe, result) in enumerate(pairs, start=1):
+            writer.add(position, recipe, result, planner=PlannerIdentity("greedy", "1", 9))
+    history = read_history(path)
+    assert [run.planner for run in history.runs] == ["greedy 1, max_length 9"]
+    digest = digest_of(MODEL)
+    keys = [key_of(recipe, digest, "greedy, max_length 9") for recipe, _ in pairs]
+    assert sorted(case.key for case in history.cases) == sorted(keys)

@@ -21,7 +21,8 @@ PAIRED = ("changes", "state", "payload")
 def write_trace(trace: Trace) -> str:
     """Return `trace` as JSON Lines; each line ends with a line feed."""
     header = {"format": "scbm-trace", "version": FORMAT_VERSION, "model": trace.model, "case": trace.case}
-    return _lines(header | {"planner": {"name": trace.planner.name, "version": trace.planner.version}}, trace)
+    planner = trace.planner
+    return _lines(header | {"planner": {"name": planner.name, "version": planner.version, **planner.limits}}, trace)
 
 
 def trace_digest(trace: Trace) -> str:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scbm.cli.options.arguments import read_requirements, read_time_limit
 from scbm.cli.options.planner_options import NO_PLANNER_OPTIONS, PlannerOptions
 from scbm.files import FileWriter, digest_of, load_model, open_case
-from scbm.model import Diagnostic, InputError, Place, PlannerChoice, Slug
-from scbm.planning import DEFAULT_PLANNER, PLANNERS
+from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.planning import PLANNERS, model_planned_by
 from scbm.testing import Execution, Tester
 from scbm.testing.batches.campaign_work import complete
 
@@ -101,13 +101,13 @@ def _of_case(asked: AskedRun) -> Rerun:
     """Run a case again in simulation."""
     document = open_case(asked.file)
     model, writer = asked.load(asked.model or document.required_model_path(), "the case")
-    model = asked.planner.applied(model)
     read = document.read(model)
     if read.plans and asked.planner.words:
         message, remedy = "the case has the plans of its run", "leave it out, or remove `plans:` from the case"
         raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(asked.planner.words[0]), remedy)])
     if asked.planner.name is None and read.recorded is not None:
         model = _with_planner_of(read.recorded.planner, model, asked.file)
+    model = asked.planner.applied(model)
     requirements = read_requirements(asked.require, model)
     case = complete(read, requirements, read_time_limit(asked.time_limit), model)
     recorded = None if case.recorded is None else case.recorded.trace
@@ -121,8 +121,7 @@ def _with_planner_of(planner: PlannerIdentity, model: BehaviorModel, file: Path)
         message = f"the case was recorded with the planner `{planner.name}`, which this scbm does not have"
         remedy = "name another one: `--planner NAME`"
         raise InputError([Diagnostic(Slug.UNKNOWN_PLANNER, message, Place(str(file)), remedy)])
-    is_same = planner.name == (model.planner.name or DEFAULT_PLANNER)
-    return model if is_same else replace(model, planner=PlannerChoice(planner.name))
+    return model_planned_by(planner, model)
 
 
 def _of_log(asked: AskedRun) -> Rerun:

@@ -81,7 +81,8 @@ class Keeper:
                 return
             recipe = self._recipe(result.case, None if log is None else log.real, written, words)
             with self._store_errors():
-                self._writer.add(position, recipe, result, self._log(log))
+                planner = None if log is None else log.planner
+                self._writer.add(position, recipe, result, self._log(log), planner)
                 self.is_unfinished = self.is_unfinished or result.verdict.end is not End.LOST
 
     def _recipe(

@@ -180,6 +180,11 @@ class Suite:
         """The options for the random cases, each with a leading blank."""
         return f" --cases {self.random} --seed {self.seed}" if self.random else ""
 
+    def origin_words(self, number: int) -> str:
+        """Return what a random case was drawn from, with the planner of the command line."""
+        planned = f", with{self.planner_option}" if self.planner_option else ""
+        return f"case {number} of seed {self.seed}{planned}"
+
     @property
     def network_option(self) -> str:
         """The option for the network of the random cases, with a leading blank."""

@@ -298,7 +298,7 @@ def _saved_texts(suite: Suite, tester: Tester, directory: Path, positions: Seque
     """Return the texts of random cases, each by the path of its file."""
     numbers = (suite.numbers[position - 1 - len(suite.written)] for position in positions)
     recorded = (tester.execute(suite.work.case(position)).recorded_case for position in positions)
-    comments = ([f"case {number} of seed {suite.seed}"] for number in numbers)
+    comments = ([suite.origin_words(number)] for number in numbers)
     labelled = list(zip(recorded, comments, strict=True))
     return case_texts(labelled, directory, suite.model, suite.file)
 

@@ -11,9 +11,10 @@ import typer
 
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.registry_options import KnownName
-from scbm.files import parse_duration, suggestion
+from scbm.files import parse_duration
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, PlannerChoice, Slug
 from scbm.planning import DEFAULT_PLANNER, PLANNERS, PlanLimits
+from scbm.testing.planner_override import override_planner, uncounted
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -87,27 +88,12 @@ class PlannerOptions:
     max_memory: str | None = None
 
     def applied(self, model: BehaviorModel) -> BehaviorModel:
-        """Return the model with the planner of the command line. Raise `InputError` for options that do not fit.
-
-        The limits in the model are for the planner that is named there, so another name begins with the defaults.
-        """
-        if self.name is not None and self.name not in PLANNERS:
-            remedy = suggestion(self.name, PLANNERS, "the planners are")
-            place = Place("--planner", 1, 1, max(1, len(self.name)))
-            message = f"there is no planner `{self.name}`"
-            raise InputError([Diagnostic(Slug.UNKNOWN_PLANNER, message, place, remedy, self.name)])
-        choice = model.planner
-        if self.name is not None and self.name != (choice.name or DEFAULT_PLANNER):
-            choice = PlannerChoice(self.name)
-        self._refuse_uncounted(choice.name or DEFAULT_PLANNER)
-        return replace(
-            model,
-            planner=PlannerChoice(
-                choice.name,
-                choice.max_length if self.max_length is None else self.max_length,
-                choice.max_expanded if self.max_expanded is None else self.max_expanded,
-            ),
-        )
+        """Return the model with the planner of the command line. Raise `InputError` for options that do not fit."""
+        chosen = override_planner(model, PlannerChoice(self.name, self.max_length, self.max_expanded))
+        name = chosen.planner.name or DEFAULT_PLANNER
+        if PLANNERS[name].is_external and self.max_memory is not None:
+            raise InputError([uncounted(name, "--max-memory")])
+        return chosen
 
     def limits(self, model: BehaviorModel) -> PlanLimits:
         """Return the limits of a model to which these options are applied, with those of time and memory."""
@@ -129,15 +115,6 @@ class PlannerOptions:
             ("--max-memory", self.max_memory),
         )
         return [word for option, value in options if value is not None for word in (option, str(value))]
-
-    def _refuse_uncounted(self, name: str) -> None:
-        """Raise `InputError` for limits that another program would ignore."""
-        given = {"--max-expanded": self.max_expanded, "--max-memory": self.max_memory}
-        useless = [option for option, value in given.items() if value is not None]
-        if PLANNERS[name].is_external and useless:
-            message = f"the planner `{name}` is another program, which takes no such limit"
-            remedy = "leave it out; such planners have a limit of wall time"
-            raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy) for option in useless])
 
     def _time_ns(self) -> int | None:
         if self.max_time is None:

@@ -6,7 +6,7 @@ operation is taken by itself; nothing that happens in runs is used.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Aspect, Obligation
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from scbm.closing.runs.all_runs import AllRuns
     from scbm.closing.runs.run_graph import RunGraph
     from scbm.closing.runs.situations import Position
-    from scbm.model import BehaviorModel, Operation
+    from scbm.model import BehaviorModel, Operation, PlannerIdentity
     from scbm.proofcheck import Argument
 
 
@@ -118,8 +118,13 @@ class Proofs:
             if claims:
                 argument = self._argument(kind, [obligation for obligation, _ in claims], runs)
                 claimed = tuple(Claim(str(obligation), proof.reason) for obligation, proof in claims)
-                planner = planner_of(self._model) if kind == RunsArgument.kind else None
+                planner = self._planner if kind == RunsArgument.kind else None
                 yield Certificate(self._model.name, digest, claimed, argument, planner)
+
+    @property
+    def _planner(self) -> PlannerIdentity:
+        """The planner without limits: they only end runs earlier, so claims about all runs hold with them too."""
+        return replace(planner_of(self._model), max_length=None, max_expanded=None)
 
     def _argument(self, kind: str, claimed: Sequence[Obligation], runs: AllRuns | None) -> Argument:
         if kind == StructureArgument.kind:

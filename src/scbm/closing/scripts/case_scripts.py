@@ -13,7 +13,7 @@ from scbm.cases import Case, CaseLimits, Injection, OutcomeRule
 from scbm.cases.trace import BecameCurrent, OperationStepped
 from scbm.closing.runs.situations import MAX_ANSWERS, Happening, HappeningKind
 from scbm.model import OperationState, Outcome, State
-from scbm.planning import Solved
+from scbm.planning import PlanLimits, Solved
 from scbm.running import (
     AskPlan,
     CancelRequest,
@@ -96,6 +96,7 @@ class _ScriptedRun:
 
     def __init__(self, scripts: CaseScripts, goal: tuple[str, Predicate], start: Start) -> None:
         self._planner = scripts.plans
+        self._plan_limits = PlanLimits.of(scripts.model)
         self._plain = scripts.plain
         self._runner = Runner(scripts.program, start.values, RunnerOptions(_NEVER_NS, _AT_ONCE_PLANS))
         self._now_ns = 0
@@ -237,7 +238,7 @@ class _ScriptedRun:
         assert asked is not None  # noqa: S101 - only a request for a plan is answered
         self._asked = None
         self._plans += 1
-        answer = self._planner.plan(asked.state, asked.goal)
+        answer = self._planner.plan(asked.state, asked.goal, self._plan_limits)
         plan = answer.plan if isinstance(answer, Solved) else ()
         answered = PlanAnswered(asked.ask, PlanStatus(answer.status), plan)
         self._perform(self._runner.handle(answered, self._now_ns))

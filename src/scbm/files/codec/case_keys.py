@@ -252,7 +252,7 @@ class RecordedKeys(Keys):
     )
     planner: DefaultKey[PlannerIdentity] = DefaultKey(
         ScalarType("name and version", "the name and the version of a planner", {"type": "string"}, _read_planner, str),
-        "The name and the version of the planner that made the plans.",
+        "The planner that made the plans: name, version and the limits that were set, as in `greedy 1, max_length 50`.",
         default=FIRST_PLANNER,
     )
 

@@ -45,6 +45,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--scbm-fail-under", type=_percent, metavar="P", help="Fail if fewer per cent of a model are visited."
     )
     group.addoption("--scbm-store", metavar="FILE", help="Add the cases that were run to this coverage store.")
+    group.addoption("--scbm-planner", metavar="NAME", help="The planner of all cases. [that of the model]")
+    group.addoption(
+        "--scbm-max-length", type=int, metavar="N", help="Maximum number of operations in a plan. [that of the model]"
+    )
+    group.addoption(
+        "--scbm-max-expanded", type=int, metavar="N", help="Maximum number of expanded states. [that of the model]"
+    )
     parser.addini("scbm_model", "The model of case files that name none; seen from the directory of this file.")
     parser.addini("scbm_cases", "Whether case files are collected.", type="bool", default=True)
 
@@ -57,6 +64,19 @@ def _percent(text: str) -> float:
     if not 0 <= percent <= 100:  # noqa: PLR2004 - all of it
         raise argparse.ArgumentTypeError(f"`{text}` is not a number from 0 to 100")
     return percent
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Raise `UsageError` for a planner that does not exist, and for limits that are too small."""
+    for option, least in (("--scbm-max-length", 0), ("--scbm-max-expanded", 1)):
+        limit: int | None = config.getoption(option)
+        if limit is not None and limit < least:
+            raise pytest.UsageError(f"{option}: {limit} is less than {least}")
+    if config.getoption("--scbm-planner") is None:
+        return
+    from scbm.plugins.pytest.session_models import refuse_unknown
+
+    refuse_unknown(config)
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:

@@ -11,7 +11,7 @@ import pytest
 from scbm.files import is_case_text, open_case
 from scbm.model import InputError
 from scbm.plugins.pytest import models_of
-from scbm.plugins.pytest.session_models import ModelResults
+from scbm.plugins.pytest.session_models import ModelResults, planner_words
 from scbm.reports import failure_lines
 
 if TYPE_CHECKING:
@@ -114,7 +114,8 @@ class CaseItem(pytest.Item):
         assert self._document is not None  # noqa: S101 - it was run
         named = self._document.model_path
         is_named = named is not None and (models.config.invocation_params.dir / named).resolve() == loaded.path
-        return command if is_named else f"{command} --model {shlex.quote(loaded.shown)}"
+        model = "" if is_named else f" --model {shlex.quote(loaded.shown)}"
+        return f"{command}{model}{planner_words(models.config)}"
 
     def repr_failure(self, excinfo: ExceptionInfo[BaseException], style: Any = None) -> str | TerminalRepr:  # noqa: ANN401 - as pytest declares it
         """The sentences of a failure, without a traceback; located in the case file."""

@@ -10,20 +10,47 @@ import pickle
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING
 
+import pytest
+
 from scbm.files import load_model
-from scbm.model import InputError
+from scbm.model import InputError, PlannerChoice
 from scbm.testing import Campaign, Tester
+from scbm.testing.planner_override import override_planner, refuse_unknown_planner
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    import pytest
-
     from scbm.cases import Case
     from scbm.model import BehaviorModel
     from scbm.testing import CaseResult, Execution
+
+
+_PREFIX = "--scbm-"
+"""What the options of the plugin begin with."""
+
+
+def planner_asked_for(config: pytest.Config) -> PlannerChoice:
+    """Return the planner and the limits of the options, which replace those of every model."""
+    names = ("planner", "max-length", "max-expanded")
+    return PlannerChoice(*(config.getoption(f"{_PREFIX}{name}") for name in names))
+
+
+def planner_words(config: pytest.Config) -> str:
+    """Return the options for the planner as `scbm replay` takes them, each with a leading blank."""
+    asked = planner_asked_for(config)
+    given = (("--planner", asked.name), ("--max-length", asked.max_length), ("--max-expanded", asked.max_expanded))
+    return "".join(f" {option} {quote(str(value))}" for option, value in given if value is not None)
+
+
+def refuse_unknown(config: pytest.Config) -> None:
+    """Raise `UsageError` if there is no planner of the name that the options have."""
+    try:
+        refuse_unknown_planner(planner_asked_for(config).name, _PREFIX)
+    except InputError as error:
+        raise pytest.UsageError("\n".join(map(str, error.diagnostics))) from None
 
 
 class ModelResults(StrEnum):
@@ -170,18 +197,22 @@ class SessionModels:
         """The model in a file. Raises `InputError` with everything that is wrong with it."""
         key = path.resolve()
         if key not in self._loaded:
-            self._loaded[key] = self._load(key, self.shown(path))
+            self._loaded[key] = self._load(key, self.shown(path), planner_asked_for(self.config))
         loaded = self._loaded[key]
         if isinstance(loaded, InputError):
             raise InputError(loaded.diagnostics)
         return loaded
 
     @staticmethod
-    def _load(path: Path, shown: str) -> LoadedModel | InputError:
+    def _load(path: Path, shown: str, planner: PlannerChoice) -> LoadedModel | InputError:
         try:
-            behavior = load_model(path)
+            loaded = load_model(path)
         except InputError as error:
             return InputError([replace(d, place=replace(d.place, file=shown)) for d in error.diagnostics])
+        try:
+            behavior = override_planner(loaded, planner, _PREFIX)
+        except InputError as error:
+            return error
         return LoadedModel(path, shown, behavior, Tester(behavior))
 
     def run(self, loaded: LoadedModel, case: Case, test: str, group: ModelResults) -> Execution:

@@ -78,3 +78,37 @@ def test_the_store_is_seen_from_where_pytest_was_called(cell: pytest.Pytester) -
     assert result.ret is pytest.ExitCode.OK
     assert [file.parent for file in cell.path.rglob("cov.db")] == [cell.path]
     assert len(read_history(cell.path / "cov.db").cases) == 1
+
+
+def test_the_options_for_the_planner_count_for_all_cases(cell: pytest.Pytester) -> None:
+    write(cell.path, one=PASSES, two=FAILS)
+    cell.makepyfile(TESTS)
+    options = ("--scbm-planner=greedy", "--scbm-max-length=7", "--scbm-max-expanded=900")
+    result = cell.runpytest("--scbm-store=cov.db", "--tb=short", *options)
+    assert [run.planner for run in read_history(cell.path / "cov.db").runs] == [
+        "greedy 1, max_length 7, max_expanded 900"
+    ]
+    (command,) = lines_with(result, "scbm replay")
+    assert command.endswith("two.yaml --planner greedy --max-length 7 --max-expanded 900")
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        ("--scbm-planner=greddy", "*--scbm-planner:1:1: error?unknown-planner?*"),
+        ("--scbm-max-length=-1", "*--scbm-max-length: -1 is less than 0*"),
+        ("--scbm-max-expanded=0", "*--scbm-max-expanded: 0 is less than 1*"),
+    ],
+)
+def test_options_for_the_planner_that_do_not_fit_are_refused(cell: pytest.Pytester, option: str, message: str) -> None:
+    write(cell.path, one=PASSES)
+    result = cell.runpytest(option)
+    assert result.ret is pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines([message])
+
+
+def test_a_limit_that_another_program_would_ignore_fails_the_cases(cell: pytest.Pytester) -> None:
+    write(cell.path, one=PASSES)
+    result = cell.runpytest("--scbm-planner=fast-downward", "--scbm-max-expanded=9")
+    result.assert_outcomes(failed=1)
+    result.stdout.fnmatch_lines(["*--scbm-max-expanded: error?bad-option?*"])
