@@ -16,11 +16,12 @@ from support.wording import diagnostic_heads
 
 @pytest.fixture
 def recipe(tmp_path: Path) -> Iterator[Recipe]:
-    declared = dict(CaseKeys.declared)
+    keys = vars(CaseKeys)["declared"]
+    declared = dict(keys)
     with followed("A key of a file", tmp_path) as recipe:
         yield recipe
-    CaseKeys.declared.clear()
-    CaseKeys.declared.update(declared)
+    keys.clear()
+    keys.update(declared)
 
 
 def test_a_new_key_is_accepted_checked_and_described(recipe: Recipe, scbm: Callable[..., Any], tmp_path: Path) -> None:

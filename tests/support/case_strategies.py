@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, assert_never
 
 from hypothesis import strategies as st
 
 from scbm.cases import (
     CONDITIONS,
+    NETWORK_FAULTS,
+    AnyNetworkFault,
     Case,
     CaseLimits,
     Condition,
@@ -18,9 +20,10 @@ from scbm.cases import (
     Network,
     Origin,
     OutcomeRule,
-    Partition,
     RecordedRun,
-    Restart,
+    ShareFault,
+    TimeFault,
+    WindowFault,
 )
 from scbm.cases.coverage import Obligations
 from scbm.cases.trace import End
@@ -176,19 +179,23 @@ def _assigned(draw: DrawFn, model: BehaviorModel) -> Any:  # noqa: ANN401 - vari
 def networks(draw: DrawFn, model: BehaviorModel, *, drawn: bool) -> Network:
     """The network of a model that has resources."""
     names = [resource.name for resource in model.resources]
-    partitions = st.builds(Partition, TIMES_NS, TIMES_NS, optional(st.sampled_from(names)))
-    restarts = st.builds(Restart, st.sampled_from(names), TIMES_NS, TIMES_NS)
-    shares = SHARES if drawn else st.just(Fraction(0))
-    return Network(
-        draw(TIMES_NS),
-        draw(TIMES_NS) if drawn else 0,
-        draw(shares),
-        draw(shares),
-        draw(shares),
-        draw(st.one_of(st.just(Network().held_back_ns), TIMES_NS)),
-        tuple(draw(st.lists(partitions, max_size=2))),
-        tuple(draw(st.lists(restarts, max_size=2))),
-    )
+    kinds = [fault for fault in NETWORK_FAULTS.values() if drawn or not fault.is_random]
+    return Network(**{fault.attribute: draw(_fault_values(fault, names)) for fault in kinds})
+
+
+def _fault_values(fault: AnyNetworkFault, names: list[str]) -> st.SearchStrategy[object]:
+    match fault:
+        case TimeFault():
+            return st.just(fault.default) | TIMES_NS
+        case ShareFault():
+            return SHARES
+        case WindowFault():
+            named = st.sampled_from(names)
+            resource = named if fault.needs_resource else optional(named)
+            window = st.builds(fault.window, at_ns=TIMES_NS, for_ns=TIMES_NS, resource=resource)
+            return st.lists(window, max_size=2).map(tuple)
+        case _:
+            assert_never(fault)
 
 
 @st.composite

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
-from scbm.cases.injections import Network
+from scbm.cases.network import Network
 from scbm.model import FIRST_PLANNER, PlannerIdentity
 
 if TYPE_CHECKING:

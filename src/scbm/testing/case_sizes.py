@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
+from scbm.cases import FaultAction, WindowFault
 from scbm.cases.trace import OperationStepped
 from scbm.model import OperationState, Outcome, format_duration, format_value
 from scbm.testing.verdicts import FailureKind
@@ -12,7 +13,7 @@ from scbm.testing.verdicts import FailureKind
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.cases import Case, OutcomeRule
+    from scbm.cases import AnyNetworkFault, Case, OutcomeRule
     from scbm.model import BehaviorModel, Value
     from scbm.testing.tester import Execution
     from scbm.testing.verdicts import Failure
@@ -57,10 +58,9 @@ def size_of(execution: Execution, failure: Failure, model: BehaviorModel) -> Siz
     outcomes = [rule for rule in case.outcomes if _says_more_than_success(rule)]
     differences = sum(case.initial[v.name] != v.initial for v in model.space)
     is_named = model.goal(case.goal) == case.predicate
-    network = case.network
     return Size(
         _operations(execution, failure),
-        len(case.injections) + len(network.partitions) + len(network.restarts),
+        len(case.injections) + sum(1 for _ in case.network.windows()),
         len(outcomes),
         len(case.outcomes),
         _details(case),
@@ -93,10 +93,14 @@ def _details(case: Case) -> int:
         size += len(injection.assign) + _length(injection.at_ns or 0)
         size += sum(part is not None for part in (injection.when, injection.at_ns, injection.hold_ns))
         size += injection.condition is not None and injection.condition.factor != 1
-    size += sum(_length(p.at_ns) + _length(p.for_ns) for p in case.network.partitions)
-    size += sum(_length(r.at_ns) + _length(r.for_ns) for r in case.network.restarts)
-    size += 2 * bool(case.network.latency_ns) + (case.limits.time_ns is not None) + (case.limits.plans is not None)
-    return size
+    size += sum(_length(window.at_ns) + _length(window.for_ns) for _, _, window in case.network.windows())
+    size += 2 * sum(can_be_left_out(fault) for fault, _ in case.network.faults())
+    return size + (case.limits.time_ns is not None) + (case.limits.plans is not None)
+
+
+def can_be_left_out(fault: AnyNetworkFault) -> bool:
+    """Return whether a network fault is one detail of a case: it has an effect, and no windows to leave out."""
+    return fault.action is not FaultAction.LIMIT and not isinstance(fault, WindowFault)
 
 
 def _length(time_ns: int) -> int:
@@ -142,13 +146,11 @@ def choices_of(case: Case, model: BehaviorModel) -> Iterator[tuple[Choice, Case]
         choice = Choice(f"limit of {case.limits.plans} plans", "without it")
         yield choice, replace(case, limits=replace(case.limits, plans=None))
     network = case.network
-    for index, partition in enumerate(network.partitions):
-        cut = partition.resource or "all resources"
-        choice = Choice(f"partition of {cut} at {format_duration(partition.at_ns)}", "without it")
-        yield choice, replace(case, network=replace(network, partitions=_without(network.partitions, index)))
-    for index, restart in enumerate(network.restarts):
-        choice = Choice(f"restart of {restart.resource} at {format_duration(restart.at_ns)}", "without it")
-        yield choice, replace(case, network=replace(network, restarts=_without(network.restarts, index)))
+    for fault, index, window in network.windows():
+        subject = window.resource or "all resources"
+        choice = Choice(f"{fault.window_name} of {subject} at {format_duration(window.at_ns)}", "without it")
+        fewer = _without(network.value_of(fault), index)
+        yield choice, replace(case, network=network.with_value(fault, fewer))
 
 
 def _set(name: str, value: Value) -> str:

@@ -7,51 +7,65 @@ Networks drawn at random: for each case other faults, each of them as often ther
 
 from __future__ import annotations
 
+from dataclasses import fields
 from fractions import Fraction
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, TypeVar, assert_never
 
-from scbm.cases import Case, Network, Origin, Partition, Restart
+from scbm.cases import NETWORK_FAULTS, Case, FaultAction, Network, Origin, ShareFault, TimeFault, WindowFault
 from scbm.model import Diagnostic, InitialStates, InputError, Place, Slug, State
 from scbm.testing.random_streams import case_stream, fault_stream
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator, Sequence
     from random import Random
 
+    from scbm.cases import AnyNetworkFault, FaultWindow
     from scbm.model import BehaviorModel
 
 _T = TypeVar("_T")
 
 _MS_NS = 1_000_000
-_MAX_LATENCY_MS = 50
-_MAX_JITTER_MS = 200
 _MAX_PER_CENT = 20
-_MAX_HELD_BACK_MS = 2_000
 _LATEST_MS = 20_000
 _LONGEST_MS = 5_000
 
 
 def draw_network(model: BehaviorModel, origin: Origin) -> Network:
-    """A network with faults. Durations are whole milliseconds, probabilities whole per cent of at most 20.
+    """Return a network with a value for each kind of fault, drawn in the order of `NETWORK_FAULTS`.
 
-    Partitions and restarts are drawn from the first twenty seconds of the run; they last five at most.
+    Durations are whole milliseconds, probabilities whole per cent of at most 20. Windows, such as partitions,
+    begin in the first twenty seconds of the run and last five at most.
     """
     resources = [resource.name for resource in model.resources]
     draw = _Draw(fault_stream(origin))
-    return Network(
-        latency_ns=draw.perhaps(_MAX_LATENCY_MS) * _MS_NS,
-        jitter_ns=draw.perhaps(_MAX_JITTER_MS) * _MS_NS,
-        loss=Fraction(draw.perhaps(_MAX_PER_CENT), 100),
-        duplication=Fraction(draw.perhaps(_MAX_PER_CENT), 100),
-        reordering=Fraction(draw.perhaps(_MAX_PER_CENT), 100),
-        held_back_ns=draw.from_one_to(_MAX_HELD_BACK_MS) * _MS_NS,
-        partitions=(Partition(draw.moment_ns(), draw.length_ns(), draw.one_of([None, *resources])),)
-        if draw.coin()
-        else (),
-        restarts=(Restart(draw.one_of(resources), draw.moment_ns(), draw.length_ns()),)
-        if draw.coin() and resources
-        else (),
-    )
+    return Network(**{fault.attribute: _draw_value(fault, draw, resources) for fault in NETWORK_FAULTS.values()})
+
+
+def _draw_value(fault: AnyNetworkFault, draw: _Draw, resources: list[str]) -> object:
+    """Draw the value of a kind of fault by its form."""
+    match fault:
+        case TimeFault(action=FaultAction.LIMIT):
+            return draw.from_one_to(fault.most_drawn_ms) * _MS_NS
+        case TimeFault():
+            return draw.perhaps(fault.most_drawn_ms) * _MS_NS
+        case ShareFault():
+            return Fraction(draw.perhaps(_MAX_PER_CENT), 100)
+        case WindowFault():
+            subjects = resources if fault.needs_resource else [None, *resources]
+            return (_draw_window(fault, draw, subjects),) if draw.coin() and subjects else ()
+        case _:
+            assert_never(fault)
+
+
+def _draw_window(fault: WindowFault, draw: _Draw, subjects: Sequence[str | None]) -> FaultWindow:
+    """Draw a window, its attributes in the order of its fields."""
+    draws: dict[str, Callable[[], object]] = {
+        "resource": lambda: draw.one_of(subjects),
+        "at_ns": draw.moment_ns,
+        "for_ns": draw.length_ns,
+    }
+    window: FaultWindow = fault.window(**{field.name: draws[field.name]() for field in fields(fault.window)})
+    return window
 
 
 class _Draw:
@@ -76,7 +90,7 @@ class _Draw:
     def length_ns(self) -> int:
         return self.from_one_to(_LONGEST_MS) * _MS_NS
 
-    def one_of(self, choices: list[_T]) -> _T:
+    def one_of(self, choices: Sequence[_T]) -> _T:
         return choices[int(self._random.random() * len(choices))]
 
 

@@ -9,14 +9,14 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
-from scbm.cases import Network, Partition, Restart
+from scbm.cases import Network, WindowFault
 from scbm.model import And
-from scbm.testing.case_sizes import MESSAGES, SAID
+from scbm.testing.case_sizes import MESSAGES, SAID, can_be_left_out
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from scbm.cases import Case, Injection, OutcomeRule
+    from scbm.cases import Case, FaultWindow, Injection, OutcomeRule
     from scbm.model import BehaviorModel, Predicate
 
 _Part = TypeVar("_Part")
@@ -33,13 +33,11 @@ def _plainest(case: Case, _: BehaviorModel) -> Iterator[Case]:
 
 def _without_parts(case: Case, _: BehaviorModel) -> Iterator[Case]:
     """Leave out injections, faults or forced outcomes: first half of them, in the end one."""
-    network = case.network
     for kept in _fewer(case.injections):
         yield replace(case, injections=kept)
-    for kept_partitions in _fewer(network.partitions):
-        yield replace(case, network=replace(network, partitions=kept_partitions))
-    for kept_restarts in _fewer(network.restarts):
-        yield replace(case, network=replace(network, restarts=kept_restarts))
+    for fault, value in case.network.faults():
+        for kept_windows in _fewer(value) if isinstance(fault, WindowFault) else ():
+            yield replace(case, network=case.network.with_value(fault, kept_windows))
     for kept_rules in _fewer(case.outcomes):
         yield replace(case, outcomes=kept_rules)
 
@@ -117,28 +115,22 @@ def _plainer(injection: Injection) -> Iterator[Injection]:
 
 
 def _plainer_faults(case: Case, _: BehaviorModel) -> Iterator[Case]:
-    """Round the times of partitions and restarts."""
+    """Leave out one network fault, or round the times of its windows."""
     network = case.network
-    if network.latency_ns:
-        yield replace(case, network=replace(network, latency_ns=0))
-    for index, partition in enumerate(network.partitions):
-        for rounder in _rounder_fault(partition):
-            changed = _replaced(network.partitions, index, rounder)
-            yield replace(case, network=replace(network, partitions=changed))
-    for index, restart in enumerate(network.restarts):
-        for rounder_restart in _rounder_fault(restart):
-            changed_restarts = _replaced(network.restarts, index, rounder_restart)
-            yield replace(case, network=replace(network, restarts=changed_restarts))
+    for fault, _ in network.faults():
+        if can_be_left_out(fault):
+            yield replace(case, network=network.with_value(fault, fault.default))
+    for window_fault, index, window in network.windows():
+        for rounder in _rounder_window(window):
+            changed = _replaced(network.value_of(window_fault), index, rounder)
+            yield replace(case, network=network.with_value(window_fault, changed))
 
 
-_Fault = TypeVar("_Fault", Partition, Restart)
-
-
-def _rounder_fault(fault: _Fault) -> Iterator[_Fault]:
-    for time_ns in _rounder(fault.at_ns):
-        yield replace(fault, at_ns=time_ns)
-    for time_ns in _rounder(fault.for_ns):
-        yield replace(fault, for_ns=time_ns)
+def _rounder_window(window: FaultWindow) -> Iterator[FaultWindow]:
+    for time_ns in _rounder(window.at_ns):
+        yield replace(window, at_ns=time_ns)
+    for time_ns in _rounder(window.for_ns):
+        yield replace(window, for_ns=time_ns)
 
 
 def _rounder(time_ns: int) -> Iterator[int]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from scbm.cases import Network, RecordedPlan, RecordedRun
+from scbm.cases import RecordedPlan, RecordedRun
 from scbm.cases.coverage import Obligations, visited_by
 from scbm.cases.trace import (
     PlanReceived,
@@ -84,7 +84,7 @@ class Execution:
     def _has_lost_or_found(self, record: ResourceChanged) -> bool:
         """Whether a resource was lost or came back with its node or driver, without an injection of the case."""
         injections = [injection.name for injection in self.case.injections]
-        restarted = [restart.resource for restart in self.case.network.restarts]
+        restarted = [restart.resource for restart in self.case.network.restarts_of_resources]
         return self.log is not None and record.injection not in injections and record.resource not in restarted
 
     @property
@@ -96,12 +96,11 @@ class Execution:
     def closed_case(self) -> Case:
         """The case with all decisions of its run written into it: it gives the same trace without draws.
 
-        Partitions and restarts stay as they are; all other effects of the network become rules of requests.
+        Faults that the reactions do not record, such as partitions, stay; the other effects of the network become rules
+        of requests.
         """
-        network = Network(partitions=self.case.network.partitions, restarts=self.case.network.restarts)
-        return replace(
-            self.case, outcomes=leave_nothing_open(self.reactions), network=network, plans=self.plans_to_keep
-        )
+        outcomes = leave_nothing_open(self.reactions)
+        return replace(self.case, outcomes=outcomes, network=self.case.network.kept, plans=self.plans_to_keep)
 
     @property
     def plans_to_keep(self) -> tuple[RecordedPlan, ...]:

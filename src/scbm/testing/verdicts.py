@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
+from scbm.cases import Network
 from scbm.cases.trace import (
     BecameCurrent,
     End,
@@ -209,7 +210,7 @@ def _disturbed(case: Case, run: Outcomes) -> bool:
     Over nodes, one that simulates a resource may be lost and come back, though the case does not say so. That a message
     or a slow reaction is no fault. A real resource has no caused faults (decision 30).
     """
-    if case.injections or case.network.partitions or case.network.restarts:
+    if case.injections or case.network.kept != Network():
         return True
     return any(name not in run.real for name in _went_wrong(run))
 
@@ -245,7 +246,7 @@ def _described(end: End, records: Sequence[Record]) -> str:
 
 def find_unused(case: Case, records: Sequence[Record]) -> tuple[str, ...]:
     """Yield a sentence for each injection that never acted, each rule of requests never sent, and each late fault."""
-    if not (case.injections or case.outcomes or case.network.partitions or case.network.restarts):
+    if not (case.injections or case.outcomes or any(case.network.windows())):
         return ()
     return (*_injections(case, records), *_outcomes(case, records), *_faults(case, records))
 
@@ -271,16 +272,13 @@ def _outcomes(case: Case, records: Sequence[Record]) -> Iterator[str]:
 
 
 def _faults(case: Case, records: Sequence[Record]) -> Iterator[str]:
-    """Yield the partitions and restarts that begin after the end of the run; drawn ones do not count."""
+    """Yield the network faults that begin after the end of the run; drawn ones do not count."""
     if case.origin is not None:
         return
     ended_ns = records[-1].at_ns
-    for partition in case.network.partitions:
-        if partition.at_ns > ended_ns:
-            yield f"the partition at {format_duration(partition.at_ns)} comes after the end of the run"
-    for restart in case.network.restarts:
-        if restart.at_ns > ended_ns:
-            yield f"the restart at {format_duration(restart.at_ns)} comes after the end of the run"
+    for fault, _, window in case.network.windows():
+        if window.at_ns > ended_ns:
+            yield f"the {fault.window_name} at {format_duration(window.at_ns)} comes after the end of the run"
 
 
 def _count(records: Sequence[Record]) -> dict[str, int]:

@@ -133,8 +133,7 @@ class Suite:
     @property
     def loses_messages(self) -> bool:
         """Whether the network of random cases may lose messages."""
-        network = self.network
-        return network is None or bool(network.loss or network.partitions or network.restarts)
+        return self.network is None or self.network.may_lose_messages
 
     def _drawn_name(self, number: int) -> str:
         return drawn_name(self.seed, number)

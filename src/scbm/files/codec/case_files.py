@@ -11,9 +11,9 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scbm.files.codec.case_keys import CASE_OWNERS, CaseKeys, CaseToWrite
-from scbm.files.codec.injection_keys import NETWORK_OWNERS, NetworkKeys
+from scbm.files.codec.case_keys import CaseKeys, CaseToWrite, case_owners
 from scbm.files.codec.keys import check_shape
+from scbm.files.codec.network_keys import NetworkKeys, network_owners
 from scbm.files.codec.value_reader import ValueReader
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import read_file, read_tree, similar_file_remedy
@@ -74,7 +74,7 @@ class CaseDocument:
         wrong = self._wrong_model(path)
         if path is None or wrong is not None:
             report = self._report.copy()
-            check_shape(self._document, report, CaseKeys, CASE_OWNERS)
+            check_shape(self._document, report, CaseKeys, case_owners())
             others = report.error().diagnostics if len(report) else ()
             raise InputError(sorted((*((wrong,) if wrong else ()), *others), key=lambda found: found.order))
         return path
@@ -97,7 +97,7 @@ class CaseDocument:
     def read(self, model: BehaviorModel) -> Case:
         """Return the case for a model. Raises `InputError` with all errors of the file."""
         report = self._report.copy()
-        check_shape(self._document, report, CaseKeys, CASE_OWNERS)
+        check_shape(self._document, report, CaseKeys, case_owners())
         reader = ValueReader(report, Scope.of(model))
         case = CaseKeys(self._document, reader).case_for(model)
         report.raise_any()
@@ -150,7 +150,7 @@ def read_network(text: str, model: BehaviorModel, file: str = "--network") -> Ne
 def _network(text: str, model: BehaviorModel, file: str) -> Network:
     start = "write for example `loss: 2 %, jitter: 10 ms`"
     document, _, report = read_tree(text, file, "network", start)
-    check_shape(document, report, NetworkKeys, NETWORK_OWNERS)
+    check_shape(document, report, NetworkKeys, network_owners())
     network = NetworkKeys(document, ValueReader(report, Scope.of(model))).network()
     report.raise_any()
     return network

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from scbm.cases import Case, CaseLimits, Expectations, Injection, Network, Origin, RecordedPlan, RecordedRun
 from scbm.cases.coverage import Obligation, Obligations
 from scbm.cases.trace import End
-from scbm.files.codec.injection_keys import InjectionKeys, InjectionsReader, NetworkKeys, PartitionKeys, random_keys
+from scbm.files.codec.injection_keys import InjectionKeys, InjectionsReader
 from scbm.files.codec.key_types import (
     CASE_NAME_TYPE,
     COUNT,
@@ -29,6 +29,7 @@ from scbm.files.codec.key_types import (
     predicate_data,
 )
 from scbm.files.codec.keys import Data, DefaultKey, Definitions, Key, Keys, KeyType, ShapeCheck, Spot
+from scbm.files.codec.network_keys import NetworkKeys, network_owners, random_keys
 from scbm.files.codec.outcome_keys import OutcomeKeys, RuleReader, RuleType, stretches_of
 from scbm.files.codec.value_reader import NAME, ValueReader
 from scbm.files.language.scope import Where
@@ -439,15 +440,16 @@ class CaseKeys(Keys):
                 yield Requirement(entry.name, entry.value)
 
 
-CASE_OWNERS: tuple[tuple[type[Keys], str], ...] = (
-    (OutcomeKeys, "an outcome"),
-    (InjectionKeys, "an injection"),
-    (PartitionKeys, "a partition"),
-    (NetworkKeys, "the network"),
-    (LimitsKeys, "the limits"),
-    (ExpectationsKeys, "what the case expects"),
-    (DrawnKeys, "`drawn`"),
-    (RecordedKeys, "`recorded`"),
-    (CaseKeys, "the case"),
-)
-"""What messages call the mappings of a case file; an unknown key belongs to the first that declares it."""
+def case_owners() -> tuple[tuple[type[Keys], str], ...]:
+    """Return what messages call the mappings of a case file; an unknown key belongs to the first that declares it."""
+    return (
+        (OutcomeKeys, "an outcome"),
+        (InjectionKeys, "an injection"),
+        *network_owners(),
+        (NetworkKeys, "the network"),
+        (LimitsKeys, "the limits"),
+        (ExpectationsKeys, "what the case expects"),
+        (DrawnKeys, "`drawn`"),
+        (RecordedKeys, "`recorded`"),
+        (CaseKeys, "the case"),
+    )

@@ -27,7 +27,7 @@ from scbm.files.yaml.yaml_writer import FlowMapping
 from scbm.model import Place, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from scbm.files.codec.value_reader import ValueReader
     from scbm.files.yaml.document import Plain, YamlNode
@@ -302,13 +302,15 @@ class Keys:
         reader: reads the values, and has the report and the names in scope.
     """
 
-    declared: ClassVar[dict[str, Key[Any]]] = {}
+    declared: ClassVar[Mapping[str, Key[Any]]] = {}
     in_flow: ClassVar[bool] = False
 
     def __init_subclass__(cls) -> None:
-        """Collect the keys of the class: its own first, then inherited ones."""
+        """Collect the keys of the class, its own first, then inherited ones; a class may give `declared` itself."""
+        if "declared" in vars(cls):
+            return
         own = {part.name: part for part in vars(cls).values() if isinstance(part, Key)}
-        cls.declared = own | cls.declared
+        cls.declared = {**own, **cls.declared}
 
     def __init__(self, node: YamlNode, reader: ValueReader) -> None:
         self.node = node
@@ -321,6 +323,10 @@ class Keys:
     def has(self, key: str) -> bool:
         """Return whether a key is there."""
         return key in self.node.items
+
+    def value_of(self, key: str) -> Any:  # noqa: ANN401 - keys have values of many types
+        """Return the value of a declared key, as its attribute does."""
+        return self.declared[key].__get__(self, type(self))
 
     @property
     def is_clear(self) -> bool:

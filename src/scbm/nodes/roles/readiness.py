@@ -73,13 +73,11 @@ def _resources_with_rules(case: Case, model: BehaviorModel) -> list[str | None]:
 
     `None` stands for all simulated resources.
     """
-    network = case.network
     subjects = [rule.subject for rule in case.outcomes]
     sent = [action.target for o in model.operations if o.name in subjects for action in o.pre.running_actions]
     return [
         *subjects,
         *[resource.name for resource in model.resources if resource.trigger in sent],
         *[injection.resource for injection in case.injections],
-        *[cut.resource for cut in network.partitions],
-        *[restart.resource for restart in network.restarts],
+        *[window.resource for _, _, window in case.network.windows()],
     ]

@@ -509,7 +509,7 @@ class _DirectedRun:
     def _begin(self, stamp_ns: int) -> None:
         """Schedule the timed faults of the case: the controller started the run about now."""
         self._clock = Clock(stamp_ns, self._scale)
-        for restart in self._case.network.restarts:
+        for restart in self._case.network.restarts_of_resources:
             self._at(restart.at_ns, restart.resource, is_down=True)
             self._at(restart.at_ns + restart.for_ns, restart.resource, is_down=False)
 

@@ -5,13 +5,26 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 from itertools import islice
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, TypeVar, assert_never
 
 from hypothesis import note
 from hypothesis import strategies as st
 from hypothesis.vendor.pretty import for_type_by_name
 
-from scbm.cases import Case, Condition, ConditionKind, Injection, Network, Origin, OutcomeRule, Partition, Restart
+from scbm.cases import (
+    NETWORK_FAULTS,
+    Case,
+    Condition,
+    ConditionKind,
+    FaultAction,
+    Injection,
+    Network,
+    Origin,
+    OutcomeRule,
+    ShareFault,
+    TimeFault,
+    WindowFault,
+)
 from scbm.files import Scope, parse_requirement, write_case
 from scbm.model import (
     Constant,
@@ -36,6 +49,7 @@ if TYPE_CHECKING:
     from hypothesis.strategies import DrawFn, SearchStrategy
     from hypothesis.vendor.pretty import RepresentationPrinter
 
+    from scbm.cases import AnyNetworkFault, FaultWindow
     from scbm.cases.trace import Changes
     from scbm.model import BehaviorModel, Latency, Predicate, Resource, Value, Variable
 
@@ -198,39 +212,44 @@ def _is_current(operation: str) -> Predicate:
     return Equal(Reference(CURRENT_NAME), Constant(operation))
 
 
-_MAX_LATENCY_MS = 50
-_MAX_JITTER_MS = 200
 _MAX_PER_CENT = 20
-_MAX_HELD_BACK_MS = 2_000
 _LONGEST_MS = 5_000
 _MAX_FAULTS = 2
 
-_PLAIN_NS = Network().held_back_ns
-_HELD_BACK = st.just(_PLAIN_NS) | times(_MAX_HELD_BACK_MS, 1)
 _SHARE = st.integers(0, _MAX_PER_CENT).map(lambda per_cent: Fraction(per_cent, 100))
 
 
 def networks(model: BehaviorModel) -> SearchStrategy[Network]:
-    """Networks with faults of all sorts: latency, jitter, loss, duplication, reordering, partitions, restarts.
+    """Networks with faults of all kinds, such as latency, loss and partitions: see `NETWORK_FAULTS`.
 
     Shrinks towards a perfect one. A network that is a matter of chance (`Network.draws`) needs a case with an origin.
     """
     resources = [resource.name for resource in model.resources]
-    cut = st.builds(Partition, times(), times(_LONGEST_MS, 1), one_of([None, *resources]))
-    down = st.builds(Restart, one_of(resources), times(), times(_LONGEST_MS)) if resources else st.nothing()
+    return st.fixed_dictionaries(
+        {fault.attribute: _fault_values(fault, resources) for fault in NETWORK_FAULTS.values()}
+    ).map(lambda values: Network(**values))
 
-    @st.composite
-    def network(draw: DrawFn) -> Network:
-        latency_ns, jitter_ns = draw(times(_MAX_LATENCY_MS)), draw(times(_MAX_JITTER_MS))
-        plain = Network(latency_ns, jitter_ns, draw(_SHARE), draw(_SHARE), draw(_SHARE))
-        return replace(
-            plain,
-            held_back_ns=draw(_HELD_BACK) if plain.duplication or plain.reordering else _PLAIN_NS,
-            partitions=tuple(draw(st.lists(cut, max_size=_MAX_FAULTS))),
-            restarts=tuple(draw(st.lists(down, max_size=_MAX_FAULTS))),
-        )
 
-    return network()
+def _fault_values(fault: AnyNetworkFault, resources: Sequence[str]) -> SearchStrategy[object]:
+    """Return values of a kind of fault by its form; shrinks towards its default."""
+    match fault:
+        case TimeFault(action=FaultAction.LIMIT):
+            return st.just(fault.default) | times(fault.most_drawn_ms, 1)
+        case TimeFault():
+            return times(fault.most_drawn_ms)
+        case ShareFault():
+            return _SHARE
+        case WindowFault():
+            subjects = resources if fault.needs_resource else [None, *resources]
+            return st.lists(_windows(fault, subjects), max_size=_MAX_FAULTS if subjects else 0).map(tuple)
+        case _:
+            assert_never(fault)
+
+
+def _windows(fault: WindowFault, subjects: Sequence[str | None]) -> SearchStrategy[FaultWindow]:
+    lengths = times(_LONGEST_MS, 1 if fault.needs_duration else 0)
+    resource = one_of(subjects) if subjects else st.nothing()
+    return st.builds(fault.window, at_ns=times(), for_ns=lengths, resource=resource)
 
 
 _MAX_REQUESTS = 5

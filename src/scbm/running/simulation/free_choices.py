@@ -10,9 +10,10 @@ from __future__ import annotations
 from collections import deque
 from dataclasses import replace
 from enum import StrEnum
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Protocol
 
-from scbm.cases import AT_ONCE, LOST, Network, OutcomeRule, Reaction
+from scbm.cases import AT_ONCE, LOST, FaultAction, MessageInTransit, Network, OutcomeRule, Reaction
 from scbm.model import Outcome
 from scbm.running.simulation.default_reactions import plainly_measured
 
@@ -20,12 +21,31 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from random import Random
 
-    from scbm.cases import Delivery
+    from scbm.cases import AnyNetworkFault, Delivery
     from scbm.model import Resource
 
 
 _MICROSECOND_NS = 1_000
 _WIDE_NS = 1_000_000
+_ON_MESSAGES = (FaultAction.CUT, FaultAction.LOSE, FaultAction.DELAY, FaultAction.COPY)
+
+
+class DrawnChance:
+    """Decides about messages at random."""
+
+    def __init__(self, random: Random) -> None:
+        self._draw = random.random
+
+    def happens(self, probability: Fraction | float) -> bool:
+        """Return true with a probability."""
+        return self._draw() < probability
+
+    def up_to(self, most_ns: int) -> int:
+        """Return a time from 0 to `most_ns`, in whole microseconds, which are easy to read; finer in a narrow range."""
+        if not most_ns:
+            return 0
+        step_ns = _MICROSECOND_NS if most_ns >= _WIDE_NS else 1
+        return int(self._draw() * most_ns) // step_ns * step_ns
 
 
 class Links:
@@ -33,49 +53,48 @@ class Links:
 
     def __init__(self, network: Network, random: Random | None) -> None:
         self._network = network
-        self._random = random
+        self._chance = None if random is None else DrawnChance(random)
         self._last_ns: dict[tuple[str, bool], int] = {}
-        self.are_plain = not network.latency_ns and not network.draws
-
-    def cuts(self, resource: str, now_ns: int) -> bool:
-        """Return whether a partition cuts the resource off now."""
-        return any(
-            cut.at_ns <= now_ns < cut.at_ns + cut.for_ns and cut.resource in (None, resource)
-            for cut in self._network.partitions
+        # Shares as floats, as the conversion takes longer than all other work on a message.
+        faults: list[tuple[AnyNetworkFault, Any]] = [
+            (fault, float(value) if isinstance(value, Fraction) else value) for fault, value in network.faults()
+        ]
+        self._cutting, self._losing, self._delaying, self._copying = (
+            [(fault, value) for fault, value in faults if fault.action is action] for action in _ON_MESSAGES
         )
+        self.are_whole = not self._cutting
+        self.are_plain = not (self._losing or self._delaying or self._copying)
 
-    def deliver(self, resource: str, now_ns: int, *, inward: bool) -> Delivery:
-        """Decide how a message travels that is sent now; `inward` is from the resource to the runner.
+    def message(self, resource: str, now_ns: int, *, inward: bool) -> MessageInTransit:
+        """Return a message that is sent now; `inward` is from the resource to the runner."""
+        return MessageInTransit(resource, now_ns, self._network, self._chance, inward=inward)
 
-        Only what can happen is drawn: whether it is lost, its jitter, whether it is held back, whether it is doubled.
-        """
-        network = self._network
-        if self._happens(float(network.loss)):
+    def cut(self, message: MessageInTransit) -> bool:
+        """Return whether the network loses a message whatever the rules of the case say."""
+        return _loses(self._cutting, message)
+
+    def deliver(self, message: MessageInTransit) -> Delivery:
+        """Decide how a message travels: it is lost, or delayed, and then perhaps copied."""
+        if _loses(self._losing, message):
             return LOST
-        arrives_ns = now_ns + network.latency_ns + self._up_to(network.jitter_ns)
-        if self._happens(float(network.reordering)):
-            arrives_ns += self._up_to(network.held_back_ns)
-        else:
-            link = (resource, inward)
-            arrives_ns = self._last_ns[link] = max(arrives_ns, self._last_ns.get(link, 0))
-        copies = (arrives_ns - now_ns,)
-        if self._happens(float(network.duplication)):
-            return (*copies, copies[0] + self._up_to(network.held_back_ns))
-        return copies
+        for fault, value in self._delaying:
+            fault.disturb(value, message)
+        if message.keeps_order:
+            link = (message.resource, message.inward)
+            arrives_ns = self._last_ns[link] = max(message.now_ns + message.delay_ns, self._last_ns.get(link, 0))
+            message.delay_ns = arrives_ns - message.now_ns
+        for fault, value in self._copying:
+            fault.disturb(value, message)
+        first_ns = message.delay_ns
+        return (first_ns, *[first_ns + later_ns for later_ns in message.later_ns]) if message.later_ns else (first_ns,)
 
-    def _happens(self, probability: float) -> bool:
-        return bool(probability) and self._draw() < probability
 
-    def _up_to(self, most_ns: int) -> int:
-        """Round to whole microseconds, which are easy to read; finer in a narrow range."""
-        if not most_ns:
-            return 0
-        step_ns = _MICROSECOND_NS if most_ns >= _WIDE_NS else 1
-        return int(self._draw() * most_ns) // step_ns * step_ns
-
-    def _draw(self) -> float:
-        assert self._random is not None  # noqa: S101 - `Choices` sees to it
-        return self._random.random()
+def _loses(faults: Iterable[tuple[AnyNetworkFault, Any]], message: MessageInTransit) -> bool:
+    for fault, value in faults:
+        fault.disturb(value, message)
+        if message.is_lost:
+            return True
+    return False
 
 
 class MessageKind(StrEnum):
@@ -122,7 +141,7 @@ class Choices:
         self._links = Links(network, random)
         self._taken: list[Reaction] = []
         self.needs_operation = bool(forced)
-        self._all_at_once = self._links.are_plain and not forced and not network.partitions
+        self._all_at_once = self._links.are_plain and self._links.are_whole and not forced
 
     @property
     def is_plain(self) -> bool:
@@ -156,14 +175,15 @@ class Choices:
         if self._all_at_once:
             return AT_ONCE
         reaction = self._taken[request - 1]
-        if self._links.cuts(reaction.resource, now_ns):
+        links, inward = self._links, message is MessageKind.REPLY
+        if not links.are_whole and links.cut(links.message(reaction.resource, now_ns, inward=inward)):
             return LOST
         given: Delivery | None = getattr(reaction, message.value)
         if given is not None:
             return given
-        if self._links.are_plain:
+        if links.are_plain:
             return AT_ONCE
-        delivery = self._links.deliver(reaction.resource, now_ns, inward=message is MessageKind.REPLY)
+        delivery = links.deliver(links.message(reaction.resource, now_ns, inward=inward))
         decided: dict[str, Any] = {message.value: delivery}
         self._taken[request - 1] = replace(reaction, **decided)
         return delivery

@@ -96,7 +96,7 @@ class Simulator:
         for injection in case.injections:
             run.schedule(0, InjectionGiven(injection))
         run.schedule(0, GoalGiven(case.goal, case.predicate))
-        run.plan_restarts(case.network.restarts)
+        run.plan_restarts(case.network.restarts_of_resources)
         return run.finish(most_records)
 
     def options_for(self, limits: CaseLimits) -> RunnerOptions:

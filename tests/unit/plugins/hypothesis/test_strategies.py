@@ -131,9 +131,9 @@ def test_own_strategies_take_the_places_of_drawn_ones() -> None:
         goal=st.just(BEFORE.goals[2]),
         initial=st.just(nominal),
         outcomes=st.just(()),
-        network=st.just(Network(7)),
+        network=st.just(Network(latency_ns=7)),
     )
-    expected = Case("found", *BEFORE.goals[2], nominal, network=Network(7))
+    expected = Case("found", *BEFORE.goals[2], nominal, network=Network(latency_ns=7))
     assert find(strategy, lambda _: True, settings=FEW) == expected
 
 
