@@ -30,7 +30,7 @@
   const caseAddress = (label) => `#/case/${encodeURIComponent(label)}`;
 
   function verdict(failed) {
-    return h("span", { class: `verdict ${failed ? "failed" : "visited"}` }, failed ? "✗ failed" : "✓ passed");
+    return h("span", { class: `verdict ${failed ? "failed" : "visited"}`, "data-verdict": failed ? "failed" : "passed" }, failed ? "✗ failed" : "✓ passed");
   }
 
   function command(text) {
@@ -265,10 +265,11 @@
 
   /** Returns the active filters of the list, each with a button that removes it. */
   function chips(query) {
-    const chip = (words, without) => h("span", { class: "chip" }, words,
+    const chip = (words, filter, without) => h("span", { class: "chip", ...filter }, words,
       h("button", { type: "button", "aria-label": `Without: ${words}`, onclick: () => go(without()) }, "×"));
     const named = query.getAll("visits").map((name) => chip(
       bitOf().has(name) ? `visits ${name}` : `visits ${name}, which is no obligation`,
+      { "data-visits": name, "data-known": String(bitOf().has(name)) },
       () => {
         const next = new URLSearchParams(query);
         next.delete("visits");
@@ -276,7 +277,7 @@
         return addressOf(next, { page: null });
       }));
     const failed = query.get("failed");
-    return failed ? [...named, chip(`fails for ${causeOf(failed)}`, () => addressOf(query, { failed: null, page: null }))] : named;
+    return failed ? [...named, chip(`fails for ${causeOf(failed)}`, { "data-cause": failed }, () => addressOf(query, { failed: null, page: null }))] : named;
   }
 
   function listCases(content, query) {
@@ -289,14 +290,16 @@
     content.querySelector(".pager").replaceChildren(...pager(query, page, pages, first, rows.length));
     content.querySelector(".scroll").replaceChildren(rows.length
       ? h("table", { class: "cases" }, headOfCases(query), h("tbody", null, rows.map(rowOfCase)))
-      : h("p", null, columns().label.length ? "No case matches." : "No case has been run yet."));
+      : h("p", { "data-notice": columns().label.length ? "no-match" : "no-case" }, columns().label.length ? "No case matches." : "No case has been run yet."));
   }
 
   function pager(query, page, pages, first, count) {
     const all = columns().label.length;
     const found = order.length === all ? counted(all, "case") : `${order.length} of ${counted(all, "case")}`;
     const range = pages > 1 ? `, ${first + 1} to ${first + count} shown` : "";
-    const words = h("span", { role: "status", class: "found" }, found + range);
+    const words = h("span", {
+      role: "status", class: "found", "data-found": order.length, "data-of": all, "data-first": first + 1, "data-last": first + count,
+    }, found + range);
     if (pages === 1) return [words];
     const turn = (label, to, name) => h("button", {
       type: "button", class: name, disabled: to < 1 || to > pages, onclick: () => go(addressOf(query, { page: to === 1 ? null : to })),
@@ -322,7 +325,7 @@
 
   function rowOfCase(i) {
     const c = columns();
-    return h("tr", null, number(i + 1), h("th", { scope: "row" }, h("a", { href: caseAddress(c.label[i]) }, c.label[i])),
+    return h("tr", { "data-case": c.label[i] }, number(i + 1), h("th", { scope: "row" }, h("a", { href: caseAddress(c.label[i]) }, c.label[i])),
       h("td", null, verdict(c.failures[i])), h("td", null, c.goals[c.goal[i]]), h("td", null, c.ends[c.end[i]]),
       isOverNodes() ? h("td", { title: placeOf(i) || null }, c.places[c.place[i]][0]) : "",
       number(seconds(c.ended_ns[i])), number(c.requests[i]), number(c.visits[i]), number(c.only[i] || "–"));
@@ -342,11 +345,11 @@
       neighbours(index),
       h("h1", { tabindex: "-1" }, c.label[index]),
       h("p", null, verdict(failures.length), ` ${c.ends[c.end[index]]} after ${seconds(c.ended_ns[index])}`),
-      ran ? h("p", { class: "ran" }, `It ran ${ran}.${again ? " That run cannot be repeated: the timeline is that of its log." : ""}`) : "",
+      ran ? h("p", { class: "ran", "data-place": ran }, `It ran ${ran}.${again ? " That run cannot be repeated: the timeline is that of its log." : ""}`) : "",
       failures.length ? h("ul", { class: "failures" }, failures.map(([, , message]) => h("li", null, message))) : "",
       facts(index),
       again ? h("p", { class: "again" }, ran ? "Again, with its whole run: " : "Again: ", command(again))
-        : h("p", { class: "notice" }, c.ends[c.end[index]] === "lost" ? "Its run did not finish, because a node was lost."
+        : h("p", { class: "notice", "data-notice": c.ends[c.end[index]] === "lost" ? "lost" : "earlier-model" }, c.ends[c.end[index]] === "lost" ? "Its run did not finish, because a node was lost."
           : "It ran on an earlier version of the model, so it cannot be run again."),
       ...visitsOf(index),
       h("h2", null, ran ? `Timeline ${ran}` : "Timeline"), place,
@@ -358,17 +361,16 @@
   function openTimeline(place, index) {
     let timeline = null;
     let isLeft = false;
-    const put = (words) => place.replaceChildren(h("p", { class: "about" }, words));
+    const put = (words, notice) => place.replaceChildren(h("p", { class: "about", "data-notice": notice }, words));
     const open = async () => {
       const data = await timelines().load(index);
       if (isLeft) return;
       place.replaceChildren();
-      if (data === null) put(placeOf(index) && details().commands[index]
-        ? "There is no timeline: another version of scbm wrote the log, and it cannot be replayed."
-        : "There is no timeline: the case was not run again for this report.");
-      else timeline = showTimeline(place, data, { label: columns().label[index] });
+      if (data !== null) timeline = showTimeline(place, data, { label: columns().label[index] });
+      else if (placeOf(index) && details().commands[index]) put("There is no timeline: another version of scbm wrote the log, and it cannot be replayed.", "log-of-another-version");
+      else put("There is no timeline: the case was not run again for this report.", "not-run-again");
     };
-    open().catch((error) => { if (!isLeft) put(`This browser cannot show the timeline: ${error.message}`); });
+    open().catch((error) => { if (!isLeft) put(`This browser cannot show the timeline: ${error.message}`, "broken-timeline"); });
     return () => { isLeft = true; timeline?.destroy(); };
   }
 
@@ -385,12 +387,12 @@
     };
     const listed = order?.includes(index) ? order : null;
     const where = listed ? `${listed.indexOf(index) + 1} of ${listed.length}` : `${index + 1} of ${columns().label.length}`;
-    return h("div", { class: "steps-between" }, h("a", { href: lastList }, "Cases"), h("span", null, where), link(-1, "← previous"), link(1, "next →"));
+    return h("div", { class: "steps-between" }, h("a", { href: lastList }, "Cases"), h("span", { "data-place": where }, where), link(-1, "← previous"), link(1, "next →"));
   }
 
   function facts(index) {
     const c = columns();
-    const fact = (name, value) => h("div", null, h("dt", null, name), h("dd", null, value));
+    const fact = (name, value) => h("div", { "data-fact": name }, h("dt", null, name), h("dd", null, value));
     return h("dl", { class: "facts" }, fact("Goal", c.goals[c.goal[index]]), fact(placeOf(index) ? "Time" : "Simulated", seconds(c.ended_ns[index])),
       fact("Requests", String(c.requests[index])), fact("Obligations visited", String(c.visits[index])),
       fact("Visited only by it", String(c.only[index])));
@@ -407,7 +409,7 @@
     return [
       h("h2", null, "Visited only by it"),
       own.length ? listOfVisits(own, "own") : h("p", { class: "about" }, "Nothing: other cases visit all that it visits."),
-      h("details", null, h("summary", null, all), listOfVisits(visited, "all")),
+      h("details", null, h("summary", { "data-visited": visited.length - queued, "data-queued": queued }, all), listOfVisits(visited, "all")),
     ];
   }
 
@@ -503,7 +505,7 @@
     const numberOf = (line) => line.querySelector(".no").textContent;
     const words = run.length === 1 ? `⋯ line ${numberOf(run[0])}` : `⋯ lines ${numberOf(run[0])} to ${numberOf(run.at(-1))}`;
     for (const line of run) line.hidden = true;
-    run[0].before(h("button", { type: "button", class: "folded", onclick: (event) => open(event.target, run) }, words));
+    run[0].before(h("button", { type: "button", class: "folded", "data-first": numberOf(run[0]), onclick: (event) => open(event.target, run) }, words));
   }
 
   function open(button, run) {
@@ -547,12 +549,12 @@
     const text = byId("search").value;
     if (!text.trim()) return closeResults();
     const entries = found(text).filter(([, some]) => some.length).flatMap(([title, some, count, all]) => [
-      h("div", { class: "group", role: "presentation" }, `${title}, ${count ?? some.length}`),
+      h("div", { class: "group", role: "presentation", "data-group": title, "data-count": count ?? some.length }, `${title}, ${count ?? some.length}`),
       ...some.slice(0, MOST_FOUND).map(([words, address]) => option(words, address)),
       ...(all && count > some.length ? [option(`all ${count} cases`, all)] : []),
     ]);
     for (const [place, entry] of entries.entries()) if (entry.matches("a")) entry.id = `result-${place}`;
-    byId("results").replaceChildren(...(entries.length ? entries : [h("p", { class: "none" }, "Nothing found")]));
+    byId("results").replaceChildren(...(entries.length ? entries : [h("p", { class: "none", "data-notice": "nothing-found" }, "Nothing found")]));
     byId("results").hidden = false;
     byId("search").setAttribute("aria-expanded", "true");
     select(byId("results").querySelector("a"));
@@ -617,9 +619,9 @@
     } catch {
       copyOldWay(text);
     }
-    button.textContent = "Copied";
-    button.addEventListener("blur", () => { button.textContent = "Copy"; }, { once: true });
-    button.addEventListener("pointerleave", () => { button.textContent = "Copy"; }, { once: true });
+    const show = (words, isCopied) => { button.textContent = words; button.toggleAttribute("data-copied", isCopied); };
+    show("Copied", true);
+    for (const leaving of ["blur", "pointerleave"]) button.addEventListener(leaving, () => show("Copy", false), { once: true });
     say("Copied");
   }
 

@@ -872,7 +872,7 @@ const { Timelines, showTimeline } = (() => {
       const name = svg("text", { class: "tl-name", x: 4, y: narrow ? y + 13 : middle + 4 });
       name.append(svg("title", {}, lane.name), fittedName(lane.name, space, this.#font));
       const base = svg("line", { class: "tl-base", x1: this.#gutter, x2: this.#right, y1: middle, y2: middle });
-      return svg("g", { class: `tl-lane ${lane.group}` }, name, base, ...this.#bars(row), ...this.#marks(row));
+      return svg("g", { class: `tl-lane ${lane.group}`, "data-name": lane.name }, name, base, ...this.#bars(row), ...this.#marks(row));
     }
 
     #bars({ lane, middle }) {
@@ -1095,7 +1095,7 @@ const { Timelines, showTimeline } = (() => {
       const time = html("td", { className: same ? "tl-time same" : "tl-time", title: exactly(record.at) }, inSeconds(record.at));
       const what = html("td", {}, record.sentence);
       for (const { record: at, requirement, reason } of this.#run.violations) {
-        if (at === index) what.append(html("strong", { className: "tl-broken" }, `✗ ${requirement}: ${reason}`));
+        if (at === index) what.append(html("strong", { className: "tl-broken", "data-requirement": requirement }, `✗ ${requirement}: ${reason}`));
       }
       const changes = html("td", { className: "tl-changes" }, ...changesOf(this.#run, record));
       const row = html("tr", { className: lookOf(record) }, html("td", { className: "tl-number" }, String(index + 1)), time, what, changes);
@@ -1283,6 +1283,7 @@ const { Timelines, showTimeline } = (() => {
     function show() {
       const here = run.records[selected];
       count.textContent = `${selected + 1} of ${last + 1}`;
+      Object.assign(now.dataset, { kind: here.kind, subject: here.subject, at: here.at });
       moment.textContent = exactly(here.at);
       const broken = run.violations.filter((violation) => violation.record === selected);
       sentence.textContent = here.sentence;
@@ -1290,7 +1291,7 @@ const { Timelines, showTimeline } = (() => {
       const before = selected ? stateAfter(run, selected - 1) : null;
       const changes = changesOf(run, here, before).slice(0, MOST_CHANGES);
       if (here.changes.length > MOST_CHANGES) changes.push(`and ${here.changes.length - MOST_CHANGES} more`);
-      more.replaceChildren(...broken.map((v) => html("strong", { className: "tl-broken" }, `✗ ${v.requirement}: ${v.reason}`)), ...changes);
+      more.replaceChildren(...broken.map((v) => html("strong", { className: "tl-broken", "data-requirement": v.requirement }, `✗ ${v.requirement}: ${v.reason}`)), ...changes);
       chart.select(selected);
       table.select(selected);
       state.select(selected);
