@@ -54,7 +54,7 @@ SMALL = ("agv-5x5", "gripper-6", "blocks-6-0")
 
 RANDOM_CASES = 1_000
 IN_TIME_S = 10
-MAX_TOLD = 5
+MAX_REPORTED = 5
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Result:
         enumerated = "" if self.wrong is None else "  all runs" if self.complete else "  some runs"
         wrong = "?" if self.wrong is None else len(self.wrong)
         line = f"{self.number:>5} {self.seconds:>7.2f} s {self.situations:>8} {decisions} {wrong:>6} wrong{enumerated}"
-        return "\n".join((line, *(f"      {text}" for text in (*(self.wrong or ()), *self.complaints)[:MAX_TOLD])))
+        return "\n".join((line, *(f"      {text}" for text in (*(self.wrong or ()), *self.complaints)[:MAX_REPORTED])))
 
 
 def close(number: int, *, enumerates: bool, checks: bool) -> Result:
@@ -146,9 +146,9 @@ def example(name: str) -> str:
     arguments = [sys.executable, "-m", "scbm", "close", path, "--json"]
     ran = subprocess.run(arguments, cwd=ROOT, check=False, capture_output=True, text=True)
     seconds = time.perf_counter() - begin
-    told = json.loads(ran.stdout)
-    figures = ", ".join(f"{told['decisions'][decision.value]} {decision.value}" for decision in Decision)
-    return f"{name}.yaml: {figures}, {len(told['cases'])} cases, {seconds:.2f} s, exit code {ran.returncode}"
+    result = json.loads(ran.stdout)
+    figures = ", ".join(f"{result['decisions'][decision.value]} {decision.value}" for decision in Decision)
+    return f"{name}.yaml: {figures}, {len(result['cases'])} cases, {seconds:.2f} s, exit code {ran.returncode}"
 
 
 def published(name: str, planner: str) -> str:

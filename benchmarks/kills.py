@@ -61,7 +61,7 @@ AWAY_S = 2.0
 """So long a node that was killed stays away at most."""
 
 ENDS_S = 120.0
-"""So long a node may take to end when it is told to."""
+"""So long a node may take to end when it is asked to."""
 
 HANGS_S = 900.0
 """A tester that takes so long for its cases hangs."""
@@ -80,7 +80,7 @@ NODES = ("controller", "robot, gantry", "scanner, gripper", "tester")
 
 @dataclass(frozen=True)
 class Line:
-    """What a process said, and when."""
+    """The output lines of a process with their times."""
 
     stamp_ns: int
     text: str
@@ -117,7 +117,7 @@ class Process:
         self.popen.send_signal(kind)
 
     def end(self, wait_s: float) -> int | None:
-        """Waits until it has ended, and for all that it said; `None` if it hangs, and it is killed."""
+        """Waits until it has ended, and for its whole output; `None` if it hangs, and it is killed."""
         try:
             code: int | None = self.popen.wait(wait_s)
         except subprocess.TimeoutExpired:
@@ -131,7 +131,7 @@ class Process:
 
     @property
     def was_ended(self) -> bool:
-        """Whether it was told to end, one way or another."""
+        """Whether it was asked to end, by a signal or a closed input."""
         return any(kind is not signal.SIGSTOP for _, kind in self.hits)
 
 
@@ -181,16 +181,16 @@ class Listener:
         await bus.close()
 
     def _hear(self, received: Received) -> None:
-        said = json.loads(str(received.data))
-        if said["kind"] == "prepare" and said["run"] not in self.runs:
-            name = said["case"].partition("case: ")[2].partition("\n")[0]
-            self.runs[said["run"]] = Run(name, received.stamp_ns)
-        run = self.runs.get(said.get("run", ""))
-        if run is not None and said["kind"] == "go":
+        message = json.loads(str(received.data))
+        if message["kind"] == "prepare" and message["run"] not in self.runs:
+            name = message["case"].partition("case: ")[2].partition("\n")[0]
+            self.runs[message["run"]] = Run(name, received.stamp_ns)
+        run = self.runs.get(message.get("run", ""))
+        if run is not None and message["kind"] == "go":
             run.went_ns = received.stamp_ns
-        elif run is not None and said["kind"] == "ended":
+        elif run is not None and message["kind"] == "ended":
             run.ended_ns = received.stamp_ns
-        elif run is not None and said["kind"] == "abandon":
+        elif run is not None and message["kind"] == "abandon":
             run.abandoned_ns = received.stamp_ns
 
 
@@ -308,14 +308,14 @@ def _word(case: dict[str, Any]) -> str:
 
 def _wrong_verdict(case: dict[str, Any], tester: Process, cell: Cell, listener: Listener) -> Iterator[str]:
     runs = [run for run in listener.runs.values() if run.case == case["name"]]  # testers have seeds of their own
-    told = f"{case['name']}: {case['failures']}"
+    failures = f"{case['name']}: {case['failures']}"
     if case["verdict"] == "lost":
         begin = runs[0].asked_ns if runs else tester.began_ns
         end = (runs[-1].abandoned_ns if runs else None) or time.monotonic_ns()
         if not _was_hit(cell, tester, begin - 5_000_000_000, end):
-            yield f"lost, and no node was hit: {told}"
+            yield f"lost, and no node was hit: {failures}"
     elif not case["passed"]:
-        yield f"failed: {told}"
+        yield f"failed: {failures}"
     elif not runs or runs[-1].went_ns is None or runs[-1].ended_ns is None:
         return  # who listens may not have found a new node yet that speaks already
     elif any(  # earlier runs of the case had no controller, and it began again
@@ -325,7 +325,7 @@ def _wrong_verdict(case: dict[str, Any], tester: Process, cell: Cell, listener: 
         for stamp_ns, kind in process.hits
         if kind is signal.SIGKILL
     ):
-        yield f"passed, and the controller was killed in its time: {told}"
+        yield f"passed, and the controller was killed in its time: {failures}"
 
 
 def _was_hit(cell: Cell, tester: Process, begin_ns: int, end_ns: int) -> bool:
@@ -348,13 +348,13 @@ def _wrong_end(process: Process) -> Iterator[str]:
 
 def _twice(cell: Cell) -> Iterator[str]:
     """Requests that were taken or answered more than once, by any node."""
-    said = Counter(
+    reported = Counter(
         match[0]
         for process in cell.all
         for line in process.out
         if (match := re.search(r"(gets|answers) run_[0-9a-f]+-\d+", line.text))
     )
-    return (f"{words}: {times} times" for words, times in said.items() if times > 1)
+    return (f"{words}: {times} times" for words, times in reported.items() if times > 1)
 
 
 def _wrong_log(path: Path, model: BehaviorModel) -> Iterator[str]:
@@ -374,7 +374,11 @@ def _wrong_log(path: Path, model: BehaviorModel) -> Iterator[str]:
 
 def noticed(cell: Cell, listener: Listener) -> dict[str, list[float]]:
     """Seconds from a SIGKILL to the line or message that tells of it, if there is one before the next."""
-    told: dict[str, list[float]] = {"controller, by the tester": [], "tester, by the controller": [], "resources": []}
+    delays_s: dict[str, list[float]] = {
+        "controller, by the tester": [],
+        "tester, by the controller": [],
+        "resources": [],
+    }
     controller_lines = [line for process in cell.all if process.name == "controller" for line in process.out]
     for process in cell.all:
         for stamp_ns, kind in process.hits:
@@ -386,15 +390,15 @@ def noticed(cell: Cell, listener: Listener) -> dict[str, list[float]]:
                     for run in listener.runs.values()
                     if run.abandoned_ns and run.went_ns and run.went_ns < stamp_ns < run.abandoned_ns
                 ]
-                _add(told["controller, by the tester"], stamp_ns, stamps)
+                _add(delays_s["controller, by the tester"], stamp_ns, stamps)
             elif process.name == "tester":
                 gone = [line.stamp_ns for line in controller_lines if line.text.startswith("the tester is gone")]
-                _add(told["tester, by the controller"], stamp_ns, gone)
+                _add(delays_s["tester, by the controller"], stamp_ns, gone)
             else:
                 name = process.name.partition(",")[0]
                 gone = [line.stamp_ns for line in controller_lines if line.text == f"{name} is not there"]
-                _add(told["resources"], stamp_ns, gone)
-    return told
+                _add(delays_s["resources"], stamp_ns, gone)
+    return delays_s
 
 
 def _add(seconds: list[float], stamp_ns: int, later_ns: list[int]) -> None:
@@ -449,8 +453,8 @@ def main() -> None:
     for name, seconds in noticed(cell, listener).items():
         print(f"  a killed {name} is missed after: {_spread(seconds)}")
     print(f"  a new controller has its first case after: {_spread(went_on(cell, listener))}")
-    told = Counter(re.sub(r"[0-9a-f]{8,}|\d+", "…", line.text) for process in cell.all for line in process.err)
-    for text, times in told.most_common(20):
+    lines = Counter(re.sub(r"[0-9a-f]{8,}|\d+", "…", line.text) for process in cell.all for line in process.err)
+    for text, times in lines.most_common(20):
         print(f"  {times:4} on stderr: {text[:200]}")
     for wrong in cell.wrong:
         print(f"WRONG {wrong}")

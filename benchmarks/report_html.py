@@ -43,8 +43,8 @@ def history(model: BehaviorModel, cases: int) -> History:
         recipe = Drawn(1, number)
         ran = tester.execute(random.case(1, number)).result
         key, place = key_of(recipe, digest), number
-        told = (ran.case.goal, 0, place, ran.verdict, ran.ended_ns, ran.requests, ran.visited)
-        kept.append(StoredCase(key, ran.case.name, recipe, *told))
+        fields = (ran.case.goal, 0, place, ran.verdict, ran.ended_ns, ran.requests, ran.visited)
+        kept.append(StoredCase(key, ran.case.name, recipe, *fields))
     source = ModelSource(str(MODEL.relative_to(ROOT)), MODEL.read_text(encoding="utf-8"))
     run = StoredRun(
         "0" * 32, "2026-01-01T00:00:00.000000Z", f"scbm test {source.path} --cases {cases}", source, 0, cases

@@ -279,7 +279,7 @@ def bare_trips(bare: Bare, count: int) -> list[float]:
 # figures
 
 
-def said(name: str, taken: list[float]) -> float:
+def printed_us(name: str, taken: list[float]) -> float:
     """Prints the figures of some trips; returns the median in microseconds."""
     middle = median(taken) * 1e6
     print(f"  {name:4} median {middle:6.0f} us, 99th percentile {quantiles(taken, n=100)[-1] * 1e6:6.0f} us")
@@ -307,9 +307,9 @@ async def measure() -> None:
     ratios: dict[str, list[float]] = {"bus": [], "runner": []}
     for number in range(ROUNDS):
         print(f"round {number + 1}, {TRIPS} trips each")
-        bare_us = said("bare", bare_trips(bare, TRIPS))
-        ratios["bus"].append(said("bus", await asker.trips(TRIPS)) / bare_us)
-        ratios["runner"].append(said("runner", await runner_trips(TRIPS)) / bare_us)
+        bare_us = printed_us("bare", bare_trips(bare, TRIPS))
+        ratios["bus"].append(printed_us("bus", await asker.trips(TRIPS)) / bare_us)
+        ratios["runner"].append(printed_us("runner", await runner_trips(TRIPS)) / bare_us)
     for name, found in ratios.items():
         print(f"{name} / bare: {median(found):.2f} (from {min(found):.2f} to {max(found):.2f})")
     for count, in_flight in BURSTS:

@@ -20,7 +20,7 @@ from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged
 from scbm.files import digest_of, load_model, read_network
 from scbm.nodes import Bus, Children, LoopbackCell, RemoteCell, Session
 from scbm.testing import Execution, RandomCases, Tester
-from scbm.testing.node_runs import NodeTester
+from scbm.testing.cases_over_nodes import NodeTester
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

@@ -69,7 +69,7 @@ class Visit:
         page.goto(file + address)
         return page
 
-    def _complain(self, is_wrong: bool, words: str) -> None:  # noqa: FBT001 - said by name nowhere but here
+    def _complain(self, is_wrong: bool, words: str) -> None:  # noqa: FBT001 - a private method with two callers
         if is_wrong:
             self.complaints.append(words)
 

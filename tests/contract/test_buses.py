@@ -224,7 +224,7 @@ def test_those_that_come_later_get_nothing_of_what_is_not_latched(make_bus: Make
     assert loops.run(scenario()) == ["after"]
 
 
-def test_publishers_are_told_apart(make_bus: MakeBus) -> None:
+def test_publishers_are_distinguished(make_bus: MakeBus) -> None:
     async def scenario() -> list[Received]:
         ours, theirs, ears = make_bus("ours"), make_bus("theirs"), make_bus("ears")
         matched, received = Kept[int](), Kept[Received]()
@@ -247,7 +247,7 @@ def test_publishers_are_told_apart(make_bus: MakeBus) -> None:
     )
 
 
-def test_a_publisher_that_leaves_is_told_behind_the_last_of_its_messages(make_bus: MakeBus) -> None:
+def test_a_publisher_that_leaves_is_reported_behind_the_last_of_its_messages(make_bus: MakeBus) -> None:
     async def scenario() -> list[Received | int]:
         ours, ears = make_bus("ours"), make_bus("ears")
         matched, events = Kept[int](), Kept[Received | int]()

@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 
 from scbm.nodes.buses.bus import SET_BOOL, TRIGGER, Bus, Client, MessageType, Scalar, Service, Topic
+from support.bus_callbacks import BusCallbacks, over_bus
 from support.loops import GUARD_S
 from support.node_processes import PATIENCE
 from support.peers import Peer, peer
 from support.ros2_peers import ros2_peer_program as ros2_peer_program  # noqa: PLC0414 - a fixture, for pytest to find
-from support.telling import Told, over_bus
 
 pytestmark = pytest.mark.peer
 
@@ -44,15 +44,17 @@ async def until_heard(probe: Callable[[], object], there: Peer, says: str, is_he
         await asyncio.to_thread(there.says, says)
 
 
-async def until_answers(client: Client, fields: dict[str, Scalar], told: Told, there: Peer, name: str) -> None:
+async def until_answers(
+    client: Client, fields: dict[str, Scalar], callbacks: BusCallbacks, there: Peer, name: str
+) -> None:
     """Until the calls of a service are answered."""
-    await told.until(lambda: client.peers >= 1)
+    await callbacks.until(lambda: client.peers >= 1)
     await until_matched(there, f"rq{name}Request", f"rr{name}Reply")
-    await until_heard(lambda: client.call(fields), there, "responded", lambda: bool(told.answers))
+    await until_heard(lambda: client.call(fields), there, "responded", lambda: bool(callbacks.answers))
 
 
 def test_it_lists_our_nodes(domain: int, ros2_peer_program: Path) -> None:
-    async def story(_bus: Bus, _told: Told) -> None:
+    async def story(_bus: Bus, _reported: BusCallbacks) -> None:
         with peer(ros2_peer_program, domain, "nodes", "/tester") as there:
             await asyncio.to_thread(there.says, "/tester")
             assert there.process.wait(GUARD_S) == 0
@@ -61,16 +63,16 @@ def test_it_lists_our_nodes(domain: int, ros2_peer_program: Path) -> None:
 
 
 def test_it_answers_our_calls(domain: int, ros2_peer_program: Path) -> None:
-    async def story(bus: Bus, told: Told) -> None:
-        client = bus.client(LIGHT, told.answered, told.matched)
+    async def story(bus: Bus, callbacks: BusCallbacks) -> None:
+        client = bus.client(LIGHT, callbacks.answered, callbacks.matched)
         with peer(ros2_peer_program, domain, "driver") as there:
-            await until_answers(client, {"data": True}, told, there, LIGHT.name)
+            await until_answers(client, {"data": True}, callbacks, there, LIGHT.name)
             call = client.call({"data": False})
-            await told.until(lambda: told.answers[-1].call == call)
+            await callbacks.until(lambda: callbacks.answers[-1].call == call)
 
             assert client.peers == 1
-            assert told.answers[0].fields == {"success": True, "message": "light true"}
-            assert told.answers[-1].fields == {"success": False, "message": "light false"}
+            assert callbacks.answers[0].fields == {"success": True, "message": "light true"}
+            assert callbacks.answers[-1].fields == {"success": False, "message": "light false"}
 
     over_bus(domain, story)
 
@@ -78,33 +80,33 @@ def test_it_answers_our_calls(domain: int, ros2_peer_program: Path) -> None:
 def test_none_of_a_thousand_calls_is_lost(domain: int, ros2_peer_program: Path) -> None:
     total, in_flight = 1000, 50
 
-    async def story(bus: Bus, told: Told) -> None:
-        client = bus.client(SCAN, told.answered, told.matched)
+    async def story(bus: Bus, callbacks: BusCallbacks) -> None:
+        client = bus.client(SCAN, callbacks.answered, callbacks.matched)
         with peer(ros2_peer_program, domain, "driver") as there:
-            await until_answers(client, {}, told, there, SCAN.name)
-            first = told.answers[0].call
+            await until_answers(client, {}, callbacks, there, SCAN.name)
+            first = callbacks.answers[0].call
             last = first
-            while len(told.answers) < total:
-                while last < min(first + total - 1, first + len(told.answers) + in_flight):
+            while len(callbacks.answers) < total:
+                while last < min(first + total - 1, first + len(callbacks.answers) + in_flight):
                     last = client.call({})
-                await told.until_answers(len(told.answers) + 1)
-            assert sorted(answer.call for answer in told.answers) == list(range(first, first + total))
+                await callbacks.until_answers(len(callbacks.answers) + 1)
+            assert sorted(answer.call for answer in callbacks.answers) == list(range(first, first + total))
 
     over_bus(domain, story)
 
 
 def test_another_one_answers_when_the_first_was_killed(domain: int, ros2_peer_program: Path) -> None:
-    async def story(bus: Bus, told: Told) -> None:
-        client = bus.client(SCAN, told.answered, told.matched)
+    async def story(bus: Bus, callbacks: BusCallbacks) -> None:
+        client = bus.client(SCAN, callbacks.answered, callbacks.matched)
         with peer(ros2_peer_program, domain, "driver") as there:
-            await until_answers(client, {}, told, there, SCAN.name)
+            await until_answers(client, {}, callbacks, there, SCAN.name)
         # RustDDS has a lease of 50 seconds: so long the first one seems to be there.
-        told.answers.clear()
+        callbacks.answers.clear()
         with peer(ros2_peer_program, domain, "driver") as there:
-            await told.until(lambda: client.peers == 2)
-            await until_answers(client, {}, told, there, SCAN.name)
-        # What the first one took and did not acknowledge, this one asks for again: a second response is told.
-        told.complaints = [what for what in told.complaints if "a second response" not in what]
+            await callbacks.until(lambda: client.peers == 2)
+            await until_answers(client, {}, callbacks, there, SCAN.name)
+        # The second one asks again for what the first took and did not acknowledge: a second response is reported.
+        callbacks.complaints = [what for what in callbacks.complaints if "a second response" not in what]
 
     over_bus(domain, story)
 
@@ -112,7 +114,7 @@ def test_another_one_answers_when_the_first_was_killed(domain: int, ros2_peer_pr
 def test_we_answer_its_calls(domain: int, ros2_peer_program: Path) -> None:
     total = 100
 
-    async def story(bus: Bus, told: Told) -> None:
+    async def story(bus: Bus, callbacks: BusCallbacks) -> None:
         served: list[int] = []
 
         def answer(_: object) -> dict[str, Scalar]:
@@ -120,10 +122,10 @@ def test_we_answer_its_calls(domain: int, ros2_peer_program: Path) -> None:
             return {"success": True, "message": f"latched {served[-1]}"}
 
         bus.serve(LATCH, answer)
-        sees = bus.subscribe(SEES, told.received, told.matched)
-        start = bus.publisher(REQUESTS, told.matched)
+        sees = bus.subscribe(SEES, callbacks.received, callbacks.matched)
+        start = bus.publisher(REQUESTS, callbacks.matched)
         with peer(ros2_peer_program, domain, "call", LATCH.name) as there:
-            await told.until(lambda: sees.peers == 1 and start.peers == 1)
+            await callbacks.until(lambda: sees.peers == 1 and start.peers == 1)
             await until_matched(there, "rq/latchRequest", "rr/latchReply", "rt/scanner/request")
             await until_heard(lambda: start.publish("probe"), there, "called probe", lambda: bool(served))
             start.publish(str(total))
@@ -135,27 +137,29 @@ def test_we_answer_its_calls(domain: int, ros2_peer_program: Path) -> None:
 
 
 def test_it_speaks_the_protocol_of_drivers(domain: int, ros2_peer_program: Path) -> None:
-    async def story(bus: Bus, told: Told) -> None:
-        requests = bus.publisher(REQUESTS, told.matched)
-        replies = bus.subscribe(REPLIES, told.received, told.matched)
+    async def story(bus: Bus, callbacks: BusCallbacks) -> None:
+        requests = bus.publisher(REQUESTS, callbacks.matched)
+        replies = bus.subscribe(REPLIES, callbacks.received, callbacks.matched)
         with peer(ros2_peer_program, domain, "driver") as there:
-            await told.until(lambda: requests.peers == 1 and replies.peers == 1)
+            await callbacks.until(lambda: requests.peers == 1 and replies.peers == 1)
             await until_matched(there, "rt/scanner/request", "rt/scanner/reply")
             request = json.dumps({"id": "ü-7", "request": {"scanner_command": "scan_item_a"}}, ensure_ascii=False)
-            await until_heard(lambda: requests.publish(request), there, f"took {request}", lambda: bool(told.messages))
+            await until_heard(
+                lambda: requests.publish(request), there, f"took {request}", lambda: bool(callbacks.messages)
+            )
 
-            assert json.loads(str(told.messages[0].data)) == {"id": "ü-7", "succeeded": True}
+            assert json.loads(str(callbacks.messages[0].data)) == {"id": "ü-7", "succeeded": True}
 
     over_bus(domain, story)
 
 
 def test_its_latched_measurement_arrives(domain: int, ros2_peer_program: Path) -> None:
-    async def story(bus: Bus, told: Told) -> None:
+    async def story(bus: Bus, callbacks: BusCallbacks) -> None:
         with peer(ros2_peer_program, domain, "driver") as there:
             await asyncio.to_thread(there.says, "ready")
-            bus.subscribe(SEES, told.received, told.matched)
-            await told.until(lambda: bool(told.messages))
-            assert [message.data for message in told.messages] == [True]
+            bus.subscribe(SEES, callbacks.received, callbacks.matched)
+            await callbacks.until(lambda: bool(callbacks.messages))
+            assert [message.data for message in callbacks.messages] == [True]
 
     over_bus(domain, story)
 
@@ -163,13 +167,13 @@ def test_its_latched_measurement_arrives(domain: int, ros2_peer_program: Path) -
 def test_its_types_have_the_names_that_ours_have(domain: int, ros2_peer_program: Path) -> None:
     wrong = Service(LIGHT.name, TRIGGER)
 
-    async def story(bus: Bus, told: Told) -> None:
-        client = bus.client(wrong, told.answered, told.matched)
+    async def story(bus: Bus, callbacks: BusCallbacks) -> None:
+        client = bus.client(wrong, callbacks.answered, callbacks.matched)
         # These are behind the service there: who is matched with them knows of it.
-        requests = bus.publisher(REQUESTS, told.matched)
-        replies = bus.subscribe(REPLIES, told.received, told.matched)
+        requests = bus.publisher(REQUESTS, callbacks.matched)
+        replies = bus.subscribe(REPLIES, callbacks.received, callbacks.matched)
         with peer(ros2_peer_program, domain, "driver"):
-            await told.until(lambda: requests.peers == 1 and replies.peers == 1)
+            await callbacks.until(lambda: requests.peers == 1 and replies.peers == 1)
             assert client.peers == 0
             assert "std_srvs/srv/SetBool" in str(bus.why_unmatched(wrong))
 

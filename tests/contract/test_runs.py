@@ -131,7 +131,7 @@ def assert_replays(execution: Execution, model: BehaviorModel) -> None:
 
 
 def drawn(model: BehaviorModel, network: str | None, count: int, seed: int) -> list[Case]:
-    """Random cases; of networks drawn for each if none is said."""
+    """Random cases; each with a network drawn for it, if none is given."""
     drawing = RandomCases(model, None, None if network is None else read_network(network, model))
     return list(drawing.first(count, seed))
 

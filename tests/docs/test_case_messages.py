@@ -34,9 +34,9 @@ def test_the_message_of_a_wrong_case_is_that_of_the_page(section: str, tmp_path:
 
     with pytest.raises(InputError) as raised:
         read_and_find_the_model()
-    told = str(raised.value).replace(f"{tmp_path}/", "")
+    printed = str(raised.value).replace(f"{tmp_path}/", "")
     (shown,) = blocks(section, "text")
-    assert shown == f"{told}\n"
+    assert shown == f"{printed}\n"
 
 
 def test_there_are_messages_to_try() -> None:

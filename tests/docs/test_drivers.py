@@ -59,8 +59,8 @@ def test_a_cell_works_with_a_driver_of_nothing_but_cyclonedds(domain: int, tmp_p
             )
         finally:
             driver.kill()
-        said, _ = driver.communicate()
+        output, _ = driver.communicate()
 
     assert tested.returncode == 0, tested.stderr
     assert [case["verdict"] for case in json.loads(tested.stdout)["cases"]] == ["reached"]
-    assert re.fullmatch(r"(scanning for run_[0-9a-f]{32}-\d+\n)+", said), said
+    assert re.fullmatch(r"(scanning for run_[0-9a-f]{32}-\d+\n)+", output), output

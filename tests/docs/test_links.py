@@ -43,6 +43,38 @@ def test_links_lead_somewhere(page: Path, target: str) -> None:
         assert anchor in anchors(linked)
 
 
+INDEXES = sorted((ROOT / "docs").rglob("index.md"))
+TOCTREE = re.compile(r"^```\{toctree\}\n((?::[^\n]*\n)*)(.*?)^```", re.DOTALL | re.MULTILINE)
+
+
+def toctree_pages(index: Path) -> list[str]:
+    """Return the pages in the tables of contents of a page, without suffix, relative to its folder."""
+    entries = [
+        (":glob:" in options, entry)
+        for options, text in TOCTREE.findall(index.read_text(encoding="utf-8"))
+        for entry in text.split()
+    ]
+    pages = []
+    for is_glob, entry in entries:
+        found = sorted(index.parent.glob(f"{entry}.md")) if is_glob else [index.parent / f"{entry}.md"]
+        pages += [page.relative_to(index.parent).with_suffix("").as_posix() for page in found]
+    return pages
+
+
+@pytest.mark.parametrize("index", INDEXES, ids=[index.parent.name for index in INDEXES])
+def test_an_index_lists_every_page_of_its_folder(index: Path) -> None:
+    """In the table of contents of the site, and as a link. `docs/index.md` also lists folders without an index."""
+    bare = [path for path in index.parent.iterdir() if path.is_dir() and not (path / "index.md").exists()]
+    pages = [page for folder in (index.parent, *bare) for page in sorted(folder.glob("*.md")) if page != index]
+    names = [page.relative_to(index.parent).with_suffix("").as_posix() for page in pages]
+    contents = toctree_pages(index)
+    assert len(contents) == len(set(contents))
+    assert [name for name in names if name not in contents] == []
+    links = {target.partition("#")[0].removesuffix(".md") for target in LINK.findall(prose(index))}
+    if ":glob:" not in index.read_text(encoding="utf-8"):  # such a page shows the headings of its pages
+        assert [name for name in names if name not in links] == []
+
+
 def test_anchors_are_made_as_github_makes_them(tmp_path: Path) -> None:
     page = tmp_path / "page.md"
     page.write_text("# The `scbm plan --json`\n\n```yaml\n# no heading\n```\n## 1 Values, states\n", encoding="utf-8")
@@ -61,7 +93,3 @@ NAMED = [
 @pytest.mark.parametrize(("path", "page"), NAMED, ids=[f"{path}: {page}" for path, page in NAMED])
 def test_pages_that_code_and_messages_name_exist(path: Path, page: str) -> None:
     assert (ROOT / page).is_file(), f"{path} names it"
-
-
-def test_the_readme_has_at_most_120_lines() -> None:
-    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 120

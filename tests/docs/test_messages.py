@@ -123,5 +123,5 @@ def test_messages_that_no_command_of_the_page_prints_are_those_of_the_page(provo
     with pytest.raises(ScbmError) as caught:
         provoke(tmp_path)
     (diagnostic,) = caught.value.diagnostics
-    told = str(diagnostic).replace(f"{tmp_path}/", "")
-    assert f"```text\n{told}\n```" in section(diagnostic.slug.value)
+    printed = str(diagnostic).replace(f"{tmp_path}/", "")
+    assert f"```text\n{printed}\n```" in section(diagnostic.slug.value)

@@ -84,7 +84,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Command:
-    """A line that begins with `$ `, and what is said to come of it."""
+    """A line that begins with `$ `, and the output below it."""
 
     line: str
     expected: tuple[str, ...]
@@ -114,7 +114,7 @@ def read_blocks(page: Path) -> list[Block]:
 
 
 def read_commands(block: Block) -> list[Command]:
-    """The commands of a console block with what they are said to print."""
+    """The commands of a console block with the outputs below them."""
     starts = [index for index, line in enumerate(block.lines) if line.startswith("$ ")]
     assert starts[:1] == [0], f"{block}: a console block begins with a command"
     return [_command(block.lines[start:end]) for start, end in zip(starts, [*starts[1:], None], strict=True)]

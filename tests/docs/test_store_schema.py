@@ -1,4 +1,4 @@
-"""The page of the coverage store tells of every table and column, as they are."""
+"""The page of the coverage store has every table and column, as they are."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from support.stores import results, store
 PAGE = Path(__file__).parents[2] / "docs/reference/coverage-store.md"
 
 
-def test_every_column_is_told_with_its_type(tmp_path: Path) -> None:
-    told = {}
+def test_every_column_is_reported_with_its_type(tmp_path: Path) -> None:
+    documented = {}
     for section in re.split(r"^### ", PAGE.read_text(encoding="utf-8"), flags=re.MULTILINE)[1:]:
         name = section.split("\n", 1)[0]
         rows = re.findall(r"^\| `(\w+)` \| (\w+) \|", section, flags=re.MULTILINE)
-        told[name] = [(column, kind.upper()) for column, kind in rows]
+        documented[name] = [(column, kind.upper()) for column, kind in rows]
     connection = sqlite3.connect(store(tmp_path / "cov.db", 1, results(1, 1)))
     try:
         names = [row[0] for row in connection.execute("SELECT name FROM sqlite_schema WHERE sql IS NOT NULL")]
@@ -25,4 +25,4 @@ def test_every_column_is_told_with_its_type(tmp_path: Path) -> None:
         }
     finally:
         connection.close()
-    assert told == tables
+    assert documented == tables

@@ -1,4 +1,4 @@
-"""The figures that the tutorial tells without a command that prints them."""
+"""The figures of the tutorial that no command there prints."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_what_the_page_quotes_of_a_run_is_what_a_command_of_it_prints() -> None:
 
 @pytest.mark.slow
 def test_figures_over_many_seeds_are_as_the_page_says() -> None:
-    """The page tells of a thousand seeds; a hundred of them show the same."""
+    """The page describes a thousand seeds; a hundred of them show the same."""
     before = model("before")
     figures = [campaign(before, 20, seed).coverage.figure.percent or 0 for seed in range(100)]
     assert median(figures) == pytest.approx(46.51)

@@ -139,7 +139,7 @@ OPTIONS = RunnerOptions(time_limit_ns=TIME_LIMIT_NS, plan_limit=10**9, instant_b
 
 
 class Real:
-    """The real runner, told the same events; the planner answers at once if nothing else can come before."""
+    """The real runner with the same events; the planner answers at once if nothing else can come before."""
 
     def __init__(self, model: BehaviorModel, state: dict[str, Value]) -> None:
         self.model = model
@@ -508,7 +508,7 @@ def check_text(text: str) -> None:
 
 @given(malformed(TEXTS, MUTATIONS, 3))
 @examples(300)
-def test_a_text_that_is_broken_on_its_way_is_read_or_told_where_it_is_broken(text: str) -> None:
+def test_a_text_that_is_broken_on_its_way_is_read_or_reported_where_it_is_broken(text: str) -> None:
     check_text(text)
 
 
@@ -529,7 +529,7 @@ JSON = st.recursive(
 
 @given(st.data(), st.sampled_from(TEXTS))
 @examples(300)
-def test_a_certificate_with_other_values_in_it_is_read_or_told_what_is_wrong(data: st.DataObject, text: str) -> None:
+def test_a_certificate_with_other_values_is_read_or_its_flaws_are_reported(data: st.DataObject, text: str) -> None:
     document = json.loads(text)
     for _ in range(data.draw(st.integers(1, 3))):
         container = document

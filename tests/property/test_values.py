@@ -1,4 +1,4 @@
-"""Values that runs are said never to give a variable are never seen, and what is ruled out is never visited.
+"""Values that the analysis excludes for a variable never occur, and excluded obligations are never visited.
 
 The checker of certificates agrees, too.
 """

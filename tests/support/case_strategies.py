@@ -110,12 +110,12 @@ def _short_rows(rules: list[OutcomeRule]) -> list[OutcomeRule]:
     kept: list[OutcomeRule] = []
     for rule in rules:
         single = rule.first == rule.last
-        if not (single and len(kept) > 1 and all(_said(rule) == _said(other) for other in kept[-2:])):
+        if not (single and len(kept) > 1 and all(_effect(rule) == _effect(other) for other in kept[-2:])):
             kept.append(rule)
     return kept
 
 
-def _said(rule: OutcomeRule) -> tuple[object, ...]:
+def _effect(rule: OutcomeRule) -> tuple[object, ...]:
     return (rule.outcome, rule.latency_ns, rule.measured, rule.request, rule.reply, rule.cancel)
 
 

@@ -3,7 +3,7 @@
 A *situation* is a settled runner whose run goes on, and the answer that the planner will give if it was asked. There,
 everything that can happen without an injection happens to a copy of the runner: the planner answers, each request in
 flight fails, or succeeds with each choice of measured values, and the deadline of the operation passes. Situations
-that no future can tell apart are gone on from once.
+with the same futures are explored once.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def enumerate_runs(model: BehaviorModel, most: int = 300_000, *, simulated: bool
     explorer = _Explorer(model, most, simulated=simulated)
     for goal, predicate in model.goals:
         explorer.explore(goal, predicate)
-    ways = {name: _told(path) for name, path in explorer.ways.items()}
+    ways = {name: _labels(path) for name, path in explorer.ways.items()}
     return Enumeration(
         explorer.obligations, explorer.visited, explorer.cut_off, explorer.situations, explorer.complete, ways
     )
@@ -203,7 +203,7 @@ class _Explorer:
         return visited
 
     def _answer(self, asked: AskPlan) -> PlanAnswered:
-        """What the planner says; it is asked once for each problem that it can tell apart."""
+        """The answer of the planner, which is asked once for each problem that differs to it."""
         problem = asked.goal, self._planner.task(asked.goal).pack(asked.state)
         if problem not in self._answers:
             answer = self._planner.plan(asked.state, asked.goal)
@@ -283,9 +283,9 @@ def _written(values: Changes) -> str:
     return ", ".join(f"{name}={value}" for name, value in values)
 
 
-def _told(path: Path | None) -> tuple[str, ...]:
-    told = []
+def _labels(path: Path | None) -> tuple[str, ...]:
+    labels = []
     while path is not None:
         path, label = path
-        told.append(label)
-    return tuple(reversed(told))
+        labels.append(label)
+    return tuple(reversed(labels))

@@ -119,14 +119,14 @@ class Rclpy:
     """The fake, and what a test sees of it.
 
     Attributes:
-        said: what happened to contexts, nodes and executors.
+        events: what happened to contexts, nodes and executors.
         endpoints: by name, what was made.
-        publishers, subscriptions, services: what `get_…` tells of others.
+        publishers, subscriptions, services: what `get_…` returns about others.
         threads: on which work was done.
     """
 
     def __init__(self) -> None:
-        self.said: list[str] = []
+        self.events: list[str] = []
         self.endpoints: dict[str, Endpoint] = {}
         self.publishers: list[Any] = []
         self.subscriptions: list[Any] = []
@@ -195,19 +195,19 @@ class _Context:
     def init(self, *, args: Iterable[str], domain_id: int) -> None:
         if self._fake.fails is not None:
             raise RuntimeError(self._fake.fails)
-        self._fake.said.append(f"context in domain {domain_id} with {list(args)}")
+        self._fake.events.append(f"context in domain {domain_id} with {list(args)}")
 
     def ok(self) -> bool:
         return self._fake._is_ok
 
     def try_shutdown(self) -> None:
-        self._fake.said.append("context shut down")
+        self._fake.events.append("context shut down")
 
 
 class _Node:
     def __init__(self, fake: Rclpy, name: str, options: Mapping[str, object]) -> None:
         assert isinstance(options["context"], _Context)
-        fake.said.append(f"node {name}")
+        fake.events.append(f"node {name}")
         self._fake = fake
 
     def _made(self, name: str, type_: Made, qos: Profile, callback: Callable[[Any], None] | None = None) -> Endpoint:
@@ -235,7 +235,7 @@ class _Node:
         return self._fake.services
 
     def destroy_node(self) -> None:
-        self._fake.said.append("node destroyed")
+        self._fake.events.append("node destroyed")
 
 
 class _Executor:
@@ -255,7 +255,7 @@ class _Executor:
         work()
 
     def shutdown(self) -> None:
-        self._fake.said.append("executor shut down")
+        self._fake.events.append("executor shut down")
 
 
 def endpoint_info(name: str, type_: str, *, is_best_effort: bool = False) -> Made:

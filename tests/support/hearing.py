@@ -11,7 +11,7 @@ from scbm.nodes.links.link import Measurement, Reply
 
 @dataclass
 class Heard:
-    """What links told. Made on the loop that they are on."""
+    """The callbacks of links. Made on the loop of the links."""
 
     replies: list[tuple[str, Reply]] = field(default_factory=list)
     values: list[tuple[str, Measurement]] = field(default_factory=list)

@@ -25,7 +25,7 @@ SEED, COUNT = 1, 60
 
 
 def killed_writer(store: Path, after: int, moment_s: float) -> tuple[int, bool]:
-    """How many cases a writer said were added, and whether it was killed before it was done.
+    """How many added cases a writer reported, and whether it was killed before it was done.
 
     Args:
         store: what it writes to.
@@ -41,11 +41,11 @@ def killed_writer(store: Path, after: int, moment_s: float) -> tuple[int, bool]:
         add(store, 1, SEED, COUNT)
         os._exit(0)
     os.close(write)
-    with os.fdopen(read) as said:
-        added = sum(1 for _ in zip(range(after), said, strict=False))
+    with os.fdopen(read) as reports:
+        added = sum(1 for _ in zip(range(after), reports, strict=False))
         time.sleep(moment_s)  # what is drawn is the moment of death, and none of them may matter
         os.kill(child, signal.SIGKILL)
-        added += sum(line.endswith("\n") for line in said)
+        added += sum(line.endswith("\n") for line in reports)
     _, status = os.waitpid(child, 0)
     return added, os.WIFSIGNALED(status)
 

@@ -1,4 +1,4 @@
-"""Ways in which a text gets broken on its way, and what must be true of what is said about it then."""
+"""Ways in which a text gets broken on its way, and what must be true of the diagnostics then."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def malformed(draw: DrawFn, texts: Sequence[str], mutations: Sequence[Mutation],
 
 
 def check_diagnostics(diagnostics: Sequence[Diagnostic], text: str, file: str) -> None:
-    """There are some; their places lie in the text; each is told once; they come from the top."""
+    """There are some; their places lie in the text; each is reported once; they come from the top."""
     lines = LINE_END.split(text.removeprefix("\N{BYTE ORDER MARK}"))
     for diagnostic in diagnostics:
         _check_diagnostic(diagnostic, lines, file)

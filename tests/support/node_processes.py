@@ -55,7 +55,7 @@ goals: {done: lit == true}
 
 
 class Ended:
-    """What a process said, and how it ended."""
+    """The output of a process, and how it ended."""
 
     def __init__(self, code: int, out: str, err: str) -> None:
         self.code = code
@@ -74,13 +74,13 @@ class NodeProcess:
         self.process = subprocess.Popen(
             command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=directory
         )
-        self._said: list[str] = []
+        self._output_lines: list[str] = []
         self._complained: list[str] = []
         self._lines: Queue[str | None] = Queue()
         assert self.process.stdout is not None
         assert self.process.stderr is not None
         self._threads = [
-            Thread(target=_read, args=(self.process.stdout, self._said, self._lines), daemon=True),
+            Thread(target=_read, args=(self.process.stdout, self._output_lines, self._lines), daemon=True),
             Thread(target=_read, args=(self.process.stderr, self._complained), daemon=True),
         ]
         for thread in self._threads:
@@ -95,17 +95,17 @@ class NodeProcess:
                     return match
         except Empty:
             raise AssertionError(f"for {guard_s} s nothing like `{pattern}`: {self.all}") from None
-        raise AssertionError(f"it ended, and said nothing like `{pattern}`: {self.all}")
+        raise AssertionError(f"it ended, and printed nothing like `{pattern}`: {self.all}")
 
     @property
     def all(self) -> str:
-        """What it said so far."""
-        return "\n".join(("", *self._said, "-- stderr", *self._complained))
+        """The output so far."""
+        return "\n".join(("", *self._output_lines, "-- stderr", *self._complained))
 
     @property
-    def said(self) -> tuple[str, ...]:
+    def output_lines(self) -> tuple[str, ...]:
         """The lines of stdout so far."""
-        return tuple(self._said)
+        return tuple(self._output_lines)
 
     def send(self, name: signal.Signals) -> None:
         """Sends a signal."""
@@ -121,7 +121,11 @@ class NodeProcess:
         code = self.process.wait(guard_s)
         for thread in self._threads:
             thread.join(guard_s)
-        return Ended(code, "".join(f"{line}\n" for line in self._said), "".join(f"{c}\n" for c in self._complained))
+        return Ended(code, _joined(self._output_lines), _joined(self._complained))
+
+
+def _joined(lines: list[str]) -> str:
+    return "".join(f"{line}\n" for line in lines)
 
 
 def _read(stream: IO[str], kept: list[str], lines: Queue[str | None] | None = None) -> None:
@@ -223,7 +227,7 @@ def wait_for_end(process: int, guard_s: float = GUARD_S) -> None:
 
 
 def process_of(status: dict[str, Any]) -> int:
-    """The process of a node that said who it is."""
+    """The process of a node that has printed its identity."""
     match = re.match(r"process (\d+) on ", status["words"])
     assert match, status
     return int(match[1])

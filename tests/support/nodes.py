@@ -36,7 +36,7 @@ class Stage:
     join: Callable[[str], Bus]
     now_ns: Callable[[], int] = monotonic_ns
     complaints: list[str] = field(default_factory=list)
-    told: list[str] = field(default_factory=list)
+    output: list[str] = field(default_factory=list)
     contexts: dict[str, NodeContext] = field(default_factory=dict)
 
     @staticmethod
@@ -47,7 +47,7 @@ class Stage:
         """Return a context with a bus of its own; the last one of each role is kept."""
         status = new_status(role, self.model, digest or digest_of(self.model), resources)
         context = NodeContext(
-            self.join(role), self.model, status, self.complaints.append, self.told.append, self.now_ns
+            self.join(role), self.model, status, self.complaints.append, self.output.append, self.now_ns
         )
         self.contexts[role] = context
         return context
@@ -90,7 +90,7 @@ def notes(records: Iterable[Record]) -> list[Record]:
 
 
 def without_notes(records: Iterable[Record]) -> list[Record]:
-    """What the runner said."""
+    """The output lines of the runner."""
     return [record for record in records if not _is_note(record)]
 
 

@@ -17,23 +17,23 @@ from support.loops import GUARD_S
 
 
 class Overheard:
-    """What is said, each message as JSON has it."""
+    """The overheard messages as JSON."""
 
     def __init__(self) -> None:
-        self._said: list[dict[str, Any]] = []
+        self._overheard: list[dict[str, Any]] = []
         self._news = Condition()
 
     def hear(self, received: Received) -> None:
         with self._news:
-            self._said.append(json.loads(str(received.data)))
+            self._overheard.append(json.loads(str(received.data)))
             self._news.notify_all()
 
     def until(self, is_meant: Callable[[dict[str, Any]], bool], guard_s: float = GUARD_S) -> dict[str, Any]:
         """The first such message; it is waited for, if it has not come yet."""
         with self._news:
-            self._news.wait_for(lambda: any(map(is_meant, self._said)), guard_s)
-            found = next(filter(is_meant, self._said), None)
-            assert found is not None, f"for {guard_s} s nothing like it was said: {self._said[-20:]}"
+            self._news.wait_for(lambda: any(map(is_meant, self._overheard)), guard_s)
+            found = next(filter(is_meant, self._overheard), None)
+            assert found is not None, f"no such message within {guard_s} s: {self._overheard[-20:]}"
             return found
 
     def status(self, role: str) -> dict[str, Any]:

@@ -85,13 +85,13 @@ class Peer:
         self._reader.join()
 
     def says(self, *texts: str, guard_s: float = GUARD_S) -> None:
-        """Waits until it has said these, in any order. What it said meanwhile is forgotten; if it ends, that fails."""
-        said: list[str] = []
-        while not all(text in said for text in texts):
+        """Waits for these lines of output, in any order, and drops the lines between them. Fails if the peer ends."""
+        received: list[str] = []
+        while not all(text in received for text in texts):
             line = self._lines.get(timeout=guard_s)
             if line is None:
-                raise AssertionError(f"the peer ended, and said {said} and not {texts}")
-            said.append(line)
+                raise AssertionError(f"the peer ended, and its output was {received} instead of {texts}")
+            received.append(line)
 
 
 @contextmanager

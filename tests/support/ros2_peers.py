@@ -48,7 +48,7 @@ def _missing(cargo: str) -> str | None:
     )  # fmt: skip
     if fetched.returncode == 0:
         return None
-    said = next((line for line in fetched.stderr.splitlines() if line.startswith("error")), fetched.stderr)
-    if "--locked" in said:
-        pytest.fail(f"Cargo.lock does not go with Cargo.toml: {said}")
-    return f"crates cannot be had: {said}"
+    message = next((line for line in fetched.stderr.splitlines() if line.startswith("error")), fetched.stderr)
+    if "--locked" in message:
+        pytest.fail(f"Cargo.lock does not go with Cargo.toml: {message}")
+    return f"crates cannot be had: {message}"

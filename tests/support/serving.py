@@ -20,13 +20,13 @@ def say(words: str) -> None:
     sys.stdout.flush()
 
 
-class _Telling(ControllerNode):
+class _ReportingController(ControllerNode):
     async def close(self) -> None:
         await super().close()
         say("node closed")
 
 
-class _TellingBus(LoopbackBus):
+class _ReportingBus(LoopbackBus):
     async def close(self) -> None:
         await super().close()
         say("bus closed")
@@ -36,12 +36,12 @@ async def main(mode: str) -> None:
     hub = LoopbackHub()
 
     def make(bus: Bus) -> ControllerNode:
-        return _Telling(NodeContext(bus, MODEL, new_status("controller", MODEL, "d" * 64), say))
+        return _ReportingController(NodeContext(bus, MODEL, new_status("controller", MODEL, "d" * 64), say))
 
     async def open_bus() -> Bus:
         if mode == "rival":
             make(hub.join("older"))
-        return _TellingBus(hub, "controller", asyncio.get_running_loop())
+        return _ReportingBus(hub, "controller", asyncio.get_running_loop())
 
     try:
         await serve(open_bus, make, report=say, until_eof=mode == "eof")

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from scbm.cli.options.arguments import read_goal, read_state
+from scbm.cli.options.option_values import read_goal, read_state
 from scbm.cli.output.terminal import results
 from scbm.files import FileWriter, load_model
 from scbm.model import Diagnostic, InputError, Place, Slug

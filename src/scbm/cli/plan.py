@@ -6,8 +6,8 @@ from typing import Annotated
 
 import typer
 
-from scbm.cli.options.arguments import read_goal, read_state
 from scbm.cli.options.help_sections import HelpSection
+from scbm.cli.options.option_values import read_goal, read_state
 from scbm.cli.options.planner_options import (
     MaxExpanded,
     MaxLength,

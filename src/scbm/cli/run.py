@@ -7,7 +7,8 @@ from typing import Annotated
 import typer
 
 from scbm.cases import Case, CaseLimits, Origin
-from scbm.cli.options.arguments import (
+from scbm.cli.options.help_sections import HelpSection
+from scbm.cli.options.option_values import (
     allowed_state,
     read_faults,
     read_goal,
@@ -15,7 +16,6 @@ from scbm.cli.options.arguments import (
     read_state,
     read_time_limit,
 )
-from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
 from scbm.cli.output.shown_run import show_run
 from scbm.files import FileWriter, load_model

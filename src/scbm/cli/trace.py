@@ -9,8 +9,8 @@ from typing import Annotated, Any, BinaryIO
 import typer
 
 from scbm.cli.campaigns.rerun import AskedRun, rerun
-from scbm.cli.options.arguments import read_faults, read_requirements, read_time_limit
 from scbm.cli.options.help_sections import HelpSection
+from scbm.cli.options.option_values import read_faults, read_requirements, read_time_limit
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
 from scbm.cli.output.terminal import results, write_json
 from scbm.files import FileWriter, load_model

@@ -31,14 +31,14 @@ class SendRequest(Struct, frozen=True):
 
 
 class CancelRequest(Struct, frozen=True):
-    """Tell a resource that a request is cancelled: no reply is needed."""
+    """Notify a resource that a request is cancelled: no reply is needed."""
 
     request: int
     resource: str
 
 
 class ChangeResource(Struct, frozen=True):
-    """Tell a simulated resource its new condition: an injection acts, or is put back."""
+    """Notify a simulated resource of its new condition: an injection acts, or is put back."""
 
     resource: str
     condition: Condition

@@ -35,7 +35,7 @@ class ModelEdit:
     def __init__(self, before: BehaviorModel, after: BehaviorModel) -> None:
         self._before = Obligations.of(before)
         self._after = Obligations.of(after)
-        self._kept = _said_alike(before, after)
+        self._kept = _equal_parts(before, after)
 
     def mapped(self, visited: int) -> int:
         """Obligations of the model before, as bits, as those of the model after that they are."""
@@ -52,8 +52,8 @@ class ModelEdit:
         return (obligation.aspect is Aspect.TAKEN, obligation.subject) in self._kept
 
 
-def _said_alike(before: BehaviorModel, after: BehaviorModel) -> frozenset[tuple[bool, str]]:
-    """Whether automatic, and the name, of all that says the same in both."""
+def _equal_parts(before: BehaviorModel, after: BehaviorModel) -> frozenset[tuple[bool, str]]:
+    """Return the operations and automatic transitions that are equal in both: whether automatic, and the name."""
     operations = {o.name: o for o in after.operations}
     transitions = {t.name: t for t in after.automatic_transitions}
     return frozenset(

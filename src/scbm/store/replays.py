@@ -48,10 +48,10 @@ def written_recipe(
     completed = completed or case
     added = [requirement for requirement in completed.requirements if requirement not in case.requirements]
     limit_ns = completed.limits.time_ns if case.limits.time_ns is None else None
-    return Written(write_case(case, model, None), path, _said(added), limit_ns, real)
+    return Written(write_case(case, model, None), path, _sentences(added), limit_ns, real)
 
 
-def _said(requirements: Iterable[Requirement]) -> tuple[tuple[str, str], ...]:
+def _sentences(requirements: Iterable[Requirement]) -> tuple[tuple[str, str], ...]:
     return tuple((requirement.name, str(requirement.sentence)) for requirement in requirements)
 
 
@@ -71,7 +71,7 @@ def drawn_recipe(case: Case, network: str, real: tuple[str, ...] | None = None) 
     if case.origin is None:
         raise ValueError(f"`{case.name}` is not drawn")
     origin = case.origin
-    return Drawn(origin.seed, origin.number, network, _said(case.requirements), case.limits.time_ns, real)
+    return Drawn(origin.seed, origin.number, network, _sentences(case.requirements), case.limits.time_ns, real)
 
 
 class Replays:

@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from scbm.testing.batches.worker_processes import WorkerProcesses
     from scbm.testing.campaign import FORMAT_VERSION, Campaign, CaseResult, campaign_json, coverage_json
     from scbm.testing.case_sizes import Choice, Size
+    from scbm.testing.cases_over_nodes import Answers
     from scbm.testing.findings import MAX_SHRUNK, Finding, find_causes
-    from scbm.testing.node_runs import Answers
     from scbm.testing.random_cases import RandomCases, draw_network
     from scbm.testing.random_streams import reaction_stream
     from scbm.testing.requirement_monitors import Violation, find_violations
@@ -67,8 +67,8 @@ __getattr__ = lazy_exports(
         "batches.worker_processes": "WorkerProcesses",
         "campaign": "FORMAT_VERSION Campaign CaseResult campaign_json coverage_json",
         "case_sizes": "Choice Size",
+        "cases_over_nodes": "Answers",
         "findings": "MAX_SHRUNK Finding find_causes",
-        "node_runs": "Answers",
         "random_cases": "RandomCases draw_network",
         "random_streams": "reaction_stream",
         "requirement_monitors": "Violation find_violations",

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import Figure
     from scbm.model import BehaviorModel
     from scbm.testing.batches.campaign_work import CaseSource
+    from scbm.testing.cases_over_nodes import Answers
     from scbm.testing.findings import Finding
-    from scbm.testing.node_runs import Answers
     from scbm.testing.shrinking import Shrunk
     from scbm.testing.verdicts import Verdict
 

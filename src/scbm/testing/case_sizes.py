@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 MESSAGES = ("request", "reply", "cancel")
-SAID = ("latency_ns", "measured", "reply", "request", "cancel", "outcome")
+RULE_FIELDS = ("latency_ns", "measured", "reply", "request", "cancel", "outcome")
 """The fields of a rule, the most dispensable first."""
 
 
@@ -87,7 +87,7 @@ def _details(case: Case) -> int:
     """Return the number of details that could be left out, and roughly the length of the times."""
     size = 0
     for rule in case.outcomes:
-        size += 2 * sum(getattr(rule, field) is not None for field in SAID) + _length(rule.latency_ns or 0)
+        size += 2 * sum(getattr(rule, field) is not None for field in RULE_FIELDS) + _length(rule.latency_ns or 0)
         size += sum(_length(delay_ns) for field in MESSAGES for delay_ns in getattr(rule, field) or ())
     for injection in case.injections:
         size += len(injection.assign) + _length(injection.at_ns or 0)

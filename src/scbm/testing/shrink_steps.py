@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from scbm.cases import Network, WindowFault
 from scbm.model import And
-from scbm.testing.case_sizes import MESSAGES, SAID, can_be_left_out
+from scbm.testing.case_sizes import MESSAGES, RULE_FIELDS, can_be_left_out
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -54,7 +54,7 @@ def _fewer(parts: tuple[_Part, ...]) -> Iterator[tuple[_Part, ...]]:
 def _plainer_rules(case: Case, _: BehaviorModel) -> Iterator[Case]:
     """Leave out one field of a rule."""
     for index, rule in enumerate(case.outcomes):
-        for field in SAID:
+        for field in RULE_FIELDS:
             if getattr(rule, field) is not None:
                 left_out: dict[str, Any] = {field: None}
                 yield replace(case, outcomes=_replaced(case.outcomes, index, replace(rule, **left_out)))

@@ -89,7 +89,7 @@ class Shrinker:
             raise ValueError(f"{execution.case.name} cannot be shrunk by: {failure}")
         search = _ShrinkSearch(self._tester, execution, failure, self._most_runs)
         case = replace(
-            _said(execution),
+            _recorded_case(execution),
             name=name or f"small-{execution.case.name}",
             origin=None,
             recorded=None,
@@ -116,7 +116,7 @@ def _is_needed(requirement: str, failure: Failure) -> bool:
     return failure.kind is FailureKind.REQUIREMENT and requirement == failure.subject
 
 
-def _said(execution: Execution) -> Case:
+def _recorded_case(execution: Execution) -> Case:
     """Return the case with all draws written into it, and one rule for each request."""
     case = execution.case
     if case.origin is not None:

@@ -129,7 +129,7 @@ def test_files_and_random_cases_may_be_mixed(scbm: Scbm, wording: Wording) -> No
     assert len(json.loads(scbm("test", AFTER, CASES, "--json").out)["cases"]) == 7
 
 
-def test_all_errors_of_all_files_are_told_at_once(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
+def test_all_errors_of_all_files_are_reported_at_once(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     _write(tmp_path, "a.yaml", CASE.replace("item_a_scanned", "item_a_scaned"))
     _write(tmp_path, "deep/b.yaml", CASE.replace("toolbox_scanner", "toolbox"))
     _write(tmp_path, "c.yml", "no case at all\n")
@@ -182,7 +182,7 @@ def test_what_one_case_expected_in_vain_is_one_finding(scbm: Scbm, tmp_path: Pat
     assert finding["smallest"] is None
 
 
-def test_what_a_case_says_without_effect_is_told(scbm: Scbm, tmp_path: Path) -> None:
+def test_what_a_case_says_without_effect_is_reported(scbm: Scbm, tmp_path: Path) -> None:
     path = _write(tmp_path, "scans.yaml", CASE + "outcomes: {scanner: [succeed, fail]}\n")
     unused = "the outcome of request 2 of scanner was not used: 1 request sent"
     ran = scbm("test", AFTER, path)
@@ -216,7 +216,7 @@ def test_a_requirement_of_the_command_line_is_violated_and_the_case_made_small(s
     assert scbm("test", AFTER, "--require", HOME, "--cases", 50, "--failures", tmp_path).code == 0
 
 
-def test_without_shrinking_the_first_case_is_told(scbm: Scbm, tmp_path: Path) -> None:
+def test_without_shrinking_the_first_case_is_reported(scbm: Scbm, tmp_path: Path) -> None:
     ran = scbm("test", BEFORE, "--require", HOME, "--no-shrink", "--failures", tmp_path / "none")
     assert (ran.code, "smallest" in ran.out, list((tmp_path / "none").glob("*.yaml"))) == (1, False, [])
     command = next(line for line in ran.out.splitlines() if "again:" in line).split("again: scbm ")[1]
@@ -227,7 +227,7 @@ def test_without_shrinking_the_first_case_is_told(scbm: Scbm, tmp_path: Path) ->
     assert command.endswith(" --time-limit '900 ms'")
 
 
-def test_small_cases_that_cannot_be_saved_are_told_of_and_the_report_goes_on(scbm: Scbm, tmp_path: Path) -> None:
+def test_small_cases_that_cannot_be_saved_are_reported_and_the_report_goes_on(scbm: Scbm, tmp_path: Path) -> None:
     file = _write(tmp_path, "file")
     ran = scbm("test", BEFORE, "--require", HOME, "--failures", file / "below")
     assert (ran.code, "error[bad-option]" in ran.err) == (1, True)
@@ -246,7 +246,7 @@ def test_findings_as_json(scbm: Scbm, tmp_path: Path) -> None:
     assert first["again"] == f"scbm replay {tmp_path}/{first['smallest']['case']}.yaml"
 
 
-def test_wrong_requirements_are_told_all_at_once(scbm: Scbm) -> None:
+def test_wrong_requirements_are_reported_all_at_once(scbm: Scbm) -> None:
     ran = scbm("test", BEFORE, "--require", "always robot_at == moon", "--require", "sometimes true")
     assert (ran.code, ran.err.count("--require:1:")) == (2, 2)
 
@@ -305,7 +305,7 @@ def test_options_of_random_cases_need_some(scbm: Scbm, option: tuple[str, str]) 
 
 
 @pytest.mark.parametrize("verb", [("test",), ("run", "--goal", "item_a_scanned")])
-def test_a_wrong_network_is_told(scbm: Scbm, verb: tuple[str, ...]) -> None:
+def test_a_wrong_network_is_reported(scbm: Scbm, verb: tuple[str, ...]) -> None:
     ran = scbm(verb[0], AFTER, *verb[1:], "--network", "loss: 130 %, jiter: 3 ms")
     assert (ran.code, ran.err.count("--network:1:")) == (2, 2)
     assert "error[not-a-share]" in ran.err

@@ -107,9 +107,9 @@ def test_an_interrupted_command_writes_what_it_has(
     assert ran.code == 130
     wording(ran.out.partition("\nEnded early\n")[2].partition("\n\n")[0].splitlines())
     assert list((tmp_path / "out" / "cases").iterdir())
-    told = _json(scbm(*arguments, "--json"))
-    assert told["ended"][-1]["stage"] == "guided search"
-    assert told["decisions"]["covered"] > 0
+    result = _json(scbm(*arguments, "--json"))
+    assert result["ended"][-1]["stage"] == "guided search"
+    assert result["decisions"]["covered"] > 0
 
 
 # what failed
@@ -141,7 +141,7 @@ def test_a_failed_random_case_is_drawn_again_by_its_command(scbm: Scbm, before: 
     assert scbm(*shlex.split(command)).code == 1
 
 
-def test_a_new_case_that_breaks_a_requirement_is_told(
+def test_a_new_case_that_breaks_a_requirement_is_reported(
     scbm: Scbm, before: Path, tmp_path: Path, wording: Wording
 ) -> None:
     ran = scbm("close", _breaking(before))
@@ -210,7 +210,7 @@ def test_two_models_do_not_share_a_directory(scbm: Scbm, before: Path, tmp_path:
 # what is found on the way
 
 
-def test_a_new_case_that_ends_in_a_livelock_is_told(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
+def test_a_new_case_that_ends_in_a_livelock_is_reported(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     flicker = (
         "automatic_transitions:\n"
         "  lit: {g: box_is_scanned == true && light == green, a: [light <- blue]}\n"

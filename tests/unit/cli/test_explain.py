@@ -21,7 +21,7 @@ CASES = "examples/robot_in_the_air/cases"
 Scbm = Callable[..., Ran]
 
 
-def test_a_covered_obligation_is_told_with_its_run(scbm: Scbm, golden: Callable[[str, str], None]) -> None:
+def test_a_covered_obligation_is_reported_with_its_run(scbm: Scbm, golden: Callable[[str, str], None]) -> None:
     ran = scbm("explain", BEFORE, "automatic/abort_if_scanning_timedout_5_times")
     assert (ran.code, ran.err) == (0, "")
     golden("explain.txt", ran.out)
@@ -39,7 +39,7 @@ def test_the_case_that_is_shown_visits_it(scbm: Scbm) -> None:
         assert record.at_ns == entry["visit"]["at_ns"]
 
 
-def test_a_case_of_the_suite_is_told_with_its_file_and_command(scbm: Scbm) -> None:
+def test_a_case_of_the_suite_is_reported_with_its_file_and_command(scbm: Scbm) -> None:
     ran = scbm("explain", AFTER, "automatic/clear_scan_timeouts", "--suite", CASES)
     assert ran.code == 0
     assert f", in {CASES}/" in ran.out
@@ -47,13 +47,13 @@ def test_a_case_of_the_suite_is_told_with_its_file_and_command(scbm: Scbm) -> No
     assert scbm(*shlex.split(command)).code == 0
 
 
-def test_what_was_made_to_go_wrong_is_told(scbm: Scbm, wording: Wording) -> None:
+def test_what_was_made_to_go_wrong_is_reported(scbm: Scbm, wording: Wording) -> None:
     for options in (("scanner_scan_item_a/disabled", "--suite", CASES), ("gripper_close/timedout",)):
         story, _, _ = scbm("explain", AFTER, *options).out.partition("\ncase: ")
         wording(story)
 
 
-def test_an_uncoverable_obligation_is_told_with_what_was_looked_at(scbm: Scbm, wording: Wording) -> None:
+def test_an_uncoverable_obligation_is_reported_with_what_was_looked_at(scbm: Scbm, wording: Wording) -> None:
     ran = scbm("explain", BEFORE, "robot_move_to_home/failed")
     assert ran.code == 0
     first, reason, looked_at, *_ = ran.out.splitlines()
@@ -76,7 +76,7 @@ def test_what_follows_from_the_model_file_says_so(scbm: Scbm, tmp_path: Path, wo
     assert (entry["decision"], "looked_at" in entry) == ("uncoverable", False)
 
 
-def test_an_undecided_obligation_is_told_with_the_option_that_helps(scbm: Scbm) -> None:
+def test_an_undecided_obligation_is_reported_with_the_option_that_helps(scbm: Scbm) -> None:
     ran = scbm("explain", BEFORE, "robot_move_to_home/failed", "--max-states", 5)
     assert ran.code == 1
     assert "robot_move_to_home/failed  undecided\n" in ran.out
@@ -107,7 +107,7 @@ goals:
 """
 
 
-def test_of_an_operation_nothing_is_told_twice(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
+def test_of_an_operation_nothing_is_reported_twice(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     path = tmp_path / "steps.yaml"
     path.write_text(STEPS, encoding="utf-8")
     out = scbm("explain", path, "finish").out
@@ -118,7 +118,7 @@ def test_of_an_operation_nothing_is_told_twice(scbm: Scbm, tmp_path: Path, wordi
     wording(out)
 
 
-def test_a_plan_of_nothing_is_not_told(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
+def test_a_plan_of_nothing_is_not_reported(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     path = tmp_path / "steps.yaml"
     text = STEPS.replace("finished: done == true", "finished: at == 0")
     path.write_text(text + "automatic_transitions:\n  ring: {g: plan.state == completed, a: [done <- true]}\n", "utf-8")

@@ -15,8 +15,8 @@ import pytest
 
 from scbm.cases.coverage import Obligations
 from scbm.cli.campaigns.over_nodes import Waiting, cell_error
-from scbm.cli.options.arguments import read_requirements
 from scbm.cli.options.node_options import NodeOptions, Via, read_domain, read_time_scale
+from scbm.cli.options.option_values import read_requirements
 from scbm.cli.output.progress import MinuteLines
 from scbm.files import load_model, read_model
 from scbm.model import InputError, Slug
@@ -67,7 +67,7 @@ def test_a_domain_of_the_environment_that_is_no_number_is_refused(named: str, mo
     assert read_domain(7) == 7
 
 
-def test_a_domain_that_does_not_exist_is_told_where_it_is_said(
+def test_a_domain_that_does_not_exist_is_reported_where_it_is_set(
     monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     monkeypatch.setenv("ROS_DOMAIN_ID", "233")
@@ -120,7 +120,7 @@ def test_logs_that_cannot_be_saved_are_refused_before_the_first_case(
     assert logs.read_text(encoding="utf-8") == "a file"
 
 
-def test_logs_of_failing_cases_that_cannot_be_saved_are_told_of_once_and_the_report_goes_on(
+def test_logs_of_failing_cases_that_cannot_be_saved_are_reported_once_and_the_report_goes_on(
     scbm: Callable[..., Any], model: Path, tmp_path: Path, wording: Wording
 ) -> None:
     failures = tmp_path / "failures"
@@ -193,7 +193,7 @@ def test_a_remedy_names_the_domain_if_that_is_not_what_the_other_terminal_takes(
     wording(shown.remedy)
 
 
-def test_what_is_waited_for_is_told_once_and_nodes_that_are_started_here_need_no_words(wording: Wording) -> None:
+def test_what_is_waited_for_is_reported_once_and_nodes_that_are_started_here_need_no_words(wording: Wording) -> None:
     missing, driver = Reason(Lack.CONTROLLER, "no controller"), Reason(Lack.DRIVER, "`robot` is not reached")
     messages: list[str] = []
     waiting = Waiting(asked(), messages.append)
@@ -224,7 +224,7 @@ def test_cases_that_say_what_becomes_of_real_resources_are_all_refused_before_an
 ) -> None:
     monkeypatch.setattr("scbm.cli.campaigns.over_nodes.over_nodes", None)
     cases = []
-    for name, more in (("good", ""), ("told", "outcomes: {scan_box: fail}"), ("late", "network: {latency: 1 s}")):
+    for name, more in (("good", ""), ("scan_fails", "outcomes: {scan_box: fail}"), ("late", "network: {latency: 1 s}")):
         cases.append(model.with_name(f"{name}.yaml"))
         cases[-1].write_text(f"case: {name}\ngoal: scanned\n{more}\n", encoding="utf-8")
     ran = scbm("test", model, *cases, "--cases", 3, "--network", "latency: 1 ms", *real)
@@ -237,13 +237,13 @@ def test_cases_that_say_what_becomes_of_real_resources_are_all_refused_before_an
     wording(ran.err)
 
 
-def test_a_tester_refuses_such_cases_once_the_controller_has_said_what_is_real(
+def test_a_tester_refuses_such_cases_once_the_controller_has_reported_what_is_real(
     scbm: Callable[..., Any], model: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     whole = SimpleNamespace(real=("scan",), results=None)
     monkeypatch.setattr("scbm.cli.campaigns.over_nodes.over_nodes", lambda *_: nullcontext(whole))
-    case = model.with_name("told.yaml")
-    case.write_text("case: told\ngoal: scanned\noutcomes: {scan: fail}\n", encoding="utf-8")
+    case = model.with_name("scan_fails.yaml")
+    case.write_text("case: scan_fails\ngoal: scanned\noutcomes: {scan: fail}\n", encoding="utf-8")
     ran = scbm("node", "tester", model, case, "--cases", 1, "--network", "latency: 1 ms")
     assert (ran.code, ran.out) == (2, "")
     assert "error[beyond-reach]" in ran.err

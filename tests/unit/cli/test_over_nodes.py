@@ -153,7 +153,7 @@ def test_a_real_resource_that_did_nothing_fails_the_campaign_though_all_cases_pa
     wording(ran.err)
 
 
-def test_what_a_silent_resource_left_is_told_by_its_kind(
+def test_what_a_silent_resource_left_is_reported_by_its_kind(
     scbm: Scbm, nodes: Simulations, gives_up: tuple[object, ...], tmp_path: Path, wording: Wording
 ) -> None:
     nodes.outcome = Outcome.TIMEOUT
@@ -176,7 +176,7 @@ def test_a_real_resource_whose_requests_were_all_given_up_is_not_silent(
     assert ran.err == ""
 
 
-def test_an_interruption_is_told_by_the_code_also_where_a_resource_was_silent(
+def test_an_interruption_is_reported_by_the_code_also_where_a_resource_was_silent(
     scbm: Scbm, nodes: Simulations, real: tuple[object, ...], wording: Wording
 ) -> None:
     nodes.outcome, nodes.ends = Outcome.TIMEOUT, KeyboardInterrupt()
@@ -207,7 +207,7 @@ def test_an_interrupted_campaign_reports_the_cases_that_were_done(
     assert (len(history.cases), [run.is_finished for run in history.runs]) == (2, [False])
 
 
-def test_nothing_is_said_of_a_store_that_got_nothing(
+def test_nothing_is_reported_of_a_store_that_got_nothing(
     scbm: Scbm, nodes: Simulations, real: tuple[object, ...], tmp_path: Path, wording: Wording
 ) -> None:
     nodes.loses, nodes.ends = True, KeyboardInterrupt()
@@ -216,7 +216,7 @@ def test_nothing_is_said_of_a_store_that_got_nothing(
     wording(ran.err)
 
 
-def test_an_interruption_is_told_to_machines(
+def test_an_interruption_is_reported_in_json(
     scbm: Scbm, nodes: Simulations, real: tuple[object, ...], wording: Wording
 ) -> None:
     nodes.ends = KeyboardInterrupt()

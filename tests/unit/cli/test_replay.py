@@ -91,7 +91,7 @@ def test_what_happened_to_the_requests_of_a_log_excuses_that_the_goal_is_not_rea
     wording(line for line in ran.out.splitlines() if "FAILED" in line)
 
 
-def test_another_trace_than_the_recorded_one_is_told(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
+def test_another_trace_than_the_recorded_one_is_reported(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     path = _save(replace(_log(), trace="0" * 64), tmp_path / "run.jsonl")
     ran = scbm("replay", path)
     assert ran.code == 1
@@ -156,7 +156,7 @@ def test_a_log_is_written_for_other_tools_as_its_case_is(scbm: Scbm, tmp_path: P
 @pytest.mark.parametrize(
     "command", [("test", AFTER), ("check",), ("check", AFTER, "--bindings")], ids=["case", "model", "bindings"]
 )
-def test_a_log_where_a_file_is_needed_that_a_run_is_made_of_is_told_to_be_one(
+def test_a_log_where_a_file_is_needed_that_a_run_is_made_of_is_reported_to_be_one(
     scbm: Scbm, tmp_path: Path, command: tuple[object, ...], wording: Wording
 ) -> None:
     path, trace = _save(_log(), tmp_path / "the run.log"), tmp_path / "trace.jsonl"
@@ -178,7 +178,7 @@ def test_events_that_do_not_end_the_run_are_refused(scbm: Scbm, tmp_path: Path, 
     wording(ran.err)
 
 
-def test_a_trace_is_told_to_be_one(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
+def test_a_trace_is_reported_to_be_one(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
     path = tmp_path / "run.jsonl"
     scbm("replay", _save(_log(), tmp_path / "log.jsonl"), "--trace", path)
     ran = scbm("replay", path)
@@ -203,7 +203,7 @@ def test_the_trace_replaces_nothing_that_is_read(scbm: Scbm, tmp_path: Path, wor
     assert path.read_bytes() == before
 
 
-def test_what_cannot_be_read_is_told_once(scbm: Scbm, tmp_path: Path) -> None:
+def test_what_cannot_be_read_is_reported_once(scbm: Scbm, tmp_path: Path) -> None:
     for path in (tmp_path, tmp_path / "missing"):
         ran = scbm("replay", path)
         assert (ran.code, ran.err.count("error[")) == (2, 1)

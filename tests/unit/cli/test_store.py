@@ -64,7 +64,7 @@ def test_a_run_is_added_and_compared_with_the_last(scbm: Scbm, store: Path, word
     assert commands[0] == f"scbm test {BEFORE} --cases 5 --seed 1 --store {store}"
 
 
-def test_machines_are_told_the_same(scbm: Scbm, filled: Path) -> None:
+def test_json_has_the_same(scbm: Scbm, filled: Path) -> None:
     ran = scbm("test", BEFORE, "--cases", 5, "--seed", 2, "--store", filled, "--json")
     report = json.loads(ran.out)["store"]
     history = read_history(filled)
@@ -149,7 +149,7 @@ def test_a_store_that_breaks_behind_the_last_case_takes_nothing_from_the_campaig
 
 
 @pytest.mark.usefixtures("broken")
-def test_machines_are_told_that_the_store_broke(scbm: Scbm, store: Path) -> None:
+def test_json_reports_that_the_store_broke(scbm: Scbm, store: Path) -> None:
     report = json.loads(scbm("test", BEFORE, "--cases", 2, "--store", store, "--json").out)
     assert report["store"] == {"file": str(store), "is_whole": False}
     assert "ended_early" not in report
@@ -171,7 +171,7 @@ def test_a_store_whose_sums_cannot_be_read_takes_nothing_from_the_campaign(
 
 
 @pytest.mark.parametrize("is_first", [True, False])
-def test_who_interrupts_a_store_at_its_end_is_told_nothing_that_may_be_false(
+def test_who_interrupts_a_store_at_its_end_gets_no_message_that_may_be_false(
     scbm: Scbm, store: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording, *, is_first: bool
 ) -> None:
     finish = StoreWriter.finish
@@ -232,7 +232,7 @@ def test_only_what_is_missing_and_why(scbm: Scbm, filled: Path, wording: Wording
     wording(line for line in lines if line.startswith(f"  scbm close {BEFORE} "))
 
 
-def test_nothing_missing_is_said_in_two_lines(scbm: Scbm, store: Path, wording: Wording) -> None:
+def test_nothing_missing_is_reported_in_two_lines(scbm: Scbm, store: Path, wording: Wording) -> None:
     scbm("test", AFTER, CASES, "--store", store)
     out = scbm("report", store, "--missing").out
     wording(out.splitlines()[0])
@@ -258,7 +258,7 @@ def test_saving_needs_the_smallest_suite(scbm: Scbm, filled: Path, tmp_path: Pat
     wording(ran.err)
 
 
-def test_cases_of_an_earlier_model_are_not_saved_and_that_is_told(
+def test_cases_of_an_earlier_model_are_not_saved_and_that_is_reported(
     scbm: Scbm, filled: Path, tmp_path: Path, wording: Wording
 ) -> None:
     other, target = tmp_path / "other.db", tmp_path / "all.db"
@@ -294,7 +294,7 @@ def test_two_formats_in_one_file_are_refused(scbm: Scbm, filled: Path, tmp_path:
     assert len(read_history(filled).cases) == 20
 
 
-def test_files_that_cannot_be_written_are_told_all_at_once(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
+def test_files_that_cannot_be_written_are_reported_all_at_once(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
     ran = scbm(
         "report", filled, "--junit", tmp_path / "a/j.xml", "--lcov", tmp_path / "b/l", "--badge", tmp_path / "b.svg"
     )
@@ -319,7 +319,7 @@ def test_thresholds_are_for_everything_or_for_a_kind(
     assert scbm("test", BEFORE, "--cases", 20, "--seed", 1, *options).code == code
 
 
-def test_all_that_is_wrong_with_thresholds_is_told_at_once(scbm: Scbm, filled: Path, wording: Wording) -> None:
+def test_all_that_is_wrong_with_thresholds_is_reported_at_once(scbm: Scbm, filled: Path, wording: Wording) -> None:
     wrong = ["failde=3", "101", "executing=nan", "=3", "executing=", "4_6", "1e1", "-1"]
     options = [word for threshold in wrong for word in ("--fail-under", threshold)]
     ran = scbm("report", filled, *options)
@@ -328,7 +328,7 @@ def test_all_that_is_wrong_with_thresholds_is_told_at_once(scbm: Scbm, filled: P
     wording(ran.err)
 
 
-def test_what_falls_short_is_told_for_each(scbm: Scbm, filled: Path, wording: Wording) -> None:
+def test_what_falls_short_is_reported_for_each(scbm: Scbm, filled: Path, wording: Wording) -> None:
     ran = scbm("report", filled, "--fail-under", "90", "--fail-under", "executing=90")
     wording(ran.err.splitlines())
 
@@ -341,7 +341,7 @@ def test_another_model_is_refused_before_anything_is_run(scbm: Scbm, filled: Pat
 
 
 @pytest.mark.parametrize("verb", ["report", "combine"])
-def test_what_is_no_store_is_told_in_one_line(scbm: Scbm, tmp_path: Path, verb: str, wording: Wording) -> None:
+def test_what_is_no_store_is_reported_in_one_line(scbm: Scbm, tmp_path: Path, verb: str, wording: Wording) -> None:
     wrong = tmp_path / "x.db"
     wrong.write_text("no store", encoding="utf-8")
     ran = scbm(verb, wrong, *(["-o", tmp_path / "y.db"] if verb == "combine" else []))
@@ -361,7 +361,7 @@ def test_a_report_of_failures_names_them(scbm: Scbm, store: Path) -> None:
     connection.close()
 
 
-def test_names_of_files_that_are_no_text_are_kept_as_what_can_be_said(scbm: Scbm, tmp_path: Path) -> None:
+def test_names_of_files_that_are_no_text_are_kept_as_what_can_be_written(scbm: Scbm, tmp_path: Path) -> None:
     model = tmp_path / "caf\udce9.yaml"
     store = tmp_path / "s\udce9.db"
     model.write_bytes(Path(BEFORE).read_bytes())
@@ -370,14 +370,14 @@ def test_names_of_files_that_are_no_text_are_kept_as_what_can_be_said(scbm: Scbm
     assert "udce9.yaml" in read_history(store).source.path
 
 
-def test_links_that_go_round_are_told(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
+def test_links_that_go_round_are_reported(scbm: Scbm, filled: Path, tmp_path: Path) -> None:
     (tmp_path / "round").symlink_to(tmp_path / "round")
     ran = scbm("report", filled, "--junit", tmp_path / "round")
     assert ran.code == 2
     assert diagnostic_heads(ran.err) == ["--junit: error[bad-option]"]
 
 
-def test_a_directory_with_other_cases_is_no_smallest_suite_and_that_is_told(
+def test_a_directory_with_other_cases_is_no_smallest_suite_and_that_is_reported(
     scbm: Scbm, filled: Path, tmp_path: Path, wording: Wording
 ) -> None:
     scbm("test", BEFORE, "--cases", 2, "--seed", 9, "--save", tmp_path / "small")
@@ -446,7 +446,7 @@ def test_what_the_command_line_added_is_in_the_command_that_shows_a_case_again(s
     assert all(line.endswith(words) for line in again)
 
 
-def test_of_a_case_file_that_was_mended_only_the_last_version_is_told(
+def test_of_a_case_file_that_was_mended_only_the_last_version_is_reported(
     scbm: Scbm, store: Path, tmp_path: Path, wording: Wording
 ) -> None:
     case = tmp_path / "case.yaml"

@@ -152,7 +152,7 @@ def test_of_cases_that_visit_the_same_the_simulated_one_is_in_the_smallest_suite
     assert report["smallest"]["cases"] == [second["label"]]
 
 
-def test_a_case_over_nodes_is_not_saved_as_a_file_and_that_is_told(
+def test_a_case_over_nodes_is_not_saved_as_a_file_and_that_is_reported(
     scbm: Scbm, model: Path, tmp_path: Path, wording: Wording
 ) -> None:
     path, saved = tmp_path / "nodes.db", tmp_path / "saved"

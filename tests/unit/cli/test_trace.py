@@ -118,7 +118,7 @@ def test_the_model_and_requirements_of_the_command_line_count(scbm: Scbm, tmp_pa
         "no-model", "no-file",
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_told(scbm: Scbm, arguments: tuple[object, ...], head: str, wording: Wording) -> None:
+def test_what_is_wrong_is_reported(scbm: Scbm, arguments: tuple[object, ...], head: str, wording: Wording) -> None:
     ran = scbm("trace", *arguments)
     assert (ran.code, ran.out) == (2, "")
     assert diagnostic_heads(ran.err) == [head]
@@ -126,7 +126,7 @@ def test_what_is_wrong_is_told(scbm: Scbm, arguments: tuple[object, ...], head: 
     assert not Path("y").exists()
 
 
-def test_without_the_package_mcap_it_is_said_how_to_install_it(
+def test_without_the_package_mcap_the_message_names_the_command_that_installs_it(
     scbm: Scbm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name in [

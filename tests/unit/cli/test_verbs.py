@@ -19,13 +19,13 @@ AFTER = "examples/robot_in_the_air/after.yaml"
 Scbm = Callable[..., Ran]
 
 
-def test_check_tells_what_is_in_a_good_model(scbm: Scbm, golden: Callable[[str, str], None]) -> None:
+def test_check_reports_what_is_in_a_good_model(scbm: Scbm, golden: Callable[[str, str], None]) -> None:
     ran = scbm("check", BEFORE, AFTER)
     assert (ran.code, ran.err) == (0, "")
     golden("check.txt", ran.out)
 
 
-def test_check_tells_all_errors_of_all_files(scbm: Scbm, tmp_path: Path) -> None:
+def test_check_reports_all_errors_of_all_files(scbm: Scbm, tmp_path: Path) -> None:
     wrong = tmp_path / "wrong.yaml"
     wrong.write_text("behavior_model: x\nvariables: {a: {domain: bool, initial: 3}}\noperationz: {}\n")
     ran = scbm("check", wrong, tmp_path / "missing.yaml", BEFORE)
@@ -90,7 +90,7 @@ def test_plan_says_why_there_is_none(scbm: Scbm, wording: Wording) -> None:
     assert json.loads(scbm("plan", BEFORE, "--goal", "scan_timeouts == 3", "--json").out)["status"] == "unsolvable"
 
 
-def test_plan_tells_a_limit_from_a_proof(scbm: Scbm) -> None:
+def test_plan_distinguishes_a_limit_from_a_proof(scbm: Scbm) -> None:
     ran = scbm("plan", BEFORE, "--goal", "item_a_scanned", "--max-length", 4, "--json")
     answer = json.loads(ran.out)
     assert (ran.code, answer["status"], answer["limit"], answer["plan"]) == (1, "limit_reached", "plan length", None)
@@ -202,7 +202,9 @@ def test_a_model_without_obligations_is_not_measurable(scbm: Scbm, tmp_path: Pat
     assert scbm("test", empty, "--cases", 2, "--fail-under", 50).code == 1
 
 
-def test_a_failed_case_is_told_with_the_command_that_repeats_it(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
+def test_a_failed_case_is_reported_with_the_command_that_repeats_it(
+    scbm: Scbm, tmp_path: Path, wording: Wording
+) -> None:
     text = Path(BEFORE).read_text(encoding="utf-8")
     broken = tmp_path / "broken.yaml"
     broken.write_text(text + "\nrequirements:\n  home: always gantry_req_state == executing -> robot_at == home\n")

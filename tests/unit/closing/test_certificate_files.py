@@ -63,7 +63,7 @@ def test_files_are_found_below_directories(tmp_path: Path) -> None:
     assert find_certificates([alone, tmp_path]) == (alone, tmp_path / "b" / "x.json")
 
 
-def test_a_missing_file_and_a_directory_are_told_as_such(tmp_path: Path) -> None:
+def test_a_missing_file_and_a_directory_are_reported_as_such(tmp_path: Path) -> None:
     for path, slug in ((tmp_path / "x.json", Slug.FILE_MISSING), (tmp_path, Slug.FILE_IS_DIRECTORY)):
         with pytest.raises(InputError) as raised:
             open_certificate(path)

@@ -107,7 +107,7 @@ def test_what_is_asked_for_alone_is_covered_by_a_short_case() -> None:
     assert made.case.expect.visits == wanted
 
 
-def test_timeouts_in_a_row_come_out_without_being_told() -> None:
+def test_timeouts_in_a_row_come_out_without_being_reported() -> None:
     closing = close("  give_up: {g: timeouts == 3, a: [plan.state <- aborted]}")
     made = next(made for made in closing.cases if Obligation("give_up", Aspect.TAKEN) in made.adds)
     assert made.execution.verdict.end is End.ABORTED
@@ -193,7 +193,7 @@ def test_inputs_that_have_to_change_again_and_again() -> None:
     assert decision(closing, "automatic/again") is Decision.COVERED
 
 
-def test_an_input_with_many_values_takes_those_that_guards_tell_apart() -> None:
+def test_an_input_with_many_values_takes_those_that_guards_distinguish() -> None:
     text = (SCAN % "  hot: {g: heat > 950 && heat != 990, a: [plan.state <- aborted]}").replace(
         "  lamp:", "  heat: {domain: 0..1000, initial: 20}\n  lamp:"
     )
@@ -268,9 +268,9 @@ def test_a_run_that_ends_for_want_of_a_plan_says_so() -> None:
     assert promised(
         """
   occupied: {g: scan.state == timedout && scanner_req_state == initial, a: [scanner_req_state <- failed]}
-  told: {g: plan.state == unsolvable && lamp == dark, a: [lamp <- red]}
+  notice: {g: plan.state == unsolvable && lamp == dark, a: [lamp <- red]}
 """,
-        "told",
+        "notice",
     )
 
 

@@ -39,7 +39,7 @@ def test_the_first_visit_has_its_moment_and_its_plan() -> None:
     assert first_visit(execution, obligation(CELL, "scan_box/failed"), OBLIGATIONS) is None
 
 
-def test_what_goes_wrong_is_told_until_the_visit(wording: Wording) -> None:
+def test_what_goes_wrong_is_reported_until_the_visit(wording: Wording) -> None:
     outcomes = "outcomes: {scan: [fail, timeout, succeed]}\n"
     assert _wrong(outcomes, "scan_box/executing") == ()
     first, both = _wrong(outcomes, "scan_box/failed"), _wrong(outcomes, "scan_box/timedout")
@@ -48,7 +48,7 @@ def test_what_goes_wrong_is_told_until_the_visit(wording: Wording) -> None:
     wording(both)
 
 
-def test_injections_resources_and_messages_are_told(wording: Wording) -> None:
+def test_injections_resources_and_messages_are_reported(wording: Wording) -> None:
     injection = "injections: [{name: waits, when: current.name == scan_box, set: {light: red}, hold: 1 s}]\n"
     wording(_wrong(injection, "scan_box/disabled"))
     dead = "injections: [{name: dies, resource: scan, becomes: dead, hold: 1 s}]\n"

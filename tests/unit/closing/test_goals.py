@@ -72,13 +72,13 @@ behavior_model: ordered
 variables:
   place: {domain: [home, far], initial: home, random: any}
   lamp: {domain: [dark, lit], initial: dark}
-  told: {domain: [nothing, go], initial: nothing}
+  command: {domain: [nothing, go], initial: nothing}
 resources:
-  robot: {request: [told]}
+  robot: {request: [command]}
 operations:
-  go: {pre: {g: place == home, a: [told <- go]}, post: {g: true, a: [place <- far]}}
+  go: {pre: {g: place == home, a: [command <- go]}, post: {g: true, a: [place <- far]}}
   back: {pre: {g: place == far}, post: {g: true, a: [place <- home]}}
-  shine: {pre: {g: place == far, a: [told <- go]}, post: {g: true, a: [lamp <- lit]}}
+  shine: {pre: {g: place == far, a: [command <- go]}, post: {g: true, a: [lamp <- lit]}}
   stay: {pre: {g: place == home && place == far}, post: {g: true}}
 initial_states: place == home
 """

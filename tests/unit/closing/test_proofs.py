@@ -95,14 +95,14 @@ def test_no_situations_are_counted(guard: str, wording: Wording) -> None:
     wording(_reason(model, "automatic/odd"))
 
 
-def test_an_operation_that_never_ends_so_is_told_so(wording: Wording) -> None:
+def test_an_operation_that_never_ends_so_is_reported(wording: Wording) -> None:
     model = scan_cell(
         ("gr: scan_req_state == succeeded", "gr: scan_req_state == succeeded && scan_req_trigger == false")
     )
     wording(_reason(model, "scan_box/completed"))
 
 
-def test_a_precondition_that_never_holds_is_told_so(wording: Wording) -> None:
+def test_a_precondition_that_never_holds_is_reported(wording: Wording) -> None:
     model = scan_cell(("gr: light != red", "gr: scan_req_trigger == true"))
     assert _reason(model, "scan_box/executing") == _reason(model, "scan_box/failed")
     wording(_reason(model, "scan_box/executing"))

@@ -177,12 +177,12 @@ def sampled(progress: list[str]) -> Iterator[SampledCases]:
 
 
 def test_random_cases_end_when_they_are_dry() -> None:
-    told: list[str] = []
-    search = next(sampled(told))
+    lines: list[str] = []
+    search = next(sampled(lines))
     search.sample(5_000)
     assert search.limit is None
-    assert told[-1] != told[0]
-    assert int(told[-1].split()[2].replace(",", "")) < 5_000
+    assert lines[-1] != lines[0]
+    assert int(lines[-1].split()[2].replace(",", "")) < 5_000
 
 
 def test_changed_cases_fail_time_out_and_disable_what_executes() -> None:

@@ -136,7 +136,7 @@ def test_without_a_deadline_or_a_way_to_fail_both_are_suggested(wording: Wording
     wording(deadline)
 
 
-def test_what_would_be_added_to_several_operations_is_told_once(wording: Wording) -> None:
+def test_what_would_be_added_to_several_operations_is_reported_once(wording: Wording) -> None:
     other = "operations:\n  other: {pre: {g: true}, post: {g: true}}\n"
     model = scan_cell(
         ("operations:\n", other),
@@ -155,7 +155,7 @@ def test_what_would_be_added_to_several_operations_is_told_once(wording: Wording
     assert grouped(found[:2]) == found[:2], "one alone stays as it is"
 
 
-def test_a_guard_that_contradicts_itself_is_told_so(wording: Wording) -> None:
+def test_a_guard_that_contradicts_itself_is_reported(wording: Wording) -> None:
     model = scan_cell(("gr: light != red", "gr: count == 1 && count == 2"))
     (found,) = _suggest(model, "scan_box/executing")
     assert found.blamed == ("count == 1", "count == 2")
@@ -193,7 +193,7 @@ def test_a_transition_that_another_one_always_comes_before_is_shadowed(wording: 
     wording(found[0].text)
 
 
-def test_a_transition_whose_guard_never_holds_is_told_so(wording: Wording) -> None:
+def test_a_transition_whose_guard_never_holds_is_reported(wording: Wording) -> None:
     found = _suggest(read_model(LAMPS), "automatic/bright")
     assert _parts(found) == [("guard", ["automatic/bright"], ("lamp == bright",))]
     wording(found[0].text)

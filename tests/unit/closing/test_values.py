@@ -116,14 +116,14 @@ def test_an_operation_never_completes_whose_postcondition_cannot_hold(wording: W
     wording(_shown(reasons))
 
 
-def test_conjuncts_that_exclude_each_other_are_told_together(wording: Wording) -> None:
+def test_conjuncts_that_exclude_each_other_are_reported_together(wording: Wording) -> None:
     model = scan_cell(("gr: scan_req_state == succeeded", "gr: temperature < 3 && temperature > 4"))
     reasons = _ruled_out(model)
     assert [*reasons] == ["scan_box/completed"]
     wording(_shown(reasons))
 
 
-def test_a_guard_that_holds_in_no_state_is_told_so(wording: Wording) -> None:
+def test_a_guard_that_holds_in_no_state_is_reported(wording: Wording) -> None:
     never = "!(count == 0 || count == 1 || count == 2)"
     model = scan_cell(("gr: light != red", f'gr: "light != red && {never}"'))
     why = _ruled_out(model)["scan_box/executing"]
@@ -131,7 +131,7 @@ def test_a_guard_that_holds_in_no_state_is_told_so(wording: Wording) -> None:
     wording(why)
 
 
-def test_what_holds_but_never_when_it_is_looked_at_is_told_so(wording: Wording) -> None:
+def test_what_holds_but_never_when_it_is_looked_at_is_reported(wording: Wording) -> None:
     other = "operations:\n  other: {pre: {g: true}, post: {g: true}}\n"
     model = scan_cell(("operations:\n", other), ("light != red", "current.name == other"))
     why = _ruled_out(model)["scan_box/executing"]

@@ -141,7 +141,7 @@ resources:
 
 
 @pytest.mark.parametrize(("written", "succeeded"), [("{}", ()), ("{success: false}", (("success", False),))])
-def test_what_a_response_must_say_can_be_said(written: str, succeeded: tuple[tuple[str, Scalar], ...]) -> None:
+def test_what_a_response_must_contain_can_be_written(written: str, succeeded: tuple[tuple[str, Scalar], ...]) -> None:
     service = f"{{name: /scan, type: std_srvs/srv/Trigger, succeeded: {written}}}"
     bound = read_bindings(f"bindings_of: cell\nresources: {{arm: {{service: {service}}}}}\n", MODEL)
     assert resource(bound, "arm").binding == Binding(ServiceCall("/scan", TRIGGER, (), succeeded))
@@ -200,7 +200,7 @@ def test_the_bindings_of_the_documentation_are_bindings_of_its_model() -> None:
 # what is wrong with a file
 
 
-def test_all_that_is_wrong_is_told_at_once_each_at_its_place(wording: Wording) -> None:
+def test_all_that_is_wrong_is_reported_at_once_each_at_its_place(wording: Wording) -> None:
     text = """bindings_of: cell
 resources:
   scaner: {topics: {request: /a, reply: /b}}
@@ -210,8 +210,8 @@ resources:
   arm: {topic: {request: /a, reply: /b}}
 more: 1
 """
-    told = [(d.place.line, d.place.column, d.slug, d.remedy) for d in diagnostics_of(text)]
-    assert [(line, slug) for line, _, slug, _ in told] == [
+    problems = [(d.place.line, d.place.column, d.slug, d.remedy) for d in diagnostics_of(text)]
+    assert [(line, slug) for line, _, slug, _ in problems] == [
         (3, Slug.UNKNOWN_RESOURCE),
         (5, Slug.BAD_ROS_NAME),
         (5, Slug.BAD_ROS_TYPE),
@@ -219,9 +219,9 @@ more: 1
         (7, Slug.UNKNOWN_KEY),
         (8, Slug.UNKNOWN_KEY),
     ]
-    assert told[0][1:3] == (3, Slug.UNKNOWN_RESOURCE)
-    wording(told[0][3])
-    assert told[3][1] == text.splitlines()[5].index("0.4..") + 1
+    assert problems[0][1:3] == (3, Slug.UNKNOWN_RESOURCE)
+    wording(problems[0][3])
+    assert problems[3][1] == text.splitlines()[5].index("0.4..") + 1
 
 
 @pytest.mark.parametrize(
@@ -252,7 +252,7 @@ more: 1
         ),
     ],
 )
-def test_one_mistake_is_told_once(text: str, slug: Slug, wording: Wording) -> None:
+def test_one_mistake_is_reported_once(text: str, slug: Slug, wording: Wording) -> None:
     (diagnostic,) = diagnostics_of(text)
     assert diagnostic.slug is slug
     wording(diagnostic.message)
@@ -284,10 +284,10 @@ def test_a_variable_that_cannot_choose_does_not_hide_what_is_wrong_with_services
 )
 def test_names_of_the_nodes_of_cells_are_no_drivers(right: str, wrong: str, wording: Wording) -> None:
     text, name = RIGHT.replace(right, wrong), wrong.partition(" ")[2]
-    (told,) = diagnostics_of(text)
-    assert told.slug is Slug.BAD_BINDING
-    wording((told.message, told.remedy))
-    assert text.splitlines()[told.place.line - 1][told.place.column - 1 :].startswith(name)
+    (problems,) = diagnostics_of(text)
+    assert problems.slug is Slug.BAD_BINDING
+    wording((problems.message, problems.remedy))
+    assert text.splitlines()[problems.place.line - 1][problems.place.column - 1 :].startswith(name)
 
 
 def test_names_that_only_look_like_those_of_the_nodes_of_cells_are_fine() -> None:
@@ -315,18 +315,18 @@ def test_a_model_file_is_no_file_of_bindings_and_the_other_way_round(wording: Wo
 def test_bindings_of_a_file_do_not_contradict_those_that_the_model_keeps(wording: Wording) -> None:
     measuring = replace(MODEL, resources=(MODEL.resources[0], Resource("arm", (), ("lit",))))
     arm = "arm: {measured: {lit: {topic: /scanner/reply, type: std_msgs/msg/Bool}}}"
-    (told,) = diagnostics_of(f"bindings_of: cell\nresources: {{{arm}}}\n", measuring)
-    assert told.slug is Slug.TYPES_DIFFER
-    wording(told.message)
+    (problems,) = diagnostics_of(f"bindings_of: cell\nresources: {{{arm}}}\n", measuring)
+    assert problems.slug is Slug.TYPES_DIFFER
+    wording(problems.message)
     scanner = "scanner: {topics: {request: /a, reply: /b}}"
     read_bindings(f"bindings_of: cell\nresources: {{{arm}, {scanner}}}\n", measuring)  # that one is replaced
 
 
 def test_topics_of_requests_are_not_shared_with_a_resource_that_keeps_its_own(wording: Wording) -> None:
     arm = "arm: {topics: {request: /arm/request, reply: /scanner/reply}}"
-    (told,) = diagnostics_of(f"bindings_of: cell\nresources: {{{arm}}}\n", MODEL)
-    assert told.slug is Slug.BAD_BINDING
-    wording(told.message)
+    (problems,) = diagnostics_of(f"bindings_of: cell\nresources: {{{arm}}}\n", MODEL)
+    assert problems.slug is Slug.BAD_BINDING
+    wording(problems.message)
     scanner = "scanner: {topics: {request: /a, reply: /b}}"
     read_bindings(f"bindings_of: cell\nresources: {{{arm}, {scanner}}}\n", MODEL)  # that one is replaced
 
@@ -345,9 +345,9 @@ def test_measured_topics_and_services_may_be_shared() -> None:
 def test_a_type_of_services_has_the_fields_that_it_has_in_the_model(wording: Wording) -> None:
     bound = read_bindings(RIGHT, MODEL)
     service = "{name: /x, type: {name: my_robot/srv/Light, response: {success: bool}}}"
-    (told,) = diagnostics_of(f"bindings_of: cell\nresources: {{arm: {{service: {service}}}}}\n", bound)
-    assert told.slug is Slug.TYPES_DIFFER
-    wording(told.message)
+    (problems,) = diagnostics_of(f"bindings_of: cell\nresources: {{arm: {{service: {service}}}}}\n", bound)
+    assert problems.slug is Slug.TYPES_DIFFER
+    wording(problems.message)
 
 
 def test_what_actions_send_is_known_of_a_model_that_is_already_built() -> None:
@@ -356,14 +356,14 @@ def test_what_actions_send_is_known_of_a_model_that_is_already_built() -> None:
 resources:
   scan: {{services: {{scan_command: {{}}}}}}
 """
-    (told,) = diagnostics_of(text, model)
-    assert (told.slug, told.place.line) == (Slug.UNBOUND_REQUEST, 3)
+    (problems,) = diagnostics_of(text, model)
+    assert (problems.slug, problems.place.line) == (Slug.UNBOUND_REQUEST, 3)
 
 
 # a model with bindings is the same model
 
 
-def test_bindings_do_not_change_what_tells_models_apart() -> None:
+def test_bindings_do_not_change_what_distinguishes_models() -> None:
     without = replace(MODEL, resources=tuple(replace(r, binding=None) for r in MODEL.resources))
     assert without != MODEL
     assert write_model(MODEL) != write_model(without)

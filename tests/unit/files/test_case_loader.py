@@ -68,7 +68,7 @@ def test_a_case_without_name_and_model_has_that_of_its_file(text: str, tmp_path:
     diagnostic, *others = raised.value.diagnostics
     assert diagnostic.slug is Slug.MODEL_MISSING
     assert diagnostic.place == Place(str(tmp_path / "second.yaml"))
-    assert others, "what else is wrong is told at once"
+    assert others, "what else is wrong is reported at once"
     assert diagnostic.remedy
 
 
@@ -78,7 +78,7 @@ def test_a_model_that_is_there_is_found_and_fits(tmp_path: Path) -> None:
     assert document.read(load_model(document.required_model_path())).name == "first"
 
 
-def test_a_model_that_is_not_there_is_told_of_where_it_is_named(tmp_path: Path) -> None:
+def test_a_model_that_is_not_there_is_reported_where_it_is_named(tmp_path: Path) -> None:
     write(tmp_path / "cell.yaml", "")
     document = open_case(write(tmp_path / "case.yaml", f"{CASE}model: cel.yaml\n"))
     with pytest.raises(InputError) as raised:
@@ -117,7 +117,7 @@ def test_what_is_no_mapping_cannot_be_opened(text: str, slug: Slug, tmp_path: Pa
         assert the_diagnostic_of_opening(path).slug is slug
 
 
-def test_a_file_that_cannot_be_read_is_told_of_as_that_of_a_model(tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_read_is_reported_as_that_of_a_model(tmp_path: Path) -> None:
     write(tmp_path / "case.yaml", CASE)
     missing = the_diagnostic_of_opening(tmp_path / "cas.yaml")
     assert missing.slug is Slug.FILE_MISSING
@@ -157,7 +157,7 @@ def test_a_goal_that_is_no_name_is_a_predicate() -> None:
     assert read_case("case: first\ngoal: [scans == 2, true]\n", CELL).goal == "scans == 2 && true"
 
 
-def test_a_nominal_state_that_is_not_allowed_is_told_of_at_the_name(wording: Wording) -> None:
+def test_a_nominal_state_that_is_not_allowed_is_reported_at_the_name(wording: Wording) -> None:
     text = (MODELS / "cell.yaml").read_text(encoding="utf-8").replace("initial: home", "initial: box_a", 1)
     model = read_model(text.replace("initial: green", "initial: red"))
     with pytest.raises(InputError) as raised:

@@ -36,7 +36,7 @@ OF_THE_FILE = {
 """What no model in a repository can cause well: each has a test below."""
 
 OF_NO_MODEL = set(list(Slug)[list(Slug).index(Slug.BAD_OPTION) :])
-"""What commands, traces and `scbm check` tell of a model that loads: the groups at the end of the list of slugs."""
+"""What commands, traces and `scbm check` report of a model that loads: the groups at the end of the list of slugs."""
 
 
 def diagnostics_of(text: str) -> tuple[Diagnostic, ...]:
@@ -130,7 +130,7 @@ def test_a_line_with_carriage_return_is_shown_without_it() -> None:
     assert diagnostic.source_line == "    && m == 0"
 
 
-# what is said of a model, one line for each fact
+# the output about a model, one line for each fact
 
 
 def facts(model: BehaviorModel) -> Iterator[str]:
@@ -234,14 +234,14 @@ def test_the_declarations_that_mistakes_are_made_in_are_right() -> None:
         (declared().replace("[at <- agv, n += 1]", "*done"), Slug.YAML_SYNTAX),
     ],
 )
-def test_one_mistake_is_told_once_and_nothing_that_follows_from_it(text: str, slug: Slug) -> None:
+def test_one_mistake_is_reported_once_and_nothing_that_follows_from_it(text: str, slug: Slug) -> None:
     assert [diagnostic.slug for diagnostic in diagnostics_of(text)] == [slug]
 
 
 # files that are no models
 
 
-def test_a_missing_file_is_told_with_the_name_of_its_neighbour(tmp_path: Path, wording: Wording) -> None:
+def test_a_missing_file_is_reported_with_the_name_of_its_neighbour(tmp_path: Path, wording: Wording) -> None:
     (tmp_path / "scan_cell.yaml").touch()
     (tmp_path / "other.txt").touch()
     path = tmp_path / "scan_cel.yaml"
@@ -282,7 +282,7 @@ def test_a_path_that_the_system_does_not_take_cannot_be_read(name: str, tmp_path
         (b"a\rb\r\xf8", 3, 1, "0xf8"),
     ],
 )
-def test_a_byte_that_is_not_utf8_is_told_by_its_place(
+def test_a_byte_that_is_not_utf8_is_reported_by_its_place(
     data: bytes, line: int, column: int, byte: str, tmp_path: Path
 ) -> None:
     path = tmp_path / "latin.yaml"
@@ -383,7 +383,7 @@ def test_binary_junk_ends_in_one_located_error(seed: int) -> None:
 
 
 @pytest.mark.parametrize("character", ["\0", "\a", "\x0b", "\x0c", "\x1b", "\x7f", "\ud800", "\ufffe"])
-def test_a_character_that_yaml_does_not_allow_is_told_by_its_place(character: str) -> None:
+def test_a_character_that_yaml_does_not_allow_is_reported_by_its_place(character: str) -> None:
     (diagnostic,) = diagnostics_of(f"behavior_model: cell\nvariables: {{}}  # {character}\noperations: {{}}\n")
     assert f" U+{ord(character):04X} " in diagnostic.message
     assert (diagnostic.slug, diagnostic.place.line, diagnostic.place.column) == (Slug.YAML_SYNTAX, 2, 18)
@@ -402,7 +402,7 @@ def test_messages_are_not_longer_than_a_few_lines() -> None:
     assert diagnostic.place.length == 10_000
 
 
-def test_so_many_errors_are_told_and_no_more() -> None:
+def test_so_many_errors_are_reported_and_no_more() -> None:
     goals = "".join(f"  goal_{number}: b == true\n" for number in range(3 * MAX_ERRORS))
     found = diagnostics_of(f"{BEGIN}goals:\n{goals}")
     assert [diagnostic.place.line for diagnostic in found] == list(range(6, 6 + MAX_ERRORS))

@@ -268,7 +268,7 @@ def test_a_file_that_cannot_be_edited_is_as_it_was(tmp_path: Path) -> None:
     assert path.read_text(encoding="utf-8") == HEAD
 
 
-def test_a_file_that_cannot_be_written_is_told(
+def test_a_file_that_cannot_be_written_is_reported(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     path = tmp_path / "cell.yaml"

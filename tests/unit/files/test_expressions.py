@@ -212,7 +212,7 @@ def test_the_second_of_two_equal_members_is_underlined() -> None:
     assert diagnostic.place.column == 19
 
 
-def test_all_that_is_wrong_is_told_from_left_to_right() -> None:
+def test_all_that_is_wrong_is_reported_from_left_to_right() -> None:
     text = "x == true && (at == hme -> !n) || a == 1"
     found = predicate_faults(text)
     assert [under(text, diagnostic) for diagnostic in found] == ["x", "hme", "n", "1"]
@@ -412,7 +412,7 @@ def test_a_wrong_requirement_is_underlined_where_it_is_wrong(text: str, slug: Sl
     assert (diagnostic.slug, under(text, diagnostic)) == (slug, place)
 
 
-def test_all_parts_of_a_wrong_requirement_are_told() -> None:
+def test_all_parts_of_a_wrong_requirement_are_reported() -> None:
     with pytest.raises(InputError) as raised:
         requirement("after x == true always y == true until z == true")
     assert [diagnostic.place.column for diagnostic in raised.value.diagnostics] == [7, 24, 40]
@@ -435,12 +435,12 @@ def test_a_value_is_written_as_it_is_shown() -> None:
     assert parse_value("3", Domain.integers(-2, 2)) is None
 
 
-def test_a_state_is_nominal_where_nothing_is_said() -> None:
+def test_a_state_is_nominal_where_nothing_is_declared() -> None:
     state = parse_state(" at = agv ,n=3,", SPACE)
     assert (state["at"], state["n"], state["a"], state["far"]) == ("agv", 3, False, 20)
 
 
-def test_all_that_is_wrong_with_a_state_is_told() -> None:
+def test_all_that_is_wrong_with_a_state_is_reported() -> None:
     text = "att=agv, n=9, m, a=true, a=false, at=hme"
     with pytest.raises(InputError) as raised:
         parse_state(text, SPACE, "--state")

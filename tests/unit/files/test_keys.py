@@ -108,7 +108,7 @@ def test_every_deviation_is_an_error_at_its_place(text: str, expected: list[tupl
     assert slugs(text) == expected
 
 
-def test_an_unknown_key_that_belongs_elsewhere_is_told_where(wording: Wording) -> None:
+def test_an_unknown_key_that_belongs_elsewhere_is_reported_where(wording: Wording) -> None:
     keys, report = read("{length: 2 s, others: 1}")
     keys.pause()
     with wording.raises(InputError):

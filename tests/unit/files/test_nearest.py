@@ -47,9 +47,9 @@ def test_nothing_is_near_where_nothing_is_known() -> None:
 
 
 def test_a_suggestion_names_the_nearest(wording: Wording) -> None:
-    told = suggestion("robt_at", iter(NAMES), "names") or ""
-    assert "`robot_at`" in told
-    wording(told)
+    remedy = suggestion("robt_at", iter(NAMES), "names") or ""
+    assert "`robot_at`" in remedy
+    wording(remedy)
 
 
 def test_a_suggestion_lists_a_few_names_if_none_is_near() -> None:

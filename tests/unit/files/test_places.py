@@ -146,7 +146,7 @@ def test_a_stretch_does_not_leave_its_line() -> None:
     assert source.stretch(5, 7) == Place("model.yaml", 2, 2, 2)
 
 
-def test_what_is_said_of_a_model_that_loads_finds_its_place(tmp_path: Path) -> None:
+def test_a_diagnostic_of_a_model_that_loads_finds_its_place(tmp_path: Path) -> None:
     path = tmp_path / "model.yaml"
     path.write_text(f"{HEAD}  done: a == true\n  more: true\n", encoding="utf-8")
     _, places = load_located(path)
@@ -158,7 +158,7 @@ def test_what_is_said_of_a_model_that_loads_finds_its_place(tmp_path: Path) -> N
     assert places.find(("goals", "more")) == (Place(str(path), 9, 3, 4), "  more: true")
 
 
-def test_what_has_no_place_of_its_own_is_told_at_what_holds_it(tmp_path: Path) -> None:
+def test_what_has_no_place_of_its_own_is_reported_at_what_holds_it(tmp_path: Path) -> None:
     path = tmp_path / "model.yaml"
     path.write_text(f"{HEAD}  done: a == true\n", encoding="utf-8")
     _, places = load_located(path)

@@ -99,7 +99,7 @@ def test_a_driver_hears_that_nobody_waits_for_its_reply_any_more() -> None:
 
 
 class Whole:
-    """A driver that takes requests and measures, what its link told, and what it is asked."""
+    """A driver that takes requests and measures, the callbacks of its link, and its requests."""
 
     def __init__(self, loop: VirtualLoop, binding: Binding) -> None:
         self.hub = LoopbackHub(loop.now_ns)
@@ -127,7 +127,7 @@ def test_a_driver_is_there_while_all_is_that_its_binding_names() -> None:
         sensor.publisher(Topic(ZONE.topic, MessageType.BOOL)).publish(data=True)
         await loop.settle()
         assert (whole.link.is_there, whole.heard.presence) == (True, [("scan", True)])
-        assert [told.values for _, told in whole.heard.values] == [(("zone", True),)]
+        assert [reported.values for _, reported in whole.heard.values] == [(("zone", True),)]
         await sensor.close()
         await loop.settle()
         assert (whole.link.is_there, whole.heard.presence) == (False, [("scan", True), ("scan", False)])
@@ -135,7 +135,7 @@ def test_a_driver_is_there_while_all_is_that_its_binding_names() -> None:
     run_virtually(scene)
 
 
-def test_why_it_is_not_there_is_said_of_what_it_measures_too(wording: Wording) -> None:
+def test_why_it_is_not_there_is_reported_of_what_it_measures_too(wording: Wording) -> None:
     async def scene(loop: VirtualLoop) -> None:
         whole = Whole(loop, BOTH)
         open_driver(whole.hub.join("driver"))
@@ -166,7 +166,7 @@ def test_a_request_to_what_only_measures_has_failed_by_the_clock_of_the_bus() ->
 # drivers that answer twice
 
 
-def test_a_second_reply_is_told_of_once_in_a_run_and_so_is_one_that_comes_behind_the_end(wording: Wording) -> None:
+def test_a_second_reply_is_reported_once_in_a_run_and_so_is_one_that_comes_behind_the_end(wording: Wording) -> None:
     async def scene(loop: VirtualLoop) -> None:
         whole = Whole(loop, BOTH)
         driver = whole.hub.join("driver")

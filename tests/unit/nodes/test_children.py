@@ -1,4 +1,4 @@
-"""The processes of a cell: started, started again, told to end, and made to."""
+"""The processes of a cell: started, restarted, asked to end, and killed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def ends_with(code: int) -> list[str]:
 
 
 def writes(path: Path) -> list[str]:
-    """Says who it is, once for each start, and ends when it is told to."""
+    """Prints its identity, once for each start, and ends when it is asked to."""
     return [
         sys.executable,
         "-c",
@@ -58,7 +58,7 @@ def test_a_terminal_interrupts_none_of_them(tmp_path: Path) -> None:
     run(scene())
 
 
-def test_one_that_was_killed_is_started_again_and_told_of(tmp_path: Path, wording: Wording) -> None:
+def test_one_that_was_killed_is_started_again_and_reported(tmp_path: Path, wording: Wording) -> None:
     async def scene() -> None:
         path = tmp_path / "pids"
         children = Children({"the controller": writes(path), "other": LISTENS})
@@ -67,8 +67,8 @@ def test_one_that_was_killed_is_started_again_and_told_of(tmp_path: Path, wordin
         running.send_signal(signal.SIGKILL)
         await children.one_ends()
         assert children.broken is None  # a user stopped it
-        (told,) = await children.start()
-        wording(told)
+        (sentence,) = await children.start()
+        wording(sentence)
         await children.end()
         assert pids(path)[-1] != running.pid
 

@@ -1,4 +1,4 @@
-"""The controller runs one case after the other, tells each step, and takes nothing that belongs to another run."""
+"""The controller runs one case after the other, publishes each step, and ignores messages of other runs."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ class Harness:
     stage: Stage
     model: BehaviorModel = MODEL
     plan_limits: PlanLimits | None = None
-    told: list[Message] = field(default_factory=list)
+    messages: list[Message] = field(default_factory=list)
     asked: list[dict[str, Any]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -88,7 +88,7 @@ class Harness:
         self.replies = self.driver.publisher(TOPICS.reply("scan"))
 
     def _hear(self, received: Received) -> None:
-        self.told.append(decode(received.data))
+        self.messages.append(decode(received.data))
         self.news.set()
 
     def _take(self, received: Received) -> None:
@@ -116,13 +116,13 @@ class Harness:
 
     @property
     def steps(self) -> list[Stepped]:
-        return [message for message in self.told if isinstance(message, Stepped)]
+        return [message for message in self.messages if isinstance(message, Stepped)]
 
     def ended(self) -> list[str]:
-        return [message.run for message in self.told if isinstance(message, Ended)]
+        return [message.run for message in self.messages if isinstance(message, Ended)]
 
     def others(self) -> list[Message]:
-        return [message for message in self.told if not isinstance(message, Stepped | Ended)]
+        return [message for message in self.messages if not isinstance(message, Stepped | Ended)]
 
     def events(self, run: str = "run_1") -> list[Any]:
         return [read_event(step.event, self.model, step.at_ns) for step in self.steps if step.run == run]
@@ -147,14 +147,14 @@ async def going(harness: Harness, loop: VirtualLoop, **other: Any) -> None:  # n
     await loop.settle()
     harness.say(Go("run_1"))
     await loop.settle()
-    assert [said["id"] for said in harness.asked] == ["run_1-1"]
+    assert [sent["id"] for sent in harness.asked] == ["run_1-1"]
 
 
-def test_a_run_is_prepared_let_go_and_told_step_by_step_to_its_end() -> None:
+def test_a_run_is_prepared_let_go_and_reported_step_by_step_to_its_end() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         harness.prepare()
         await loop.settle(5 * SECOND_NS)
-        assert harness.told == [Prepared("run_1", harness.node.membership.own.node)]
+        assert harness.messages == [Prepared("run_1", harness.node.membership.own.node)]
         harness.say(Go("run_1"))
         await loop.settle(2 * SECOND_NS)
         assert harness.asked == [{"id": "run_1-1", "request": {"scan_command": "scan_box"}}]
@@ -163,7 +163,7 @@ def test_a_run_is_prepared_let_go_and_told_step_by_step_to_its_end() -> None:
         assert harness.kinds() == ["GoalGiven", "PlanAnswered", "ReplyArrived"]
         assert [step.number for step in harness.steps] == [1, 2, 3]
         assert [step.at_ns for step in harness.steps] == [0, 0, 2 * SECOND_NS]
-        ended = harness.told[-1]
+        ended = harness.messages[-1]
         assert isinstance(ended, Ended)
         records = rerun(harness)
         trace = Trace(MODEL.name, "scans", tuple(records))
@@ -188,13 +188,13 @@ def test_it_is_ready_once_requests_reach_all_resources() -> None:
         harness = Harness(Stage.virtual(MODEL, loop))
         harness.prepare()
         await loop.settle()
-        assert harness.told == []
+        assert harness.messages == []
         harness.open_driver()
         await loop.settle()
-        assert harness.told == []
+        assert harness.messages == []
         harness.prepare()  # the tester asks again
         await loop.settle()
-        assert harness.told == [Prepared("run_1", harness.node.membership.own.node)]
+        assert harness.messages == [Prepared("run_1", harness.node.membership.own.node)]
 
     run_virtually(main)
 
@@ -204,7 +204,7 @@ def test_what_is_meant_for_another_node_is_not_prepared() -> None:
         harness.prepare(nodes=("another",))
         harness.say(Go("run_1"))
         await loop.settle()
-        assert (harness.told, harness.asked) == ([], [])
+        assert (harness.messages, harness.asked) == ([], [])
 
     play(scene)
 
@@ -240,14 +240,14 @@ def test_a_case_that_cannot_be_read_is_refused_with_a_reason(wrong: dict[str, An
         harness.say(replace(message, **wrong))
         harness.say(Go("run_1"))
         await loop.settle()
-        (refused,) = harness.told
+        (refused,) = harness.messages
         assert isinstance(refused, Refused)
         assert (refused.run, refused.node) == ("run_1", harness.node.membership.own.node)
         assert case is None or "error[" in refused.why
         wording(refused.why)
         harness.prepare("run_2")
         await loop.settle()
-        assert harness.told[1:] == [Prepared("run_2", harness.node.membership.own.node)]
+        assert harness.messages[1:] == [Prepared("run_2", harness.node.membership.own.node)]
 
     play(scene)
 
@@ -289,7 +289,7 @@ class Full:
 
 
 @pytest.mark.parametrize("whose", ["requests", "steps"])
-def test_a_message_that_the_bus_does_not_take_is_told_of_and_deadlines_pass(
+def test_a_message_that_the_bus_does_not_take_is_reported_and_deadlines_pass(
     whose: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     publisher = LoopbackBus.publisher
@@ -309,7 +309,7 @@ def test_a_message_that_the_bus_does_not_take_is_told_of_and_deadlines_pass(
             "requests": ["request 1 to `scan` is lost: full", "that request 1 to `scan` is cancelled is lost: full"],
             "steps": ["a `step` for the tester is lost: full"],
         }
-        assert [said for said in lost[whose] if said not in harness.stage.complaints] == []
+        assert [sent for sent in lost[whose] if sent not in harness.stage.complaints] == []
         assert whose == "steps" or "TimePassed" in harness.kinds()
         assert whose == "requests" or {"id": "run_1-1", "cancel": True} in harness.asked
 
@@ -330,7 +330,7 @@ def test_what_cannot_be_measured_is_not_remembered() -> None:
     play(scene)
 
 
-def test_what_is_refused_of_measured_values_is_told_in_a_run_and_before_it(wording: Wording) -> None:
+def test_what_is_refused_of_measured_values_is_reported_in_a_run_and_before_it(wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         harness.replies.publish('{"measured": {"temperature": 99}}')
         await loop.settle()
@@ -425,13 +425,13 @@ def test_a_controller_that_leaves_forgets_the_run_that_it_has_not_begun_and_take
         own = harness.node.membership.own.node
         harness.prepare()
         await loop.settle()
-        assert harness.told == [Prepared("run_1", own)]
+        assert harness.messages == [Prepared("run_1", own)]
         await harness.node.close()
         harness.say(Go("run_1"))
         harness.prepare("run_2")
         harness.say(Go("run_2"))
         await loop.settle(SECOND_NS)
-        assert harness.told == [Prepared("run_1", own), Forgot("run_1", own)]
+        assert harness.messages == [Prepared("run_1", own), Forgot("run_1", own)]
         assert harness.asked == []
 
     play(scene)
@@ -480,7 +480,7 @@ def test_the_next_run_begins_at_the_beginning() -> None:
         await loop.settle(SECOND_NS)
         harness.say(Go("run_2"))
         await loop.settle(SECOND_NS)
-        assert [said["id"] for said in harness.asked] == ["run_1-1", "run_2-1"]
+        assert [sent["id"] for sent in harness.asked] == ["run_1-1", "run_2-1"]
         harness.reply(1)  # to the run before
         harness.reply(1, "run_2", succeeded=False)
         await loop.settle()
@@ -561,7 +561,7 @@ def test_a_resource_that_is_not_there_when_the_run_begins_gets_its_request_when_
         assert harness.events()[1] == ResourceChanged(0, "network", "scan", "down")
         harness.open_driver()
         await loop.settle()
-        assert [said["id"] for said in harness.asked] == ["run_1-1"]
+        assert [sent["id"] for sent in harness.asked] == ["run_1-1"]
 
     play(scene)
 
@@ -595,7 +595,7 @@ def test_replies_are_heard_while_a_plan_is_made(monkeypatch: pytest.MonkeyPatch)
         harness.open_driver()
         await asyncio.sleep(0)  # those who came learn of each other
         harness.prepare()
-        await harness.until(lambda: bool(harness.told))
+        await harness.until(lambda: bool(harness.messages))
         harness.say(Go("run_1"))
         await harness.until(lambda: bool(harness.steps))
         harness.replies.publish('{"measured": {"temperature": 7}}')
@@ -633,10 +633,10 @@ def test_a_planner_that_breaks_refuses_its_run_and_no_other(monkeypatch: pytest.
             await asyncio.to_thread(has_begun.wait, loops.GUARD_S)  # else it would never be begun
             if run == "run_2":  # the plan of the run before breaks in this one
                 may_break.set()
-                await harness.until(lambda: any(isinstance(said, Refused) for said in harness.told))
+                await harness.until(lambda: any(isinstance(sent, Refused) for sent in harness.messages))
         await harness.until(lambda: bool(harness.asked))
-        refused = [said for said in harness.told if isinstance(said, Refused)]
-        assert [said.run for said in refused] == ["run_2"]
+        refused = [sent for sent in harness.messages if isinstance(sent, Refused)]
+        assert [sent.run for sent in refused] == ["run_2"]
         assert harness.stage.complaints == [refused[0].why]
         wording(refused[0].why)
         assert harness.asked[0]["id"] == "run_3-1"
@@ -661,18 +661,18 @@ def test_a_plan_for_a_run_that_is_over_is_given_to_no_other() -> None:
     play(scene)
 
 
-def test_a_reply_to_a_run_that_was_never_here_is_told_of() -> None:
+def test_a_reply_to_a_run_that_was_never_here_is_reported() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         await going(harness, loop)
         harness.reply(1, "run_zz")
         await loop.settle()
-        (told,) = harness.stage.complaints
-        assert "`run_zz-1`" in told
+        (messages,) = harness.stage.complaints
+        assert "`run_zz-1`" in messages
         harness.prepare("run_2")
         await loop.settle()
         harness.reply(1)  # late, which is no fault of anybody's
         await loop.settle()
-        assert harness.stage.complaints == [told]
+        assert harness.stage.complaints == [messages]
 
     play(scene)
 
@@ -687,7 +687,7 @@ SCAN = Service("/scan", TRIGGER)
 
 @dataclass
 class Looking:
-    """A controller whose `scan` is real, and what it tells of its driver."""
+    """A controller whose `scan` is real, and its reports about the driver."""
 
     loop: VirtualLoop
 
@@ -701,7 +701,7 @@ class Looking:
         driver.serve(Service(SCAN.name, type_), lambda _: {"success": True, "message": ""})
         return driver
 
-    async def told(self, after_ns: int = SECOND_NS) -> tuple[int, int]:
+    async def messages(self, after_ns: int = SECOND_NS) -> tuple[int, int]:
         """How many troubles everybody knows of, and how many of them no waiting mends."""
         await self.loop.settle(after_ns)
         controller = self.other.controller()
@@ -718,36 +718,40 @@ def look(scene: Callable[[Looking], Awaitable[None]]) -> None:
     run_virtually(main)
 
 
-def test_a_driver_that_is_lost_is_told_of_and_so_is_one_that_comes_back() -> None:
+def test_a_driver_that_is_lost_is_reported_and_so_is_one_that_comes_back() -> None:
     async def scene(looking: Looking) -> None:
-        told = [await looking.told()]
+        messages = [await looking.messages()]
         driver = looking.serve()
-        told.append(await looking.told())
+        messages.append(await looking.messages())
         await driver.close()
-        told.append(await looking.told())
+        messages.append(await looking.messages())
         looking.serve()
-        told.append(await looking.told())
-        assert told == [(1, 0), (0, 0), (1, 0), (0, 0)]
+        messages.append(await looking.messages())
+        assert messages == [(1, 0), (0, 0), (1, 0), (0, 0)]
 
     look(scene)
 
 
-def test_a_driver_that_does_not_go_with_its_binding_is_told_of_unless_it_is_replaced_at_once() -> None:
+def test_a_driver_that_does_not_go_with_its_binding_is_reported_unless_it_is_replaced_at_once() -> None:
     async def scene(looking: Looking) -> None:
         driver = looking.serve(SET_BOOL)
-        told = [await looking.told(SECOND_NS // 10), await looking.told(SECOND_NS // 2), await looking.told(SECOND_NS)]
+        messages = [
+            await looking.messages(SECOND_NS // 10),
+            await looking.messages(SECOND_NS // 2),
+            await looking.messages(SECOND_NS),
+        ]
         await driver.close()
-        told.append(await looking.told())
-        assert told == [(1, 0), (1, 0), (1, 1), (1, 0)]
+        messages.append(await looking.messages())
+        assert messages == [(1, 0), (1, 0), (1, 1), (1, 0)]
 
     look(scene)
 
 
-def test_people_are_told_who_is_not_there_and_why_whenever_that_changes(wording: Wording) -> None:
+def test_missing_nodes_are_reported_with_the_reason_whenever_they_change(wording: Wording) -> None:
     async def scene(looking: Looking) -> None:
-        said = looking.stage.told
+        sent = looking.stage.output
         await looking.loop.settle(SECOND_NS // 4)
-        assert said == []  # who is there is found out first
+        assert sent == []  # who is there is found out first
         await looking.loop.settle(5 * SECOND_NS)
         wrong = looking.serve(SET_BOOL)
         await looking.loop.settle(5 * SECOND_NS)
@@ -756,31 +760,31 @@ def test_people_are_told_who_is_not_there_and_why_whenever_that_changes(wording:
         await looking.loop.settle(5 * SECOND_NS)
         await driver.close()
         await looking.loop.settle(5 * SECOND_NS)
-        missing, _mismatch, _there, _all_there, _gone, again = said
+        missing, _mismatch, _there, _all_there, _gone, again = sent
         assert missing == again
-        wording(said)
+        wording(sent)
 
     look(scene)
 
 
-def test_what_could_not_be_told_is_told_again(monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
+def test_what_could_not_be_reported_is_reported_again(monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
     publish_troubles, is_full = Membership.publish_troubles, [True]
 
-    def tell_if_it_can(membership: Membership, *troubles: tuple[str, ...]) -> None:
+    def report_if_possible(membership: Membership, *troubles: tuple[str, ...]) -> None:
         if is_full[0]:
             raise BusError("full")
         publish_troubles(membership, *troubles)
 
     async def scene(looking: Looking) -> None:
         driver = looking.serve()
-        assert await looking.told() == (0, 0)
-        monkeypatch.setattr(Membership, "publish_troubles", tell_if_it_can)
+        assert await looking.messages() == (0, 0)
+        monkeypatch.setattr(Membership, "publish_troubles", report_if_possible)
         await driver.close()
-        assert await looking.told(SECOND_NS // 4) == (0, 0)
+        assert await looking.messages(SECOND_NS // 4) == (0, 0)
         (complaint,) = looking.stage.complaints
         wording(complaint)
         is_full[0] = False
-        assert await looking.told() == (1, 0)
+        assert await looking.messages() == (1, 0)
 
     look(scene)
 
@@ -809,7 +813,7 @@ def test_a_search_that_nobody_waits_for_any_more_is_stopped(how: str, monkeypatc
     plan, has_begun, has_ended = PlanCache.plan, ThreadEvent(), ThreadEvent()
     ends: list[BaseException] = []
 
-    def plan_and_tell(plans: PlanCache, *arguments: Any) -> Any:  # noqa: ANN401 - as the planner has it
+    def plan_and_report(plans: PlanCache, *arguments: Any) -> Any:  # noqa: ANN401 - as the planner has it
         has_begun.set()
         try:
             return plan(plans, *arguments)
@@ -819,7 +823,7 @@ def test_a_search_that_nobody_waits_for_any_more_is_stopped(how: str, monkeypatc
         finally:
             has_ended.set()
 
-    monkeypatch.setattr(PlanCache, "plan", plan_and_tell)
+    monkeypatch.setattr(PlanCache, "plan", plan_and_report)
 
     async def scene() -> None:
         stage = Stage(ENDLESS, LoopbackHub().join)

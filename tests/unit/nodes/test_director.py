@@ -33,7 +33,7 @@ SECOND_NS = 10**9
 
 
 @dataclass
-class Told:
+class Outbox:
     """A stage that keeps the published messages."""
 
     messages: list[React | Fate | Become | RestartResource] = field(default_factory=list)
@@ -46,10 +46,10 @@ class Told:
         self.notes.append(record)
 
 
-def director(*forced: OutcomeRule, network: Network = Network(), real: tuple[str, ...] = ()) -> tuple[Director, Told]:  # noqa: B008 - an immutable value
-    told = Told()
+def director(*forced: OutcomeRule, network: Network = Network(), real: tuple[str, ...] = ()) -> tuple[Director, Outbox]:  # noqa: B008 - an immutable value
+    outbox = Outbox()
     choices = Choices(PlainReactions(), forced, network)
-    return Director("run_1", RESOURCES, real, choices, told), told
+    return Director("run_1", RESOURCES, real, choices, outbox), outbox
 
 
 def sent(number: int) -> SendRequest:
@@ -57,35 +57,35 @@ def sent(number: int) -> SendRequest:
 
 
 def test_each_request_gets_the_reaction_that_a_simulation_would_give_it() -> None:
-    directing, told = director()
+    directing, outbox = director()
     directing.follow([sent(1), sent(2)], 0)
     expected = PlainReactions().react(RESOURCES["scan"])
     assert not directing.is_relayed
-    assert told.messages == [
+    assert outbox.messages == [
         React("run_1", number, "scan", "succeed", expected.latency_ns, None, AT_ONCE) for number in (1, 2)
     ]
     assert directing.reactions([]) == (expected, expected)
 
 
 def test_rules_of_operations_speak_of_the_requests_that_are_sent_while_these_are_current() -> None:
-    directing, told = director(OutcomeRule("scan_box", 1, 1, Outcome.FAIL, 5))
+    directing, outbox = director(OutcomeRule("scan_box", 1, 1, Outcome.FAIL, 5))
     directing.follow([sent(1), BecameCurrent(0, "scan_box", ()), sent(2)], 0)
     left = OperationStepped(0, "scan_box", OperationState.FAILED, OperationState.INITIAL, None, ())
     directing.follow([BecameCurrent(0, "scan_box", ()), left, sent(3)], 0)
-    outcomes = [message.outcome for message in told.messages if isinstance(message, React)]
+    outcomes = [message.outcome for message in outbox.messages if isinstance(message, React)]
     assert outcomes == ["succeed", "fail", "succeed"]
 
 
-def test_how_messages_travel_is_told_with_the_time_at_which_they_are_sent() -> None:
+def test_how_messages_travel_is_reported_with_the_time_at_which_they_are_sent() -> None:
     network = Network(partitions=(Partition(2 * SECOND_NS, SECOND_NS),))
-    directing, told = director(OutcomeRule("scan", 1, 1, reply=(7, 9)), network=network)
+    directing, outbox = director(OutcomeRule("scan", 1, 1, reply=(7, 9)), network=network)
     assert directing.is_relayed
     directing.follow([sent(1)], 0)
     directing.answering(Answering("run_1", 1, "scan", 4), SECOND_NS)
     directing.follow([CancelRequest(1, "scan")], SECOND_NS)
     directing.follow([CancelRequest(1, "scan"), sent(2)], 2 * SECOND_NS)
     directing.answering(Answering("run_1", 1, "scan", 5), 3 * SECOND_NS - 1)
-    react, *fates, second, late = told.messages
+    react, *fates, second, late = outbox.messages
     assert isinstance(react, React)
     assert fates == [
         Fate("run_1", 1, "scan", 4, (7, 9)),
@@ -95,7 +95,7 @@ def test_how_messages_travel_is_told_with_the_time_at_which_they_are_sent() -> N
     assert isinstance(second, React)
     assert second.copies == LOST
     assert late == Fate("run_1", 1, "scan", 5, LOST)
-    assert told.notes == [
+    assert outbox.notes == [
         MessageDisturbed(0, 1, "scan", "reply", 2),
         MessageDisturbed(0, 1, "scan", "cancel", 0),
         MessageDisturbed(0, 2, "scan", "request", 0),
@@ -104,61 +104,61 @@ def test_how_messages_travel_is_told_with_the_time_at_which_they_are_sent() -> N
 
 
 def test_cancellations_travel_by_themselves_where_no_message_has_a_fate() -> None:
-    directing, told = director()
+    directing, outbox = director()
     directing.follow([sent(1), CancelRequest(1, "scan")], 0)
-    assert [message.kind for message in told.messages] == ["react"]
+    assert [message.kind for message in outbox.messages] == ["react"]
 
 
 @pytest.mark.parametrize(("request_", "resource"), [(0, "scan"), (2, "scan"), (10**9, "scan"), (1, "light")])
 def test_an_answer_to_a_request_that_was_never_sent_is_refused(request_: int, resource: str, wording: Wording) -> None:
-    directing, told = director(OutcomeRule("scan", 1, 1, reply=LOST))
+    directing, outbox = director(OutcomeRule("scan", 1, 1, reply=LOST))
     directing.follow([sent(1)], 0)
     with wording.raises(ValueError):
         directing.answering(Answering("run_1", request_, resource, 1), 0)
-    assert len(told.messages) == 1
+    assert len(outbox.messages) == 1
 
 
 def test_conditions_go_to_their_resource() -> None:
-    directing, told = director()
+    directing, outbox = director()
     slower = Condition(ConditionKind.SLOWER, Fraction(5, 2))
     directing.follow([ChangeResource("scan", slower), ChangeResource("scan", Condition())], 0)
-    assert told.messages == [Become("run_1", "scan", "slower", "5/2"), Become("run_1", "scan", "well", "1")]
-    assert told.notes == []  # the runner itself says that
+    assert outbox.messages == [Become("run_1", "scan", "slower", "5/2"), Become("run_1", "scan", "well", "1")]
+    assert outbox.notes == []  # the runner itself says that
 
 
 def test_restarts_go_to_their_resource_and_into_the_trace() -> None:
-    directing, told = director()
+    directing, outbox = director()
     directing.follow([ChangeResource("scan", Condition(ConditionKind.FAILING))], 0)
     for is_down in (True, True, False, False):
         directing.restart("scan", is_down=is_down)
-    assert told.messages[1:] == [RestartResource("run_1", "scan", is_down) for is_down in (True, True, True, False)]
+    assert outbox.messages[1:] == [RestartResource("run_1", "scan", is_down) for is_down in (True, True, True, False)]
     words = ["down", "down", "down", "failing"]
-    assert told.notes == [ResourceChanged(0, NETWORK, "scan", word) for word in words]
+    assert outbox.notes == [ResourceChanged(0, NETWORK, "scan", word) for word in words]
 
 
 def test_a_node_that_comes_back_learns_what_holds_of_its_resources() -> None:
-    directing, told = director(OutcomeRule("scan", 2, 2, request=(3, 5)))
+    directing, outbox = director(OutcomeRule("scan", 2, 2, request=(3, 5)))
     directing.publish_again(["scan"])
-    assert told.messages == []
+    assert outbox.messages == []
     directing.follow([ChangeResource("scan", Condition(ConditionKind.OCCUPIED)), sent(1), sent(2), sent(3)], 0)
     directing.restart("scan", is_down=True)
     directing.follow([ReplyReceived(0, 1, "scan", True, ()), CancelRequest(3, "scan")], 0)
-    told.messages.clear()
+    outbox.messages.clear()
     directing.publish_again(["another"])
-    assert told.messages == []
+    assert outbox.messages == []
     directing.publish_again(["scan"])
-    become, restart, react = told.messages
+    become, restart, react = outbox.messages
     assert become == Become("run_1", "scan", "occupied", "1")
     assert restart == RestartResource("run_1", "scan", is_down=True)
     assert isinstance(react, React)
     assert (react.request, react.copies) == (2, (3, 5))
 
 
-def test_of_real_resources_nothing_is_told_and_what_was_seen_is_kept() -> None:
-    directing, told = director(OutcomeRule("scan", 4, 4, Outcome.FAIL), real=("scan",))
+def test_of_real_resources_nothing_is_reported_and_what_was_seen_is_kept() -> None:
+    directing, outbox = director(OutcomeRule("scan", 4, 4, Outcome.FAIL), real=("scan",))
     directing.follow([sent(number) for number in (1, 2, 3)], 0)
     directing.follow([CancelRequest(3, "scan")], 0)
-    assert told.messages == []
+    assert outbox.messages == []
     records: list[Record] = [
         RequestSent(10, 1, "scan", (), ()),
         ReplyReceived(35, 1, "scan", False, ()),
@@ -204,7 +204,7 @@ def test_nothing_is_due_of_a_resource_that_is_down() -> None:
 
 
 def cancelled(directing: Director, request: int, at_ns: int) -> Reaction:
-    """What is said of the one request that was sent, once it is cancelled."""
+    """The messages about the one request that was sent, once it is cancelled."""
     directing.follow([CancelRequest(request, "scan")], at_ns)
     return directing.reactions([])[request - 1]
 
@@ -249,9 +249,9 @@ def test_a_reply_that_is_on_its_way_is_due_when_its_first_copy_arrives(
 
 
 def test_what_stands_in_the_way_of_one_resource_keeps_the_replies_of_no_other() -> None:
-    told = Told()
+    outbox = Outbox()
     both = {resource.name: resource for resource in scan_cell(("resources:\n", "resources:\n  lamp: {}\n")).resources}
-    directing = Director("run_1", both, (), Choices(PlainReactions(), (), Network()), told)
+    directing = Director("run_1", both, (), Choices(PlainReactions(), (), Network()), outbox)
     directing.follow([sent(1), SendRequest(2, "lamp", ())], 0)
     directing.restart("lamp", is_down=True)
     directing.follow([CancelRequest(1, "scan"), CancelRequest(2, "lamp")], 100 * SECOND_NS)

@@ -1,4 +1,4 @@
-"""Logs of events: the same events give the same records; what is no log of the model is told once, with its line."""
+"""Logs of events: the same events give the same records; what is no log of the model is reported with its line."""
 
 from __future__ import annotations
 
@@ -267,12 +267,12 @@ def test_what_an_injection_does_to_a_resource_is_no_note() -> None:
 
 def test_reactions_are_read_strictly() -> None:
     log, _ = captured(AFTER, RandomCases(AFTER, network=None).case(1, 3))
-    told = [json.loads(json.dumps(reaction_json(reaction))) for reaction in log.reactions]
-    assert told
-    assert tuple(read_reaction(each, AFTER) for each in told) == log.reactions
+    reported = [json.loads(json.dumps(reaction_json(reaction))) for reaction in log.reactions]
+    assert reported
+    assert tuple(read_reaction(each, AFTER) for each in reported) == log.reactions
     for key, wrong in {"resource": "x", "outcome": "any", "latency_ns": 1.0, "measured": [], "reply": [True]}.items():
         with pytest.raises(ValueError, match=f"`{key}`"):
-            read_reaction(told[0] | {key: wrong}, AFTER)
+            read_reaction(reported[0] | {key: wrong}, AFTER)
 
 
 # what is no log
@@ -308,16 +308,16 @@ def test_lines_behind_the_end_are_refused(text: str, wording: Wording) -> None:
     wording(message)
 
 
-def test_every_wrong_line_is_told_with_its_number(text: str) -> None:
+def test_every_wrong_line_is_reported_with_its_number(text: str) -> None:
     lines = text.split("\n")
     lines[2] = "not JSON"
     lines[4] = '{"at_ns": 0, "event": {"kind": "nothing"}}'
     lines[-2] = '{"reaction": 3}'
-    told = _refused("\n".join(lines))
-    assert [(slug, line) for slug, line, _ in told] == [("bad-log", 3), ("bad-log", 5), ("bad-log", len(lines) - 1)]
+    reported = _refused("\n".join(lines))
+    assert [(slug, line) for slug, line, _ in reported] == [("bad-log", 3), ("bad-log", 5), ("bad-log", len(lines) - 1)]
 
 
-def test_not_more_than_twenty_lines_are_told() -> None:
+def test_not_more_than_twenty_lines_are_reported() -> None:
     log, _ = captured(CELL, _case())
     header, *_ = write_event_log(replace(log, steps=log.steps[:1] * 40, reactions=()), CELL).split("\n")
     assert len(_refused(header + "\n" + 40 * "{}\n")) == 20
@@ -368,18 +368,18 @@ def test_a_wrong_header_is_one_error(text: str, changed: dict[str, Any], wording
 )
 def test_options_are_read_strictly(text: str, name: str, value: object, wording: Wording) -> None:
     header, rest = text.split("\n", 1)
-    said = json.loads(header)
-    said["options"][name] = value
-    ((slug, line, message),) = _refused(json.dumps(said) + "\n" + rest)
+    entry = json.loads(header)
+    entry["options"][name] = value
+    ((slug, line, message),) = _refused(json.dumps(entry) + "\n" + rest)
     assert (slug, line, f"`{name}`" in message) == ("bad-log", 1, True)
     wording(message)
 
 
-def test_a_case_that_is_wrong_is_told_of_as_a_case(text: str) -> None:
+def test_a_case_that_is_wrong_is_reported_as_a_case(text: str) -> None:
     header, rest = text.split("\n", 1)
-    said = json.loads(header) | {"case": "case: scans\ngoal: nothing_known\n"}
+    entry = json.loads(header) | {"case": "case: scans\ngoal: nothing_known\n"}
     with pytest.raises(InputError) as caught:
-        read_event_log(json.dumps(said) + "\n" + rest, CELL, DIGEST)
+        read_event_log(json.dumps(entry) + "\n" + rest, CELL, DIGEST)
     (error,) = caught.value.diagnostics
     assert (error.slug, str(error.place)) == (Slug.UNKNOWN_GOAL, "log (case):2:7")
 
@@ -388,10 +388,10 @@ def test_time_does_not_run_backwards(text: str, wording: Wording) -> None:
     lines = text.split("\n")
     steps = json.loads(lines[0])["steps"]
     lines[1], lines[steps] = lines[steps], lines[1]
-    told = _refused("\n".join(lines))
-    assert {slug for slug, _, _ in told} == {"bad-log"}
-    assert told[0][1] == 3
-    wording(message for _, _, message in told)
+    reported = _refused("\n".join(lines))
+    assert {slug for slug, _, _ in reported} == {"bad-log"}
+    assert reported[0][1] == 3
+    wording(message for _, _, message in reported)
 
 
 @pytest.mark.parametrize(
@@ -439,7 +439,7 @@ def test_a_log_in_a_file_says_where_its_model_is(tmp_path: Path, text: str, word
         open_event_log(path).model_path()
 
 
-def test_a_file_that_is_no_text_is_told_with_the_line(tmp_path: Path, text: str, wording: Wording) -> None:
+def test_a_file_that_is_no_text_is_reported_with_the_line(tmp_path: Path, text: str, wording: Wording) -> None:
     path = tmp_path / "run.jsonl"
     path.write_bytes(text.encode() + b"\xff\n")
     with wording.raises(InputError) as caught:
@@ -471,7 +471,7 @@ def test_the_log_of_the_page_is_that_of_its_case() -> None:
 
 
 @pytest.mark.parametrize("event", EVENTS, ids=lambda event: type(event).__name__)
-def test_the_page_tells_of_every_kind_and_field(event: Event | Note) -> None:
+def test_the_page_has_every_kind_and_field(event: Event | Note) -> None:
     page = (Path(__file__).parents[3] / "docs" / "reference" / "event-logs.md").read_text(encoding="utf-8")
     kind, *fields = event_json(event)
     (row,) = [line for line in page.splitlines() if line.startswith(f"| `{event_json(event)[kind]}` |")]

@@ -108,11 +108,11 @@ def test_each_message_is_one_measurement_with_its_time() -> None:
         driver.publisher(Topic("/distance", MessageType.FLOAT64)).publish(0.25)
         driver.publisher(Topic("/lit", MessageType.BOOL)).publish(data=False)
         await heard.until(lambda: len(heard.values) == 2)
-        assert [(name, told.values) for name, told in heard.values] == [
+        assert [(name, measured.values) for name, measured in heard.values] == [
             ("scanner", (("zone", "near"),)),
             ("scanner", (("lit", False),)),
         ]
-        stamps = [told.stamp_ns for _, told in heard.values]
+        stamps = [measured.stamp_ns for _, measured in heard.values]
         assert before_ns <= stamps[0] <= stamps[1] <= monotonic_ns()
 
     run(scene())
@@ -126,7 +126,7 @@ def test_a_topic_that_is_read_into_two_variables_gives_both_at_once() -> None:
         hub.join("driver").publisher(Topic("/distance", MessageType.FLOAT64)).publish(0.25)
         hub.join("driver").publisher(Topic("/distance", MessageType.FLOAT64)).publish(0.125)
         await heard.until(lambda: len(heard.values) == 2)
-        assert [told.values for _, told in heard.values] == [
+        assert [measured.values for _, measured in heard.values] == [
             (("zone", "near"), ("level", 4)),
             (("zone", "near"), ("level", "0.125")),
         ]
@@ -143,9 +143,9 @@ def test_a_driver_that_publishes_as_best_effort_is_heard_if_the_binding_says_so(
         await heard.until(lambda: bool(heard.values))
         assert (asks_for_less.is_there, asks_for_less.why_unmatched()) == (True, None)
         assert (reliable.is_there, deaf.values) == (False, [])
-        said = reliable.why_unmatched()
-        assert said is not None
-        wording(said.why)
+        reason = reliable.why_unmatched()
+        assert reason is not None
+        wording(reason.why)
 
     run(scene())
 
@@ -168,23 +168,23 @@ def test_what_only_measures_is_there_while_all_of_its_topics_are() -> None:
     run(scene())
 
 
-def test_why_nobody_publishes_is_said_for_each_topic_that_is_missing() -> None:
+def test_why_nobody_publishes_is_reported_for_each_topic_that_is_missing() -> None:
     async def scene() -> None:
         hub = LoopbackHub()
         topics = MeasuredTopics(hub.join("controller"), measuring(DISTANCE, LIT), Heard())
         assert topics.why_unmatched() is None
         hub.join("driver").publisher(Topic("/distance"))
-        said = topics.why_unmatched()
-        assert said is not None
-        assert "`/distance`" in said.why
-        assert "`/lit`" not in said.why
+        reason = topics.why_unmatched()
+        assert reason is not None
+        assert "`/distance`" in reason.why
+        assert "`/lit`" not in reason.why
         hub.join("driver").publisher(Topic("/lit"))
-        said = topics.why_unmatched()
-        assert said is not None
-        assert all(word in said.why for word in ("`/distance`", "; ", "`/lit`"))
+        reason = topics.why_unmatched()
+        assert reason is not None
+        assert all(word in reason.why for word in ("`/distance`", "; ", "`/lit`"))
         hub.join("driver").publisher(Topic("/distance", MessageType.FLOAT64))
-        said = topics.why_unmatched()
-        assert said is not None
-        assert "`/distance`" not in said.why
+        reason = topics.why_unmatched()
+        assert reason is not None
+        assert "`/distance`" not in reason.why
 
     run(scene())

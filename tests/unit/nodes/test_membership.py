@@ -130,7 +130,7 @@ def test_a_rival_that_left_is_none() -> None:
     play(scene)
 
 
-def test_who_cannot_be_understood_is_a_stranger_until_it_leaves_or_speaks_clearly(wording: Wording) -> None:
+def test_who_cannot_be_understood_is_unknown_until_it_leaves_or_speaks_clearly(wording: Wording) -> None:
     async def scene(cell: Cell) -> None:
         own, _ = cell.join(status("tester", 1))
         changes: list[int] = []
@@ -173,13 +173,13 @@ def test_others_learn_what_a_node_lacks_now() -> None:
         await cell.loop.settle()
         controller.publish_troubles(("trouble",), ("mismatch",))
         await cell.loop.settle()
-        told = own.controller()
-        assert told is not None
-        assert told.troubles == ("trouble",)
-        assert told.mismatched == ("mismatch",)
+        controller_status = own.controller()
+        assert controller_status is not None
+        assert controller_status.troubles == ("trouble",)
+        assert controller_status.mismatched == ("mismatch",)
         controller.publish_troubles(())
         await cell.loop.settle()
-        assert own.controller() == replace(told, troubles=(), mismatched=())
+        assert own.controller() == replace(controller_status, troubles=(), mismatched=())
         late, _ = cell.join(status("resources", 3))
         await cell.loop.settle()
         assert controller.own in late.others
@@ -187,7 +187,7 @@ def test_others_learn_what_a_node_lacks_now() -> None:
     play(scene)
 
 
-def test_what_could_not_be_told_is_told_when_it_is_tried_again() -> None:
+def test_what_could_not_be_reported_is_reported_when_it_is_tried_again() -> None:
     async def scene(cell: Cell) -> None:
         own, _ = cell.join(status("tester", 1))
         controller, bus = cell.join(status("controller", 1, "scan"))
@@ -198,9 +198,9 @@ def test_what_could_not_be_told_is_told_when_it_is_tried_again() -> None:
         bus.is_open = True
         controller.publish_troubles(*lacks)
         await cell.loop.settle()
-        told = own.controller()
-        assert told is not None
-        assert (told.troubles, told.mismatched) == lacks
+        controller_status = own.controller()
+        assert controller_status is not None
+        assert (controller_status.troubles, controller_status.mismatched) == lacks
 
     play(scene)
 

@@ -1,4 +1,4 @@
-"""What is said of real drivers that are not there, and what of that no waiting mends."""
+"""Reports of missing drivers, and which of these no waiting mends."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ class Reaching:
 
 
 @pytest.mark.parametrize("alone", [None, WRONG, SIMILAR], ids=["no_driver", "wrong", "similar"])
-def test_who_is_not_there_is_said_and_why(alone: Unmatched | None, wording: Wording) -> None:
+def test_who_is_not_there_is_reported_and_why(alone: Unmatched | None, wording: Wording) -> None:
     links = {"lamp": Reaching(missing=()), "arm": Reaching(alone)}
-    (told,), mismatched = MissingDrivers(links).look()
+    (sentence,), mismatched = MissingDrivers(links).look()
     assert mismatched == ()
-    assert alone is None or told.endswith(alone.why)
-    wording(told)
+    assert alone is None or sentence.endswith(alone.why)
+    wording(sentence)
 
 
 def test_a_mismatch_is_believed_at_the_second_look_and_so_is_one_that_comes_back() -> None:
@@ -53,5 +53,5 @@ def test_a_mismatch_is_believed_at_the_second_look_and_so_is_one_that_comes_back
         arm.alone = alone
         seen.append(len(missing.look()[1]))
     assert seen == [0, 1, 1, 0, 0, 1, 0, 0]
-    (told,), mismatched = missing.look()
-    assert (told.endswith(SIMILAR.why), mismatched) == (True, ())
+    (sentence,), mismatched = missing.look()
+    assert (sentence.endswith(SIMILAR.why), mismatched) == (True, ())

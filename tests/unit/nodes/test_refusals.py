@@ -54,7 +54,7 @@ SCANNER = ("zone", "item", "level")
     ],
     ids=lambda value: ascii(value)[:40],
 )
-def test_what_is_refused_is_told_and_why(name: str, value: Value, *, is_refused: bool, wording: Wording) -> None:
+def test_what_is_refused_is_reported_and_why(name: str, value: Value, *, is_refused: bool, wording: Wording) -> None:
     complaints: list[str] = []
     Refusals(Program(BOUND), complaints.append).look("scanner", ((name, value),), SCANNER)
     assert len(complaints) == is_refused
@@ -63,16 +63,20 @@ def test_what_is_refused_is_told_and_why(name: str, value: Value, *, is_refused:
         wording(complaint)
 
 
-def test_each_variable_is_told_of_once_for_each_resource() -> None:
+def test_each_variable_is_reported_once_for_each_resource() -> None:
     complaints: list[str] = []
     refusals = Refusals(Program(BOUND), complaints.append)
     for value in (7, 8, 3, 9):
         refusals.look("scanner", (("level", value), ("zone", "+nan")), SCANNER)
     refusals.look("lamp", (("level", 7),), ("lit",))
-    assert [told.split()[:2] for told in complaints] == [["`level`:", "7"], ["`zone`:", "+nan"], ["`level`:", "7"]]
+    assert [line.split()[:2] for line in complaints] == [
+        ["`level`:", "7"],
+        ["`zone`:", "+nan"],
+        ["`level`:", "7"],
+    ]
 
 
-def test_a_driver_that_goes_on_for_ever_is_told_of_for_a_while() -> None:
+def test_a_driver_that_never_ends_is_reported_for_a_while() -> None:
     complaints: list[str] = []
     refusals = Refusals(Program(BOUND), complaints.append)
     for number in range(1_000):

@@ -56,7 +56,7 @@ class Harness:
 
     loop: VirtualLoop
     replies: list[tuple[int, dict[str, Any]]] = field(default_factory=list)
-    told: list[Message] = field(default_factory=list)
+    messages: list[Message] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.stage = Stage.virtual(MODEL, self.loop)
@@ -71,7 +71,7 @@ class Harness:
         self.requests = self.controller.publisher(TOPICS.request("scan"))
 
     def _hear(self, received: Received) -> None:
-        self.told.append(decode(received.data))
+        self.messages.append(decode(received.data))
 
     def _answered(self, received: Received) -> None:
         assert isinstance(received.data, str)
@@ -128,7 +128,7 @@ class Harness:
 
     @property
     def asked(self) -> list[Answering]:
-        return [message for message in self.told if isinstance(message, Answering)]
+        return [message for message in self.messages if isinstance(message, Answering)]
 
 
 def play(scene: Callable[[Harness], Awaitable[None]]) -> None:
@@ -163,7 +163,7 @@ def test_a_reply_says_what_was_decided() -> None:
             harness.react(number, SECOND_NS * number, outcome, measured={"temperature": 3})
             harness.send(number)
         await harness.after(10)
-        assert [said for _, said in harness.replies] == [
+        assert [replied for _, replied in harness.replies] == [
             {"id": "run_1-1", "succeeded": True, "measured": {"temperature": 3}},
             {"id": "run_1-2", "succeeded": False},
         ]
@@ -250,7 +250,7 @@ def test_a_request_that_is_cancelled_before_it_is_decided_is_never_begun() -> No
         await harness.after(0.5)
         harness.react(1)
         assert await harness.after(5) == []
-        assert not [line for line in harness.stage.told if "gets" in line]
+        assert not [line for line in harness.stage.output if "gets" in line]
 
     play(scene)
 
@@ -477,11 +477,11 @@ def test_a_request_that_waits_for_its_run_is_forgotten_with_its_controller() -> 
     play(scene)
 
 
-def test_a_node_that_does_not_know_a_run_says_so_when_it_is_told_of_a_request() -> None:
+def test_a_node_that_does_not_know_a_run_reports_that_when_it_gets_a_request() -> None:
     async def scene(harness: Harness) -> None:
         harness.react(1)
         await harness.after(0.1)
-        assert harness.told == [Forgot("run_1", harness.node.membership.own.node)]
+        assert harness.messages == [Forgot("run_1", harness.node.membership.own.node)]
 
     play(scene)
 
@@ -529,12 +529,12 @@ def test_decisions_about_another_run_are_nothing() -> None:
     play(scene)
 
 
-def test_a_tester_whose_run_it_does_not_know_is_told_so_and_what_came_meanwhile_is_begun_with_the_run() -> None:
+def test_a_tester_whose_run_it_does_not_know_is_reported_and_what_came_meanwhile_is_begun_with_the_run() -> None:
     async def scene(harness: Harness) -> None:
         harness.send(1)
         harness.react(1)
         await harness.after(1)
-        assert harness.told == [Forgot("run_1", harness.node.membership.own.node)]
+        assert harness.messages == [Forgot("run_1", harness.node.membership.own.node)]
         harness.prepare()
         harness.react(1)
         assert await harness.after(2) == [("run_1-1", True)]
@@ -609,11 +609,11 @@ def test_it_does_not_wait_for_a_controller_where_the_resource_is_real() -> None:
         await harness.loop.settle()
         harness.prepare()
         await harness.loop.settle()
-        assert harness.told == []
+        assert harness.messages == []
         nodes = (harness.node.membership.own.node,)
         harness.say(Prepare("run_1", nodes, "", {}, "1", is_relayed=False, real=("scan",)))
         await harness.loop.settle()
-        assert harness.told == [Prepared("run_1", harness.node.membership.own.node)]
+        assert harness.messages == [Prepared("run_1", harness.node.membership.own.node)]
 
     play(scene)
 
@@ -623,16 +623,16 @@ def test_it_is_ready_once_a_controller_reaches_it_and_hears_it() -> None:
         await harness.controller.close()
         harness.prepare()
         await harness.loop.settle()
-        assert harness.told == []
+        assert harness.messages == []
         half = harness.stage.join("controller")
         half.publisher(TOPICS.request("scan"))
         harness.prepare()
         await harness.loop.settle()
-        assert harness.told == []
+        assert harness.messages == []
         half.subscribe(TOPICS.reply("scan"), lambda _: None)
         harness.prepare()
         await harness.loop.settle()
-        assert harness.told == [Prepared("run_1", harness.node.membership.own.node)]
+        assert harness.messages == [Prepared("run_1", harness.node.membership.own.node)]
 
     play(scene)
 
@@ -642,7 +642,7 @@ def test_a_time_scale_that_is_none_is_refused_with_a_sentence(wording: Wording) 
         for scale in ("0", "-1", "1/0", "1e999999999", "x"):
             harness.prepare(scale=scale)
         await harness.loop.settle()
-        assert harness.told == []
+        assert harness.messages == []
         assert len(harness.stage.complaints) == 5
         wording(harness.stage.complaints)
 
@@ -650,7 +650,7 @@ def test_a_time_scale_that_is_none_is_refused_with_a_sentence(wording: Wording) 
 
 
 @pytest.mark.parametrize(
-    "said",
+    "replied",
     [
         "",
         "{}",
@@ -665,9 +665,9 @@ def test_a_time_scale_that_is_none_is_refused_with_a_sentence(wording: Wording) 
         "[" * 100_000,
     ],
 )
-def test_a_request_that_is_none_is_dropped_with_a_sentence(said: str, wording: Wording) -> None:
+def test_a_request_that_is_none_is_dropped_with_a_sentence(replied: str, wording: Wording) -> None:
     async def scene(harness: Harness) -> None:
-        harness.requests.publish(said)
+        harness.requests.publish(replied)
         harness.send(7, run="me")
         assert await harness.after(2) == [("me-7", True)]
         (complaint,) = harness.stage.complaints

@@ -121,7 +121,7 @@ def test_what_is_published_is_a_message_of_ros(rclpy: Rclpy, scene: Callable[[Pl
 
 
 @pytest.mark.parametrize("is_best_effort", [False, True])
-def test_topics_keep_all_and_are_as_reliable_as_is_said(
+def test_topics_keep_all_and_are_as_reliable_as_declared(
     rclpy: Rclpy, scene: Callable[[Play], None], *, is_best_effort: bool
 ) -> None:
     async def play(bus: RclpyBus) -> None:
@@ -130,8 +130,8 @@ def test_topics_keep_all_and_are_as_reliable_as_is_said(
         bus.client(LIGHT, _ignore)
 
     scene(play)
-    said = Profile(KEEP_ALL, BEST_EFFORT if is_best_effort else RELIABLE, VOLATILE)
-    assert [rclpy.endpoints[name].qos for name in ("/sent", "/heard")] == [said, said]
+    events = Profile(KEEP_ALL, BEST_EFFORT if is_best_effort else RELIABLE, VOLATILE)
+    assert [rclpy.endpoints[name].qos for name in ("/sent", "/heard")] == [events, events]
     assert rclpy.endpoints["/light"].qos == Profile(KEEP_ALL, RELIABLE, VOLATILE)
 
 
@@ -234,7 +234,7 @@ def test_a_type_that_the_user_has_built_is_found_by_its_name(monkeypatch: pytest
     ],
     ids=["package", "service type", "message type", "response field", "request field", "name"],
 )
-def test_what_this_ros_does_not_have_is_told(
+def test_what_this_ros_does_not_have_is_reported(
     rclpy: Rclpy, scene: Callable[[Play], None], make: Callable[[RclpyBus], object], wording: Wording
 ) -> None:
     async def play(bus: RclpyBus) -> None:
@@ -246,7 +246,7 @@ def test_what_this_ros_does_not_have_is_told(
     assert rclpy.endpoints == {}
 
 
-def test_what_rclpy_cannot_send_is_told_without_the_place_in_its_source(
+def test_what_rclpy_cannot_send_is_reported_without_the_place_in_its_source(
     rclpy: Rclpy, scene: Callable[[Play], None], wording: Wording
 ) -> None:
     async def play(bus: RclpyBus) -> None:
@@ -293,7 +293,7 @@ def test_what_rclpy_is_not_for_is_refused(
     ],
     ids=lambda value: value.name if isinstance(value, Topic | Service) else None,
 )
-def test_why_a_driver_is_not_heard_is_told(
+def test_why_a_driver_is_not_heard_is_reported(
     rclpy: Rclpy, scene: Callable[[Play], None], what: Topic | Service, *, is_mismatch: bool, wording: Wording
 ) -> None:
     text = "std_msgs/msg/String"
@@ -335,7 +335,7 @@ def test_who_publishes_best_effort_hinders_no_publisher_of_ours(
     scene(play)
 
 
-def test_what_goes_wrong_in_rclpy_is_told_and_the_next_message_comes(rclpy: Rclpy) -> None:
+def test_what_goes_wrong_in_rclpy_is_reported_and_the_next_message_comes(rclpy: Rclpy) -> None:
     async def scenario() -> None:
         complaints, kept = Kept[str](), Kept[Received]()
         bus = open_ros2("scbm", 0, complaints)
@@ -374,14 +374,14 @@ def test_it_joins_with_what_is_its_own_and_leaves_in_order(
 ) -> None:
     async def play(bus: RclpyBus) -> None:
         wording(bus.words)
-        assert rclpy.said == ["context in domain 7 with []", "node scbm_controller_drivers"]
+        assert rclpy.events == ["context in domain 7 with []", "node scbm_controller_drivers"]
         bus.publisher(TALK)
         await bus.close()
-        assert rclpy.said[2:] == ["executor shut down", "node destroyed", "context shut down"]
+        assert rclpy.events[2:] == ["executor shut down", "node destroyed", "context shut down"]
         assert rclpy.endpoints["/talk"].calls == ["waits for up to 1 s"]
 
     scene(play)  # which closes it again: nothing comes of that
-    assert len(rclpy.said) == 5
+    assert len(rclpy.events) == 5
 
 
 def test_a_closed_bus_calls_nobody_back(rclpy: Rclpy) -> None:
@@ -397,7 +397,7 @@ def test_a_closed_bus_calls_nobody_back(rclpy: Rclpy) -> None:
     assert loops.run(scenario()) == []
 
 
-def test_rclpy_that_does_not_start_is_told(rclpy: Rclpy, wording: Wording) -> None:
+def test_rclpy_that_does_not_start_is_reported(rclpy: Rclpy, wording: Wording) -> None:
     rclpy.fails = "failed to initialize rcl: no RMW, at ./src/rcl/init.c:1"
 
     async def scenario() -> None:

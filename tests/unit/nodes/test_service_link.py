@@ -79,7 +79,7 @@ class Driver:
 
 @dataclass
 class Harness:
-    """A link, what it told, and the driver behind it."""
+    """A link, its callbacks, and the driver behind it."""
 
     link: ServiceLink
     heard: Heard
@@ -335,7 +335,7 @@ def test_the_resource_is_there_while_all_of_its_services_are() -> None:
     run(scene())
 
 
-def test_a_resource_that_was_there_before_is_told_of_too() -> None:
+def test_a_resource_that_was_there_before_is_reported_too() -> None:
     async def scene() -> None:
         harness = Harness.of(SCAN, lambda driver: driver.serve("/scan"))
         assert harness.link.is_there
@@ -397,19 +397,19 @@ def test_a_request_that_nobody_can_carry_out_fails_by_the_clock_of_the_bus() -> 
     run(scene())
 
 
-def test_why_nobody_is_there_is_said_for_each_service_that_is_missing() -> None:
+def test_why_nobody_is_there_is_reported_for_each_service_that_is_missing() -> None:
     async def scene() -> None:
         harness = Harness.of(LIGHT)
         assert harness.link.why_unmatched() is None
         harness.driver.serve("/light", TRIGGER)
         harness.driver.serve("/blink", SET_BOOL)
-        said = harness.link.why_unmatched()
-        assert said is not None
-        assert all(word in said.why for word in ("`/light`", "`/blink`", "; "))
+        body = harness.link.why_unmatched()
+        assert body is not None
+        assert all(word in body.why for word in ("`/light`", "`/blink`", "; "))
         harness.driver.serve("/blink")
-        said = harness.link.why_unmatched()
-        assert said is not None
-        assert "`/light`" in said.why
-        assert "`/blink`" not in said.why
+        body = harness.link.why_unmatched()
+        assert body is not None
+        assert "`/light`" in body.why
+        assert "`/blink`" not in body.why
 
     run(scene())

@@ -51,7 +51,7 @@ def test_a_standard_input_from_which_nothing_can_come_has_ended(wording: Wording
     assert (ended.stderr, ended.returncode) == ("", 0)
 
 
-def test_it_does_not_care_for_its_standard_input_unless_it_is_told_to() -> None:
+def test_it_does_not_care_for_its_standard_input_unless_an_option_asks_for_it() -> None:
     with begin("plain") as process:
         assert process.stdout is not None
         assert process.stdin is not None

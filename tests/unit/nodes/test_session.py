@@ -41,7 +41,7 @@ from scbm.nodes.roles.node_process import Children
 from scbm.nodes.roles.session import Cell, RemoteCell
 from scbm.running.simulation import PlainReactions
 from scbm.testing import Tester
-from scbm.testing.node_runs import NodeTester
+from scbm.testing.cases_over_nodes import NodeTester
 from scbm.testing.verdicts import FailureKind
 from support.loops import GUARD_S
 from support.models import scan_cell
@@ -120,12 +120,12 @@ def test_a_cell_that_is_mended_in_vain_loses_the_case_and_the_next_does_not_wait
     wording: Wording,
 ) -> None:
     waits: list[float] = []
-    tells: list[tuple[Any, ...]] = []
+    reports: list[tuple[Any, ...]] = []
     wait_for_cell = TesterNode.wait_for_cell
 
     async def kept(node: TesterNode, wait_s: float, *more: Any) -> None:  # noqa: ANN401 - what it is given
         waits.append(wait_s)
-        tells.append(more)
+        reports.append(more)
         await wait_for_cell(node, wait_s, *more)
 
     monkeypatch.setattr(TesterNode, "wait_for_cell", kept)
@@ -142,7 +142,7 @@ def test_a_cell_that_is_mended_in_vain_loses_the_case_and_the_next_does_not_wait
         wording(failure.message)
         assert cell.mended == 3
         assert waits == [0.1, 0.1, 0.1, 0.0]
-        assert tells == [(opened.waiting,)] * 4  # not the first case alone waits aloud
+        assert reports == [(opened.waiting,)] * 4  # not the first case alone waits aloud
         assert cell.is_closed
 
     in_thread(work)
@@ -236,7 +236,7 @@ def test_a_case_that_every_controller_leaves_is_lost_in_the_end(wording: Wording
     in_thread(work)
 
 
-def test_a_cell_that_is_not_whole_is_told_and_left(wording: Wording) -> None:
+def test_a_cell_that_is_not_whole_is_reported_and_left(wording: Wording) -> None:
     def work() -> None:
         hub = LoopbackHub()
 
@@ -252,17 +252,17 @@ def test_a_cell_that_is_not_whole_is_told_and_left(wording: Wording) -> None:
     in_thread(work)
 
 
-def test_what_the_first_case_waits_for_is_told() -> None:
+def test_what_the_first_case_waits_for_is_reported() -> None:
     def work() -> None:
         hub = LoopbackHub()
-        told: list[tuple[Reason, ...]] = []
+        reported: list[tuple[Reason, ...]] = []
 
         async def open_bus() -> Bus:
             return hub.join("tester")
 
         def come(reasons: tuple[Reason, ...]) -> None:
             """The missing node joins once the session has reported it."""
-            told.append(reasons)
+            reported.append(reasons)
             for role, resources in (("controller", []), ("resources", ["scan"])):
                 context = NodeContext(hub.join(role), MODEL, new_status(role, MODEL, DIGEST, resources), print)
                 (ControllerNode(context) if role == "controller" else ResourcesNode(context, PlainReactions()))
@@ -270,13 +270,13 @@ def test_what_the_first_case_waits_for_is_told() -> None:
         opened = session(RemoteCell(open_bus))
         opened.waiting = come
         with opened:
-            ((missing,),) = told
+            ((missing,),) = reported
             assert (missing.lack, missing.resources) == (Lack.CONTROLLER, ("scan",))
 
     in_thread(work)
 
 
-def test_a_bus_that_cannot_be_opened_is_told() -> None:
+def test_a_bus_that_cannot_be_opened_is_reported() -> None:
     async def open_bus() -> Bus:
         raise BusError("down", "up")
 
@@ -287,7 +287,7 @@ def test_a_bus_that_cannot_be_opened_is_told() -> None:
     in_thread(work)
 
 
-def test_another_version_of_the_model_is_told_at_once(wording: Wording) -> None:
+def test_another_version_of_the_model_is_reported_at_once(wording: Wording) -> None:
     def work() -> None:
         with wording.raises(NotReadyError) as raised, session(LoopbackCell("other")):
             pytest.fail("the nodes have another model")
@@ -440,13 +440,13 @@ def test_a_child_that_ended_between_cases_is_started_again_before_the_next(wordi
 
         opened = session(RemoteCell(open_bus, Ending(hub, (), (), ("killed",))))
         opened.warn = complaints.append
-        told = []
+        reported = []
         with opened:
             tester = NodeTester(Tester(MODEL), opened)
             for _ in range(2):
                 assert tester.execute(CASE).verdict.passed
-                told.append(list(complaints))
-        before, (complaint,) = told
+                reported.append(list(complaints))
+        before, (complaint,) = reported
         assert (before, complaint.startswith("killed")) == ([], True)
         wording(complaint)
 

@@ -79,7 +79,7 @@ class Harness:
     def begin(self, case: Case = CASE) -> asyncio.Task[NodeRun]:
         return asyncio.ensure_future(self.node.run(case, choices(case), OPTIONS))
 
-    def said(self, kind: type) -> list[Any]:
+    def sent(self, kind: type) -> list[Any]:
         return [message for message in self.heard if isinstance(message, kind)]
 
 
@@ -151,39 +151,39 @@ def problems(reasons: Iterable[Reason]) -> Problems:
     return tuple((reason.lack, reason.resources) for reason in reasons)
 
 
-def test_what_it_waits_for_is_told_after_a_second_and_whenever_that_changes() -> None:
+def test_what_it_waits_for_is_reported_after_a_second_and_whenever_that_changes() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
-        told: list[tuple[int, Problems]] = []
+        reported: list[tuple[int, Problems]] = []
         begun_ns = loop.now_ns()
 
-        def tell(reasons: tuple[Reason, ...]) -> None:
-            told.append(((loop.now_ns() - begun_ns) // SECOND_NS, problems(reasons)))
+        def report(reasons: tuple[Reason, ...]) -> None:
+            reported.append(((loop.now_ns() - begun_ns) // SECOND_NS, problems(reasons)))
 
-        waiting = asyncio.ensure_future(harness.node.wait_for_cell(100.0, tell))
+        waiting = asyncio.ensure_future(harness.node.wait_for_cell(100.0, report))
         await loop.settle(SECOND_NS - 1_000)
-        assert told == []
+        assert reported == []
         await loop.settle(2_000)
-        assert told == [(1, (NO_CONTROLLER,))]
+        assert reported == [(1, (NO_CONTROLLER,))]
         harness.play("resources", "other")  # which changes nothing
         await loop.settle(2 * SECOND_NS)
         harness.play("controller")
         await loop.settle(2 * SECOND_NS)
-        assert told == [(1, (NO_CONTROLLER,)), (3, (NO_SCAN,))]
+        assert reported == [(1, (NO_CONTROLLER,)), (3, (NO_SCAN,))]
         harness.play("resources", "scan")
         await waiting
 
     play(scene)
 
 
-def test_who_comes_within_a_second_is_not_told_of() -> None:
+def test_who_comes_within_a_second_is_not_reported() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
-        told: list[tuple[Reason, ...]] = []
-        waiting = asyncio.ensure_future(harness.node.wait_for_cell(100.0, told.append))
+        reported: list[tuple[Reason, ...]] = []
+        waiting = asyncio.ensure_future(harness.node.wait_for_cell(100.0, reported.append))
         await loop.settle(SECOND_NS // 2)
         harness.cell()
         await waiting
         await loop.settle(10 * SECOND_NS)
-        assert told == []
+        assert reported == []
 
     play(scene)
 
@@ -236,7 +236,9 @@ def test_after_that_it_says_who_is_missing(others: list[tuple[str, ...]], reason
     ],
     ids=lambda value: value.name if isinstance(value, Lack) else None,
 )
-def test_what_no_waiting_mends_is_said_at_once(role: str, fields: dict[str, Any], lack: Lack, wording: Wording) -> None:
+def test_what_no_waiting_mends_is_reported_at_once(
+    role: str, fields: dict[str, Any], lack: Lack, wording: Wording
+) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         harness.play(role, *(["scan"] if role == "resources" else []), **fields)
         if role == "resources":
@@ -249,7 +251,7 @@ def test_what_no_waiting_mends_is_said_at_once(role: str, fields: dict[str, Any]
     play(scene)
 
 
-def test_a_stranger_that_cannot_be_understood_is_told_of(wording: Wording) -> None:
+def test_an_unknown_sender_that_cannot_be_understood_is_reported(wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         harness.stage.join("old").publisher(TOPICS.status).publish('{"kind": "status", "role": "controller"}')
         with wording.raises(NotReadyError) as raised:
@@ -274,7 +276,7 @@ def test_what_the_controller_lacks_is_missing() -> None:
     play(scene)
 
 
-def test_real_resources_cannot_be_made_faster_nor_told_what_to_do(wording: Wording) -> None:
+def test_real_resources_cannot_be_made_faster_nor_given_outcomes(wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         harness.play("controller", "scan")
         await loop.settle()
@@ -299,7 +301,7 @@ def test_all_are_sent_the_case_and_the_run_begins_once_all_are_ready() -> None:
         await loop.settle()
         task = harness.begin()
         await loop.settle(SECOND_NS)
-        assert harness.said(Go) == []
+        assert harness.sent(Go) == []
         first = controller.prepared[0]
         assert (first.case, first.options) == (write_case(CASE, MODEL, None), asdict(OPTIONS))
         assert (first.time_scale, first.is_relayed) == ("5/2", False)
@@ -308,7 +310,7 @@ def test_all_are_sent_the_case_and_the_run_begins_once_all_are_ready() -> None:
         assert len(resources.prepared) > 5
         resources.is_ready = True
         await loop.settle(SECOND_NS)
-        assert harness.said(Go) == [Go(controller.run)]
+        assert harness.sent(Go) == [Go(controller.run)]
         task.cancel()
 
     play(scene, Fraction(5, 2))
@@ -324,7 +326,7 @@ def test_a_node_that_refuses_loses_the_case(wording: Wording) -> None:
         controller.say(Refused(controller.run, controller.status.node, "it is too late"))
         wording(await why_lost(task))
         await loop.settle()
-        assert harness.said(Abandon) == [Abandon(controller.run)]
+        assert harness.sent(Abandon) == [Abandon(controller.run)]
 
     play(scene)
 
@@ -337,7 +339,7 @@ def test_a_node_that_says_nothing_loses_the_case(silent: str, wording: Wording) 
         await loop.settle()
         wording(await why_lost(harness.begin()))
         await loop.settle()
-        assert len(harness.said(Abandon)) == 1
+        assert len(harness.sent(Abandon)) == 1
 
     play(scene)
 
@@ -354,10 +356,10 @@ def test_who_goes_while_the_run_is_prepared_is_waited_for(role: str) -> None:
         await lost.bus.close()
         resources.is_ready = True
         await loop.settle(SECOND_NS)
-        assert harness.said(Go) == []
+        assert harness.sent(Go) == []
         harness.play(role, *lost.status.resources)
         await loop.settle(SECOND_NS)
-        assert len(dict.fromkeys(harness.said(Go))) == 1
+        assert len(dict.fromkeys(harness.sent(Go))) == 1
         task.cancel()
 
     play(scene)
@@ -402,11 +404,11 @@ def test_a_controller_that_forgets_the_run_before_it_goes_is_asked_again() -> No
         resources.is_ready = True
         await loop.settle(SECOND_NS)
         assert len(controller.prepared) > 5
-        assert harness.said(Go) == []
+        assert harness.sent(Go) == []
         await controller.bus.close()
         harness.play("controller")
         await loop.settle(SECOND_NS)
-        assert len(dict.fromkeys(harness.said(Go))) == 1
+        assert len(dict.fromkeys(harness.sent(Go))) == 1
         task.cancel()
 
     play(scene)
@@ -419,7 +421,7 @@ def test_a_controller_that_leaves_instead_of_going_has_not_begun_the_run(how: st
         await loop.settle()
         task = harness.begin()
         await loop.settle()
-        assert harness.said(Go) == [Go(controller.run)]
+        assert harness.sent(Go) == [Go(controller.run)]
         begun_ns = loop.now_ns()
         if how == "forgets":
             controller.say(Forgot(controller.run, controller.status.node))
@@ -429,7 +431,7 @@ def test_a_controller_that_leaves_instead_of_going_has_not_begun_the_run(how: st
             await task
         assert loop.now_ns() - begun_ns < SECOND_NS  # not the silence is noticed
         await loop.settle()
-        assert how == "is-lost" or harness.said(Abandon) == [Abandon(controller.run)]
+        assert how == "is-lost" or harness.sent(Abandon) == [Abandon(controller.run)]
 
     play(scene)
 
@@ -442,13 +444,13 @@ async def going(harness: Harness, loop: VirtualLoop, case: Case = CASE) -> tuple
     await loop.settle()
     task = harness.begin(case)
     await loop.settle()
-    assert harness.said(Go) == [Go(controller.run)]
+    assert harness.sent(Go) == [Go(controller.run)]
     controller.begin_run()
     await loop.settle()
     return controller, resources, task
 
 
-def test_what_becomes_of_each_request_is_said_once_it_is_sent() -> None:
+def test_what_becomes_of_each_request_is_reported_once_it_is_sent() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller, resources, task = await going(harness, loop)
         (react,) = [message for message in resources.heard if isinstance(message, React)]
@@ -463,12 +465,12 @@ def test_restarts_of_the_case_happen_at_their_times_of_the_run() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         _, resources, task = await going(harness, loop, RESTARTS)
         await loop.settle(SECOND_NS - 10_000)
-        assert harness.said(RestartResource) == []
+        assert harness.sent(RestartResource) == []
         await loop.settle(10_000)
-        assert [message.is_down for message in harness.said(RestartResource)] == [True]
+        assert [message.is_down for message in harness.sent(RestartResource)] == [True]
         await loop.settle(SECOND_NS // 2)
         assert [message.is_down for message in resources.heard if isinstance(message, RestartResource)] == [True, False]
-        assert [note.note["condition"] for note in harness.said(Note)] == ["down", "well"]
+        assert [note.note["condition"] for note in harness.sent(Note)] == ["down", "well"]
         task.cancel()
 
     play(scene, Fraction(2))
@@ -523,7 +525,7 @@ def test_a_run_that_cannot_be_followed_is_lost(play_on: Callable[[Played], None]
         play_on(controller)
         wording(await why_lost(task))
         await loop.settle()
-        assert harness.said(Abandon) == [Abandon(controller.run)]
+        assert harness.sent(Abandon) == [Abandon(controller.run)]
 
     play(scene)
 
@@ -635,7 +637,7 @@ def test_it_may_say_nothing_until_a_deadline_of_its_run_has_passed(wording: Word
     play(scene)
 
 
-def test_resources_that_are_lost_are_no_reason_to_stop_and_told_of(wording: Wording) -> None:
+def test_resources_that_are_lost_are_no_reason_to_stop_and_reported(wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         _, resources, task = await going(harness, loop)
         await resources.bus.close()
@@ -651,19 +653,19 @@ def test_resources_that_are_lost_are_no_reason_to_stop_and_told_of(wording: Word
     play(scene)
 
 
-def test_a_driver_that_is_lost_in_a_run_is_told_of(wording: Wording) -> None:
+def test_a_driver_that_is_lost_in_a_run_is_reported(wording: Wording) -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller = harness.play("controller", "scan")
         await loop.settle()
         task = harness.begin()
         await loop.settle()
         lacking = replace(controller.status, troubles=(UNREACHED,))
-        assert harness.said(Go) == [Go(controller.run)]
+        assert harness.sent(Go) == [Go(controller.run)]
         controller.statuses.publish(encode(lacking))
         await loop.settle()
-        (told,) = harness.stage.complaints
-        assert told.startswith(UNREACHED)
-        wording(told)
+        (reported,) = harness.stage.complaints
+        assert reported.startswith(UNREACHED)
+        wording(reported)
         task.cancel()
 
     play(scene)
@@ -702,7 +704,7 @@ def test_a_controller_that_comes_with_other_real_resources_loses_the_case(wordin
     play(scene)
 
 
-def test_a_node_that_joins_late_is_prepared_and_told_what_holds() -> None:
+def test_a_node_that_joins_late_is_prepared_and_sent_what_holds() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller, resources, task = await going(harness, loop, RESTARTS)
         await loop.settle(int(2.5 * SECOND_NS))
@@ -713,13 +715,13 @@ def test_a_node_that_joins_late_is_prepared_and_told_what_holds() -> None:
         assert [prepare.run for prepare in late.prepared] == [controller.run]
         kinds = [message.kind for message in late.heard if not isinstance(message, Prepare | Note)]
         assert kinds == ["restart", "react"]
-        assert harness.said(Go) == [Go(controller.run)]
+        assert harness.sent(Go) == [Go(controller.run)]
         task.cancel()
 
     play(scene)
 
 
-def test_a_node_that_has_forgotten_the_run_is_prepared_again_and_told_what_holds() -> None:
+def test_a_node_that_has_forgotten_the_run_is_prepared_again_and_sent_what_holds() -> None:
     async def scene(harness: Harness, loop: VirtualLoop) -> None:
         controller, resources, task = await going(harness, loop, RESTARTS)
         await loop.settle(int(2.5 * SECOND_NS))
@@ -777,7 +779,7 @@ def test_a_case_that_is_cancelled_is_abandoned() -> None:
         with pytest.raises(asyncio.CancelledError):
             await task
         await loop.settle()
-        assert harness.said(Abandon) == [Abandon(controller.run)]
+        assert harness.sent(Abandon) == [Abandon(controller.run)]
 
     play(scene)
 

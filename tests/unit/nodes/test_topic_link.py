@@ -26,7 +26,7 @@ REQUEST, REPLY = Topic("/scanner/request"), Topic("/scanner/reply")
 
 @dataclass
 class Harness:
-    """A link, what it told, and drivers that come and go."""
+    """A link, its callbacks, and drivers that come and go."""
 
     loop: VirtualLoop
     complaints: list[str] = field(default_factory=list)
@@ -76,7 +76,7 @@ def test_requests_and_cancellations_are_those_of_the_protocol() -> None:
     play(scene)
 
 
-def test_replies_and_values_are_told_with_the_time_at_which_they_came() -> None:
+def test_replies_and_values_are_reported_with_the_time_at_which_they_came() -> None:
     async def scene(harness: Harness) -> None:
         _, replies = harness.driver()
         assert replies is not None
@@ -105,7 +105,7 @@ def test_somebody_is_there_once_somebody_hears_and_somebody_may_answer(half: dic
         harness.driver(hears="hears" in half, answers="answers" in half)
         await harness.loop.settle()
         is_there.append(harness.link.is_there)
-        assert [said["id"] for said in harness.asked] == ["run-1"]
+        assert [body["id"] for body in harness.asked] == ["run-1"]
         await bus.close()
         await harness.loop.settle()
         is_there.append(harness.link.is_there)
@@ -122,8 +122,8 @@ def test_requests_wait_in_order_until_somebody_is_there_but_for_those_that_are_c
         harness.cancel(2)
         harness.driver()
         await harness.loop.settle()
-        assert [said["id"] for said in harness.asked] == ["run-1", "run-3"]
-        assert all("request" in said for said in harness.asked)
+        assert [body["id"] for body in harness.asked] == ["run-1", "run-3"]
+        assert all("request" in body for body in harness.asked)
 
     play(scene)
 
@@ -138,7 +138,7 @@ def test_no_request_is_sent_twice_whoever_comes_and_goes() -> None:
         harness.send(2)
         harness.driver()
         await harness.loop.settle()
-        assert [said["id"] for said in harness.asked] == ["run-1", "run-2"]
+        assert [body["id"] for body in harness.asked] == ["run-1", "run-2"]
 
     play(scene)
 
@@ -151,10 +151,10 @@ class Refusing:
         self.sent: list[str] = []
 
     def publish(self, data: Scalar) -> None:
-        said = json.loads(str(data))["id"]
-        if said == "run-1":
+        body = json.loads(str(data))["id"]
+        if body == "run-1":
             raise BusError("full")
-        self.sent.append(said)
+        self.sent.append(body)
 
 
 def test_a_request_that_is_not_taken_keeps_none_of_those_that_wait_behind_it(
@@ -208,7 +208,7 @@ def test_a_cancellation_that_nobody_can_hear_is_not_kept() -> None:
     play(scene)
 
 
-def test_why_nobody_is_there_is_said_if_it_shows(wording: Wording) -> None:
+def test_why_nobody_is_there_is_reported_if_it_shows(wording: Wording) -> None:
     async def scene(harness: Harness) -> None:
         assert harness.link.why_unmatched() is None
         harness.hub.join("driver").publisher(Topic(REPLY.name, MessageType.FLOAT64))
@@ -245,12 +245,12 @@ MALFORMED = [
 ]
 
 
-@pytest.mark.parametrize("said", MALFORMED, ids=lambda said: ascii(said)[:60])
-def test_what_is_none_of_the_protocol_is_dropped_with_a_sentence(said: str, wording: Wording) -> None:
+@pytest.mark.parametrize("body", MALFORMED, ids=lambda body: ascii(body)[:60])
+def test_what_is_none_of_the_protocol_is_dropped_with_a_sentence(body: str, wording: Wording) -> None:
     async def scene(harness: Harness) -> None:
         _, replies = harness.driver()
         assert replies is not None
-        replies.publish(said)
+        replies.publish(body)
         replies.publish('{"id": "run-8", "succeeded": true}')
         await harness.loop.settle()
         (complaint,) = harness.complaints
@@ -268,15 +268,15 @@ KEYS = st.sampled_from(["id", "succeeded", "measured", "x"])
 
 
 @given(st.recursive(SCALARS, lambda inner: st.lists(inner) | st.dictionaries(KEYS, inner)))
-def test_whatever_comes_is_a_reply_or_values_or_refused(said: object) -> None:
+def test_whatever_comes_is_a_reply_or_values_or_refused(body: object) -> None:
     try:
-        heard = read_reply(json.dumps(said), 5)
+        heard = read_reply(json.dumps(body), 5)
     except NotAMessageError:
         return
-    assert isinstance(said, dict)
+    assert isinstance(body, dict)
     values = heard.measured if isinstance(heard, Reply) else heard.values
-    assert dict(values) == said.get("measured", {})
-    assert isinstance(heard, Reply) == ("id" in said)
+    assert dict(values) == body.get("measured", {})
+    assert isinstance(heard, Reply) == ("id" in body)
 
 
 @given(st.from_regex(r"[0-9A-Za-z_]{1,64}", fullmatch=True), st.integers(0, 10**18 - 1))

@@ -67,7 +67,7 @@ def test_no_two_kinds_have_one_name() -> None:
     assert len({kind.kind for kind in KINDS}) == len(KINDS)
 
 
-def test_what_is_said_is_json_that_a_person_can_read() -> None:
+def test_what_is_sent_is_json_that_a_person_can_read() -> None:
     assert encode(Go("run_1")) == '{"kind":"go","run":"run_1"}'
     assert json.loads(encode(Abandon("läuft"))) == {"kind": "abandon", "run": "läuft"}
     assert "läuft" in encode(Abandon("läuft"))
@@ -81,13 +81,13 @@ def test_anything_else_is_refused(data: object) -> None:
 
 @given(messages(), st.data())
 def test_a_message_with_a_field_of_another_sort_is_refused(message: Message, data: st.DataObject) -> None:
-    said = json.loads(encode(message))
-    name = data.draw(st.sampled_from([name for name in said if name != "kind"]))
-    other = data.draw(JSON.filter(lambda value: _sort(value) != _sort(said[name])))
+    document = json.loads(encode(message))
+    name = data.draw(st.sampled_from([name for name in document if name != "kind"]))
+    other = data.draw(JSON.filter(lambda value: _sort(value) != _sort(document[name])))
     if message.kind == "react" and name == "measured" and (other is None or isinstance(other, dict)):
         return  # either will do
     with pytest.raises(NotAMessageError, match=f"`{name}` .* `{message.kind}` "):
-        decode(json.dumps({**said, name: other}))
+        decode(json.dumps({**document, name: other}))
 
 
 def _sort(value: object) -> str:
@@ -96,10 +96,10 @@ def _sort(value: object) -> str:
 
 @given(messages(), st.data())
 def test_a_message_with_a_field_too_few_or_too_many_is_refused(message: Message, data: st.DataObject) -> None:
-    said = json.loads(encode(message))
-    name = data.draw(st.sampled_from([name for name in said if name != "kind"]))
-    fewer = {key: value for key, value in said.items() if key != name}
-    for wrong in (fewer, {**said, "more": 1}):
+    document = json.loads(encode(message))
+    name = data.draw(st.sampled_from([name for name in document if name != "kind"]))
+    fewer = {key: value for key, value in document.items() if key != name}
+    for wrong in (fewer, {**document, "more": 1}):
         with pytest.raises(NotAMessageError, match=rf"`{message.kind}` .*\b{name}\b"):
             decode(json.dumps(wrong))
 
@@ -125,9 +125,9 @@ def test_a_message_with_a_field_too_few_or_too_many_is_refused(message: Message,
     ids=lambda wrong: ascii(wrong)[:40],
 )
 def test_what_is_malformed_huge_or_deep_is_refused_with_a_reason(wrong: object, wording: Wording) -> None:
-    with wording.raises(NotAMessageError) as told:
+    with wording.raises(NotAMessageError) as reported:
         decode(wrong)
-    assert len(str(told.value)) < 200
+    assert len(str(reported.value)) < 200
 
 
 def test_what_is_as_deep_as_just_can_be_read_is_refused_as_well() -> None:
@@ -138,11 +138,11 @@ def test_what_is_as_deep_as_just_can_be_read_is_refused_as_well() -> None:
 
 @pytest.mark.parametrize("latency", [-1, 2**63, 10**400, 1.0, True, "1", None])
 def test_numbers_are_counts_that_clocks_can_take(latency: object, wording: Wording) -> None:
-    said = json.loads(encode(React("run", 1, "scanner", "succeed", 1, None, (0,))))
+    document = json.loads(encode(React("run", 1, "scanner", "succeed", 1, None, (0,))))
     with wording.raises(NotAMessageError):
-        decode(json.dumps({**said, "latency_ns": latency}))
+        decode(json.dumps({**document, "latency_ns": latency}))
     with wording.raises(NotAMessageError):
-        decode(json.dumps({**said, "copies": [0, latency]}))
+        decode(json.dumps({**document, "copies": [0, latency]}))
 
 
 @given(st.builds(Fraction, st.integers(1, 10**18 - 1), st.integers(1, 10**18 - 1)))

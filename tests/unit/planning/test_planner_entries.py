@@ -78,7 +78,7 @@ def test_a_cache_asks_any_planner_once_for_a_state(answering: Callable[..., list
     assert len(asked) == 1
 
 
-def test_a_command_tells_an_incomplete_search_from_a_proof(
+def test_a_command_distinguishes_an_incomplete_search_from_a_proof(
     answering: Callable[..., list[int]], scbm: Callable[..., Any], wording: Wording
 ) -> None:
     answering(NoPlanFound(12))

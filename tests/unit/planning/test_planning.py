@@ -44,7 +44,7 @@ def test_the_runners_variables_stand_still_at_rest() -> None:
     assert isinstance(_plan(never, "box_is_scanned == true"), Unsolvable)
 
 
-def test_only_variables_that_planning_can_tell_apart_are_packed() -> None:
+def test_only_variables_that_planning_can_distinguish_are_packed() -> None:
     model = scan_cell()
     assert Task(model).packing.space.names == ("box_is_scanned", "scan_req_trigger", "scan_req_state")
     goal = parse_predicate("scan_command == scan_box", Scope.of(model))

@@ -85,7 +85,7 @@ def test_a_certificate_of_another_model_proves_nothing(wording: Wording) -> None
     wording(flaw)
 
 
-def test_no_more_than_twenty_flaws_are_told() -> None:
+def test_no_more_than_twenty_flaws_are_reported() -> None:
     names = [f"light/{number}" for number in range(30)]
     assert len(flaws_of(lamp(), StructureArgument(()), *names)) == 20
 
@@ -271,12 +271,12 @@ def test_more_situations_than_there_are_do_no_harm() -> None:
     assert flaws_of(lamp(), runs(asked, EXECUTING, FAILED, change, EXECUTING), *NEVER) == []
 
 
-def test_a_first_situation_that_is_not_listed_is_told(wording: Wording) -> None:
+def test_a_first_situation_that_is_not_listed_is_reported(wording: Wording) -> None:
     (flaw,) = flaws_of(lamp(), runs(FAILED), *NEVER)
     wording(flaw)
 
 
-def test_a_later_situation_that_is_not_listed_is_told_with_the_step_that_leads_to_it(wording: Wording) -> None:
+def test_a_later_situation_that_is_not_listed_is_reported_with_the_step_that_leads_to_it(wording: Wording) -> None:
     (flaw,) = flaws_of(lamp(), runs(EXECUTING), *NEVER)
     wording(flaw)
 
@@ -374,7 +374,7 @@ def test_a_variable_that_matters_cannot_be_left_out(
         Situation(("dark", "y", True, "failed", "none", "initial", "planning"), ("light",), (), Awaits.CHANGE),
     ],
 )
-def test_what_is_no_situation_at_all_is_told(situation: Situation, wording: Wording) -> None:
+def test_what_is_no_situation_at_all_is_reported(situation: Situation, wording: Wording) -> None:
     (flaw,) = flaws_of(lamp(), runs(EXECUTING, situation), *NEVER)
     wording(flaw)
 

@@ -145,17 +145,17 @@ def test_the_page_of_messages_shows_how_a_text_is_refused() -> None:
         ('"goal": "never", ', "", "18:1"),
     ],
 )  # fmt: skip
-def test_what_is_wrong_is_said_where_it_stands(old: str, new: str, place: str, wording: Wording) -> None:
+def test_what_is_wrong_is_reported_where_it_stands(old: str, new: str, place: str, wording: Wording) -> None:
     assert old in RUNS_TEXT
     assert refused(RUNS_TEXT.replace(old, new, 1), wording) == [place]
 
 
-def test_everything_that_is_wrong_is_told_at_once_from_the_top(wording: Wording) -> None:
+def test_everything_that_is_wrong_is_reported_at_once_from_the_top(wording: Wording) -> None:
     text = RUNS_TEXT.replace('"plan"', "3").replace("true", "null").replace('"reason"', '"because"')
     assert refused(text, wording) == ["5:1", "6:1", "12:12", "16:11", "16:42"]
 
 
-def test_no_more_than_a_hundred_faults_are_told() -> None:
+def test_no_more_than_a_hundred_faults_are_reported() -> None:
     text = RUNS_TEXT.replace("[],[]],", "[],[" + ",".join(["1"] * 300) + "]],")
     with pytest.raises(InputError) as caught:
         read_certificate(text)

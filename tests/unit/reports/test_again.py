@@ -41,7 +41,7 @@ def test_a_drawn_case_is_drawn_again(scbm: Scbm) -> None:
     assert (report["case"], report["simulated_seconds"]) == (stored.name, stored.ended_ns / 1e9)
 
 
-def test_all_that_decides_a_drawn_case_is_said(scbm: Scbm) -> None:
+def test_all_that_decides_a_drawn_case_is_reported(scbm: Scbm) -> None:
     requirements = (
         ("required_1", "never robot_at == home"),
         ("required_2", "always mounted == none || gripper_act == open"),

@@ -40,7 +40,7 @@ def test_cases_that_fail_for_one_reason_are_one_cause_with_the_words_of_the_firs
     assert cause.labels == history.labels
 
 
-def test_kind_and_subject_tell_causes_apart() -> None:
+def test_kind_and_subject_distinguish_causes() -> None:
     one = Failure(FailureKind.REQUIREMENT, "one", "one at 1 s")
     later = Failure(FailureKind.REQUIREMENT, "one", "one at 2 s")
     two = Failure(FailureKind.REQUIREMENT, "two", "two")
@@ -84,7 +84,7 @@ def test_a_goal_that_was_not_reached_is_another_cause_than_another_goal() -> Non
     ]
 
 
-def test_a_goal_tells_only_apart_what_is_not_reached() -> None:
+def test_a_goal_only_distinguishes_what_is_not_reached() -> None:
     history = failing(*[(Failure(FailureKind.LIVELOCK, "round", f"round {n}"),) for n in range(2)])
     cases = zip(history.cases, ("one", "two"), strict=True)
     history = replace(history, cases=tuple(replace(case, goal=goal) for case, goal in cases))

@@ -67,11 +67,11 @@ def test_new_cases_are_a_table_with_what_each_adds(wording: Wording) -> None:
     wording(_section(lines, "New"))
 
 
-def test_what_is_uncoverable_is_told_once_for_each_reason(wording: Wording) -> None:
+def test_what_is_uncoverable_is_reported_once_for_each_reason(wording: Wording) -> None:
     wording(_section(_report_lines(closing_of(CELL)), "Proved"))
 
 
-def test_stages_that_ended_early_are_told_with_what_helps(wording: Wording) -> None:
+def test_stages_that_ended_early_are_reported_with_what_helps(wording: Wording) -> None:
     ended = (
         StageEnd(Stage.RANDOM, "no case got a plan from the planner canonical", "--planner"),
         StageEnd(Stage.SEARCH, "2 changed cases were run", "--max-changes"),
@@ -81,7 +81,7 @@ def test_stages_that_ended_early_are_told_with_what_helps(wording: Wording) -> N
     wording(_section(_report_lines(replace(closing_of(CELL), ended=ended)), "early"))
 
 
-def test_what_is_undecided_is_told_with_what_stopped_it(wording: Wording) -> None:
+def test_what_is_undecided_is_reported_with_what_stopped_it(wording: Wording) -> None:
     lines = _report_lines(closing_of(CELL, [SCANS, FAILS, WAITS], undecided=["scan_box/timedout"]))
     wording(_section(lines, "Undecided"))
 
@@ -119,7 +119,7 @@ def test_what_new_cases_found_on_their_way_has_its_own_section(wording: Wording)
     assert found[0] not in _report_lines(closing_of(CELL, [SCANS]))
 
 
-def test_the_same_reason_of_several_automatic_transitions_is_told_once(wording: Wording) -> None:
+def test_the_same_reason_of_several_automatic_transitions_is_reported_once(wording: Wording) -> None:
     closing = closing_of(
         scan_cell(("automatic_transitions:\n", "automatic_transitions:\n  x: {g: true, a: [count += 1]}\n"))
     )
@@ -132,20 +132,20 @@ def test_the_same_reason_of_several_automatic_transitions_is_told_once(wording: 
     wording(_section(lines, "Proved"))
 
 
-def test_goals_that_were_written_are_told(wording: Wording) -> None:
+def test_goals_that_were_written_are_reported(wording: Wording) -> None:
     setting = ClosingSetting("cell.yaml", written=("red: light == red",))
     wording(line for line in _report_lines(closing_of(CELL), setting) if "red: light == red" in line)
     setting = ClosingSetting("cell.yaml", already=("red: light == red",))
     wording(line for line in _report_lines(closing_of(CELL), setting) if "red: light == red" in line)
 
 
-def test_where_nothing_is_saved_the_command_that_does_is_told(wording: Wording) -> None:
+def test_where_nothing_is_saved_the_command_that_does_is_reported(wording: Wording) -> None:
     _, line = _section(_report_lines(closing_of(CELL, [SCANS])), "Save")
     assert line.startswith("  scbm close cell.yaml --out ")
     wording(line)
 
 
-def test_what_was_written_is_told_with_the_commands_that_repeat_it(wording: Wording) -> None:
+def test_what_was_written_is_reported_with_the_commands_that_repeat_it(wording: Wording) -> None:
     cases, certificates = {"fails": Path("out/cases/fails.yaml")}, {"structure": Path("out/certificates/s.json")}
     output = ClosingFiles(Path("out"), cases, certificates, (Path("out/cases/old.yaml"),))
     setting = ClosingSetting("cell.yaml", "suite", " mine", " --cases 3 --seed 1", output=output)

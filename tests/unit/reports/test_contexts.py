@@ -75,7 +75,7 @@ def test_the_smallest_suite_says_what_each_case_brings_and_how_to_run_it(wording
     wording(lines)
 
 
-def test_what_is_not_proved_is_not_said_to_be(wording: Wording) -> None:
+def test_what_is_not_proved_is_not_reported_as_proved(wording: Wording) -> None:
     cover = smallest_cover([case.visited for case in HISTORY.cases])
     proved, unproved = smallest(HISTORY), smallest(HISTORY, replace(cover, at_least=4))
     (place,) = (number for number, (a, b) in enumerate(zip(proved, unproved, strict=True)) if a != b)

@@ -19,7 +19,7 @@ def _failure_lines(more: str) -> list[str]:
     return [line.plain for line in failure_lines(BEFORE, execution)]
 
 
-def test_a_run_that_passed_has_nothing_to_tell() -> None:
+def test_a_run_that_passed_has_nothing_to_report() -> None:
     assert _failure_lines("") == []
 
 

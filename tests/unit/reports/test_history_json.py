@@ -31,7 +31,7 @@ def test_it_holds_the_figures_the_runs_and_the_cases() -> None:
     assert {case["recipe"]["kind"] for case in report["cases"]} == {"written", "drawn"}
 
 
-def test_who_visits_what_is_told_from_both_sides() -> None:
+def test_who_visits_what_is_reported_from_both_sides() -> None:
     history = history_of(EXAMPLE / "after.yaml", 5, written=CASES)
     report = history_json(history)
     visited = {case["label"]: case["visited"] for case in report["cases"]}
@@ -61,7 +61,7 @@ def test_a_case_that_failed_says_why() -> None:
     assert case["again"].endswith("--seed 1 --case 1")
 
 
-def test_what_a_drawn_case_was_drawn_from_is_told() -> None:
+def test_what_a_drawn_case_was_drawn_from_is_reported() -> None:
     history = history_of(EXAMPLE / "before.yaml", 1)
     recipe = Drawn(3, 7, "loss=1 %", (("safe", "always false"),), 1_500_000_000)
     case = replace(history.cases[0], recipe=recipe, is_earlier=True)
@@ -77,7 +77,7 @@ def test_what_a_drawn_case_was_drawn_from_is_told() -> None:
     assert (report["is_earlier"], report["again"]) == (True, None)
 
 
-def test_the_smallest_suite_is_told_by_its_labels() -> None:
+def test_the_smallest_suite_is_reported_by_its_labels() -> None:
     history = history_of(EXAMPLE / "before.yaml", 5)
     report = smallest_json(history, Cover((0, 3), 1))
     assert report == {

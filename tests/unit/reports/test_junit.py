@@ -71,7 +71,7 @@ def test_a_case_that_failed_says_why_and_how_to_see_it(kind: str) -> None:
     assert f"again: scbm run {history.source.path} --seed 1 --case 1" in failure.text
 
 
-def test_several_failures_of_a_case_are_all_told(wording: Wording) -> None:
+def test_several_failures_of_a_case_are_all_reported(wording: Wording) -> None:
     failures = (
         Failure(FailureKind.REQUIREMENT, "first", "first is broken"),
         Failure(FailureKind.EXPECTATION, "final", "expected a at the end"),
@@ -102,7 +102,7 @@ def test_a_case_of_an_earlier_model_names_no_command() -> None:
     assert "again" not in case.result[0].text
 
 
-def test_of_several_runs_the_last_is_told(wording: Wording) -> None:
+def test_of_several_runs_the_last_is_reported(wording: Wording) -> None:
     history = history_of(EXAMPLE / "before.yaml", 1)
     (first,) = history.runs
     last = replace(first, id="2", started="2026-11-22T13:14:15.600000Z", command="scbm test later.yaml")

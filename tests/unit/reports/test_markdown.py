@@ -61,7 +61,7 @@ def test_the_figure_comes_first(wording: Wording) -> None:
     ]
 
 
-def test_what_is_missing_is_told_with_its_reasons_and_folded_if_it_is_long(wording: Wording) -> None:
+def test_what_is_missing_is_reported_with_its_reasons_and_folded_if_it_is_long(wording: Wording) -> None:
     page = rendered(markdown(history_of(EXAMPLE / "before.yaml", 20)))
     assert texts(page, "//details/summary") == ["16 disabled", "7 failed", "16 timedout"]
     assert texts(page, "//p/strong") == ["2 executing", "2 completed", "3 taken", "2 queued"]
@@ -139,7 +139,7 @@ def test_hundreds_of_operations_fit_into_a_comment() -> None:
     assert "<b>400 queued</b>" in text or "`scbm report`" in text.splitlines()[-1]
 
 
-def test_only_what_is_given_as_missing_is_told(wording: Wording) -> None:
+def test_only_what_is_given_as_missing_is_reported(wording: Wording) -> None:
     missed = Missed(Obligation("go", Aspect.FAILED), "why not", "scbm explain m.yaml go/failed")
     text = markdown(history_of(EXAMPLE / "before.yaml", 20), [missed])
     assert "\n| `go` | why not |\n" in text
@@ -155,7 +155,7 @@ def test_nothing_to_measure_and_no_cases(wording: Wording) -> None:
     wording(texts(page, "//p"))
 
 
-def test_lost_cases_are_told_without_a_command(wording: Wording) -> None:
+def test_lost_cases_are_reported_without_a_command(wording: Wording) -> None:
     text = markdown(with_lost_cases(history_of(EXAMPLE / "before.yaml", 3), 2))
     (row,) = [line for line in text.splitlines() if line.startswith("| **lost**")]
     assert row.endswith(" |  |")

@@ -137,7 +137,7 @@ def test_the_states_of_the_channels_are_those_of_the_trace_behind_every_record(n
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_states_begin_with_the_run_and_are_said_only_when_they_change(name: str) -> None:
+def test_states_begin_with_the_run_and_are_reported_only_when_they_change(name: str) -> None:
     last: dict[str, Any] = {}
     for message in messages(name):
         if message.topic.startswith(("/operations", "/variables", "/resources", "/plan", "/requirements")):
@@ -147,7 +147,7 @@ def test_states_begin_with_the_run_and_are_said_only_when_they_change(name: str)
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_messages_are_as_old_as_what_they_tell_of(name: str) -> None:
+def test_messages_are_as_old_as_what_they_report(name: str) -> None:
     execution = RUNS[name][1]
     for message in messages(name):
         if not message.topic.startswith("/requirements"):
@@ -180,7 +180,7 @@ def test_each_message_of_the_log_has_the_severity_of_its_record() -> None:
     assert by_text["■ reached"] == 2
 
 
-def test_injections_are_told_and_put_back(wording: Wording) -> None:
+def test_injections_are_reported_and_put_back(wording: Wording) -> None:
     shown = of("injected", "/injections")
     assert [(read.at_ns // 10**9, read.content["injection"]) for read in shown] == [
         (0, "held"),
@@ -200,13 +200,13 @@ def test_requirements_are_kept_until_they_are_violated() -> None:
     assert [read.content["state"] for read in of("injected", "/requirements/two")] == ["kept"]
 
 
-def test_faults_of_the_network_are_told() -> None:
+def test_faults_of_the_network_are_reported() -> None:
     fates = [read.content["fate"] for read in of("faults-6", "/network")]
     assert {"lost", "dropped: repeated"} <= {*fates}
     assert any(fate.startswith("delivered 2 ") for fate in fates)
 
 
-def test_requests_are_told_with_what_they_carry() -> None:
+def test_requests_are_reported_with_what_they_carry() -> None:
     model, execution = RUNS["faults-6"]
     sent = [record for record in execution.trace.records if isinstance(record, RequestSent)]
     shown = {

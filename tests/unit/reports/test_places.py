@@ -53,7 +53,7 @@ def terminal(history: History) -> list[str]:
     return [line.plain for line in stored_report(history, "cov.db")]
 
 
-def test_where_a_case_ran_is_said_with_what_was_real(wording: Wording) -> None:
+def test_where_a_case_ran_is_reported_with_what_was_real(wording: Wording) -> None:
     simulated, over_nodes = both().cases[0], both().cases[3]
     assert (place_of(simulated, both()), place_of(over_nodes, both())) == ("", PLACE)
     none_real = both(())
@@ -63,7 +63,7 @@ def test_where_a_case_ran_is_said_with_what_was_real(wording: Wording) -> None:
     wording(sorts)
 
 
-def test_durations_are_told_apart(wording: Wording) -> None:
+def test_durations_are_distinguished(wording: Wording) -> None:
     history = both()
     simulated = sum(case.ended_ns for case in history.cases[:3]) / 1e9
     over_nodes = sum(case.ended_ns for case in history.cases[3:]) / 1e9

@@ -68,7 +68,7 @@ def test_without_failures_there_are_no_results() -> None:
         ("time_limit", "not_reached", "inside"),
     ],
 )
-def test_a_failure_is_told_at_what_it_broke(model: str, rule: str, word: str) -> None:
+def test_a_failure_is_reported_at_what_it_broke(model: str, rule: str, word: str) -> None:
     history = here(history_of(FAILS / f"{model}.yaml", 5))
     run = run_of(history)
     (result,) = run["results"]
@@ -86,7 +86,7 @@ def test_a_failure_is_told_at_what_it_broke(model: str, rule: str, word: str) ->
     assert text[region["startColumn"] - 1 : region["endColumn"] - 1] == word
 
 
-def test_each_expectation_of_a_case_is_told_in_its_file(tmp_path: Path) -> None:
+def test_each_expectation_of_a_case_is_reported_in_its_file(tmp_path: Path) -> None:
     path = tmp_path / "two ways.yaml"
     path.write_text(
         "case: two_ways\ngoal: item_a_scanned\nexpect: {final: robot_at == agv, plan: []}\n", encoding="utf-8"
@@ -103,7 +103,7 @@ def test_each_expectation_of_a_case_is_told_in_its_file(tmp_path: Path) -> None:
     assert run["artifacts"][1] == {"location": {"uri": uri}}
 
 
-def test_a_requirement_that_is_not_of_the_model_is_told_where_it_comes_from() -> None:
+def test_a_requirement_that_is_not_of_the_model_is_reported_where_it_comes_from() -> None:
     history = failing(Failure(FailureKind.REQUIREMENT, "safe", "safe is violated"))
     written = replace(history.cases[0], recipe=Written("case: one", "cases/one.yaml"))
     (result,) = run_of(replace(history, cases=(written,)))["results"]
@@ -183,14 +183,14 @@ def fingerprints(history: History) -> list[str]:
     return [result["partialFingerprints"]["scbmCause/v1"] for result in run_of(history)["results"]]
 
 
-def test_fingerprints_tell_the_files_of_causes_apart() -> None:
+def test_fingerprints_distinguish_the_files_of_causes() -> None:
     history = here(history_of(FAILS / "requirement.yaml", 1))
     (last,) = history.runs
     moved = replace(last, source=ModelSource(f"other/{last.source.path}", last.source.text))
     assert fingerprints(history) != fingerprints(replace(history, runs=(moved,)))
 
 
-def test_fingerprints_tell_the_cases_of_expectations_apart() -> None:
+def test_fingerprints_distinguish_the_cases_of_expectations() -> None:
     """A test in Python has several cases in one file, and files can have cases of one name."""
     history = failing(Failure(FailureKind.EXPECTATION, "final", "expected"), cases=3)
     tests = (("one", "test_cell.py"), ("two", "test_cell.py"), ("two", "test_other.py"))

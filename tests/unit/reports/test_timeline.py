@@ -21,7 +21,7 @@ RESTART = "network: {restarts: [{resource: scan, at: 1 h, for: 1 s}]}"
 @pytest.mark.parametrize(
     ("more", "is_real"), [("", True), (RESTART, True), ("", False)], ids=["node", "restart", "simulated"]
 )
-def test_a_resource_that_is_lost_with_its_node_is_told_apart_from_one_that_the_case_restarts(
+def test_a_resource_that_is_lost_with_its_node_is_distinguished_from_one_that_the_case_restarts(
     more: str,
     is_real: bool,  # noqa: FBT001 - a parameter of the test
     wording: Wording,

@@ -130,7 +130,7 @@ def test_a_copy_of_a_store_in_the_middle_of_a_run_adds_nothing_to_it(tmp_path: P
         assert combine_stores(order, tmp_path / "all.db").history == expected
 
 
-def test_runs_are_told_apart_by_their_token_alone(tmp_path: Path) -> None:
+def test_runs_are_distinguished_by_their_token_alone(tmp_path: Path) -> None:
     one, two = _stores(tmp_path, 1, 2)
     runs = combine_stores([two, one], tmp_path / "all.db").history.runs
     assert [replace(run, visited=0).command for run in runs] == ["scbm test 1", "scbm test 2"]

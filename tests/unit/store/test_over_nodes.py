@@ -1,4 +1,4 @@
-"""What a store keeps of cases that ran over nodes, and stores of version 1, which did not tell them apart."""
+"""What a store keeps of cases that ran over nodes, and stores of version 1, which did not distinguish them."""
 
 from __future__ import annotations
 
@@ -228,7 +228,7 @@ def test_a_damaged_log_is_a_damaged_store(path: Path, tmp_path: Path, log: objec
         combine_stores([path], tmp_path / "all.db")
 
 
-def test_a_log_of_a_simulated_case_is_damage_and_so_is_a_place_that_is_not_told(path: Path, tmp_path: Path) -> None:
+def test_a_log_of_a_simulated_case_is_damage_and_so_is_a_place_that_is_not_reported(path: Path, tmp_path: Path) -> None:
     store(path, 1, results(1, 1))
     changed(path, "UPDATE test_case SET log = ?", zlib.compress(b"a log"))
     complaint(path)

@@ -135,7 +135,7 @@ def test_a_store_is_read_while_someone_writes(path: Path) -> None:
         assert len(read_history(path).cases) == 16
 
 
-def test_a_view_tells_in_sql_what_was_visited(path: Path) -> None:
+def test_a_view_reports_in_sql_what_was_visited(path: Path) -> None:
     history = read_history(path)
     with sqlite3.connect(path) as connection:
         rows = connection.execute("SELECT test_case, obligation FROM visit ORDER BY test_case, obligation").fetchall()

@@ -100,7 +100,7 @@ def test_a_written_case_is_recorded_as_it_is(tmp_path: Path) -> None:
     assert [replays.recorded(stored) for stored in history.cases] == [case for case, _ in CASES["written"]]
 
 
-def test_what_several_commands_said_is_kept_apart(tmp_path: Path) -> None:
+def test_what_several_commands_printed_is_kept_apart(tmp_path: Path) -> None:
     """Each command line names its first requirement `required_1`, and has a network of its own."""
     other = replace(_requirement(), sentence=parse_requirement("never scanned_a == true", Scope.of(MODEL), file="-"))
     cases = [

@@ -125,9 +125,9 @@ def test_why_a_case_failed_is_kept(path: Path) -> None:
     assert history.cases[0].verdict == _failed()
     assert history.failed == history.cases[:1]
     with sqlite3.connect(path) as connection:
-        told = connection.execute("SELECT failures FROM test_case ORDER BY position").fetchall()
+        reported = connection.execute("SELECT failures FROM test_case ORDER BY position").fetchall()
     connection.close()
-    assert told == [('[["requirement", "safe", "it was not"]]',), (None,)]
+    assert reported == [('[["requirement", "safe", "it was not"]]',), (None,)]
 
 
 @pytest.mark.parametrize(

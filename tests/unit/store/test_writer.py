@@ -141,7 +141,7 @@ def test_a_run_of_centuries_is_refused_in_words(path: Path) -> None:
         read_history(path)
 
 
-def test_a_store_of_another_model_is_refused_and_told_how_it_differs(path: Path, wording: Wording) -> None:
+def test_a_store_of_another_model_is_refused_with_the_differences(path: Path, wording: Wording) -> None:
     store(path, 1, results(1, 2))
     before = read_history(path)
     edited = cell(("gr: light != red", "gr: light == green"), ("goals:", "initial_states: light == green\ngoals:"))
@@ -183,7 +183,7 @@ def test_the_database_of_someone_else_is_left_alone(path: Path) -> None:
     assert path.read_bytes() == before
 
 
-def test_a_directory_that_is_not_there_is_told(tmp_path: Path) -> None:
+def test_a_directory_that_is_not_there_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
         store(tmp_path / "nowhere" / "cov.db", 1, results(1, 1))
     assert caught.value.diagnostics[0].slug is Slug.STORE_UNUSABLE
@@ -215,7 +215,7 @@ def test_several_processes_add_to_one_store_at_the_same_time(path: Path) -> None
 
 @pytest.mark.slow
 def test_a_hundred_writers_that_are_killed_leave_whole_stores(tmp_path: Path) -> None:
-    """By SIGKILL, at moments that are drawn; what they said was added is there once, and nothing by halves."""
+    """By SIGKILL, at moments that are drawn; the reported cases are there once, and nothing by halves."""
     done = subprocess.run(
         [sys.executable, str(ROOT / "tests/support/kills.py"), str(tmp_path), "100"],
         capture_output=True, text=True, check=False,
@@ -231,7 +231,7 @@ def _add_all(writer: StoreWriter, pairs: Iterator[tuple[int, tuple[Recipe, CaseR
         writer.add(position, *pair)
 
 
-def test_a_full_disk_is_told_as_what_it_is(path: Path, wording: Wording) -> None:
+def test_a_full_disk_is_reported_as_what_it_is(path: Path, wording: Wording) -> None:
     model = cell()
     pairs = iter(enumerate(results(1, 100), start=1))
     with write_store(path, model, a_run(1, model)) as writer:

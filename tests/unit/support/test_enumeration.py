@@ -123,7 +123,7 @@ def test_a_simulation_plans_before_an_earlier_request_is_answered() -> None:
     assert not enumerate_runs(looks, simulated=True).visits("automatic/more")
 
 
-def test_what_only_a_time_limit_brings_about_is_told_apart() -> None:
+def test_what_only_a_time_limit_brings_about_is_distinguished() -> None:
     model = with_automatic("{g: plan.state == aborted, a: [light <- red]}")
     enumeration = enumerate_runs(model)
     assert unvisited(enumeration) == ["scan_box/disabled", "automatic/more"]

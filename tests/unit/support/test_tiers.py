@@ -41,10 +41,10 @@ def test_a_test_that_is_named_runs_in_whatever_tier_it_is(items: list[pytest.Ite
 
 
 def test_the_summary_says_how_to_run_what_was_left_out() -> None:
-    said = summary({"slow": 3, "browser": 7})
-    assert "3 slow, 7 browser" in said
-    assert "pytest -m slow" in said
-    assert "pytest --full" in said
+    text = summary({"slow": 3, "browser": 7})
+    assert "3 slow, 7 browser" in text
+    assert "pytest -m slow" in text
+    assert "pytest --full" in text
 
 
 def test_sections_of_wording_are_read_as_they_are_written(tmp_path: Path) -> None:

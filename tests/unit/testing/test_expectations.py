@@ -46,19 +46,19 @@ def test_what_happens_as_expected_is_not_complained_of(expect: Expectations) -> 
     assert _failures(expect) == []
 
 
-def test_another_end_is_told(wording: Wording) -> None:
+def test_another_end_is_reported(wording: Wording) -> None:
     (failure,) = _failures(Expectations(End.ABORTED))
     wording(failure)
 
 
-def test_another_plan_is_told_with_the_first_difference(wording: Wording) -> None:
+def test_another_plan_is_reported_with_the_first_difference(wording: Wording) -> None:
     plans: list[tuple[str, ...]] = [("scan_box",), ("rest", "scan_box", "rest"), ()]
     for plan in plans:
         (failure,) = _failures(Expectations(plan=plan))
         wording(failure)
 
 
-def test_another_order_is_told_with_what_completed(wording: Wording) -> None:
+def test_another_order_is_reported_with_what_completed(wording: Wording) -> None:
     (failure,) = _failures(Expectations(order=("scan_box", "rest")), Outcome.FAIL)
     wording(failure)
 
@@ -68,12 +68,12 @@ def test_an_operation_expected_twice_must_complete_twice(wording: Wording) -> No
     wording(failure)
 
 
-def test_each_final_predicate_that_does_not_hold_is_told_with_its_values(wording: Wording) -> None:
+def test_each_final_predicate_that_does_not_hold_is_reported_with_its_values(wording: Wording) -> None:
     one, two = _failures(_final("light == red", "box_is_scanned == true", "count == 2 && light == blue"))
     wording((one, two))
 
 
-def test_an_obligation_that_is_not_visited_is_told_with_those_that_are(wording: Wording) -> None:
+def test_an_obligation_that_is_not_visited_is_reported_with_those_that_are(wording: Wording) -> None:
     expect = Expectations(visits=(Obligation("scan_box", Aspect.FAILED), Obligation("scan_failed", Aspect.TAKEN)))
     one, two = _failures(expect)
     assert ("scan_box/failed" in one, "automatic/scan_failed" in two) == (True, True)

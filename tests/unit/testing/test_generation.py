@@ -57,7 +57,7 @@ def test_a_predicate_that_hardly_any_state_satisfies_is_met_by_listing() -> None
     assert [state[name] for name in ("w0", "w1", "w2", "w3", "light")] == [3, 1, 4, 1, "red"]
 
 
-def test_no_allowed_state_is_told_apart_from_none_found() -> None:
+def test_no_allowed_state_is_distinguished_from_none_found() -> None:
     none = _model(more="initial_states: light == red && light == blue\n")
     with pytest.raises(InputError) as raised:
         RandomCases(none, "cell.yaml").case(0, 1)

@@ -13,7 +13,7 @@ from scbm.nodes.log.event_log import EventLog
 from scbm.running import RunnerOptions
 from scbm.running.simulation import Choices, Simulator
 from scbm.testing import FailureKind, Tester
-from scbm.testing.node_runs import NodeTester
+from scbm.testing.cases_over_nodes import NodeTester
 from support.models import scan_cell
 from support.wording import Wording
 

@@ -1,4 +1,4 @@
-"""What a violation tells: the moment, the operation, the values, and the stretch of the trace that shows it."""
+"""What a violation reports: the moment, the operation, the values, and the stretch of the trace that shows it."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_what_is_owed_at_the_end_is_shown_from_where_it_is_owed() -> None:
     assert isinstance(end, RunEnded)
 
 
-def test_what_is_owed_within_some_time_is_told_as_it_was_then() -> None:
+def test_what_is_owed_within_some_time_is_reported_as_it_was_then() -> None:
     sentence = "scan_req_state == executing leads to scan_req_state == succeeded within 500 ms"
     violation, execution = _broken(sentence)
     begin, end = _at(violation, execution)
@@ -97,6 +97,6 @@ def test_states_between_two_micro_steps_count(sentence: str, record: type[Record
     assert isinstance(_at(violation, execution)[1], record)
 
 
-def test_a_state_before_the_run_is_told_as_it_was() -> None:
+def test_a_state_before_the_run_is_reported_as_it_was() -> None:
     violation, _ = _broken("never plan.state == idle")
     assert violation.values == (("plan.state", "idle"),)

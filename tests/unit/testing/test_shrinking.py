@@ -46,7 +46,7 @@ def test_seeded_faults_shrink_to_a_few_operations(golden: Callable[[str, str], N
     golden("shrunk.txt", "".join(shown))
 
 
-def test_the_documentation_tells_the_sizes_before_and_after() -> None:
+def test_the_documentation_reports_the_sizes_before_and_after() -> None:
     page = (Path(__file__).parents[3] / "docs" / "how-to" / "debug-failing-cases.md").read_text(encoding="utf-8")
     for name, seeded in SEEDED.items():
         tester, execution, failure = seeded.find()
@@ -110,7 +110,7 @@ def test_a_state_that_does_not_matter_becomes_nominal() -> None:
     assert shrunk.matters == ()
 
 
-def test_what_matters_is_told_with_what_was_tried_instead(wording: Wording) -> None:
+def test_what_matters_is_reported_with_what_was_tried_instead(wording: Wording) -> None:
     initial = MODEL.nominal_state.replace({"light": "blue", "count": 2})
     shrunk = _shrink(_case(initial=initial), "light == blue")
     (choice,) = shrunk.matters
@@ -179,7 +179,7 @@ def test_times_of_messages_become_round() -> None:
     assert (rule.request, rule.reply) == ((S,), (10 * S,))
 
 
-def test_limits_that_matter_are_told(wording: Wording) -> None:
+def test_limits_that_matter_are_reported(wording: Wording) -> None:
     slow = (OutcomeRule("scan", 1, None, latency_ns=3 * S),)
     tester = Tester(scan_cell())
     execution = tester.execute(_case(outcomes=slow, limits=CaseLimits(time_ns=S)))
@@ -241,7 +241,7 @@ def test_limits_are_kept_so_that_no_attempt_runs_longer_than_it_may() -> None:
     assert small.limits == CaseLimits(time_ns=S)
 
 
-def test_what_is_said_of_all_requests_is_not_said_of_each() -> None:
+def test_what_is_reported_of_all_requests_is_not_reported_of_each() -> None:
     """A written case leaves nothing to chance, so nothing has to be written down that was not there."""
     shrunk = _shrink(
         _case(outcomes=(OutcomeRule("scan", 1, None, Outcome.FAIL),), limits=CaseLimits(plans=9)), FAILED_ONCE

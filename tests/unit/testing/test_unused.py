@@ -30,12 +30,12 @@ def test_a_case_whose_words_all_count_has_none() -> None:
     assert _unused(rules, (acts, dies)) == ()
 
 
-def test_injections_that_never_act_are_told(wording: Wording) -> None:
+def test_injections_that_never_act_are_reported(wording: Wording) -> None:
     (shown,) = _unused(injections=(Injection("waits", (("count", 1),), RED),))
     wording(shown)
 
 
-def test_outcomes_of_requests_that_are_never_sent_are_told(wording: Wording) -> None:
+def test_outcomes_of_requests_that_are_never_sent_are_reported(wording: Wording) -> None:
     rules = (OutcomeRule("scan", 1, 4, Outcome.SUCCEED), OutcomeRule("scan_box", 2, None, Outcome.FAIL))
     one, two = _unused(rules)
     wording((one, two))
@@ -44,7 +44,7 @@ def test_outcomes_of_requests_that_are_never_sent_are_told(wording: Wording) -> 
     wording(shown)
 
 
-def test_faults_that_come_too_late_are_told(wording: Wording) -> None:
+def test_faults_that_come_too_late_are_reported(wording: Wording) -> None:
     network = Network(partitions=(Partition(3_000_000_000, 1),), restarts=(Restart("scan", 2_500_000_000),))
     case = Case("case", *MODEL.goals[0], MODEL.nominal_state, network=network)
     one, two = Tester(MODEL).execute(case).unused

@@ -25,7 +25,7 @@ from scbm.nodes.buses.transports import DEFAULT_TRANSPORT, TRANSPORTS
 from scbm.nodes.log.event_log import write_event_log
 from scbm.reports import counted
 from scbm.testing import Answers
-from scbm.testing.node_runs import NodeTester
+from scbm.testing.cases_over_nodes import NodeTester
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence

@@ -7,7 +7,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.cli.options.arguments import read_requirements, read_time_limit
+from scbm.cli.options.option_values import read_requirements, read_time_limit
 from scbm.cli.options.planner_options import NO_PLANNER_OPTIONS, PlannerOptions
 from scbm.files import FileWriter, digest_of, load_model, open_case
 from scbm.model import Diagnostic, InputError, Place, Slug

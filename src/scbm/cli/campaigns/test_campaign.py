@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from scbm.cli.campaigns.campaign_loop import CampaignEnd, carry_out, finished_batches, finished_executions
 from scbm.cli.campaigns.suite import Suite
 from scbm.cli.main import INTERRUPTED
-from scbm.cli.options.arguments import read_faults, read_requirements, read_time_limit
 from scbm.cli.options.campaign_options import meets_thresholds
 from scbm.cli.options.case_selection import LastFailed, name_filter, select_last_failed
+from scbm.cli.options.option_values import read_faults, read_requirements, read_time_limit
 from scbm.cli.options.planner_options import NO_PLANNER_OPTIONS, PlannerOptions
 from scbm.cli.output.terminal import errors, report_columns, results, write_json
 from scbm.files import load_model

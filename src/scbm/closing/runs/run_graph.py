@@ -129,7 +129,7 @@ def explore_runs(
     return _RunExploration(steps, most, progress).explore(goal, starts)
 
 
-_TOLD_EVERY = 1_000
+_REPORT_EVERY = 1_000
 """Progress is reported whenever so many positions were expanded."""
 
 
@@ -176,7 +176,7 @@ class _RunExploration:
 
     def _successors(self, node: int) -> Iterator[tuple[int, int]]:
         """Record the edges of a node, and yield their numbers and targets; nodes are numbered as they are found."""
-        if self._progress is not None and node % _TOLD_EVERY == _TOLD_EVERY - 1:
+        if self._progress is not None and node % _REPORT_EVERY == _REPORT_EVERY - 1:
             self._progress(len(self._positions))
         for label, step in self._steps_from(node):
             number = len(self._targets)

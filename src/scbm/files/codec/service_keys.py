@@ -49,8 +49,8 @@ _FIELD_VALUE = ScalarType("value", "a value", SCALAR_OF_MESSAGE, scalar_node, li
 _SUCCESS = ("success", FieldType.BOOL)
 
 
-def _succeeded_if_said(call: ServiceCall) -> object:
-    """Return what a response says that succeeded; `None` if that is the default."""
+def _declared_success(call: ServiceCall) -> object:
+    """Return the fields of a successful response; `None` for the default."""
     is_default = call.succeeded == (("success", True),) and _SUCCESS in call.type.response
     return None if is_default else call.succeeded
 
@@ -73,7 +73,7 @@ class ServiceKeys(Keys):
         "The field values of a response that reports success; `{}` if every response does. Required if "
         "responses have no field `success` of type `bool`.",
         absent="`{success: true}`",
-        source=_succeeded_if_said,
+        source=_declared_success,
         always_written=True,
     )
     measured = Key(

@@ -51,9 +51,9 @@ def event_json(event: Event | Note) -> dict[str, Any]:  # noqa: PLR0911 - one fo
         case GoalGiven(name, predicate):
             return {"kind": "goal", "name": name, "predicate": str(predicate)}
         case ReplyArrived(request, succeeded, measured):
-            return {"kind": "reply", "request": request, "succeeded": succeeded, "measured": _said(measured)}
+            return {"kind": "reply", "request": request, "succeeded": succeeded, "measured": _by_name(measured)}
         case Measured(values):
-            return {"kind": "measured", "values": _said(values)}
+            return {"kind": "measured", "values": _by_name(values)}
         case InjectionGiven(injection):
             return {"kind": "injection", **_injection_json(injection)}
         case PlanAnswered(ask, status, plan):
@@ -102,7 +102,7 @@ def reaction_json(reaction: Reaction) -> dict[str, Any]:
     travels = {"request": reaction.request, "reply": reaction.reply, "cancel": reaction.cancel}
     return {
         **fields,
-        "measured": None if measured is None else _said(measured),
+        "measured": None if measured is None else _by_name(measured),
         **{message: None if delivery is None else list(delivery) for message, delivery in travels.items()},
     }
 
@@ -122,7 +122,7 @@ def read_reaction(data: object, model: BehaviorModel) -> Reaction:
 # writing
 
 
-def _said(values: Changes) -> dict[str, Value]:
+def _by_name(values: Changes) -> dict[str, Value]:
     by_name = dict(values)
     if len(by_name) != len(values):
         raise ValueError("a variable has two values")
@@ -133,7 +133,7 @@ def _injection_json(injection: Injection) -> dict[str, Any]:
     condition = injection.condition
     return {
         "name": injection.name,
-        "set": _said(injection.assign),
+        "set": _by_name(injection.assign),
         "when": None if injection.when is None else str(injection.when),
         "at_ns": injection.at_ns,
         "hold_ns": injection.hold_ns,

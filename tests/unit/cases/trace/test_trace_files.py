@@ -1,4 +1,4 @@
-"""Traces as files: what is written is read, and what is no trace is told by its line."""
+"""Traces as files: what is written is read, and a line that belongs to no trace is reported by its number."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ def test_values_keep_their_kind() -> None:
         ),
     ],
 )
-def test_what_is_no_trace_is_told_by_its_line(text: str, line: int, wording: Wording) -> None:
+def test_what_is_no_trace_is_reported_by_its_line(text: str, line: int, wording: Wording) -> None:
     header = write_trace(TRACE).splitlines()[0]
     with pytest.raises(InputError) as raised:
         read_trace(text.replace("HEADER", header))

@@ -112,7 +112,7 @@ def test_a_goal_that_only_some_initial_states_reach_names_one_that_does_not() ->
     assert (doubt.remedy or "").endswith(": box_is_scanned == true")
 
 
-def test_a_step_that_leaves_a_domain_is_told_with_the_state_in_which_it_does() -> None:
+def test_a_step_that_leaves_a_domain_is_reported_with_the_state_in_which_it_does() -> None:
     doubts = _doubts(
         ("&& box_is_scanned == false", ""),
         ("box_is_scanned <- true]", "box_is_scanned <- true, count += 1]"),
@@ -142,7 +142,7 @@ def test_no_initial_state_and_a_nominal_one_that_is_not_allowed() -> None:
     assert [doubt.slug for doubt in none] == [Slug.INITIAL_STATE_NOMINAL, Slug.NO_INITIAL_STATE]
 
 
-def test_failures_that_nothing_notices_and_replies_that_are_awaited_for_ever_are_told() -> None:
+def test_failures_that_nothing_notices_and_replies_that_are_awaited_without_end_are_reported() -> None:
     unsure = ("    measures: [temperature]\n", "    measures: [temperature]\n    simulation: {outcomes: OUTCOMES}\n")
     fails = (unsure[0], unsure[1].replace("OUTCOMES", "{succeed: 0.5, fail: 0.5}"))
     silent = (unsure[0], unsure[1].replace("OUTCOMES", "{succeed: 0.5, timeout: 0.5}"))
@@ -153,7 +153,7 @@ def test_failures_that_nothing_notices_and_replies_that_are_awaited_for_ever_are
     assert [doubt.slug for doubt in _doubts(silent, *no_deadline)] == [Slug.NO_DEADLINE]
 
 
-def test_a_variable_that_nothing_reads_is_told() -> None:
+def test_a_variable_that_nothing_reads_is_reported() -> None:
     doubts = check_model(scan_cell()).doubts
     assert [(d.slug, d.path[-1]) for d in doubts] == [
         (Slug.UNUSED_VARIABLE, "count"),

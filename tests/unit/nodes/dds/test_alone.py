@@ -159,10 +159,10 @@ def test_it_says_what_shows(
     domain: int, use: Use, theirs: Theirs, *, is_mismatch: bool | None, wording: Wording
 ) -> None:
     """`None`: nothing shows. No mismatch: a peer is elsewhere, and another may still join the place itself."""
-    told = why_unmatched(domain, use, LATCHED if use in {publish_latched, hear_latched} else TALK, theirs)
-    assert (None if told is None else told.is_mismatch) == is_mismatch
-    if told is not None:
-        wording(told.why)
+    reason = why_unmatched(domain, use, LATCHED if use in {publish_latched, hear_latched} else TALK, theirs)
+    assert (None if reason is None else reason.is_mismatch) == is_mismatch
+    if reason is not None:
+        wording(reason.why)
 
 
 def test_partitions_are_named(domain: int, wording: Wording) -> None:
@@ -228,8 +228,8 @@ def half(
     def made(peer: DomainParticipant) -> list[Entity]:
         request, response = service_classes(type_)
         requests, responses = DdsTopic(peer, "rq/goRequest", request), DdsTopic(peer, "rr/goReply", response)
-        taken, said = (requests, responses) if serves else (responses, requests)
-        return [DataReader(peer, taken, Qos(take)), DataWriter(peer, said, Qos(say))]
+        taken, published = (requests, responses) if serves else (responses, requests)
+        return [DataReader(peer, taken, Qos(take)), DataWriter(peer, published, Qos(say))]
 
     return made
 
@@ -256,7 +256,7 @@ def test_a_service_that_does_not_go_with_ours_is_a_mismatch(
         kept.extend(theirs(peer))
         return kept[0]
 
-    told = why_unmatched(domain, use, Service("/go", GO), keep)
-    assert (told is not None and told.is_mismatch) == is_mismatch
-    if told is not None:
-        wording(told.why)
+    reason = why_unmatched(domain, use, Service("/go", GO), keep)
+    assert (reason is not None and reason.is_mismatch) == is_mismatch
+    if reason is not None:
+        wording(reason.why)

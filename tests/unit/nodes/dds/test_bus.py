@@ -108,7 +108,7 @@ def test_a_node_has_a_name_that_ros_can_have(domain: int, warn: Complain, wordin
     loops.run(scenario())
 
 
-def test_what_cyclone_warns_of_is_told(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_cyclone_warns_of_is_reported(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
     old = "<General><NetworkInterfaceAddress>lo</NetworkInterfaceAddress></General>"
     monkeypatch.setenv("CYCLONEDDS_URI", f"<CycloneDDS><Domain>{old}</Domain></CycloneDDS>")
 

@@ -62,12 +62,12 @@ def test_one_who_comes_later_learns_the_node_and_its_endpoints(
     announcement.add_reader(heard)
     announcement.add_writer(other)
 
-    said = reader(theirs, AS_ROS_DOES).take_one(timeout=GUARD_NS)
+    announced = reader(theirs, AS_ROS_DOES).take_one(timeout=GUARD_NS)
 
-    assert bytes(said.gid.data) == ours.guid.bytes
-    (node,) = said.node_entities_info_seq
+    assert bytes(announced.gid.data) == ours.guid.bytes
+    (node,) = announced.node_entities_info_seq
     assert (node.node_namespace, node.node_name) == ("/cell/line_1", "tester")
-    # The ids are those that discovery itself tells others.
+    # The ids are those that discovery itself announces.
     assert sorted(gids(node.writer_gid_seq)) == sorted(keys_of(theirs, BuiltinTopicDcpsPublication, 2))
     assert gids(node.reader_gid_seq) == keys_of(theirs, BuiltinTopicDcpsSubscription, 1)
     announcement.close()
@@ -83,7 +83,7 @@ def keys_of(participant: DomainParticipant, builtin: Any, count: int) -> list[by
     return keys
 
 
-def test_each_change_is_said_and_the_end_too(ours: DomainParticipant, theirs: DomainParticipant) -> None:
+def test_each_change_is_reported_and_the_end_too(ours: DomainParticipant, theirs: DomainParticipant) -> None:
     heard = reader(theirs, ALL_OF_IT)
     everything = ReadCondition(heard, ViewState.Any | InstanceState.Any | SampleState.Any)
     samples = heard.take_iter(condition=everything, timeout=GUARD_NS)

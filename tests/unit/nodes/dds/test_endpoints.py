@@ -84,10 +84,10 @@ def test_who_asks_for_best_effort_hears_publishers_of_both_kinds(domain: int, wa
         assert subscription.reader.get_qos()[Policy.Reliability] == Policy.Reliability.BestEffort
         peer = Peer(domain)
 
-        def tell(_: object, status: Any) -> None:  # noqa: ANN401 - of cyclonedds
+        def report(_: object, status: Any) -> None:  # noqa: ANN401 - of cyclonedds
             loop.call_soon_threadsafe(matched, status.current_count)
 
-        writer = RawWriter(peer.participant, peer.topic, qos, listener(on_publication_matched=tell))
+        writer = RawWriter(peer.participant, peer.topic, qos, listener(on_publication_matched=report))
         await matched.ends_with(1)
         writer.write_payload(encode(MessageType.STRING, "near"))
         await received.first(1)
@@ -98,7 +98,7 @@ def test_who_asks_for_best_effort_hears_publishers_of_both_kinds(domain: int, wa
     assert [came.data for came in loops.run(scenario())] == ["near"]
 
 
-def test_messages_of_others_that_are_none_are_told_and_dropped(domain: int, wording: Wording) -> None:
+def test_messages_of_others_that_are_none_are_reported_and_dropped(domain: int, wording: Wording) -> None:
     async def scenario() -> tuple[list[str], list[Received]]:
         complaints, matched, received = Kept[str](), Kept[int](), Kept[Received]()
         bus = DdsBus.open("ours", domain, complaints)
@@ -160,7 +160,7 @@ def test_a_closed_bus_sends_nothing(domain: int, warn: Complain) -> None:
     loops.run(scenario())
 
 
-def test_a_subscription_that_takes_nothing_is_told(
+def test_a_subscription_that_takes_nothing_is_reported(
     domain: int, warn: Complain, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
     def full(_writer: RawWriter, _payload: bytes) -> None:

@@ -86,11 +86,11 @@ def test_work_that_is_given_by_work_is_done() -> None:
     loops.run(scenario())
 
 
-def test_work_that_fails_is_told_and_takes_nothing_with_it() -> None:
+def test_work_that_fails_is_reported_and_takes_nothing_with_it() -> None:
     async def scenario() -> list[str]:
-        told: list[str] = []
+        reported: list[str] = []
         loop = asyncio.get_running_loop()
-        loop.set_exception_handler(lambda _, context: told.append(repr(context["exception"])))
+        loop.set_exception_handler(lambda _, context: reported.append(repr(context["exception"])))
         hand_over = HandOver(loop)
         is_done = asyncio.Event()
 
@@ -101,7 +101,7 @@ def test_work_that_fails_is_told_and_takes_nothing_with_it() -> None:
         hand_over(is_done.set)
         await is_done.wait()
         hand_over.close()
-        return told
+        return reported
 
     assert loops.run(scenario()) == ["RuntimeError('no')"]
 

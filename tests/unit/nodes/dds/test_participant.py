@@ -130,7 +130,9 @@ def test_more_processes_than_there_are_indices_are_refused(domain: int, monkeypa
     assert not err
 
 
-def test_a_machine_without_a_network_is_told(domain: int, monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
+def test_a_machine_without_a_network_is_reported(
+    domain: int, monkeypatch: pytest.MonkeyPatch, wording: Wording
+) -> None:
     unshare = shutil.which("unshare")
     if unshare is None or subprocess.run([unshare, "-rn", "true"], capture_output=True, check=False).returncode:
         pytest.skip("a network without interfaces cannot be made here")

@@ -38,7 +38,7 @@ def add(fields: Mapping[str, Scalar]) -> Mapping[str, Scalar]:
 
 
 class Side:
-    """One participant, with what its services told."""
+    """One participant, with the callbacks of its services."""
 
     def __init__(self, participant: DomainParticipant) -> None:
         self._participant = participant
@@ -170,15 +170,15 @@ class Cell:
             delete(participant)
 
 
-def told(domain: int, story: Callable[[Cell], Coroutine[Any, Any, None]]) -> None:
-    async def tell() -> None:
+def checked_story(domain: int, story: Callable[[Cell], Coroutine[Any, Any, None]]) -> None:
+    async def play() -> None:
         cell = Cell(domain)
         try:
             await story(cell)
         finally:
             cell.close()
 
-    run(tell())
+    run(play())
 
 
 def test_a_call_is_answered(domain: int) -> None:
@@ -200,7 +200,7 @@ def test_a_call_is_answered(domain: int) -> None:
         server.close()
         client.close()
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_fields_of_all_kinds_pass(domain: int) -> None:
@@ -225,7 +225,7 @@ def test_fields_of_all_kinds_pass(domain: int) -> None:
         assert sorted(heard, key=len) == [{}, {"data": True}]
         assert [answer.fields for answer in side.answers] == [{"success": False, "message": "klemmt — ü"}] * 2
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_fields_of_any_name_pass(domain: int) -> None:
@@ -246,7 +246,7 @@ def test_fields_of_any_name_pass(domain: int) -> None:
         assert here.answers[0].fields == {name: f"{value}!" for name, value in values.items()}
         assert here.complaints == there.complaints == []
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 @pytest.mark.parametrize("in_flight", [50, 200])
@@ -269,7 +269,7 @@ def test_none_of_many_calls_is_lost(domain: int, in_flight: int) -> None:
         assert len(here.answers) == total
         assert here.complaints == there.complaints == []
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_each_client_hears_its_own_answers_alone(domain: int) -> None:
@@ -288,7 +288,7 @@ def test_each_client_hears_its_own_answers_alone(domain: int) -> None:
             assert [answer.fields["sum"] for answer in side.answers] == [100 * number + index for index in range(20)]
             assert side.complaints == []
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_servers_come_and_go(domain: int) -> None:
@@ -306,7 +306,7 @@ def test_servers_come_and_go(domain: int) -> None:
         await here.until_there(client, 0)
         assert here.peers[-1] == 0
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 @pytest.mark.parametrize(("taker", "responder"), [("", ""), ("serviceid=1;", "serviceid=2;")])
@@ -324,7 +324,7 @@ def test_half_a_server_is_none(domain: int, taker: str, responder: str) -> None:
         assert here.peers == [1, 0]
         assert all(kept)
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_halves_of_one_participant_that_say_so_are_no_server(domain: int) -> None:
@@ -342,7 +342,7 @@ def test_halves_of_one_participant_that_say_so_are_no_server(domain: int) -> Non
         assert here.peers == [1, 0]
         assert all(kept)
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_both_halves_say_to_whom_they_belong_as_rmw_cyclonedds_does(domain: int) -> None:
@@ -357,7 +357,7 @@ def test_both_halves_say_to_whom_they_belong_as_rmw_cyclonedds_does(domain: int)
             assert reader.identities == writer.identities
             assert re.fullmatch(r"[0-9a-f]{1,2}(\.[0-9a-f]{1,2}){15}", reader.identities[key])
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_endpoints_lose_nothing_and_speak_as_ros_2_does(domain: int) -> None:
@@ -372,7 +372,7 @@ def test_endpoints_lose_nothing_and_speak_as_ros_2_does(domain: int) -> None:
                 assert qos[Policy.DataRepresentation] == Policy.DataRepresentation(use_cdrv0_representation=True)
             assert not pair.writer.get_qos()[Policy.WriterDataLifecycle].autodispose
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_a_server_that_does_not_say_who_it_is_counts(domain: int) -> None:
@@ -383,7 +383,7 @@ def test_a_server_that_does_not_say_who_it_is_counts(domain: int) -> None:
         await here.until_there(client)
         assert all(kept)
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 class HandServer:
@@ -422,7 +422,7 @@ def test_a_second_response_to_a_call_is_dropped_and_complained_of(domain: int, w
         assert first == second
         wording(first)
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_responses_to_calls_that_were_never_made_are_complained_of_once(domain: int, wording: Wording) -> None:
@@ -442,7 +442,7 @@ def test_responses_to_calls_that_were_never_made_are_complained_of_once(domain: 
         assert str(call + 6) in complaint
         wording(complaint)
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_responses_of_others_are_dropped_without_a_word(domain: int) -> None:
@@ -459,7 +459,7 @@ def test_responses_of_others_are_dropped_without_a_word(domain: int) -> None:
         assert [answer.fields for answer in here.answers] == [{"sum": 2}]
         assert here.complaints == []
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_a_response_that_is_no_text_is_complained_of_and_takes_no_other_with_it(domain: int, wording: Wording) -> None:
@@ -478,7 +478,7 @@ def test_a_response_that_is_no_text_is_complained_of_and_takes_no_other_with_it(
         (complaint,) = here.complaints
         wording(complaint)
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_a_response_waits_for_the_reader_of_its_client(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -511,7 +511,7 @@ def test_a_response_waits_for_the_reader_of_its_client(domain: int, monkeypatch:
         assert there.complaints == []
         assert [len(other.take(N=9)) for other in (others, late)] == [1, 1]
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_a_response_whose_client_does_not_hear_is_complained_of(
@@ -530,7 +530,7 @@ def test_a_response_whose_client_does_not_hear_is_complained_of(
         (complaint,) = there.complaints
         wording(complaint)
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_a_client_that_does_not_say_who_it_is_is_answered_at_once(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -547,7 +547,7 @@ def test_a_client_that_does_not_say_who_it_is_is_answered_at_once(domain: int, m
 
         assert message_types.fields_of(response, ADD.type.response) == {"sum": 3}
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_what_was_handed_over_before_a_client_was_closed_is_dropped(domain: int) -> None:
@@ -566,7 +566,7 @@ def test_what_was_handed_over_before_a_client_was_closed_is_dropped(domain: int)
         assert here.answers == []
         assert here.peers == [1]
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_an_answer_that_is_none_is_complained_of(domain: int, wording: Wording) -> None:
@@ -582,7 +582,7 @@ def test_an_answer_that_is_none_is_complained_of(domain: int, wording: Wording) 
         wording(complaint)
         assert here.answers == []
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_a_call_with_wrong_fields_is_refused_and_not_sent(domain: int, wording: Wording) -> None:
@@ -599,7 +599,7 @@ def test_a_call_with_wrong_fields_is_refused_and_not_sent(domain: int, wording: 
 
         assert [answer.call for answer in here.answers] == [call]
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_a_closed_client_hears_nothing_more(domain: int) -> None:
@@ -623,7 +623,7 @@ def test_a_closed_client_hears_nothing_more(domain: int) -> None:
         with pytest.raises(BusError, match="`rq/calculator/addRequest`"):
             client.call({"a": 1, "b": 1})
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_a_closed_server_is_asked_nothing_more(domain: int, wording: Wording) -> None:
@@ -647,7 +647,7 @@ def test_a_closed_server_is_asked_nothing_more(domain: int, wording: Wording) ->
         (complaint,) = there.complaints
         wording(complaint.partition(": ")[0])  # the rest is what this version of Cyclone DDS says
 
-    told(domain, calls)
+    checked_story(domain, calls)
 
 
 def test_a_participant_that_has_left_is_a_bus_error(domain: int) -> None:
@@ -657,4 +657,4 @@ def test_a_participant_that_has_left_is_a_bus_error(domain: int) -> None:
         with pytest.raises(BusError, match=r"`rq/calculator/addRequest` .*`rr/calculator/addReply`"):
             here.client(ADD)
 
-    told(domain, calls)
+    checked_story(domain, calls)

@@ -158,7 +158,7 @@ def test_guards_bound_the_values_that_a_variable_can_have() -> None:
     assert exploration.find(above) == Unreachable()
 
 
-def test_a_variable_that_nothing_reads_does_not_tell_states_apart() -> None:
+def test_a_variable_that_nothing_reads_does_not_distinguish_states() -> None:
     space = StateSpace([_variable("at", Domain.symbols("home", "box")), _variable("shown", Domain.boolean())])
     moves = (
         _move("go", TRUE, Assign("at", Constant("box"))),

@@ -41,8 +41,8 @@ def test_a_model_is_found_beside_the_test_and_runs_cases(cell: pytest.Pytester, 
     cell.makepyfile(**{"cells/test_it": source})
     result = cell.runpytest()
     result.assert_outcomes(passed=1)
-    (told,) = lines_with(result, " simulated, ")
-    wording(told.partition(", ")[2])
+    (printed,) = lines_with(result, " simulated, ")
+    wording(printed.partition(", ")[2])
 
 
 def test_a_run_does_not_raise_and_a_check_does(cell: pytest.Pytester, wording: Wording) -> None:
@@ -69,7 +69,7 @@ def test_a_run_does_not_raise_and_a_check_does(cell: pytest.Pytester, wording: W
     assert "fixture.py" not in result.stdout.str()
 
 
-def test_wrong_keys_are_told_as_those_of_a_file(cell: pytest.Pytester) -> None:
+def test_wrong_keys_are_reported_as_those_of_a_file(cell: pytest.Pytester) -> None:
     cell.makepyfile("""
         def test_wrong(scbm_model):
             scbm_model("cell.yaml").run(goal="scanned", initial={"light": "pink"}, outcoms="fail")
@@ -108,8 +108,8 @@ def test_random_cases_are_those_of_the_command(cell: pytest.Pytester, wording: W
             assert [e.case.name for e in executions] == [f"seed-3-case-{n}" for n in range(1, 8)]
             model.run(goal="scanned")
     """
-    (told,) = _passes(cell, source)
-    wording(told.partition(", ")[2])
+    (printed,) = _passes(cell, source)
+    wording(printed.partition(", ")[2])
 
 
 def test_a_case_can_be_given_as_a_whole(cell: pytest.Pytester, wording: Wording) -> None:
@@ -123,8 +123,8 @@ def test_a_case_can_be_given_as_a_whole(cell: pytest.Pytester, wording: Wording)
             with pytest.raises(TypeError):
                 model.run(case, goal="scanned")
     """
-    (told,) = _passes(cell, source)
-    wording(told.partition(", ")[2])
+    (printed,) = _passes(cell, source)
+    wording(printed.partition(", ")[2])
 
 
 def test_the_fixture_goes_with_hypothesis(cell: pytest.Pytester) -> None:

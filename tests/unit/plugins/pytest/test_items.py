@@ -54,7 +54,7 @@ def test_both_suffixes_are_those_of_cases(cell: pytest.Pytester) -> None:
     cell.runpytest().assert_outcomes(passed=1)
 
 
-def test_a_failing_case_says_why_and_shows_it_and_tells_the_command(cell: pytest.Pytester, wording: Wording) -> None:
+def test_a_failing_case_says_why_and_shows_it_and_reports_the_command(cell: pytest.Pytester, wording: Wording) -> None:
     write(cell.path, cases__two=FAILS.replace("cell", "../cell"), one=PASSES)
     result = cell.runpytest()
     result.assert_outcomes(failed=1, passed=1)

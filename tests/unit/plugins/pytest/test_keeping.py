@@ -49,8 +49,8 @@ def test_workers_fill_one_store(cell: pytest.Pytester) -> None:
 def test_a_session_of_two_models_has_no_store(cell: pytest.Pytester, wording: Wording) -> None:
     write(cell.path, one=PASSES, other__cell=SCAN_CELL, other__two=PASSES)
     result = cell.runpytest("--scbm-store=cov.db")
-    (told,) = lines_with(result, "FAIL cov.db")
-    wording(told)
+    (printed,) = lines_with(result, "FAIL cov.db")
+    wording(printed)
     assert result.ret is pytest.ExitCode.TESTS_FAILED
     assert not (cell.path / "cov.db").exists()
 

@@ -65,9 +65,9 @@ def test_coverage_under_what_is_wanted_fails_the_session(
     result = cell.runpytest(f"--scbm-fail-under={wanted}")
     result.assert_outcomes(passed=1)
     assert result.ret == code
-    (told,) = lines_with(result, "Required")
-    assert (told.startswith("FAIL "), f" {wanted.removesuffix('%')} % " in told) == (bool(code), True)
-    wording(told)
+    (printed,) = lines_with(result, "Required")
+    assert (printed.startswith("FAIL "), f" {wanted.removesuffix('%')} % " in printed) == (bool(code), True)
+    wording(printed)
 
 
 def test_every_model_has_to_reach_it(cell: pytest.Pytester, wording: Wording) -> None:
@@ -76,21 +76,21 @@ def test_every_model_has_to_reach_it(cell: pytest.Pytester, wording: Wording) ->
     cell.makepyfile(covered)
     result = cell.runpytest("--scbm-fail-under=30", "--scbm-report=none")
     assert result.ret == 1
-    (told,) = lines_with(result, "Required")
-    assert ("other.yaml" in told, "cell.yaml" in told) == (True, False)
-    wording(told)
+    (printed,) = lines_with(result, "Required")
+    assert ("other.yaml" in printed, "cell.yaml" in printed) == (True, False)
+    wording(printed)
 
 
 def test_nothing_run_reaches_nothing(cell: pytest.Pytester, wording: Wording) -> None:
     result = cell.runpytest("--scbm-fail-under=1")
     assert result.ret == 1
-    (told,) = lines_with(result, "Required")
-    wording(told)
+    (printed,) = lines_with(result, "Required")
+    wording(printed)
     cell.makepyfile("def test_it(): pass")
     result = cell.runpytest("--scbm-fail-under=1")
     result.assert_outcomes(passed=1)
     assert result.ret == 1
-    assert lines_with(result, "Required") == [told]
+    assert lines_with(result, "Required") == [printed]
 
 
 @pytest.mark.slow

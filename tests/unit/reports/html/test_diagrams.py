@@ -57,7 +57,7 @@ def test_each_state_says_how_many_cases_visited_it(history: History) -> None:
             assert states[aspect][0] == words.format(aspect)
 
 
-def test_what_was_missed_is_told_without_colour_too(history: History) -> None:
+def test_what_was_missed_is_reported_without_colour_too(history: History) -> None:
     states = _states(_parsed(history, "gantry_move_to_agv"))
     dashed = {state for state, (_, link) in states.items() if link.findall(f".//{SVG}rect[@stroke-dasharray]")}
     assert dashed == {"disabled", "failed", "timedout"}
@@ -95,7 +95,7 @@ def test_an_operation_without_deadlines_has_none(wording: Wording) -> None:
     wording(texts)
 
 
-def test_what_can_fail_an_operation_is_told(history: History) -> None:
+def test_what_can_fail_an_operation_is_reported(history: History) -> None:
     empty = _of(LIFECYCLE, history)
     assert "injections" in _texts(_parsed(empty, "plain"))
     own = _texts(_parsed(empty, "full"))

@@ -199,7 +199,7 @@ def test_each_case_has_its_command() -> None:
     assert "case: second_scan_succeeds" in details["texts"]["0"]
 
 
-def test_nothing_that_is_told_is_taken_for_html(before: History) -> None:
+def test_nothing_that_is_reported_is_taken_for_html(before: History) -> None:
     failure = Failure(FailureKind.REQUIREMENT, NASTY, f"message {NASTY}")
     case = replace(before.cases[0], name=NASTY, goal=NASTY, verdict=Verdict(End.ABORTED, (failure,)))
     run = replace(before.runs[0], command=f"scbm test {NASTY}", source=replace(before.source, path=NASTY))
@@ -261,7 +261,7 @@ def test_the_page_of_an_operation_has_its_lines_and_no_others(before: History) -
         assert [unescape(line) for line in lines] == [f"  {name}:", *block.splitlines()]
 
 
-def test_progress_is_told_after_each_case(before: History) -> None:
+def test_progress_is_reported_after_each_case(before: History) -> None:
     progress: list[tuple[int, int]] = []
     html_report(before, no_run, lambda done, of: progress.append((done, of)))
     assert progress == [(done, 20) for done in range(1, 21)]

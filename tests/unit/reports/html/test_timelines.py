@@ -149,7 +149,7 @@ def test_violations_say_what_where_and_since_when() -> None:
     assert shown == [(v.requirement, v.begins, v.record, v.at_ns, v.reason) for v in execution.violations]
 
 
-def test_what_a_case_says_in_vain_is_told() -> None:
+def test_what_a_case_says_in_vain_is_reported() -> None:
     execution = Tester(BEFORE).execute(read_case(DISTURBED, BEFORE))
     packed = pack_timelines(BEFORE, [execution])
     texts = _opened(packed["shared"])["texts"]
@@ -157,7 +157,7 @@ def test_what_a_case_says_in_vain_is_told() -> None:
     assert any("never" in sentence for sentence in execution.unused)
 
 
-def test_lanes_tell_the_subject_what_became_of_it_and_who_else_took_part() -> None:
+def test_lanes_report_the_subject_what_became_of_it_and_who_else_took_part() -> None:
     execution = Tester(BEFORE).execute(read_case(DISTURBED, BEFORE))
     packed = pack_timelines(BEFORE, [execution])
     lanes = {(record.kind, *record.lane) for record in _records(packed, _cases(packed)[0])}

@@ -105,7 +105,7 @@ def _arrivals(deliveries: list[tuple[int, ...]]) -> list[int]:
     return [request * MS + delivery[0] for request, delivery in enumerate(deliveries, start=1) if delivery]
 
 
-def test_messages_are_lost_and_doubled_as_often_as_is_said() -> None:
+def test_messages_are_lost_and_doubled_as_often_as_declared() -> None:
     lost = _drawn(Network(loss=Fraction(1, 5)))
     assert sum(not delivery for delivery in lost) / len(lost) == pytest.approx(0.2, abs=0.03)
     doubled = _drawn(Network(duplication=Fraction(1, 10), held_back_ns=MS))
@@ -147,7 +147,7 @@ def test_what_was_decided_leaves_nothing_open() -> None:
     )
 
 
-def test_that_nothing_was_measured_is_said_where_something_could_have_been() -> None:
+def test_that_nothing_was_measured_is_reported_where_something_could_have_been() -> None:
     choices = _choices(OutcomeRule("camera", 1, 1, measured=()))
     choices.react(CAMERA, None)
     (rule,) = leave_nothing_open(choices.taken)
@@ -156,7 +156,7 @@ def test_that_nothing_was_measured_is_said_where_something_could_have_been() -> 
     assert again.react(CAMERA, None) == choices.taken_by(1)
 
 
-def test_a_partition_cuts_off_whatever_else_is_said() -> None:
+def test_a_partition_cuts_off_whatever_else_is_declared() -> None:
     choices = _choices(OutcomeRule("scan", 1, 1, reply=(3,)), network=Network(partitions=(Partition(0, 5),)))
     choices.react(SCAN, None)
     assert [choices.travel(1, MessageKind.REPLY, now_ns) for now_ns in (4, 5)] == [LOST, (3,)]

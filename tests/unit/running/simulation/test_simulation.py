@@ -149,8 +149,8 @@ def test_what_waits_goes_on_waiting_when_the_resource_is_occupied_again() -> Non
     )
     run = _run((Outcome.SUCCEED, 1), injections=injections)
     assert _states(run) == [(0, "executing"), (5, "completed")]
-    told = [(r.at_ns / S, r.condition) for r in run.records if isinstance(r, ResourceChanged)]
-    assert told == [(0, "occupied"), (1, "occupied"), (2, "occupied"), (4, "well")]
+    changes = [(r.at_ns / S, r.condition) for r in run.records if isinstance(r, ResourceChanged)]
+    assert changes == [(0, "occupied"), (1, "occupied"), (2, "occupied"), (4, "well")]
 
 
 def test_equal_cases_give_equal_runs_whoever_made_their_parts() -> None:
@@ -171,9 +171,9 @@ def test_putting_back_goes_to_the_condition_that_is_still_held(wording: Wording)
     slower = _becomes(ConditionKind.SLOWER, 0, factor=3)
     failing = Injection("fails", hold_ns=S, resource="scan", condition=Condition(ConditionKind.FAILING))
     run = _run((Outcome.SUCCEED, 1), injections=(*slower, failing))
-    told = [r.condition for r in run.records if isinstance(r, ResourceChanged)]
-    assert told[0] == told[2] != told[1]
-    wording(told)
+    changes = [r.condition for r in run.records if isinstance(r, ResourceChanged)]
+    assert changes[0] == changes[2] != changes[1]
+    wording(changes)
 
 
 def test_a_failing_resource_does_not_answer_what_it_would_not_have_answered() -> None:
@@ -200,18 +200,18 @@ def test_a_slower_resource_takes_a_multiple_of_its_time() -> None:
     assert _states(run) == [(0, "executing"), (6, "completed")]
 
 
-def test_the_trace_tells_what_becomes_of_a_resource() -> None:
+def test_the_trace_records_what_becomes_of_a_resource() -> None:
     run = _run((Outcome.SUCCEED, 2), injections=_becomes(ConditionKind.OCCUPIED, 1, 0.5))
-    told = [(r.at_ns / S, r.injection, r.condition) for r in run.records if isinstance(r, ResourceChanged)]
-    assert told == [(1, "tester", "occupied"), (1.5, "tester", "well")]
+    changes = [(r.at_ns / S, r.injection, r.condition) for r in run.records if isinstance(r, ResourceChanged)]
+    assert changes == [(1, "tester", "occupied"), (1.5, "tester", "well")]
 
 
 def test_putting_back_leaves_what_something_else_has_changed_since() -> None:
     first = _becomes(ConditionKind.OCCUPIED, 0, 2)
     second = _becomes(ConditionKind.DEAD, 1)
     run = _run(*[(Outcome.SUCCEED, 1)] * 2, injections=(*first, *second), options=RunnerOptions(time_limit_ns=50 * S))
-    told = [(r.at_ns / S, r.condition) for r in run.records if isinstance(r, ResourceChanged)]
-    assert told == [(0, "occupied"), (1, "dead")]
+    changes = [(r.at_ns / S, r.condition) for r in run.records if isinstance(r, ResourceChanged)]
+    assert changes == [(0, "occupied"), (1, "dead")]
     assert run.end is End.TIME_LIMIT
 
 
@@ -224,7 +224,7 @@ def test_a_resource_changes_when_a_predicate_becomes_true() -> None:
 # the network
 
 
-def test_a_lost_request_is_not_answered_and_told() -> None:
+def test_a_lost_request_is_not_answered_and_reported() -> None:
     run = _run(rules=(OutcomeRule("scan", 1, 1, request=()),))
     assert _states(run) == [(0, "executing"), (10, "timedout"), (10, "executing"), (11, "completed")]
     assert [(r.message, r.copies) for r in run.records if isinstance(r, MessageDisturbed)] == [("request", 0)]
@@ -261,8 +261,8 @@ def test_a_partition_loses_requests_and_replies() -> None:
 def test_a_restarted_resource_knows_nothing_of_earlier_requests() -> None:
     run = _run((Outcome.SUCCEED, 2), network=Network(restarts=(Restart("scan", S, 0),)))
     assert _states(run) == [(0, "executing"), (10, "timedout"), (10, "executing"), (11, "completed")]
-    told = [(r.injection, r.condition) for r in run.records if isinstance(r, ResourceChanged)]
-    assert told == [("network", "down"), ("network", "well")]
+    changes = [(r.injection, r.condition) for r in run.records if isinstance(r, ResourceChanged)]
+    assert changes == [("network", "down"), ("network", "well")]
 
 
 def test_a_resource_is_down_until_the_last_of_its_restarts_is_over() -> None:

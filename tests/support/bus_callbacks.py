@@ -11,7 +11,7 @@ from scbm.nodes.buses.dds import open_dds
 from support.loops import run
 
 
-class Told:
+class BusCallbacks:
     """What a bus called back, in its order, and a way to wait for it."""
 
     def __init__(self) -> None:
@@ -44,16 +44,16 @@ class Told:
             await self._changed.wait()
 
 
-def over_bus(domain: int, story: Callable[[Bus, Told], Coroutine[Any, Any, None]]) -> None:
-    """Tells a story with a bus of a domain, whose node is `tester`, without a complaint."""
+def over_bus(domain: int, story: Callable[[Bus, BusCallbacks], Coroutine[Any, Any, None]]) -> None:
+    """Runs a story with a bus of a domain, whose node is `tester`, without a complaint."""
 
-    async def tell() -> None:
-        told = Told()
-        bus = open_dds("tester", domain, told.complained)
+    async def play() -> None:
+        callbacks = BusCallbacks()
+        bus = open_dds("tester", domain, callbacks.complained)
         try:
-            await story(bus, told)
+            await story(bus, callbacks)
         finally:
             await bus.close()
-        assert told.complaints == []
+        assert callbacks.complaints == []
 
-    run(tell())
+    run(play())

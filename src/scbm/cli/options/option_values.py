@@ -1,4 +1,4 @@
-"""Parsing of arguments that several verbs share: goals, states, requirements, networks, time limits."""
+"""The values of options that verbs share, read from text: goals, states, requirements, networks, time limits."""
 
 from __future__ import annotations
 

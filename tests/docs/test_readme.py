@@ -1,0 +1,27 @@
+"""The figures in sentences of README.md, which no command block there prints."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from conftest import Ran
+
+README = Path(__file__).parents[2] / "README.md"
+BEFORE = "examples/robot_in_the_air/before.yaml"
+
+
+def test_the_readme_has_at_most_120_lines() -> None:
+    assert len(README.read_text(encoding="utf-8").splitlines()) <= 120
+
+
+def test_the_figures_of_closing_are_those_of_the_command(scbm: Callable[..., Ran]) -> None:
+    text = README.read_text(encoding="utf-8").replace("\n", " ")
+    match = re.search(r"it generates (\d+) cases that reach ([\d.]+) %", text)
+    assert match
+    result = json.loads(scbm("close", BEFORE, "--json").out)
+    decisions = result["decisions"]
+    reached = f"{100 * decisions['covered'] / sum(decisions.values()):.2f}"
+    assert (str(len(result["cases"])), reached) == match.groups()
