@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from scbm.cases.coverage import Obligations, visited_by
 from scbm.files import read_model
-from scbm.model import BehaviorModel, InputError, Role, Value
+from scbm.model import FIRST_PLANNER, BehaviorModel, InputError, PlannerIdentity, Role, Value
 from scbm.planning import Planner, Solved
 from scbm.proofcheck import (
     Argument,
@@ -32,7 +32,7 @@ from scbm.proofcheck.certificate import claimable_obligations
 from scbm.proofcheck.checked_run import CheckedStep, DeadlineEvent, Event, PlannerAnswer, ReplyEvent
 from scbm.proofcheck.interpreter import Interpreter
 from scbm.proofcheck.runs_check import check_variables, initial_states
-from scbm.proofcheck.values_check import check_values, while_running
+from scbm.proofcheck.values_check import all_possible, check_values
 from scbm.running import (
     AskPlan,
     CancelRequest,
@@ -342,7 +342,12 @@ def _situations(
 
 
 def certificate(model: BehaviorModel, argument: Argument, *names: str) -> Certificate:
-    return Certificate(model.name, "0" * 64, tuple(Claim(name, "no run visits it") for name in names), argument)
+    claims = tuple(Claim(name, "no run visits it") for name in names)
+    return Certificate(model.name, "0" * 64, claims, argument, planner_for(argument))
+
+
+def planner_for(argument: Argument) -> PlannerIdentity | None:
+    return FIRST_PLANNER if isinstance(argument, RunsArgument) else None
 
 
 @given(cells(), st.data(), st.booleans())
@@ -417,10 +422,7 @@ def least_values(model: BehaviorModel) -> ValuesArgument:
     sets: dict[str, tuple[Value, ...]] = {variable.name: () for variable in model.running_space}
     while True:
         missing = [
-            (name, value)
-            for step in while_running(sets, model)
-            for name, value in step.gives
-            if value not in sets[name]
+            (name, value) for step in all_possible(sets, model) for name, value in step.gives if value not in sets[name]
         ]
         if not missing:
             return ValuesArgument(tuple(sets.items()))
@@ -488,7 +490,7 @@ def certificates(model: BehaviorModel) -> list[Certificate]:
     whole = tuple((variable.name, variable.domain.values) for variable in model.running_space)
     claims = (Claim("o1/failed", "“nothing” fails it"), Claim("o1/timedout", "it has no deadline"))
     arguments = (explored.argument, StructureArgument((Fact.CANNOT_FAIL, Fact.NO_DEADLINE)), ValuesArgument(whole))
-    return [Certificate(model.name, "0a" * 32, claims, argument) for argument in arguments]
+    return [Certificate(model.name, "0a" * 32, claims, argument, planner_for(argument)) for argument in arguments]
 
 
 MODEL = read_model(SMALL)

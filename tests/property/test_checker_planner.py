@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from scbm.cases.coverage import Obligations
 from scbm.files import read_model
-from scbm.model import BehaviorModel, Role
+from scbm.model import FIRST_PLANNER, BehaviorModel, Role
 from scbm.planning import Planner, Solved
 from scbm.proofcheck import Certificate, Claim, RunsArgument, check_certificate, checker_planner
 from scbm.proofcheck.certificate import claimable_obligations
@@ -54,7 +54,7 @@ def test_a_step_that_needs_a_plan_beyond_the_limit_is_a_flaw(monkeypatch: pytest
     model = read_model(THREE_PLACES)
     variables = tuple(v.name for v in model.running_space if v.role is not Role.OPERATION_STATE)
     claims = (Claim("to_b/failed", "nothing fails it"),)
-    certificate = Certificate(model.name, "0" * 64, claims, RunsArgument(variables, (("at_c", ()),)))
+    certificate = Certificate(model.name, "0" * 64, claims, RunsArgument(variables, (("at_c", ()),)), FIRST_PLANNER)
     assert check_certificate(certificate, model) == ()  # all is done at one moment
     monkeypatch.setattr(checker_planner, "MAX_PLANNING_STATES", 1)
     (flaw,) = check_certificate(certificate, model)

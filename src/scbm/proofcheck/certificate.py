@@ -11,10 +11,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, ClassVar, Protocol
 
-from scbm.model import FIRST_PLANNER, PlannerIdentity
-
 if TYPE_CHECKING:
-    from scbm.model import BehaviorModel, Value
+    from scbm.model import BehaviorModel, PlannerIdentity, Value
 
 
 class ClaimedAspect(StrEnum):
@@ -160,7 +158,7 @@ class Certificate:
     digest: str
     claims: tuple[Claim, ...]
     argument: Argument
-    planner: PlannerIdentity | None = FIRST_PLANNER
+    planner: PlannerIdentity | None = None
 
     @property
     def is_for_any_plan(self) -> bool:

@@ -193,13 +193,14 @@ def _flaws(certificate: Certificate, model: BehaviorModel) -> Iterator[Certifica
 
 
 def _flaws_of_planner(certificate: Certificate, model: BehaviorModel) -> list[CertificateFlaw]:
-    """Return why claims about all runs do not hold for the planner of the model; only canonical plans are checked."""
-    if certificate.is_for_any_plan:
-        return []
+    """Return why the planner of a certificate does not fit its argument; only canonical plans are checked."""
     known, used = FIRST_PLANNER.name, model.planner.name or FIRST_PLANNER.name
+    if certificate.is_for_any_plan:
+        is_named = certificate.planner is not None
+        return [CertificateFlaw("the planner", "its argument holds for any plans, so it must be `null`")] * is_named
     flaws = []
-    if certificate.planner is None or certificate.planner.name != known:
-        flaws.append(CertificateFlaw("the planner", f"claims about all runs are checked for `{known}` alone"))
+    if certificate.planner != FIRST_PLANNER:
+        flaws.append(CertificateFlaw("the planner", f"claims about all runs are checked for `{FIRST_PLANNER}` alone"))
     if used != known:
         flaws.append(CertificateFlaw("the planner", f"the runs of the model are planned by `{used}`"))
     return flaws

@@ -10,7 +10,6 @@ takes too many valuations counts as possible.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import chain
 from typing import TYPE_CHECKING, TypeAlias
 
 from scbm.model import (
@@ -80,9 +79,10 @@ class _Moment:
     space: StateSpace
 
 
-def while_running(sets: Sets, model: BehaviorModel) -> Iterator[Possible]:
-    """Yield everything that is possible from the beginning of a run to its end."""
+def all_possible(sets: Sets, model: BehaviorModel) -> Iterator[Possible]:
+    """Yield everything that is possible from the beginning of a run until nothing follows its end any more."""
     yield _begin(model)
+    yield _end(model)
     for resource in model.resources:
         if _can_be_sent(resource, sets):
             yield _request(resource, model)
@@ -94,43 +94,23 @@ def while_running(sets: Sets, model: BehaviorModel) -> Iterator[Possible]:
             yield from _lifecycle(moment, moment.operation)
 
 
-def after_the_end(sets: Sets, model: BehaviorModel) -> tuple[Possible, ...]:
-    """Return everything that is possible after the end of a run, at the same moment.
-
-    Automatic transitions are taken until none applies any more, and requests may be sent, but no reply arrives.
-    The values that this adds are added until there are no more.
-    """
-    ends = (PlanState.COMPLETED, PlanState.UNSOLVABLE, PlanState.ABORTED)
-    cleared: list[tuple[str, Value]] = [(resource.trigger, False) for resource in model.resources]
-    cleared += [(resource.request_state, RequestState.INITIAL.value) for resource in model.resources]
-    sets = _with({**sets, PLAN_STATE: tuple(end.value for end in ends)}, tuple(cleared))
-    while True:
-        sent = ((r.request_state, RequestState.EXECUTING.value) for r in model.resources if _can_be_sent(r, sets))
-        possible = tuple(_automatic_transitions(_at_rest(sets, model), model))
-        grown = _with(sets, (*sent, *chain.from_iterable(p.gives for p in possible)))
-        if grown == sets:
-            return possible
-        sets = grown
-
-
-def _with(sets: Sets, given: Given) -> Sets:
-    sets = dict(sets)
-    for name, value in given:
-        if value not in sets[name]:
-            sets[name] = (*sets[name], value)
-    return sets
-
-
 # the beginning, requests, plans
 
 
 def _begin(model: BehaviorModel) -> Possible:
-    initial = OperationState.INITIAL.value
     given: list[tuple[str, Value]] = [(variable.name, v) for variable in model.space for v in variable.random]
-    given += [(operation_state_name(operation.name), initial) for operation in model.operations]
-    given += [(CURRENT_NAME, NO_OPERATION), (CURRENT_STATE, initial)]
+    given += [(variable.name, variable.initial) for variable in model.running_space if variable.role.is_runner]
     given += [(PLAN_STATE, PlanState.PLANNING.value), (PLAN_STATE, PlanState.EXECUTING.value)]
     return Possible("the beginning of a run", tuple(given))
+
+
+def _end(model: BehaviorModel) -> Possible:
+    """Return the end of a run: all requests are cleared. Automatic transitions and requests may follow it."""
+    ends = (PlanState.COMPLETED, PlanState.UNSOLVABLE, PlanState.ABORTED)
+    given: list[tuple[str, Value]] = [(PLAN_STATE, end.value) for end in ends]
+    given += [(resource.trigger, False) for resource in model.resources]
+    given += [(resource.request_state, RequestState.INITIAL.value) for resource in model.resources]
+    return Possible("the end of a run", tuple(given))
 
 
 def _can_be_sent(resource: Resource, sets: Sets) -> bool:
@@ -302,7 +282,7 @@ def _check_closed(sets: Sets, model: BehaviorModel) -> list[CertificateFlaw]:
     """Return a flaw for each value that a possible step gives and that the sets do not have."""
     flaws = (
         CertificateFlaw(name, f"{format_value(value)} is not among its values, but it gets it by {possible.what}")
-        for possible in while_running(sets, model)
+        for possible in all_possible(sets, model)
         for name, value in possible.gives
         if value not in sets[name]
     )
@@ -311,7 +291,7 @@ def _check_closed(sets: Sets, model: BehaviorModel) -> list[CertificateFlaw]:
 
 def _check_claims(claimed: Sequence[ClaimedObligation], sets: Sets, model: BehaviorModel) -> list[CertificateFlaw]:
     visited_by: dict[ClaimedObligation, str] = {}
-    for possible in (*while_running(sets, model), *after_the_end(sets, model)):
+    for possible in all_possible(sets, model):
         for obligation in possible.visits:
             visited_by.setdefault(obligation, possible.what)
     return [

@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import pytest
 
+from scbm.closing.proofs.possible_values import possible_values
 from scbm.files import read_model
-from scbm.model import BehaviorModel, Value
+from scbm.model import FIRST_PLANNER, BehaviorModel, PlannerIdentity, PlanState, Value
 from scbm.proofcheck import (
     Argument,
     Awaits,
@@ -66,7 +67,9 @@ def lamp(*replacements: tuple[str, str], more: str = "") -> BehaviorModel:
 
 def flaws_of(model: BehaviorModel, argument: Argument, *names: str) -> list[str]:
     claims = tuple(Claim(name, "because") for name in names)
-    return [str(flaw) for flaw in check_certificate(Certificate(model.name, "0" * 64, claims, argument), model)]
+    planner = FIRST_PLANNER if isinstance(argument, RunsArgument) else None
+    certificate = Certificate(model.name, "0" * 64, claims, argument, planner)
+    return [str(flaw) for flaw in check_certificate(certificate, model)]
 
 
 # claims
@@ -80,7 +83,7 @@ def test_claims_name_obligations_of_the_model_and_each_once(wording: Wording) ->
 
 
 def test_a_certificate_of_another_model_proves_nothing(wording: Wording) -> None:
-    certificate = Certificate("press", "0" * 64, (Claim("light/failed", "x"),), StructureArgument((Fact.CANNOT_FAIL,)))
+    certificate = Certificate("press", "0" * 64, (Claim("light/failed", "x"),), StructureArgument(()))
     (flaw,) = check_certificate(certificate, lamp())
     wording(flaw)
 
@@ -88,6 +91,25 @@ def test_a_certificate_of_another_model_proves_nothing(wording: Wording) -> None
 def test_no_more_than_twenty_flaws_are_reported() -> None:
     names = [f"light/{number}" for number in range(30)]
     assert len(flaws_of(lamp(), StructureArgument(()), *names)) == 20
+
+
+@pytest.mark.parametrize(
+    ("argument", "planner"),
+    [
+        (StructureArgument((Fact.CANNOT_FAIL,)), FIRST_PLANNER),
+        (StructureArgument((Fact.CANNOT_FAIL,)), PlannerIdentity("greedy", "1")),
+        (RunsArgument((), ()), None),
+        (RunsArgument((), ()), PlannerIdentity("greedy", "1")),
+        (RunsArgument((), ()), PlannerIdentity("canonical", "2")),
+    ],
+)
+def test_a_certificate_names_the_planner_that_its_argument_is_about(
+    argument: Argument, planner: PlannerIdentity | None, wording: Wording
+) -> None:
+    certificate = Certificate("lamp", "0" * 64, (Claim("light/failed", "x"),), argument, planner)
+    (flaw,) = check_certificate(certificate, lamp())
+    assert flaw.where == "the planner"
+    wording(flaw)
 
 
 # facts
@@ -161,8 +183,7 @@ def test_a_guard_that_the_values_of_its_variables_rule_out_is_never_taken(wordin
         ("&& lamp == dark", "&& plan.state == aborted"),
         ("a: [switch_req_trigger <- true, note <- y]", "ar: [note <- x]"),
     )
-    states = ("idle", "planning", "executing")
-    (flaw,) = flaws_of(model, values(model, note=("x",), plan__state=states), "automatic/burns_out")
+    (flaw,) = flaws_of(model, values(model, note=("x",)), "automatic/burns_out")
     wording(flaw)
     other = lamp(("lamp == lit && note == x && lamp == dark", "note == y"), ("true, note <- y]", "true]"))
     assert flaws_of(other, values(other, note=("x",)), "automatic/burns_out") == []
@@ -199,6 +220,23 @@ def test_values_that_a_run_leaves_are_refused(name: str, allowed: tuple[Value, .
     flaws = flaws_of(lamp(), values(lamp(), **{name: allowed}), "light/failed")
     assert any(flaw.startswith(f"{name.replace('__', '.')}: ") for flaw in flaws)
     wording(flaws)
+
+
+@pytest.mark.parametrize("state", PlanState)
+def test_each_state_of_the_plan_is_listed(state: PlanState) -> None:
+    rest = tuple(other.value for other in PlanState if other is not state)
+    flaws = flaws_of(lamp(), values(lamp(), plan__state=rest), "light/failed")
+    assert [flaw.partition(":")[0] for flaw in flaws] == ["plan.state"]
+
+
+@pytest.mark.parametrize(("model", "claim"), [(lamp(), "light/failed"), (scan_cell(), "scan_box/failed")])
+def test_no_value_that_closing_lists_can_be_left_out(model: BehaviorModel, claim: str) -> None:
+    found = possible_values(model)
+    for name, allowed in found.items():
+        for dropped in allowed:
+            rest = tuple(value for value in allowed if value != dropped)
+            flaws = flaws_of(model, ValuesArgument(tuple({**found, name: rest}.items())), claim)
+            assert any(flaw.startswith(f"{name}: ") for flaw in flaws), (name, dropped)
 
 
 def test_what_a_resource_measures_can_be_anything(wording: Wording) -> None:
@@ -245,10 +283,11 @@ def test_what_waits_for_the_end_of_a_run_is_taken_behind_it(state: str, wording:
     model = lamp(
         ("lamp == lit && note == x && lamp == dark", "note == y"), ("true, note <- y]", "true]"), ("goals:", hook)
     )
-    argument = values(model, note=("x",), plan__state=("planning", "executing"))
-    first, second = flaws_of(model, argument, "automatic/hook", "automatic/burns_out")
+    (without,) = flaws_of(model, values(model, note=("x",)), "automatic/hook")
+    assert without.startswith("note: ")
+    first, second = flaws_of(model, values(model), "automatic/hook", "automatic/burns_out")
     assert ("automatic/hook" in first, "automatic/burns_out" in second) == (True, True)
-    wording((first, second))
+    wording((without, first, second))
 
 
 # runs

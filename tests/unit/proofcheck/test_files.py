@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from scbm.model import InputError, PlannerIdentity, Slug
+from scbm.model import FIRST_PLANNER, InputError, PlannerIdentity, Slug
 from scbm.proofcheck import (
     Awaits,
     Certificate,
@@ -40,6 +40,7 @@ RUNS = Certificate(
             ("never", ()),
         ),
     ),
+    FIRST_PLANNER,
 )
 RUNS_TEXT = """\
 {"scbm_certificate": 2,
