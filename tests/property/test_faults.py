@@ -37,7 +37,7 @@ def _injected(case: Case, model: BehaviorModel, seed: int) -> Case:
     injections = []
     for index in range(random.randrange(3)):
         kind = random.choice(list(CONDITIONS.values()))
-        condition = Condition(kind, Fraction(random.randint(1, 30)) if kind is ConditionKind.SLOWER else Fraction(1))
+        condition = Condition(kind, Fraction(random.randint(1, 30)) if kind.has_factor else Fraction(1))
         at_ns, hold_ns = random.randrange(20) * SECOND_NS, random.choice([None, random.randrange(15) * SECOND_NS])
         resource = random.choice(model.resources).name
         injections.append(Injection(f"i{index}", (), None, at_ns, hold_ns, resource, condition))

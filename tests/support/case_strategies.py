@@ -14,7 +14,6 @@ from scbm.cases import (
     Case,
     CaseLimits,
     Condition,
-    ConditionKind,
     Expectations,
     Injection,
     Network,
@@ -160,8 +159,9 @@ def injections(draw: DrawFn, model: BehaviorModel) -> tuple[Injection, ...]:
 
 def _conditions() -> SearchStrategy[Condition]:
     factors = st.integers(1_000, 99_999).map(lambda thousandths: Fraction(thousandths, 1000))
-    words = st.sampled_from([kind for kind in CONDITIONS.values() if kind is not ConditionKind.SLOWER])
-    return st.one_of(st.builds(Condition, words), st.builds(Condition, st.just(ConditionKind.SLOWER), factors))
+    words = st.sampled_from([kind for kind in CONDITIONS.values() if not kind.has_factor])
+    with_factors = st.sampled_from([kind for kind in CONDITIONS.values() if kind.has_factor])
+    return st.one_of(st.builds(Condition, words), st.builds(Condition, with_factors, factors))
 
 
 @st.composite

@@ -51,14 +51,14 @@ class ConditionKind:
         intake: what the resource does with a request that arrives.
         outcome: from the outcome that the case or the model gives a request to the one that it has.
         time: from the time that a request takes and the factor of the condition to the time that it really takes.
-        has_factor: whether a case file gives it a factor, as in `{slower: 3}`.
+        factor_help: what its factor in a case file means, as in `{slower: 3}`; empty if it has none.
     """
 
     value: str
     intake: Intake = field(default=Intake.START, repr=False, compare=False)
     outcome: Callable[[Outcome], Outcome] = field(default=_same_outcome, repr=False, compare=False)
     time: Callable[[int, Fraction], int] = field(default=_same_time, repr=False, compare=False)
-    has_factor: bool = field(default=False, repr=False, compare=False)
+    factor_help: str = field(default="", repr=False, compare=False)
 
     WELL: ClassVar[ConditionKind]
     """As the model file and the case define."""
@@ -71,12 +71,19 @@ class ConditionKind:
     SLOWER: ClassVar[ConditionKind]
     """Each request that arrives from now on takes a multiple of its time."""
 
+    @property
+    def has_factor(self) -> bool:
+        """Whether a case file gives it a factor."""
+        return bool(self.factor_help)
+
 
 ConditionKind.WELL = ConditionKind("well")
 ConditionKind.OCCUPIED = ConditionKind("occupied", Intake.WAIT)
 ConditionKind.DEAD = ConditionKind("dead", Intake.DROP)
 ConditionKind.FAILING = ConditionKind("failing", outcome=_failing_outcome)
-ConditionKind.SLOWER = ConditionKind("slower", time=_multiple_time, has_factor=True)
+ConditionKind.SLOWER = ConditionKind(
+    "slower", time=_multiple_time, factor_help="How many times longer requests take, from 1 to 999999."
+)
 
 CONDITIONS: dict[str, ConditionKind] = {
     kind.value: kind

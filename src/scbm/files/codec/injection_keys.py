@@ -6,11 +6,13 @@ Injections of one case must not contradict each other.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from scbm.cases import CONDITIONS, Condition, Injection
+from scbm.cases import CONDITIONS, Condition, ConditionKind, Injection
 from scbm.files.codec.key_types import (
     CASE_NAME_TYPE,
     RESOURCE_NAME,
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from scbm.cases.trace import Changes
+    from scbm.files.codec.keys import ShapeCheck, Spot
     from scbm.files.codec.value_reader import ValueReader
     from scbm.files.yaml.document import YamlNode
     from scbm.model import Place
@@ -63,20 +66,57 @@ _FACTOR_TYPE = ScalarType(
 )
 
 
+@cache
+def _factor_key(kind: ConditionKind, *, required: bool) -> Key[Fraction]:
+    """Return the key of a condition with a factor."""
+
+    def factor_of(condition: Condition) -> Fraction | None:
+        return condition.factor if condition.kind is kind else None
+
+    key = Key(_FACTOR_TYPE, kind.factor_help, required=required, source=factor_of)
+    key.__set_name__(ConditionKeys, kind.value)
+    return key
+
+
+class FactorKeys(Mapping[str, Key[Fraction]]):
+    """The keys of conditions with a factor by name: those of `CONDITIONS`, read each time."""
+
+    def __getitem__(self, name: str) -> Key[Fraction]:
+        """Return the key of a condition."""
+        kind = CONDITIONS[name]
+        if not kind.has_factor:
+            raise KeyError(name)
+        return _factor_key(kind, required=len(self) == 1)
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the names of the conditions with a factor."""
+        return (name for name, kind in CONDITIONS.items() if kind.has_factor)
+
+    def __len__(self) -> int:
+        """Return the number of conditions with a factor."""
+        return sum(1 for _ in self)
+
+
 class ConditionKeys(Keys):
     """A condition of a resource with a number."""
 
     in_flow = True
+    declared = FactorKeys()
 
-    slower = Key(_FACTOR_TYPE, "How many times longer requests take, from 1 to 999999.", required=True, source="factor")
+    @classmethod
+    def check(cls, spot: Spot, check: ShapeCheck) -> None:
+        """Note also a mapping without a condition, or with several."""
+        super().check(spot, check)
+        if len(spot.node.items.keys() & cls.declared.keys()) != 1 and len(cls.declared) > 1:
+            check.wrong_shape(spot, "a mapping with one condition", f"the conditions are: {', '.join(cls.declared)}")
 
     def condition(self) -> Condition | None:
         """Return the condition that a word or a mapping describes."""
         node = self.node
-        for name, kind in CONDITIONS.items():
-            if kind.has_factor and self.has(name):
-                factor: Fraction | None = getattr(self, name)
-                return None if factor is None else Condition(kind, factor)
+        for name in self.declared:
+            if self.has(name):
+                factor: Fraction | None = self.value_of(name)
+                return None if factor is None else Condition(CONDITIONS[name], factor)
         if node.text is None or node.plain is None:
             return None
         word = self.reader.word(node, node.text, tuple(CONDITIONS), "a condition of a resource")

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.vendor.pretty import for_type_by_name
 
 from scbm.cases import (
+    CONDITIONS,
     NETWORK_FAULTS,
     Case,
     Condition,
@@ -139,12 +140,14 @@ _MOST = 3
 
 _HOLDS = st.none() | times(least_ms=1)
 
-_CONDITIONS = (
-    Condition(ConditionKind.FAILING),
-    Condition(ConditionKind.DEAD),
-    Condition(ConditionKind.OCCUPIED),
-    Condition(ConditionKind.SLOWER, Fraction(3)),
-)
+_FACTOR = Fraction(3)
+_SIMPLEST_FIRST = (ConditionKind.FAILING, ConditionKind.DEAD, ConditionKind.OCCUPIED, ConditionKind.SLOWER)
+
+
+def _drawn_conditions() -> list[Condition]:
+    """All conditions but `well`, those that are simplest to understand first."""
+    others = [kind for kind in CONDITIONS.values() if kind not in (*_SIMPLEST_FIRST, ConditionKind.WELL)]
+    return [Condition(kind, _FACTOR) if kind.has_factor else Condition(kind) for kind in (*_SIMPLEST_FIRST, *others)]
 
 
 def injections(model: BehaviorModel) -> SearchStrategy[tuple[Injection, ...]]:
@@ -194,7 +197,7 @@ def _conditions(model: BehaviorModel) -> SearchStrategy[Injection]:
     @st.composite
     def change(draw: DrawFn) -> Injection:
         resource = draw(one_of(model.resources))
-        condition = draw(one_of(_CONDITIONS))
+        condition = draw(one_of(_drawn_conditions()))
         when, at_ns = draw(moments)
         return Injection("injection", (), when, at_ns, draw(_HOLDS), resource.name, condition)
 
