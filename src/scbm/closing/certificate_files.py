@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 import os
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
 
-from scbm.files import digest_of, read_file
+from scbm.files import digest_of, open_input, read_file
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.proofcheck import RunsArgument, check_certificate, read_certificate_file
 
@@ -21,6 +22,12 @@ if TYPE_CHECKING:
     from scbm.proofcheck import Certificate, CertificateFlaw
 
 SUFFIX = ".json"
+
+MAX_BYTES = 256 * 1024 * 1024
+"""Maximum size of a certificate file; it has some hundred thousand situations."""
+
+_FIRST_BYTES = 1024
+"""How much of a file is read first: another file than a certificate need not be read as a whole."""
 
 _HEAD = re.compile(r'\{\s*"scbm_certificate": \d+,\s*"model": "')
 """How a certificate begins."""
@@ -126,11 +133,13 @@ def normalised(path: Path) -> Path:
 
 
 def _read(path: Path) -> str:
-    """Return the text of a file, which may exceed the size limit of files that people write."""
-    try:
-        return path.read_bytes().decode("utf-8")
-    except (OSError, ValueError):
-        return read_file(path)  # raises an error with the reason
+    """Return the text of a file, or the first bytes of a file that holds no JSON object."""
+    with suppress(OSError, ValueError), open_input(path) as stream:  # `read_file` reports these errors
+        start = stream.read(_FIRST_BYTES).decode("utf-8", errors="replace")
+        is_object = start.removeprefix("\N{BYTE ORDER MARK}").lstrip().startswith("{")
+        if not is_object and os.fstat(stream.fileno()).st_size <= MAX_BYTES:
+            return start
+    return read_file(path, MAX_BYTES)
 
 
 def check_file(file: CertificateFile, model: BehaviorModel) -> CheckedCertificate:

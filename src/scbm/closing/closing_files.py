@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from scbm.closing.certificate_files import SUFFIX, is_certificate_text, model_path_in, normalised
 from scbm.closing.summaries import in_few_words
-from scbm.files import FileWriter, open_case, write_case
+from scbm.files import FileWriter, open_case, open_input, write_case
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.proofcheck import certificate_text
 
@@ -154,7 +154,7 @@ def _is_own(path: Path) -> bool:
 def _text_of(path: Path, most: int = -1) -> str | None:
     """Return the text of a file, or its beginning; `None` if it is no file, or cannot be read."""
     try:
-        with path.open("rb") as stream:
+        with open_input(path) as stream:
             return stream.read(most).decode("utf-8", errors="strict" if most < 0 else "replace")
     except (OSError, UnicodeDecodeError):
         return None

@@ -29,6 +29,7 @@ from scbm.files.codec.model_files import (
     write_operation,
 )
 from scbm.files.file_writer import FileWriter
+from scbm.files.input_file import open_input
 from scbm.files.language.expressions import parse_action, parse_predicate, parse_requirement, parse_state, parse_value
 from scbm.files.language.quantities import parse_duration, parse_share
 from scbm.files.language.scope import Scope, Where
@@ -53,6 +54,7 @@ __all__ = [
     "model_schema",
     "nearest",
     "open_case",
+    "open_input",
     "parse_action",
     "parse_duration",
     "parse_predicate",

@@ -11,6 +11,7 @@ from pathlib import Path
 from secrets import token_hex
 from typing import TYPE_CHECKING
 
+from scbm.files.input_file import open_input
 from scbm.model import Diagnostic, InputError, Place, Slug
 
 if TYPE_CHECKING:
@@ -147,7 +148,8 @@ def _refuse_existing(paths: Iterable[Path]) -> None:
 def _has(path: Path, text: str) -> bool:
     """Return whether the file has exactly this text."""
     try:
-        return path.read_bytes() == text.encode()
+        with open_input(path) as stream:
+            return stream.read() == text.encode()
     except (OSError, ValueError):
         return False
 

@@ -6,6 +6,7 @@ import sqlite3
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
+from scbm.files import open_input
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.store.store_schema import APPLICATION_ID, creation, newest_version, shown_as_newest, upgrade
 
@@ -180,7 +181,7 @@ def _set_journal(connection: sqlite3.Connection, mode: str) -> None:
 def _refuse_other_files(path: Path, *, must_exist: bool) -> None:
     """Raise `InputError` unless the first bytes are those of SQLite, which must not open other files."""
     try:
-        with path.open("rb") as stream:
+        with open_input(path) as stream:
             start = stream.read(len(_START))
     except FileNotFoundError:
         if must_exist:

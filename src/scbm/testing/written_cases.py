@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from scbm.files import is_model_text, open_case, write_case
+from scbm.files import is_model_text, open_case, open_input, write_case
 from scbm.model import Diagnostic, InputError, Place, Slug
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def _below(directory: Path) -> Iterator[Path]:
 
 def _is_model(path: Path) -> bool:
     try:
-        with path.open("rb") as stream:
+        with open_input(path) as stream:
             return is_model_text(stream.read(_SNIFFED_BYTES).decode("utf-8", errors="replace"))
     except OSError:
         return False  # reading it will report the error

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cli.options.option_values import read_requirements, read_time_limit
 from scbm.cli.options.planner_options import NO_PLANNER_OPTIONS, PlannerOptions
-from scbm.files import FileWriter, digest_of, load_model, open_case
+from scbm.files import FileWriter, digest_of, load_model, open_case, open_input
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.planning import PLANNERS, model_planned_by
 from scbm.testing import Execution, Tester
@@ -87,11 +87,9 @@ def rerun(asked: AskedRun) -> Rerun:
 
 
 def _is_log(path: Path) -> bool:
-    """Return whether a file begins like a log. A file that cannot be read twice, such as a pipe, is a case."""
+    """Return whether a file begins like a log."""
     try:
-        if not path.is_file():
-            return False
-        with path.open("rb") as stream:
+        with open_input(path) as stream:
             return _LOG.match(stream.read(_LONGEST_BEGINNING)) is not None
     except (OSError, ValueError):
         return False  # reading it as a case reports the error

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scbm.files import open_input
 from scbm.model import Diagnostic, InputError, Place, Slug
 
 if TYPE_CHECKING:
@@ -144,7 +145,8 @@ def select_last_failed(last: LastFailed, names: Sequence[str]) -> Callable[[str]
 def _entries(directory: Path) -> dict[str, dict[str, object]]:
     """Return the records of all models in the directory; none without a file."""
     try:
-        text = (directory / _RECORD).read_text(encoding="utf-8")
+        with open_input(directory / _RECORD) as stream:
+            text = stream.read().decode("utf-8")
     except OSError:
         return {}
     except UnicodeDecodeError:

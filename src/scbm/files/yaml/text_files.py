@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
 from typing import TYPE_CHECKING
 
+from scbm.files.input_file import open_input
 from scbm.files.spelling import nearest
 from scbm.files.yaml.document import YamlNode, read_document
 from scbm.files.yaml.source_text import SourceText
@@ -135,11 +137,20 @@ def _refuse_other_kinds(document: YamlNode, noun: str, report: ErrorCollector) -
             raise report.error()
 
 
-def read_file(path: Path) -> str:
-    """Return the text of a file. Raises `InputError` if it cannot be read, or is not UTF-8."""
+def read_file(path: Path, max_bytes: int = MAX_BYTES) -> str:
+    """Return the text of a file.
+
+    Args:
+        path: the file.
+        max_bytes: the maximum size of the file. Nothing is read of a larger one.
+
+    Raises:
+        InputError: the file cannot be read, is a pipe or a device, is too large, or is not UTF-8.
+    """
     try:
-        with path.open("rb") as stream:
-            data = stream.read(MAX_BYTES + 1)
+        with open_input(path) as stream:
+            is_too_large = os.fstat(stream.fileno()).st_size > max_bytes
+            data = b"" if is_too_large else stream.read(max_bytes + 1)
     except FileNotFoundError:
         raise _unreadable(Slug.FILE_MISSING, "there is no such file", path) from None
     except IsADirectoryError:
@@ -147,8 +158,8 @@ def read_file(path: Path) -> str:
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         raise _unreadable(Slug.FILE_UNREADABLE, f"cannot read the file: {reason.lower()}", path) from None
-    if len(data) > MAX_BYTES:
-        raise _unreadable(Slug.FILE_TOO_LARGE, f"the file is larger than {MAX_BYTES // 1024**2} MiB", path)
+    if is_too_large or len(data) > max_bytes:
+        raise _unreadable(Slug.FILE_TOO_LARGE, f"the file is larger than {max_bytes // 1024**2} MiB", path)
     try:
         return data.decode("utf-8")
     except UnicodeDecodeError as error:

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from scbm.cases.trace import End, run_end
-from scbm.files import read_case, write_case
+from scbm.files import open_input, read_case, write_case
 from scbm.model import FIRST_PLANNER, Diagnostic, InputError, Place, PlannerIdentity, Slug
 from scbm.model.json_reader import JsonError, convert_json, read_json_object
 from scbm.nodes.log.event_json import Count, Note, event_json, reaction_json, read_event, read_reaction
@@ -187,7 +187,7 @@ def _of_a_trace(end: End) -> End:
 def open_event_log(path: Path) -> LogDocument:
     """Read the lines and the header of a log file. Raises `InputError` if it is unreadable or its header is wrong."""
     try:
-        with path.open("rb") as stream:
+        with open_input(path) as stream:
             data = stream.read(MAX_BYTES + 1)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()

@@ -81,7 +81,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
     """YAML files that are cases."""
-    if file_path.suffix not in _SUFFIXES or not parent.config.getini("scbm_cases"):
+    if file_path.suffix not in _SUFFIXES or not file_path.is_file() or not parent.config.getini("scbm_cases"):
         return None
     try:
         with file_path.open("rb") as stream:
