@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
+from scbm.cli.options.campaign_options import Jobs
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_values import read_goal, read_state
 from scbm.cli.options.planner_options import (
@@ -18,9 +19,20 @@ from scbm.cli.options.planner_options import (
 )
 from scbm.cli.output.terminal import TerminalOutput, results, write_json
 from scbm.files import load_model
-from scbm.model import And, BehaviorModel, Predicate, State, format_value
+from scbm.model import And, BehaviorModel, Diagnostic, InputError, Place, Predicate, Slug, State, format_value
 from scbm.model.operations import apply
-from scbm.planning import DEFAULT_PLANNER, Answer, Limit, LimitReached, NoPlanFound, PlanLimits, Planner, Solved
+from scbm.planning import (
+    DEFAULT_PLANNER,
+    PLANNERS,
+    Answer,
+    Limit,
+    LimitReached,
+    NoPlanFound,
+    PlanLimits,
+    Planner,
+    Solved,
+    planner_of,
+)
 from scbm.reports import counted
 from scbm.running.search_guard import plan_guarded
 
@@ -31,11 +43,9 @@ def command(
     model: Annotated[Path, typer.Argument(help="The model file.", show_default=False)],
     *,
     goal: Annotated[
-        str,
-        typer.Option(
-            "--goal", help="A goal's name, or a predicate.", show_default=False, rich_help_panel=HelpSection.CASES
-        ),
-    ],
+        str | None,
+        typer.Option("--goal", help="A goal's name, or a predicate. [all goals]", rich_help_panel=HelpSection.CASES),
+    ] = None,
     state: Annotated[
         list[str] | None,
         typer.Option(
@@ -45,6 +55,7 @@ def command(
             rich_help_panel=HelpSection.CASES,
         ),
     ] = None,
+    jobs: Jobs = None,
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
@@ -52,30 +63,79 @@ def command(
     max_memory: MaxMemory = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
 ) -> int:
-    """Find a plan to a goal, or show why there is none."""
+    """Find a plan to a goal, or show why there is none; without `--goal` for each goal of the model."""
     options = PlannerOptions(planner, max_length, max_expanded, max_time, max_memory)
     loaded = options.applied(load_model(model))
+    start, limits = read_state(state or [], loaded), options.limits(loaded)
+    if goal is None:
+        return _plan_all(loaded, str(model), start, limits, jobs, json=json)
+    if jobs is not None:
+        raise InputError([Diagnostic(Slug.BAD_OPTION, "one goal takes one process", Place("-j"), "leave it out")])
     name, predicate = read_goal(goal, loaded)
-    start = read_state(state or [], loaded)
     plans = Planner.of(loaded)
-    limits = options.limits(loaded)
     answer = plan_guarded(plans, start, predicate, limits)
     if json:
-        write_json(
-            {
-                "format_version": FORMAT_VERSION,
-                "model": loaded.name,
-                "goal": str(predicate),
-                "planner": {"name": plans.name, "version": plans.identity.version},
-                "status": answer.status,
-                "plan": list(answer.plan) if isinstance(answer, Solved) else None,
-                "expanded": answer.expanded,
-                "limit": answer.limit.value if isinstance(answer, LimitReached) else None,
-            }
-        )
+        write_json(_heading(loaded, {"goal": str(predicate)}) | _answer_json(answer))
     else:
         _Drawing(plans, start, name, predicate, limits, results()).draw(answer)
     return 0 if isinstance(answer, Solved) else 1
+
+
+def _plan_all(
+    model: BehaviorModel, file: str, start: State, limits: PlanLimits, jobs: int | None, *, json: bool
+) -> int:
+    """Plan for each goal of the model, and print a line for each. Raise `InputError` if there is none."""
+    from scbm.testing.batches.goal_sweep import GoalSweep  # noqa: PLC0415 - most plans are for one goal
+
+    if not model.goals:
+        remedy = "name one: `--goal 'robot_at == home'`"
+        raise InputError([Diagnostic(Slug.NO_GOALS, "the model has no goals to plan for", Place(file), remedy)])
+    names, goals = zip(*model.goals, strict=True)
+    answers = []
+    width = max(map(len, names))
+    for name, answer in zip(names, GoalSweep(model, start, goals, limits).answers(jobs), strict=True):
+        answers.append(answer)
+        if not json:
+            results().line(f"{name:<{width}}   {_in_short(answer)}{_effort(model, answer)}")
+    if json:
+        entries = [
+            {"name": name, "goal": str(goal)} | _answer_json(answer)
+            for name, goal, answer in zip(names, goals, answers, strict=True)
+        ]
+        write_json(_heading(model, {}) | {"goals": entries})
+    return 0 if all(isinstance(answer, Solved) for answer in answers) else 1
+
+
+def _heading(model: BehaviorModel, goal: dict[str, str]) -> dict[str, Any]:
+    planner = planner_of(model)
+    identity = {"name": planner.name, "version": planner.version}
+    return {"format_version": FORMAT_VERSION, "model": model.name, **goal, "planner": identity}
+
+
+def _answer_json(answer: Answer) -> dict[str, Any]:
+    return {
+        "status": answer.status,
+        "plan": list(answer.plan) if isinstance(answer, Solved) else None,
+        "expanded": answer.expanded,
+        "limit": answer.limit.value if isinstance(answer, LimitReached) else None,
+    }
+
+
+def _in_short(answer: Answer) -> str:
+    if isinstance(answer, Solved):
+        return counted(len(answer.plan), "operation") if answer.plan else "nothing to do: the goal holds already"
+    if isinstance(answer, LimitReached):
+        return f"no answer: limit on {answer.limit.value}; set another one with {_RAISE[answer.limit]}"
+    if isinstance(answer, NoPlanFound):
+        return "no answer: no plan found by an incomplete search"
+    return "no plan: the goal is unreachable"
+
+
+def _effort(model: BehaviorModel, answer: Answer) -> str:
+    """Return the number of expanded states, where the search counted them."""
+    is_external = PLANNERS[model.planner.name or DEFAULT_PLANNER].is_external
+    is_timed = isinstance(answer, LimitReached) and answer.limit in (Limit.TIME, Limit.MEMORY)
+    return "" if is_external or is_timed else f"   ({counted(answer.expanded, 'state')} expanded)"
 
 
 @dataclass(frozen=True)
@@ -92,8 +152,7 @@ class _Drawing:
     def draw(self, answer: Answer) -> None:
         """Print the plan step by step, or the reason why there is none."""
         shown = self.name if self.name == str(self.goal) else f"{self.name}: {self.goal}"
-        counts = not self.planner.entry.is_external and not _is_uncounted(answer)
-        expanded = f"   ({counted(answer.expanded, 'state')} expanded)" if counts else ""
+        expanded = _effort(self.planner.model, answer)
         if isinstance(answer, Solved) and not answer.plan:
             self.out.line(f"Nothing to do: the goal holds already: {shown}")
         elif isinstance(answer, Solved):
@@ -145,11 +204,6 @@ _RAISE = {
     Limit.TIME: "--max-time",
     Limit.MEMORY: "--max-memory",
 }
-
-
-def _is_uncounted(answer: Answer) -> bool:
-    """Return whether a search ended without a number of expanded states."""
-    return isinstance(answer, LimitReached) and answer.limit in (Limit.TIME, Limit.MEMORY)
 
 
 def _after(model: BehaviorModel, name: str, state: State) -> State:

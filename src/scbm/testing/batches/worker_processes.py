@@ -17,17 +17,20 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.testing.batches.campaign_runs import BatchSizes, InProcess, run_batch, tester_of
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterator
+    from collections.abc import Callable, Generator, Iterator
 
     from scbm.testing.batches.campaign_runs import BatchPlan, BatchRequest, BatchResult
     from scbm.testing.batches.campaign_work import CampaignWork
     from scbm.testing.tester import Tester
+
+_Request = TypeVar("_Request")
+_Result = TypeVar("_Result")
 
 _WINDOW = 4
 """Maximum number of unfinished batches for each worker: enough that none waits, few enough to keep memory small."""
@@ -35,7 +38,7 @@ _WINDOW = 4
 _MAX_LOSSES = 5
 """Number of times that workers may be lost during one batch before the campaign ends with an error."""
 
-_TRIAL_S = 1.0
+TRIAL_S = 1.0
 """Wall time after which `AllCores` estimates how long the rest of a campaign takes."""
 
 _WORTH_S = 3.0
@@ -64,7 +67,7 @@ class AllCores:
             done += result.summary.count
             passed_s = perf_counter() - begun_s
             rest_s = passed_s / max(done, 1) * (plan.work.count - plan.start + 1 - done)
-            if self._count > 1 and passed_s >= _TRIAL_S and rest_s >= _WORTH_S:
+            if self._count > 1 and passed_s >= TRIAL_S and rest_s >= _WORTH_S:
                 break
         else:
             return
@@ -84,14 +87,14 @@ class WorkerProcesses:
         Raises:
             InputError: workers were lost again and again during one batch.
         """
-        workers = _Workers(pickle.dumps(plan.work), self._count)
+        workers = WorkerPool(_take_campaign, pickle.dumps(plan.work), self._count)
         pending: deque[_Pending] = deque()
         sizes, first, losses = BatchSizes(), plan.start, 0
         try:
             while pending or first <= plan.work.count:
                 while len(pending) < _WINDOW * self._count and first <= plan.work.count:
                     request = plan.request(first, sizes.next())
-                    pending.append(_Pending(request, workers.submit(request)))
+                    pending.append(_Pending(request, workers.submit(_run_in_worker, request)))
                     first = request.last + 1
                 try:
                     result = pending[0].future.result()
@@ -99,7 +102,10 @@ class WorkerProcesses:
                     losses += 1
                     if losses == _MAX_LOSSES:
                         raise _lost(pending[0].request) from None
-                    workers.restart(pending)
+                    workers.restart()
+                    for each in pending:
+                        if each.is_lost:
+                            each.future = workers.submit(_run_in_worker, each.request)
                     continue
                 pending.popleft()
                 losses = 0
@@ -122,10 +128,12 @@ class _Pending:
         return self.future.done() and isinstance(self.future.exception(), BrokenProcessPool)
 
 
-class _Workers:
-    """A pool of workers, each with the campaign as it was sent once."""
+class WorkerPool:
+    """A pool of worker processes, each with a value that was sent once. Workers end with this process."""
 
-    def __init__(self, sent: bytes, count: int) -> None:
+    def __init__(self, begin: Callable[[bytes], None], sent: bytes, count: int) -> None:
+        """Take the function that prepares a worker, its argument, and the number of workers."""
+        self._begin = begin
         self._sent = sent
         self._count = count
         self._others = frozenset(process.pid for process in multiprocessing.active_children())
@@ -133,28 +141,25 @@ class _Workers:
 
     def _new_pool(self) -> ProcessPoolExecutor:
         spawn = multiprocessing.get_context("spawn")
-        return ProcessPoolExecutor(self._count, spawn, _begin_worker, (self._sent,))
+        return ProcessPoolExecutor(self._count, spawn, _begin_worker, (self._begin, self._sent))
 
-    def submit(self, request: BatchRequest) -> Future[BatchResult]:
-        """Queue a batch. Raise no error for lost workers; the result does."""
+    def submit(self, function: Callable[[_Request], _Result], request: _Request) -> Future[_Result]:
+        """Queue a request. Raise no error for lost workers; the result does."""
         try:
             with _without_interrupts():  # which the new process inherits
-                return self._pool.submit(_run_in_worker, request)
+                return self._pool.submit(function, request)
         except BrokenProcessPool as error:
-            failed: Future[BatchResult] = Future()
+            failed: Future[_Result] = Future()
             failed.set_exception(error)
             return failed
 
-    def restart(self, pending: deque[_Pending]) -> None:
-        """Start new workers, and queue the batches that were lost with the old ones."""
+    def restart(self) -> None:
+        """Start new workers in place of all others."""
         self.kill()
         self._pool = self._new_pool()
-        for each in pending:
-            if each.is_lost:
-                each.future = self.submit(each.request)
 
     def kill(self) -> None:
-        """End all workers at once: their results are no longer needed, and a case may take long."""
+        """End all workers at once: their results are no longer needed, and a request may take long."""
         for process in multiprocessing.active_children():
             if process.pid not in self._others:
                 process.kill()
@@ -186,10 +191,14 @@ _campaigns: list[tuple[CampaignWork, Tester]] = []
 """The campaign of this worker process, with its tester, which keeps plans for later cases."""
 
 
-def _begin_worker(sent: bytes) -> None:
+def _begin_worker(begin: Callable[[bytes], None], sent: bytes) -> None:
     """Prepare a worker process, which ends with its parent however that ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # where Ctrl-C cannot be held back
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    begin(sent)
+
+
+def _take_campaign(sent: bytes) -> None:
     work: CampaignWork = pickle.loads(sent)  # noqa: S301 - from our own parent
     _campaigns[:] = [(work, tester_of(work))]
 

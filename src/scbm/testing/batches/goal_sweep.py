@@ -1,0 +1,88 @@
+"""Plans to many goals of one model, on one core or on several; the answers do not depend on the number of cores."""
+
+from __future__ import annotations
+
+import pickle
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import TYPE_CHECKING
+
+from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.planning import Planner
+from scbm.running.search_guard import plan_guarded
+from scbm.testing.batches.worker_processes import TRIAL_S, WorkerPool, core_count
+
+if TYPE_CHECKING:
+    from collections.abc import Generator
+
+    from scbm.model import BehaviorModel, Predicate, State
+    from scbm.planning import Answer, PlanLimits
+
+
+@dataclass(frozen=True)
+class GoalSweep:
+    """Planning problems with one model and one state.
+
+    Attributes:
+        model: the model, which names the planner.
+        start: the state to plan from.
+        goals: the goals.
+        limits: the limits of each search; the one of memory is that of a process.
+    """
+
+    model: BehaviorModel
+    start: State
+    goals: tuple[Predicate, ...]
+    limits: PlanLimits
+
+    def answers(self, jobs: int | None = None) -> Generator[Answer, None, None]:
+        """Yield the answer for each goal, in their order.
+
+        Args:
+            jobs: the number of worker processes. `None` for none at first, and for all cores once that takes long.
+
+        Raises:
+            InputError: a worker process was lost, or the planner failed.
+        """
+        count = core_count() if jobs is None else jobs
+        begun_s, done = perf_counter(), 0
+        if jobs is None or min(count, len(self.goals)) <= 1:
+            planner = Planner.of(self.model)
+            for goal in self.goals:
+                yield plan_guarded(planner, self.start, goal, self.limits)
+                done += 1
+                if min(count, len(self.goals) - done) > 1 and perf_counter() - begun_s >= TRIAL_S:
+                    break
+        yield from _in_processes(replace(self, goals=self.goals[done:]), count)
+
+
+def _in_processes(sweep: GoalSweep, count: int) -> Generator[Answer, None, None]:
+    if not sweep.goals:
+        return
+    workers = WorkerPool(_take_sweep, pickle.dumps(sweep), min(count, len(sweep.goals)))
+    try:
+        pending = [workers.submit(_plan_in_worker, index) for index in range(len(sweep.goals))]
+        for future in pending:
+            yield future.result()
+    except BrokenProcessPool:
+        message, remedy = "a worker process ended while it planned", "was the memory used up? plan with `-j 1`"
+        raise InputError([Diagnostic(Slug.WORKERS_LOST, message, Place("-j"), remedy)]) from None
+    finally:
+        workers.kill()
+
+
+# in a worker
+
+_sweeps: list[tuple[GoalSweep, Planner]] = []
+"""The sweep of this worker process, with its planner, which keeps the packed model."""
+
+
+def _take_sweep(sent: bytes) -> None:
+    sweep: GoalSweep = pickle.loads(sent)  # noqa: S301 - from our own parent
+    _sweeps[:] = [(sweep, Planner.of(sweep.model))]
+
+
+def _plan_in_worker(index: int) -> Answer:
+    ((sweep, planner),) = _sweeps
+    return plan_guarded(planner, sweep.start, sweep.goals[index], sweep.limits)
