@@ -10,7 +10,7 @@ from importlib import import_module, metadata
 from typing import TYPE_CHECKING, Any
 
 from scbm.model import Diagnostic, InputError, Place, Slug
-from scbm.planning.pddl_export import PddlDomain
+from scbm.planning.pddl_export import MAX_CASES, PddlDomain
 from scbm.planning.plan_answers import Limit, LimitReached, NoPlanFound, PlanLimits, Solved, Unsolvable
 
 if TYPE_CHECKING:
@@ -20,18 +20,21 @@ if TYPE_CHECKING:
 DEFAULT_TIME_NS = 30_000_000_000
 """The limit of wall time of a search that has no other."""
 
+_MAX_OPTIMAL_CASES = 1_000
+"""Maximum number of actions for an operation: LM-cut refuses conditional effects, so many old values are told apart."""
+
 _DISTRIBUTION = "up-fast-downward"
 _INSTALL = "pip install 'scbm[fast-downward]'"
 
 
 def lama_first(problem: PlanProblem, limits: PlanLimits) -> Answer:
     """Return some plan: the first one of LAMA."""
-    return _answer(problem, limits, "fast-downward")
+    return _answer(problem, limits, "fast-downward", MAX_CASES)
 
 
 def optimal(problem: PlanProblem, limits: PlanLimits) -> Answer:
     """Return a plan of proved length: A* with the heuristic LM-cut."""
-    return _answer(problem, limits, "fast-downward-opt")
+    return _answer(problem, limits, "fast-downward-opt", _MAX_OPTIMAL_CASES)
 
 
 def program_version() -> str:
@@ -47,11 +50,11 @@ def _missing() -> InputError:
     return InputError([Diagnostic(Slug.PLANNER_MISSING, message, Place("planner fast-downward"), f"run `{_INSTALL}`")])
 
 
-def _answer(problem: PlanProblem, limits: PlanLimits, engine: str) -> Answer:
+def _answer(problem: PlanProblem, limits: PlanLimits, engine: str, most_cases: int) -> Answer:
     if problem.is_goal(problem.start):
         return Solved((), 0)
     parts = problem.problem
-    domain = PddlDomain(parts.model, [parts.goal])
+    domain = PddlDomain(parts.model, [parts.goal], most_cases)
     state = {**parts.model.nominal_state} | problem.task.packing.values(problem.start)
     result = _solved(domain.text, domain.problem("problem", state, parts.goal), engine, limits)
     match result.status.name:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from scbm.model.normal_form import NormalForm
     from scbm.planning.engines.joint_moves import JointMove
 
-_MAX_CASES = 32
+MAX_CASES = 32
 """An operation is divided by the old values of the variables that it sets into so many actions at most."""
 
 _NEVER = "never"
@@ -49,9 +49,15 @@ class PddlDomain:
         operations: the operation of each action, by the name of the action.
     """
 
-    def __init__(self, model: BehaviorModel, goals: Sequence[Predicate]) -> None:
+    def __init__(self, model: BehaviorModel, goals: Sequence[Predicate], most_cases: int = MAX_CASES) -> None:
+        """Take the model, the goals of its problems, and the maximum number of actions for an operation.
+
+        An operation that is not divided removes values that may not hold, which some planners read as conditional
+        effects.
+        """
         system = system_of(model)
         self._model = model
+        self._most_cases = most_cases
         self._space = relevant(system, [name for goal in goals for name in goal.reads()])
         names = _UniqueNames([_NEVER])
         self._facts = [
@@ -103,7 +109,7 @@ class PddlDomain:
         needed = dict.fromkeys(w.source for w in move.writes if len({*w.indices}) > 1 or None in w.indices)
         wanted = dict.fromkeys([*needed, *(write.target for write in move.writes)])
         values = {variable: self._possible(move.guard, variable) for variable in wanted}
-        divided = wanted if prod(map(len, values.values())) <= _MAX_CASES else needed
+        divided = wanted if prod(map(len, values.values())) <= self._most_cases else needed
         several = prod(len(values[variable]) for variable in divided) > 1
         for chosen in product(*(values[variable] for variable in divided)):
             case = dict(zip(divided, chosen, strict=True))

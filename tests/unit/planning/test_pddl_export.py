@@ -160,3 +160,28 @@ class TestCounter:
         expected = json.loads(scbm("plan", file, "--goal", goal, "--json").out)
         assert (found["plan"] is None) == (expected["plan"] is None)
         assert found["planner"]["version"].startswith("1/")
+
+
+RESET = """
+behavior_model: reset
+variables:
+  a: {domain: [one, two, three, four], initial: one}
+  b: {domain: [one, two, three, four], initial: one}
+  c: {domain: [one, two, three, four], initial: one}
+  done: {domain: bool, initial: false}
+operations:
+  reset: {pre: {g: done == false, a: [a <- two, b <- three, c <- four, done <- true]}, post: {g: true}}
+goals: {set: a == two && b == three && c == four}
+"""
+
+
+class TestManyOldValues:
+    pytestmark = needs_fast_downward
+
+    def test_an_operation_that_sets_many_variables_has_no_conditional_effects_for_lm_cut(
+        self, scbm: Callable[..., Any], tmp_path: Path
+    ) -> None:
+        file = tmp_path / "reset.yaml"
+        file.write_text(RESET, encoding="utf-8")
+        found = json.loads(scbm("plan", file, "--goal", "set", "--planner", "fast-downward-optimal", "--json").out)
+        assert found["plan"] == ["reset"]
