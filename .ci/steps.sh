@@ -24,8 +24,14 @@ install_tools() { # programs that some tests use, where apt may install them
   fi
 }
 
+install_peers() { # packages that only the tests with programs of others use, where pip can install them
+  step "extras that tests use: cluster, fast-downward"
+  .venv/bin/pip install --quiet -e '.[cluster,fast-downward]' || true
+}
+
 require_tools() { # where all programs are installed, a test that cannot use one fails instead of being skipped
-  if command -v chromium && command -v genhtml && command -v idlc && command -v cc; then
+  if command -v chromium && command -v genhtml && command -v idlc && command -v cc \
+    && .venv/bin/python -c 'import distributed, up_fast_downward' 2> /dev/null; then
     export SCBM_ALL_TOOLS=1
   fi
 }

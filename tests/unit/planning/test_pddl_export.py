@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -42,7 +43,10 @@ goals:
 
 needs_fast_downward = [
     pytest.mark.peer,
-    pytest.mark.skipif(find_spec("up_fast_downward") is None, reason="not installed: up-fast-downward"),
+    pytest.mark.skipif(
+        find_spec("up_fast_downward") is None and os.environ.get("SCBM_ALL_TOOLS") != "1",
+        reason="not installed: up-fast-downward",
+    ),
     pytest.mark.filterwarnings("ignore"),  # those of libraries of others
 ]
 

@@ -21,7 +21,10 @@ MODEL = "examples/robot_in_the_air/after.yaml"
 
 pytestmark = [
     pytest.mark.peer,
-    pytest.mark.skipif(find_spec("distributed") is None, reason="not installed: distributed"),
+    pytest.mark.skipif(
+        find_spec("distributed") is None and os.environ.get("SCBM_ALL_TOOLS") != "1",
+        reason="not installed: distributed",
+    ),
 ]
 
 CAMPAIGN = """
