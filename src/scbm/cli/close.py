@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import typer
 
 from scbm.cli.campaigns.suite import Suite
-from scbm.cli.main import INTERRUPTED
+from scbm.cli.main import INTERRUPTED, sigterm_as_interrupt
 from scbm.cli.options.campaign_options import Jobs, read_executor
 from scbm.cli.options.closing_options import (
     DEFAULT_LIMITS,
@@ -149,7 +149,7 @@ class _CloseRequest:
         """Read model and suite again, run the suite, and decide the remaining obligations."""
         model = self.planner.applied(load_model(self.file))
         suite = Suite.load(model, self.file, self.paths, self.cases, self.seed, self.planner.text)
-        with activity_display(suite.activity) as show:
+        with sigterm_as_interrupt(), activity_display(suite.activity) as show:
             executor = read_executor(self.jobs)
             campaign = suite.run(executor)
             show(f"exploring {model.name}")

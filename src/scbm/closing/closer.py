@@ -21,6 +21,7 @@ from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Stag
 from scbm.closing.proofs.possible_values import possible_values, ruled_out
 from scbm.closing.proofs.proofs import Proof, Proofs
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits, ObservedStates
+from scbm.closing.scripts.case_plans import CasePlans, PlanEffort
 from scbm.closing.scripts.case_search import CaseSearch, bounded, minimal, without_leftovers
 from scbm.closing.scripts.closing_injections import distinguishing_values, inputs, with_free_inputs, with_inputs
 from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
@@ -40,8 +41,20 @@ if TYPE_CHECKING:
 _MAX_FOR_A_GOAL = 20_000
 """Maximum number of situations that are explored to verify a suggested goal."""
 
+_MAX_PLANNED_FOR_A_GOAL = 30_000
+"""Maximum number of states that are expanded to plan for such a goal, where that is not possible at once."""
+
+_PLANNED_FOR_SUGGESTIONS = 250
+"""All suggested goals together may take so many times the states of `CloseLimits.planning`: up to a minute."""
+
 _FEW_SITUATIONS = 30_000
 """So many situations are explored in some three seconds. With fewer, the graph of all runs decides all, and fastest."""
+
+_PLANNED_FOR_CASES = 25
+"""Plans of random cases may take so many times the states of `CloseLimits.planning`, those of changed cases again.
+
+By default these are five million, which takes about half a minute.
+"""
 
 
 class Closer:
@@ -71,9 +84,11 @@ class Closer:
         self._executor = executor
         self._ended: list[StageEnd] = []
         self._progress = progress or (lambda _: None)
-        self._tester = Tester(model)
+        self._plans = CasePlans(model)
+        self._tester = Tester(model, plans=self._plans)
         self._obligations = Obligations.of(model)
         self._visited_for: dict[tuple[str, Predicate], int] = {}
+        self._suggestion_states = 0
 
     def close(self, suite: Campaign | None = None, wanted: Sequence[Obligation] | None = None) -> Closing:
         """Decide every obligation that a suite leaves open; without a suite, every obligation.
@@ -90,18 +105,20 @@ class Closer:
         suite = suite or Campaign.of(self.model, ())
         self._ended = []
         proofs = Proofs(self.model)
+        search = self._first_cases(suite, proofs, asked)
         few = replace(self._limits, situations=min(self._limits.situations, _FEW_SITUATIONS))
-        runs = AllRuns(self.model, few, self._progress)
+        runs = AllRuns(self.model, few, self._progress, explores=not self._is_interrupted)
         if not runs.starts and runs.stopped is None:
             message = "no combination of random values satisfies `initial_states`"
             raise InputError([Diagnostic(Slug.NO_INITIAL_STATE, message, Place(self.model.name))])
-        runs, cases = self._cases(suite, proofs, runs, asked, short=wanted is not None)
+        runs, cases = self._cases(suite, search, runs, asked, short=wanted is not None)
         after = suite.coverage + Coverage(self._obligations, tuple((c.case.name, c.execution.visited) for c in cases))
         decided = tuple(self._decide(obligation, after, cases, proofs, runs) for obligation in asked)
         proved = [(d.obligation, Proof(d.certificate, d.reason)) for d in decided if d.certificate is not None]
         certificates = tuple((each.argument.kind, each) for each in proofs.certificates(proved, runs))
         suggestions: tuple[Suggestion, ...] = ()
         with self._stage(Stage.SUGGESTIONS):
+            proved = [] if self._is_interrupted else proved
             suggestions = self._suggestions([obligation for obligation, _ in proved], runs)
         ended = tuple(self._ended)
         return Closing(self.model, suite.coverage, after, decided, cases, certificates, suggestions, ended)
@@ -123,17 +140,26 @@ class Closer:
     def _interrupt(self, stage: Stage) -> None:
         self._ended.append(StageEnd(stage, "it was interrupted", is_interrupted=True))
 
-    def _sample(self, runs: AllRuns, missing: int, never: int) -> SampledCases:
-        """Run nominal, random and changed cases."""
-        sampled = SampledCases(self._tester, runs.starts, missing, never, self._progress)
+    def _first_cases(self, suite: Campaign, proofs: Proofs, asked: Sequence[Obligation]) -> SampledCases:
+        """Run nominal and a few random cases. They count only where the graph of all runs decides less."""
+        missing = sum(self._obligations.bit(o) for o in asked) & ~suite.coverage.visited
+        never = sum(self._obligations.bit(o) for o in self._obligations if proofs.cheap(o) is not None)
+        search = SampledCases(self._tester, self._plans, missing, never, self._progress)
         with self._stage(Stage.RANDOM):
-            sampled.sample(self._limits.random, self._executor)
-            self._note(Stage.RANDOM, sampled.limit)
+            if search.missing:
+                search.look(self._limits.random)
+        return search
+
+    def _sample(self, search: SampledCases, runs: AllRuns) -> None:
+        """Run nominal, random and changed cases."""
+        planning = self._limits.planning * _PLANNED_FOR_CASES
+        with self._stage(Stage.RANDOM):
+            search.sample(runs.starts, self._limits.random, planning, self._executor)
+            self._note(Stage.RANDOM, search.limit)
         if not self._is_interrupted:
             with self._stage(Stage.SEARCH):
-                sampled.change(self._limits.changes)
-                self._note(Stage.SEARCH, sampled.limit)
-        return sampled
+                search.change(self._limits.changes, planning)
+                self._note(Stage.SEARCH, search.limit)
 
     def _note(self, stage: Stage, limit: tuple[str, str | None] | None) -> None:
         if limit is not None:
@@ -153,29 +179,26 @@ class Closer:
     # cases
 
     def _cases(
-        self, suite: Campaign, proofs: Proofs, runs: AllRuns, asked: Sequence[Obligation], *, short: bool
+        self, suite: Campaign, search: SampledCases, runs: AllRuns, asked: Sequence[Obligation], *, short: bool
     ) -> tuple[AllRuns, tuple[ClosingCase, ...]]:
         """Return the runs that were explored, and the new cases."""
-        missing = sum(self._obligations.bit(o) for o in asked) & ~suite.coverage.visited
-        never = sum(self._obligations.bit(o) for o in self._obligations if proofs.cheap(o) is not None)
-        sampled: list[Execution] = []
-        if runs.is_interrupted:
-            self._interrupt(Stage.GRAPH)
-        elif runs.stopped is not None and missing & ~never:
-            search = self._sample(runs, missing, never)
-            sampled = search.found
+        missing, never = search.wanted, search.impossible
+        planning = self._limits.planning * _PLANNED_FOR_CASES
+        is_sampled = runs.stopped is not None and not runs.is_interrupted and bool(missing & ~never)
+        if is_sampled:
+            self._sample(search, runs)
             runs = self._explored(runs, search.missing)
-            if runs.is_interrupted and not self._is_interrupted:
-                self._interrupt(Stage.GRAPH)
+        if runs.is_interrupted and not self._is_interrupted:
+            self._interrupt(Stage.GRAPH)
+        sampled = [] if runs.stopped is None and not is_sampled else search.found
         left = missing if runs.stopped is None else missing & ~_visited(sampled)
-        found = self._searched(runs, left, never, sampled, short=short)
-        found += _helpful(sampled, missing & ~_visited(found))
+        with self._plans.effort(PlanEffort.ALL if runs.stopped is None else PlanEffort.WHOLE, planning):
+            found = self._searched(runs, left, never, sampled, short=short)
+        found += _helpful(search.found if self._is_interrupted else sampled, missing & ~_visited(found))
         if missing & ~never & ~_visited(found) and runs.stopped is not None and not self._is_interrupted:
             self._ended.append(StageEnd(Stage.GRAPH, runs.stopped, runs.option))
-        kept = minimal(found, suite.coverage.visited)
-        needed = {id(each): _alone(each, kept, suite.coverage.visited | ~missing) for each in kept}
-        kept = [as_closing_case(each, needed[id(each)], self._tester) for each in kept]
-        return runs, tuple(self._finished(kept, suite, asked))
+        with self._plans.effort(PlanEffort.ALL if runs.stopped is None else PlanEffort.BRIEF, planning):
+            return runs, self._finished(found, missing, suite, asked)
 
     def _searched(
         self, runs: AllRuns, missing: int, never: int, sampled: Sequence[Execution], *, short: bool
@@ -184,9 +207,9 @@ class Closer:
         found: list[Execution] = []
         if self._is_interrupted:
             return found
-        self._progress("looking for cases")
-        search = CaseSearch(runs, self._tester, missing, never, self._limits, found)
+        search = CaseSearch(runs, self._tester, missing, never, self._limits, found, self._progress)
         with self._stage(Stage.SEARCH):
+            self._progress("looking for cases")
             search.run(short=short)
             found += self._with_inputs([*found, *sampled], runs, missing)
             found += self._with_changing_inputs(missing & ~_visited(found))
@@ -229,8 +252,24 @@ class Closer:
         return Case(goal[0], *goal, State(self.model.space, dict(runs.starts[0].values)))
 
     def _finished(
-        self, kept: Sequence[Execution], suite: Campaign, asked: Sequence[Obligation]
-    ) -> Iterator[ClosingCase]:
+        self, found: Sequence[Execution], missing: int, suite: Campaign, asked: Sequence[Obligation]
+    ) -> tuple[ClosingCase, ...]:
+        """Return the cases that are kept. The first Ctrl-C does not end that: it is short, and all would be lost."""
+        visited = suite.coverage.visited
+        kept = minimal(found, visited)
+        needed = {id(each): _alone(each, kept, visited | ~missing) for each in kept}
+
+        def finish() -> tuple[ClosingCase, ...]:
+            plain = [as_closing_case(each, needed[id(each)], self._tester) for each in kept]
+            return tuple(self._named(plain, suite, asked))
+
+        try:
+            return finish()
+        except KeyboardInterrupt:
+            self._interrupt(Stage.SEARCH)
+            return finish()
+
+    def _named(self, kept: Sequence[Execution], suite: Campaign, asked: Sequence[Obligation]) -> Iterator[ClosingCase]:
         """Yield the cases with names and expectations, and what each adds to the cases before it."""
         visited = suite.coverage.visited
         taken = [name for name, _ in suite.coverage.cases]
@@ -272,20 +311,34 @@ class Closer:
             return ()
         self._progress("looking for suggestions")
         observed = ObservedStates(runs)
+        self._suggestion_states = self._limits.planning * _PLANNED_FOR_SUGGESTIONS
         oracles = Oracles(observed.can_hold, observed if observed.are_known else None, self._makes_coverable)
-        return suggest(self.model, uncoverable, oracles, GoalSearch(self.model, runs.planner))
+        suggestions = suggest(self.model, uncoverable, oracles, GoalSearch(self.model, runs.planner))
+        if self._suggestion_states <= 0:
+            why = f"{len(self._visited_for):,} goals were tried, and there may be others"
+            self._ended.append(StageEnd(Stage.SUGGESTIONS, why, "--max-planning"))
+        return suggestions
 
     def _makes_coverable(self, extended: BehaviorModel, obligations: Sequence[Obligation]) -> bool:
         """Return whether cases for the last goal of an extended model visit all of these obligations."""
         goal = extended.goals[-1]
         if goal not in self._visited_for:
+            if self._suggestion_states <= 0:
+                return False
             self._visited_for[goal] = self._visited_by_closing(replace(extended, goals=(goal,)))
         return all(self._visited_for[goal] & self._obligations.bit(obligation) for obligation in obligations)
 
     def _visited_by_closing(self, model: BehaviorModel) -> int:
         """Return what cases of a model with the same operations visit."""
-        limits = replace(self._limits, situations=min(self._limits.situations, _MAX_FOR_A_GOAL), beyond=0)
-        runs = AllRuns(model, limits, self._progress)
+        planning = min(self._limits.planning, _MAX_PLANNED_FOR_A_GOAL)
+        most = min(self._limits.situations, _MAX_FOR_A_GOAL)
+        limits = replace(self._limits, situations=most, planning=planning, beyond=0)
+        self._progress(
+            f"looking for suggestions: trying {model.goals[0][0]}, {len(self._visited_for):,} goals tried, "
+            f"at most {self._suggestion_states:,} more states"
+        )
+        runs = AllRuns(model, limits, lambda _: None)
+        self._suggestion_states -= runs.situations + runs.planned
         if runs.is_interrupted:
             raise KeyboardInterrupt
         search = CaseSearch(runs, Tester(model), runs.visits.mask, 0, limits)

@@ -10,13 +10,14 @@ from scbm.planning.plan_answers import (
     NoPlanFound,
     PlanFlaw,
     PlanLimits,
+    PlanRefusedError,
     SearchCancelledError,
     Solved,
     Unsolvable,
     find_flaw,
 )
 from scbm.planning.plan_search import Reach, explore
-from scbm.planning.planner import PlanCache, Planner, recorded_answer
+from scbm.planning.planner import PlanCache, Planner, PlanSource, recorded_answer
 from scbm.planning.planners import (
     DEFAULT_PLANNER,
     PLANNERS,
@@ -41,6 +42,8 @@ __all__ = [
     "PlanFunction",
     "PlanLimits",
     "PlanProblem",
+    "PlanRefusedError",
+    "PlanSource",
     "Planner",
     "PlannerEntry",
     "Policy",

@@ -113,6 +113,10 @@ class SearchCancelledError(Exception):
     """The caller cancelled a search. There is no answer, and nothing is cached."""
 
 
+class PlanRefusedError(Exception):
+    """A source of plans does not answer a question: the search would take more than its caller allows."""
+
+
 def always() -> bool:
     """Return `True`: a search that is never cancelled."""
     return True

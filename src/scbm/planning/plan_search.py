@@ -78,12 +78,24 @@ def explore(task: Task, starts: Iterable[int], limit: int, progress: Callable[[i
     return Reach(tuple(search.states[: limit + 1]), not search.frontier)
 
 
-def search_plan(
+def brief_answer(
+    problem: Problem, start: int, limits: PlanLimits, should_continue: ShouldContinue = always
+) -> Answer | None:
+    """Return the answer of `search_plan` if its first part finds it; `None` if the search would go on for longer."""
+    try:
+        return search_plan(problem, start, limits, should_continue, briefly=True)
+    except LongSearchError:
+        return None
+
+
+def search_plan(  # noqa: PLR0913 - a problem with limits, and which part of the search to use
     problem: Problem,
     start: int,
     limits: PlanLimits,
     should_continue: ShouldContinue = always,
     engine: str | None = None,
+    *,
+    briefly: bool = False,
 ) -> Answer:
     """Return the canonical plan from a packed state, or why there is none.
 
@@ -93,6 +105,11 @@ def search_plan(
         limits: the limits of the search.
         should_continue: called at intervals; `SearchCancelledError` is raised once it returns `False`.
         engine: the name of the one engine to use, to compare engines; by default the first one that suits.
+        briefly: whether the search ends after its first part, which takes a fraction of a second.
+
+    Raises:
+        SearchCancelledError: the search was cancelled.
+        LongSearchError: the first part has not found the answer, with `briefly`.
     """
     if problem.is_goal(start):
         return Solved((), 0)
@@ -108,7 +125,13 @@ def search_plan(
     coordinates = system.coordinates(problem.task.packing.values(start))
     assert coordinates is not None  # noqa: S101 - the reduced system has all states that are reachable from the start
     engines = _Engines(problem, system, goal, SearchRequest(coordinates, limits, should_continue))
-    return engines.one(engine) if engine else engines.all()
+    if engine is not None:
+        return engines.one(engine)
+    return engines.briefly() if briefly else engines.all()
+
+
+class LongSearchError(Exception):
+    """A search has not found its answer in its first part."""
 
 
 class _Engines:
@@ -134,6 +157,18 @@ class _Engines:
                 found = self.one(name, request)
                 answer = replace(found, expanded=answer.expanded + found.expanded)
         return answer
+
+    def briefly(self) -> Answer:
+        """Return the answer of the first engine that suits; raise `LongSearchError` where its shortcut fails."""
+
+        def shortcut() -> Answer:
+            answer = self._shortcut()
+            if answer is None:
+                raise LongSearchError
+            return answer
+
+        first = next(name for name in SEARCHES if self._suits(name))
+        return self.one(first, replace(self._request, shortcut=shortcut))
 
     def _suits(self, name: str) -> bool:
         return SEARCHES[name].suits(self._system, self._request.limits)

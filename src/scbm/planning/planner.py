@@ -9,7 +9,7 @@ So one request costs one search, and a thousand requests cost much less than a t
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from scbm.model import Diagnostic, InputError, Place, PlannerIdentity, Slug
 from scbm.planning.plan_answers import Answer, PlanLimits, PlanValidator, Solved, always
@@ -160,6 +160,14 @@ def recorded_answer(case: Case, ask: int, planner: Planner, state: Mapping[str, 
         message = f"plan {ask} of the case has a flaw at step {flaw.step + 1}: {flaw.reason}"
     remedy = "the model or the case was changed since then; without `plans:` the planner is asked"
     raise InputError([Diagnostic(Slug.REPLAY_DIFFERS, message, Place(case.name), remedy)])
+
+
+class PlanSource(Protocol):
+    """Answers the questions of runs for plans: each always alike, and as the planner of the model does."""
+
+    def plan(self, state: Mapping[str, Value], goal: Predicate, limits: PlanLimits) -> Answer:
+        """Return the plan from a state of the world to a goal, or why there is none. May raise `PlanRefusedError`."""
+        ...
 
 
 class PlanCache:

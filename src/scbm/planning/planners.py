@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from scbm.model import PlannerChoice, PlannerIdentity
 from scbm.planning.plan_answers import PlanLimits, Solved, Unsolvable, always
-from scbm.planning.plan_search import search_plan
+from scbm.planning.plan_search import brief_answer, search_plan
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -61,6 +61,11 @@ def canonical(problem: PlanProblem, limits: PlanLimits) -> Answer:
     return search_plan(problem.problem, problem.start, limits, problem.should_continue)
 
 
+def canonical_briefly(problem: PlanProblem, limits: PlanLimits) -> Answer | None:
+    """Return the answer of `canonical` if it takes a fraction of a second; otherwise `None`."""
+    return brief_answer(problem.problem, problem.start, limits, problem.should_continue)
+
+
 _EVALUATED_SHARE = 20
 """Evaluating a state by its relaxed plan takes about as long as expanding this many states."""
 
@@ -94,6 +99,8 @@ class PlannerEntry:
         is_external: whether another program plans. Its answers may depend on the machine and the time, so traces and
             cases record them, and a replay never asks the planner again.
         program_version: returns the version of the other program.
+        brief: the cheap first part of `search`, if it has one: it returns the answer of `search`, or `None` where the
+            search would go on for longer.
     """
 
     version: str
@@ -101,6 +108,7 @@ class PlannerEntry:
     help: str
     is_external: bool = False
     program_version: Callable[[], str] | None = None
+    brief: Callable[[PlanProblem, PlanLimits], Answer | None] | None = None
 
     @property
     def whole_version(self) -> str:
@@ -131,7 +139,9 @@ def _external(function: str, help_text: str) -> PlannerEntry:
 
 
 PLANNERS: dict[str, PlannerEntry] = {
-    "canonical": PlannerEntry("1", canonical, "the shortest plan, and of these the first in the order of the file"),
+    "canonical": PlannerEntry(
+        "1", canonical, "the shortest plan, and of these the first in the order of the file", brief=canonical_briefly
+    ),
     "greedy": PlannerEntry("1", greedy, "some plan, found fast in large models"),
     "fast-downward": _external("lama_first", "some plan, by Fast Downward; an extra"),
     "fast-downward-optimal": _external("optimal", "a plan of proved length, by Fast Downward; an extra"),

@@ -73,6 +73,9 @@ def plans_everywhere(problem: Problem, most: int) -> Everywhere | None:
 _MAX_CACHED = 1_000_000
 
 
+_ON_DEMAND_WORK = 20
+"""The successors of one state on demand take about as long as those of so many states of the whole world."""
+
 _MAX_ON_DEMAND = 20_000
 """Number of states with distances on demand beyond which the policy tries to plan for the whole world at once."""
 
@@ -133,6 +136,11 @@ class Policy:
         if len(self._answers) < _MAX_CACHED:
             self._answers[state] = replace(answer, expanded=0)
         return answer
+
+    @property
+    def planned(self) -> int:
+        """The number of states that were planned for; those on demand count more, as each takes so much longer."""
+        return (0 if self._everywhere is None else self._everywhere.count) + self._polls * _ON_DEMAND_WORK
 
     def _on_demand(self, most: int) -> DistancesOnDemand:
         return DistancesOnDemand(self._successors, self._problem.is_goal, most)

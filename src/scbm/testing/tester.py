@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from scbm.cases.trace import Record, Sentence
     from scbm.model import BehaviorModel, PlannerIdentity, Value
     from scbm.nodes.log.event_log import EventLog
-    from scbm.planning import PlanLimits
+    from scbm.planning import PlanLimits, PlanSource
     from scbm.running import RunnerOptions
     from scbm.running.simulation import Simulated
     from scbm.testing.requirement_monitors import Violation
@@ -139,10 +139,19 @@ class Tester:
         model: BehaviorModel,
         options: RunnerOptions | None = None,
         plan_limits: PlanLimits | None = None,
+        plans: PlanSource | None = None,
     ) -> None:
+        """Prepare runs.
+
+        Args:
+            model: the model.
+            options: the limits of runs; by default those of `RunnerOptions`.
+            plan_limits: the limits of each plan; by default those of the model.
+            plans: answers questions for plans; by default a cache of the planner's answers.
+        """
         self.model = model
         self.obligations = Obligations.of(model)
-        self._simulator = Simulator(model, options, plan_limits)
+        self._simulator = Simulator(model, options, plan_limits, plans)
         self._plain = PlainReactions()
 
     def execute(self, case: Case, most_records: int | None = None) -> Execution:
@@ -150,6 +159,7 @@ class Tester:
 
         Raises:
             TooLongError: more happens than `most_records`.
+            UnplannedError: the source of plans refuses a plan.
             ValueError: the network of the case is a matter of chance, and the case has no origin.
         """
         choices = self.choices_of(case)

@@ -6,6 +6,7 @@ import json
 import os
 import shlex
 import shutil
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -15,9 +16,12 @@ from typing import Any
 import pytest
 
 from conftest import ROOT, Ran
-from scbm.cli.output.terminal import activity_display
+from scbm.cli.output.terminal import MinuteActivity, activity_display
 from scbm.closing import CloseLimits
+from scbm.closing.runs.all_runs import AllRuns
+from scbm.closing.runs.run_steps import RunSteps
 from scbm.files import load_model
+from scbm.model import Predicate
 from support.models import SCAN_CELL
 from support.wording import Wording, diagnostic_heads
 
@@ -417,6 +421,30 @@ def test_a_model_with_little_in_it_can_be_closed(scbm: Scbm, tmp_path: Path) -> 
 
 
 # progress
+
+
+def test_elsewhere_progress_is_a_line_a_minute() -> None:
+    seconds, lines = 0.0, list[str]()
+    show = MinuteActivity(lines.append, lambda: seconds)
+    for seconds in (1.0, 59.0, 60.0, 61.0, 119.0, 300.0):
+        show(f"at {seconds:.0f} s")
+    assert lines == ["at 60 s (1 min)", "at 300 s (5 min)"]
+
+
+def test_sigterm_ends_closing_as_ctrl_c_does(scbm: Scbm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    explore = AllRuns.steps
+
+    def terminated(runs: AllRuns, goal: Predicate) -> RunSteps:
+        signal.raise_signal(signal.SIGTERM)
+        return explore(runs, goal)
+
+    before = signal.getsignal(signal.SIGTERM)
+    monkeypatch.setattr(AllRuns, "steps", terminated)
+    ran = scbm("close", BEFORE, "--out", tmp_path / "out", "--json")
+    assert ran.code == 130
+    assert _json(ran)["cases"]
+    assert list((tmp_path / "out" / "cases").glob("*.yaml"))
+    assert signal.getsignal(signal.SIGTERM) is before
 
 
 def test_progress_is_shown_on_a_terminal_alone(

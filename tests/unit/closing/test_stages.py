@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -10,14 +10,16 @@ from pathlib import Path
 import pytest
 
 from scbm.cases.coverage import Aspect
-from scbm.closing import CloseLimits, Closer, Closing, Decision
+from scbm.closing import CloseLimits, Closer, Closing, Decision, closer
 from scbm.closing.decisions import Stage
 from scbm.closing.runs.all_runs import AllRuns
-from scbm.closing.scripts.sampled_cases import SampledCases
+from scbm.closing.runs.run_graph import Start
+from scbm.closing.scripts.case_plans import CasePlans
+from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
 from scbm.files import load_model, read_model
 from scbm.model import BehaviorModel, PlannerChoice
 from scbm.proofcheck import RunsArgument
-from scbm.testing import RandomCases, Tester
+from scbm.testing import Execution, RandomCases, Tester
 from support.wording import Wording
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
@@ -120,10 +122,58 @@ def test_interrupted_suggestions_change_no_decision() -> None:
     assert closing.decided == Closer(example()).close().decided
 
 
-def test_an_interruption_leaves_the_cases_of_earlier_stages() -> None:
-    closing = _interrupted("guided search")
-    assert closing.cases
-    assert counts(closing)[Decision.COVERED] > 0
+@pytest.mark.parametrize("beginning", ["exploring the runs", "looking for cases", "guided search"])
+def test_an_interruption_leaves_the_cases_of_earlier_stages(beginning: str) -> None:
+    for limits in (NO_GRAPH, CloseLimits()):
+        closing = _interrupted(beginning, limits)
+        assert closing.cases
+        assert counts(closing)[Decision.COVERED] > 0
+
+
+def test_an_interruption_while_cases_are_finished_loses_none(monkeypatch: pytest.MonkeyPatch) -> None:
+    finish, calls = as_closing_case, list[Execution]()
+
+    def interrupted(execution: Execution, needed: int, tester: Tester) -> Execution:
+        calls.append(execution)
+        if len(calls) == 2:
+            raise KeyboardInterrupt
+        return finish(execution, needed, tester)
+
+    monkeypatch.setattr("scbm.closing.closer.as_closing_case", interrupted)
+    closing = Closer(example(), NO_GRAPH).close()
+    monkeypatch.undo()
+    assert closing.is_interrupted
+    assert closing.cases == Closer(example(), NO_GRAPH).close().cases
+
+
+# the limits of suggestions
+
+
+def test_suggestions_have_a_limit_that_changes_no_decision(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = Closer(example()).close()
+    monkeypatch.setattr(closer, "_PLANNED_FOR_SUGGESTIONS", 0)
+    closing = Closer(example()).close()
+    assert [(end.stage, end.option) for end in closing.ended] == [(Stage.SUGGESTIONS, "--max-planning")]
+    assert closing.decided == whole.decided
+    assert len(closing.suggestions) < len(whole.suggestions)
+
+
+# progress
+
+
+def test_guided_search_names_the_obligation_that_it_works_at() -> None:
+    lines: list[str] = []
+    Closer(example(), NO_GRAPH, lines.append).close()
+    names = [str(obligation) for obligation in Tester(example()).obligations.all]
+    guided = [text for text in lines if text.startswith("guided search: ")]
+    assert any(text.removeprefix("guided search: ").split(",")[0] in names for text in guided)
+    assert all("at most" in text for text in guided), "what is left"
+
+
+def test_a_search_beyond_the_graph_names_its_obligation() -> None:
+    lines: list[str] = []
+    Closer(example(), CloseLimits(situations=50, random=0, changes=0), lines.append).close()
+    assert any("more situations" in text and "/" in text for text in lines)
 
 
 # planners
@@ -168,28 +218,32 @@ def test_planning_of_another_planner_has_a_limit() -> None:
 # random and changed cases
 
 
-def sampled(progress: list[str]) -> Iterator[SampledCases]:
-    tester = Tester(example())
-    runs = AllRuns(example(), CloseLimits(), lambda _: None)
+@cache
+def starts() -> Sequence[Start]:
+    return AllRuns(example(), CloseLimits(), lambda _: None).starts
+
+
+def sampled(progress: list[str]) -> SampledCases:
+    plans = CasePlans(example())
+    tester = Tester(example(), plans=plans)
     everything = (1 << len(tester.obligations.all)) - 1
-    while True:
-        yield SampledCases(tester, runs.starts, everything, 0, progress.append)
+    return SampledCases(tester, plans, everything, 0, progress.append)
 
 
 def test_random_cases_end_when_they_are_dry() -> None:
     lines: list[str] = []
-    search = next(sampled(lines))
-    search.sample(5_000)
+    search = sampled(lines)
+    search.sample(starts(), 5_000, 1_000_000)
     assert search.limit is None
     assert lines[-1] != lines[0]
     assert int(lines[-1].split()[2].replace(",", "")) < 5_000
 
 
 def test_changed_cases_fail_time_out_and_disable_what_executes() -> None:
-    search = next(sampled([]))
-    search.sample(0)
+    search = sampled([])
+    search.sample(starts(), 0, 1_000_000)
     before = search.missing
-    search.change(100)
+    search.change(100, 1_000_000)
     obligations = Tester(example()).obligations
     for aspect in (Aspect.FAILED, Aspect.TIMEDOUT, Aspect.DISABLED):
         assert (before & ~search.missing & obligations.mask(aspect)).bit_count() > 1

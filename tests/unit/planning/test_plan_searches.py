@@ -43,7 +43,7 @@ from scbm.planning import (
     Unsolvable,
 )
 from scbm.planning.plan_answers import always
-from scbm.planning.plan_search import MAX_PLAIN, SEARCHES, breadth_first, search_plan
+from scbm.planning.plan_search import MAX_PLAIN, SEARCHES, breadth_first, brief_answer, search_plan
 from scbm.planning.searches import array_search, visited_states
 
 FROM_BOTH_ENDS = "arrays from both ends"
@@ -294,3 +294,25 @@ def test_plans_are_the_same_under_every_hash_seed() -> None:
     ]
     assert outputs[0] == outputs[1]
     assert outputs[0]
+
+
+# the first part of the search
+
+
+@pytest.mark.parametrize("name", ["gripper-6", "blocks-6-0", "blocks-8-0", "flags_all_16", "independent-10x10"])
+@pytest.mark.parametrize("limits", [PlanLimits(), PlanLimits(5), PlanLimits(expansions=300), PlanLimits(50, 20_000)])
+def test_a_brief_search_has_the_answer_of_the_whole_one_or_none(name: str, limits: PlanLimits) -> None:
+    model = PROBLEMS[name]()
+    problem = Planner(model).problem(dict(model.goals)[GOAL])
+    start = problem.task.pack(model.nominal_state)
+    brief = brief_answer(problem, start, limits)
+    assert brief is None or brief == search_plan(problem, start, limits)
+
+
+def test_a_brief_search_leaves_long_ones_unanswered() -> None:
+    answers = []
+    for name in ("blocks-6-0", "blocks-8-0"):
+        model = PROBLEMS[name]()
+        problem = Planner(model).problem(dict(model.goals)[GOAL])
+        answers.append(brief_answer(problem, problem.task.pack(model.nominal_state), PlanLimits()))
+    assert [answer is None for answer in answers] == [False, True]

@@ -10,6 +10,7 @@ import os
 import re
 import sys
 from contextlib import contextmanager
+from time import monotonic
 from typing import IO, TYPE_CHECKING, Any
 
 from rich.cells import cell_len
@@ -32,6 +33,9 @@ _IN_A_LINE = re.compile(rf"{_CONTROLS.pattern}|\n")
 
 _DEFAULT_COLUMNS, _MIN_COLUMNS, _MAX_COLUMNS = 80, 40, 120
 """The default width of a report in columns, and the bounds of the width of a terminal."""
+
+_MINUTE_S = 60.0
+"""The time between two lines about an activity, where no terminal shows it."""
 
 _STYLES = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow"}
 
@@ -204,11 +208,29 @@ def _coloured(diagnostic: Diagnostic) -> Text:
     return text
 
 
+class MinuteActivity:
+    """Shows an activity at most once a minute, with the minutes so far; not before the first minute has passed."""
+
+    def __init__(self, show: Callable[[str], None], now_s: Callable[[], float] = monotonic) -> None:
+        """Start the clock; `show` prints a line."""
+        self._show = show
+        self._now_s = now_s
+        self._begun_s = now_s()
+        self._minute = 0
+
+    def __call__(self, text: str) -> None:
+        """Show the text if it is time for a line."""
+        minute = int((self._now_s() - self._begun_s) // _MINUTE_S)
+        if minute > self._minute:
+            self._minute = minute
+            self._show(f"{text} ({minute} min)")
+
+
 @contextmanager
 def activity_display(words: str) -> Iterator[Callable[[str], None]]:
-    """Show the current activity on a terminal, and nothing elsewhere; yield a callback that changes the text."""
+    """Show the current activity: always on a terminal, once a minute elsewhere; yield a callback that changes it."""
     if not sys.stderr.isatty():
-        yield lambda _: None
+        yield MinuteActivity(lambda text: errors().line(f"scbm: {in_one_line(text)}"))
         return
     from rich.console import Console  # noqa: PLC0415 - only where there is something to show
     from rich.markup import escape  # noqa: PLC0415

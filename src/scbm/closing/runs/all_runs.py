@@ -47,6 +47,8 @@ class CloseLimits:
     changes: int = 2_000
 
 
+_INTERRUPTED = "closing was interrupted"
+
 _ANY_LENGTH = 10_000_000
 
 _SATISFICING_SHARE = 20
@@ -77,6 +79,8 @@ class AllRuns:
         limits: CloseLimits,
         progress: Callable[[str], None],
         inputs: Sequence[tuple[str, Value]] = (),
+        *,
+        explores: bool = True,
     ) -> None:
         """Explore all runs.
 
@@ -85,6 +89,7 @@ class AllRuns:
             limits: the limits of the exploration.
             progress: called with a description of each phase as it begins.
             inputs: the values that the environment may give to inputs at any moment; empty for runs without injections.
+            explores: whether to explore anything; if not, that counts as interrupted.
         """
         self.model = model
         self.program = Program(model)
@@ -103,7 +108,10 @@ class AllRuns:
         self._inputs = inputs
         self._run_limits = PlanLimits.of(model)
         self.other_planner = None if self.planner.name == DEFAULT_PLANNER else self.planner.name
-        self._explore(limits, progress)
+        if explores:
+            self._explore(limits, progress)
+        else:
+            self.stopped, self.is_interrupted = _INTERRUPTED, True
 
     @property
     def proves(self) -> bool:
@@ -119,6 +127,11 @@ class AllRuns:
     def situations(self) -> int:
         """The number of explored situations."""
         return sum(len(graph.positions) for graph in self.graphs)
+
+    @property
+    def planned(self) -> int:
+        """The work of planning so far, as a number of states (`Policy.planned`)."""
+        return sum(policy.planned for policy in self._policies.values())
 
     @property
     def plannable(self) -> tuple[tuple[str, Predicate], ...]:
@@ -143,18 +156,18 @@ class AllRuns:
         return cut_off
 
     def _explore(self, limits: CloseLimits, progress: Callable[[str], None]) -> None:
-        self.starts, complete = initial_states(self.model, self.program, self.relevance, limits.starts)
-        if not complete:
-            self.stopped = f"there are more than {limits.starts:,} combinations of initial values"
-        if self.planner.entry.is_external:
-            self.stopped = f"the planner {self.planner.name} is another program, so runs are tried and not explored"
-            return
         try:
-            self._explore_goals(limits, progress)
+            self.starts, complete = initial_states(self.model, self.program, self.relevance, limits.starts)
+            if not complete:
+                self.stopped = f"there are more than {limits.starts:,} combinations of initial values"
+            if self.planner.entry.is_external:
+                self.stopped = f"the planner {self.planner.name} is another program, so runs are tried and not explored"
+            else:
+                self._explore_goals(limits, progress)
         except TooManyRepliesError:
             self.stopped = "a reply has too many combinations of measured values"
         except KeyboardInterrupt:
-            self.stopped, self.is_interrupted = "closing was interrupted", True
+            self.stopped, self.is_interrupted = _INTERRUPTED, True
 
     def _explore_goals(self, limits: CloseLimits, progress: Callable[[str], None]) -> None:
         left = limits.situations

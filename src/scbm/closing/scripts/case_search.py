@@ -14,10 +14,10 @@ from scbm.closing.scripts.closing_injections import HOLD_NS, changes_that_disabl
 from scbm.closing.scripts.guided_search import distance_to, find_path, guard_of
 from scbm.model import State
 from scbm.planning import PlanCache
-from scbm.running.simulation import TooLongError
+from scbm.running.simulation import TooLongError, UnplannedError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from scbm.cases import Case
     from scbm.cases.coverage import Obligation
@@ -46,6 +46,7 @@ class CaseSearch:
         impossible: int,
         limits: CloseLimits,
         found: list[Execution] | None = None,
+        progress: Callable[[str], None] | None = None,
     ) -> None:
         """Prepare the search.
 
@@ -56,12 +57,14 @@ class CaseSearch:
             impossible: the obligations that are known to be uncoverable, by injections too.
             limits: the limits of the search.
             found: the list that is extended, so that an interruption leaves what was found until then.
+            progress: called with the obligation that is searched for, with counts.
         """
         self.found: list[Execution] = [] if found is None else found
         self._runs = runs
         self._tester = tester
         self._missing = missing
         self._impossible = impossible
+        self._progress = progress or (lambda _: None)
         self._candidates = limits.candidates
         self._beyond = limits.beyond
         self._scripts = CaseScripts(runs.model, runs.program, PlanCache(runs.planner))
@@ -73,6 +76,7 @@ class CaseSearch:
             self._walk_far()
         for bit in _bits(self._wanted()):
             if bit & self._wanted():
+                self._progress(f"looking for cases: {self._missing.bit_count():,} obligations are left")
                 self._insist(bit)
         for bit in _bits(self._missing & self._runs.visited):  # disabled without injections, where none does it
             self._insist(bit)
@@ -194,12 +198,16 @@ class CaseSearch:
     def _search_beyond(self) -> None:
         """Search, one by one, for obligations that the explored runs do not visit, with the guided search."""
         runs = self._runs
-        for obligation in runs.visits.obligations:
+        if not runs.plannable:
+            return
+        for number, obligation in enumerate(runs.visits.obligations, start=1):
             bit = runs.visits.bit(obligation.subject, obligation.aspect)
             wanted = bit
             if obligation.aspect is Aspect.DISABLED and not bit & self._impossible:
                 wanted |= runs.visits.current(obligation.subject)
             if bit & self._missing & ~self._impossible & ~runs.visited:
+                of = f"obligation {number:,} of {len(runs.visits.obligations.all):,}"
+                self._progress(f"guided search: {obligation} ({of}), at most {max(0, self._beyond):,} more situations")
                 self._go_beyond(obligation, wanted)
 
     def _go_beyond(self, obligation: Obligation, wanted: int) -> None:
@@ -234,11 +242,18 @@ class CaseSearch:
 
 
 def bounded(tester: Tester, case: Case) -> Execution | None:
-    """Return the run of a case; `None` if it has more records than a test should have."""
+    """Return the run of a case; `None` if it has more records than a test should have.
+
+    A run that asks for a plan that the source of plans refuses ends there: its case gets a limit of plans. `None` if
+    even the first plan is refused.
+    """
     try:
         return tester.execute(case, _MAX_RECORDS)
     except TooLongError:
         return None
+    except UnplannedError as error:
+        plans = error.plans
+    return bounded(tester, replace(case, limits=replace(case.limits, plans=plans))) if plans else None
 
 
 def without_leftovers(execution: Execution, tester: Tester) -> Execution:

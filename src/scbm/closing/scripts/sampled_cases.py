@@ -8,16 +8,17 @@ the operations that execute in them fail, time out or are disabled, and other in
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import islice
+from itertools import chain, islice
 from typing import TYPE_CHECKING
 
 from scbm.cases import Case, Network, OutcomeRule
 from scbm.cases.coverage import Aspect
 from scbm.cases.trace import End, state_after
+from scbm.closing.scripts.case_plans import CasePlans, PlanEffort
 from scbm.closing.scripts.case_search import bounded
 from scbm.closing.scripts.closing_injections import HOLD_NS, changes_that_disable, current_operations, injection
 from scbm.model import InputError, Outcome, State
-from scbm.planning import DEFAULT_PLANNER
+from scbm.planning import DEFAULT_PLANNER, PlanLimits
 from scbm.testing.batches.batch_summary import BatchSummary
 from scbm.testing.batches.campaign_runs import StopRule, run_steps
 from scbm.testing.batches.campaign_work import CampaignWork
@@ -36,6 +37,15 @@ _DRY = 200
 _PROBES = 2
 """Random cases that run after nominal ones without a plan; if these have no plan either, no more are drawn."""
 
+_FIRST = 20
+"""Random cases that run before anything else, so that an interruption leaves some."""
+
+_LOOK_STATES = 500_000
+"""The number of states that are expanded to plan for them, which takes a few seconds."""
+
+_LITTLE_PLANNING = 100_000
+"""If the plans of the first cases take fewer expanded states together, those of further cases need no common budget."""
+
 _MAX_CHANGES = 8
 """Maximum number of changes that are tried to disable one operation in one case."""
 
@@ -48,6 +58,8 @@ class SampledCases:
     """Runs cases, and keeps those that visit something missing.
 
     Attributes:
+        wanted: the obligations to search for, those included that are known to be uncoverable.
+        impossible: the obligations that are known to be uncoverable.
         found: the runs of the kept cases, in the order in which they were found.
         missing: the obligations that none of them visits.
         limit: what ended the last method before it was complete, and the option that raises the limit, if any.
@@ -56,7 +68,7 @@ class SampledCases:
     def __init__(
         self,
         tester: Tester,
-        starts: Sequence[Start],
+        plans: CasePlans,
         missing: int,
         impossible: int,
         progress: Callable[[str], None],
@@ -65,19 +77,21 @@ class SampledCases:
 
         Args:
             tester: runs the cases.
-            starts: initial states, the nominal one first.
+            plans: the plans of the tester.
             missing: the obligations to search for.
             impossible: the obligations that are known to be uncoverable.
             progress: called with a description of what is searched for.
         """
         self.found: list[Execution] = []
+        self.wanted = missing
+        self.impossible = impossible
         self.missing = missing & ~impossible
         self.limit: tuple[str, str | None] | None = None
         self._all = self.missing.bit_count()
         self._model: BehaviorModel = tester.model
         self._tester = tester
-        self._starts = starts
-        self._impossible = impossible
+        self._plans = plans
+        self._starts: Sequence[Start] = ()
         self._progress = progress
         self._bases: list[Execution] = []
         self._left = 0
@@ -86,15 +100,63 @@ class SampledCases:
 
     # nominal and random cases
 
-    def sample(self, most: int, executor: Executor | None = None) -> None:
-        """Run a nominal case for each goal, then random cases until they visit nothing new, or `most` have run."""
+    def look(self, most: int) -> None:
+        """Run a nominal case for each goal and a few random cases, with plans that are found at once."""
+        nominal = State(self._model.space, dict(self._model.nominal_state))
+        plain = [Case(goal[0], *goal, nominal) for goal in self._model.goals]
+        drawn = self._drawn(min(_FIRST, most))
+        with self._plans.effort(PlanEffort.BRIEF, _LOOK_STATES):
+            for case in chain(plain if self._model.initial_states.holds(nominal) else (), drawn):
+                self._progress(f"nominal and random cases: {self._counts}")
+                self._run(case)
+
+    def sample(self, starts: Sequence[Start], most: int, planning: int, executor: Executor | None = None) -> None:
+        """Run a nominal case for each goal, then random cases until they visit nothing new, or `most` have run.
+
+        Args:
+            starts: initial states, the nominal one first.
+            most: the maximum number of random cases.
+            planning: the number of states that are expanded to plan for random cases.
+            executor: where random cases run whose plans take little work.
+        """
         self.limit = None
-        plain = [self._run(case) for case in self._plain_cases(self._starts[:1])]
-        planless = [execution for execution in plain if execution is not None and not self._has_plan(execution)]
-        if planless and len(planless) == len(plain) and not self._probe(min(_PROBES, most)):
-            self.limit = (f"no case got a plan from the planner {self._planner_name}", "--planner")
-            return
+        self._starts = starts
+        with self._plans.effort(PlanEffort.WHOLE, planning):
+            plain = [self._run(case) for case in self._plain_cases(starts[:1])]
+        with self._plans.effort(PlanEffort.BRIEF, planning):
+            if not any(map(self._has_plan, plain)) and not self._probe(min(_PROBES, most)):
+                self.limit = (f"no case got a plan from the planner {self._planner_name}", _PLANNER)
+                return
+            if self._plans.are_limited and (self._plans.refused or self._plans.expanded > _LITTLE_PLANNING):
+                self._draw_here(most)
+            else:
+                self._draw(most, executor)
+
+    def _drawn(self, most: int) -> Iterator[Case]:
+        """Yield the first random cases; fewer if no more can be drawn, which is the limit then."""
         work = CampaignWork(self._model, numbers=range(1, most + 1), network=Network())
+        try:
+            for position in range(1, most + 1):
+                yield work.case(position)
+        except InputError as error:
+            self.limit = (error.diagnostics[0].message, None)
+
+    def _draw_here(self, most: int) -> None:
+        """Run random cases one by one in this process: their plans share one budget."""
+        dry = count = 0
+        for count, case in enumerate(self._drawn(most), start=1):
+            self._progress(f"random cases: {count - 1:,} of at most {most:,}, {self._counts}")
+            missing = self.missing
+            self._run(case)
+            dry = dry + 1 if missing == self.missing else 0
+            if dry == _DRY or not self.missing:
+                return
+        if count == most:
+            self.limit = _last_was_new(most)
+
+    def _draw(self, most: int, executor: Executor | None) -> None:
+        """Run random cases by an executor, with a limit on plans that take long; those that are kept run again."""
+        work = CampaignWork(self._briefly_planned, numbers=range(1, most + 1), network=Network())
         total = BatchSummary()
         try:
             for step in run_steps(work, executor, StopRule(dry=_DRY)):
@@ -107,17 +169,23 @@ class SampledCases:
                 if visited & self.missing:
                     self._run(work.case(position))
         if total.count == most and total.last - total.last_new < _DRY:
-            self.limit = (f"{most:,} random cases were run, and the last of them still visited something new", _RANDOM)
+            self.limit = _last_was_new(most)
+
+    @property
+    def _briefly_planned(self) -> BehaviorModel:
+        """The model with a limit for plans that take long."""
+        if not self._plans.are_limited:
+            return self._model
+        expansions = min(PlanLimits.of(self._model).expansions, _LITTLE_PLANNING)
+        return replace(self._model, planner=replace(self._model.planner, max_expanded=expansions))
 
     def _probe(self, count: int) -> bool:
         """Return whether one of the first random cases has a plan."""
-        work = CampaignWork(self._model, numbers=range(1, count + 1), network=Network())
-        runs = (self._run(work.case(position)) for position in range(1, count + 1))
-        return any(execution is not None and self._has_plan(execution) for execution in runs)
+        return any(self._has_plan(self._run(case)) for case in self._drawn(count))
 
     @staticmethod
-    def _has_plan(execution: Execution) -> bool:
-        return execution.verdict.end not in _PLANLESS or bool(execution.visited)
+    def _has_plan(execution: Execution | None) -> bool:
+        return execution is not None and (execution.verdict.end not in _PLANLESS or bool(execution.visited))
 
     @property
     def _planner_name(self) -> str:
@@ -130,21 +198,30 @@ class SampledCases:
 
     # changed cases
 
-    def change(self, most: int) -> None:
-        """Change kept cases for the obligations that are missing, until that is exhausted, or `most` cases have run."""
+    def change(self, most: int, planning: int) -> None:
+        """Change kept cases for the obligations that are missing, until that is exhausted, or `most` cases have run.
+
+        `planning` is the number of states that are expanded to plan for them.
+        """
+        is_named = self.limit is not None and self.limit[1] == _PLANNER
         self.limit = None
         self._left = most
+        with self._plans.effort(PlanEffort.BRIEF, planning):
+            self._change_all()
+        if self.missing and self._left <= 0:
+            self.limit = (f"{most:,} changed cases were run", _CHANGES)
+        elif self.missing and self._plans.refused and not is_named:
+            self.limit = ("plans that take a long search were left out, and runs end before them", _PLANNER)
+
+    def _change_all(self) -> None:
         done = 0
         while self.missing and self._left > 0 and done < len(self._bases):
-            self._progress(f"guided search: {self._counts}, at most {self._left:,} more cases")
             self._change(self._bases[done])
             done += 1
             if done == len(self._bases):
                 self._start_elsewhere()
         for base in tuple(self._bases):
             self._repeat(base)
-        if self.missing and self._left <= 0:
-            self.limit = (f"{most:,} changed cases were run", _CHANGES)
 
     def _change(self, base: Execution) -> None:
         """Let operations of a case fail, time out and be disabled: all at once, then one by one."""
@@ -152,14 +229,24 @@ class SampledCases:
         current = current_operations(base.trace.records)
         for aspect, outcome in _ENDS:
             names = [name for name in current if self._is_open(name, aspect)]
+            self._report(names, aspect)
             self._try_rules(plain, names, outcome)
             for name in names:
                 if self._is_open(name, aspect):
+                    self._report([name], aspect)
                     self._try_rules(plain, [name], outcome)
+        self._report([name for name in current if self._is_open(name, Aspect.DISABLED)], Aspect.DISABLED)
         self._disable_all(plain, current, base)
         for name, record in current.items():
             if self._is_open(name, Aspect.DISABLED):
+                self._report([name], Aspect.DISABLED)
                 self._disable(plain, name, record, base)
+
+    def _report(self, names: Sequence[str], aspect: Aspect) -> None:
+        """Report what the next changed cases are for."""
+        what = f"{names[0]}/{aspect}" if len(names) == 1 else f"{aspect} of {len(names):,} operations"
+        if names:
+            self._progress(f"guided search: {what}, {self._counts}, at most {max(0, self._left):,} more cases")
 
     def _try_rules(self, case: Case, names: Sequence[str], outcome: Outcome, last: int | None = 1) -> None:
         """Run a case in which the first requests of each of these operations, up to `last`, have another outcome."""
@@ -196,6 +283,8 @@ class SampledCases:
             for _, outcome in _ENDS:
                 if not self.missing & self._automatic or self._left <= 0:
                     return
+                what = f"repeated ends of {name}"
+                self._progress(f"guided search: {what}, {self._counts}, at most {self._left:,} more cases")
                 self._try_rules(plain, [name], outcome, last=None)
 
     def _start_elsewhere(self) -> None:
@@ -235,6 +324,11 @@ class SampledCases:
         return f"{self._all - self.missing.bit_count():,} of {self._all:,} obligations visited"
 
 
+def _last_was_new(most: int) -> tuple[str, str]:
+    return f"{most:,} random cases were run, and the last of them still visited something new", _RANDOM
+
+
+_PLANNER = "--planner"
 _RANDOM = "--max-random"
 _CHANGES = "--max-changes"
 

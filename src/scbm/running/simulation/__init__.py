@@ -5,7 +5,7 @@ The same choices give the same trace, byte for byte. Nothing here reads a clock,
 
 from scbm.running.simulation.default_reactions import DrawnReactions, PlainReactions, typical_ns
 from scbm.running.simulation.free_choices import Choices, MessageKind, Reactions, leave_nothing_open
-from scbm.running.simulation.simulator import Simulated, Simulator, TooLongError
+from scbm.running.simulation.simulator import Simulated, Simulator, TooLongError, UnplannedError
 
 __all__ = [
     "Choices",
@@ -16,6 +16,7 @@ __all__ = [
     "Simulated",
     "Simulator",
     "TooLongError",
+    "UnplannedError",
     "leave_nothing_open",
     "typical_ns",
 ]

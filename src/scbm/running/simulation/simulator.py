@@ -12,7 +12,7 @@ from msgspec import Struct
 from scbm.cases import AT_ONCE
 from scbm.cases.trace import BecameCurrent, End, MessageDisturbed, OperationStepped, ResourceChanged
 from scbm.model import OperationState
-from scbm.planning import PlanCache, PlanLimits, Planner, Solved, recorded_answer
+from scbm.planning import PlanCache, PlanLimits, Planner, PlanRefusedError, Solved, recorded_answer
 from scbm.running.events import (
     OUTWARD,
     AskPlan,
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from scbm.cases import Case, CaseLimits, Restart
     from scbm.cases.trace import Record
     from scbm.model import BehaviorModel
+    from scbm.planning import PlanSource
     from scbm.running.events import OutwardEffect
     from scbm.running.simulation.free_choices import Choices
 
@@ -63,6 +64,18 @@ class TooLongError(Exception):
     """A run has more records than the caller allows."""
 
 
+class UnplannedError(Exception):
+    """A run asks for a plan that the source of plans refuses.
+
+    Attributes:
+        plans: the number of plans that the run has got before.
+    """
+
+    def __init__(self, plans: int) -> None:
+        super().__init__(f"plan {plans + 1} is refused")
+        self.plans = plans
+
+
 class Simulator:
     """Simulates runs of one model. Runs do not influence each other."""
 
@@ -71,13 +84,14 @@ class Simulator:
         model: BehaviorModel,
         options: RunnerOptions | None = None,
         plan_limits: PlanLimits | None = None,
+        plans: PlanSource | None = None,
     ) -> None:
         self.model = model
         self.options = options or RunnerOptions()
         self.plan_limits = plan_limits or PlanLimits.of(model)
         self.program = Program(model)
         self.planner = Planner.of(model)
-        self.plans = PlanCache(self.planner)
+        self.plans: PlanSource = plans or PlanCache(self.planner)
         self.resources = {resource.name: resource for resource in model.resources}
 
     def run(self, case: Case, choices: Choices, most_records: int | None = None) -> Simulated:
@@ -90,6 +104,7 @@ class Simulator:
 
         Raises:
             TooLongError: the run has more records.
+            UnplannedError: the source of plans refuses a plan.
         """
         runner = Runner(self.program, case.initial, self.options_for(case.limits))
         run = _SimulationRun(self, runner, choices, case)
@@ -278,6 +293,9 @@ class _SimulationRun:
             known = recorded_answer(self._case, asked.ask, simulator.planner, asked.state)
             self.schedule(self._now_ns, PlanAnswered(asked.ask, PlanStatus(known.status), known.plan))
             return
-        answer = simulator.plans.plan(asked.state, asked.goal, simulator.plan_limits)
+        try:
+            answer = simulator.plans.plan(asked.state, asked.goal, simulator.plan_limits)
+        except PlanRefusedError as error:
+            raise UnplannedError(asked.ask - 1) from error
         plan = answer.plan if isinstance(answer, Solved) else ()
         self.schedule(self._now_ns, PlanAnswered(asked.ask, PlanStatus(answer.status), plan))
