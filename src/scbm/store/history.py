@@ -198,7 +198,7 @@ class History:
     def labels(self) -> tuple[str, ...]:
         """For each case its name; where several have one name, with the first digits of the key behind it."""
         names = Counter(case.name for case in self.cases)
-        return tuple(c.name if names[c.name] == 1 else f"{c.name}.{c.key.hex()[:8]}" for c in self.cases)
+        return tuple(label_of(case.name, case.key, names[case.name]) for case in self.cases)
 
     @cached_property
     def coverage(self) -> Coverage:
@@ -228,6 +228,11 @@ class History:
     def where(self, case: StoredCase) -> str | None:
         """Where a case ran, in words that are those of its last run; `None` for simulation."""
         return self.runs[case.run].nodes if case.is_over_nodes else None
+
+
+def label_of(name: str, key: bytes, count: int) -> str:
+    """Return how reports name a case; `count` is how many cases of the store have its name."""
+    return name if count == 1 else f"{name}.{key.hex()[:8]}"
 
 
 def sayable(text: str) -> str:

@@ -11,12 +11,22 @@ from datetime import datetime
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from scbm.cases.coverage import Obligations
+from scbm.cases.coverage import Coverage, Obligations, Unnamed, bits_of
 from scbm.cases.trace import End
 from scbm.files import digest_of, read_model, write_model
 from scbm.model import FIRST_PLANNER, PlannerChoice, PlannerIdentity
 from scbm.model.json_reader import convert_json, read_json
-from scbm.store.history import Drawn, History, ModelSource, Recipe, StoredCase, StoredRun, Written, unpacked_log
+from scbm.store.history import (
+    Drawn,
+    History,
+    ModelSource,
+    Recipe,
+    StoredCase,
+    StoredRun,
+    Written,
+    label_of,
+    unpacked_log,
+)
 from scbm.store.store_file import open_for_reading, understood
 from scbm.store.store_schema import TABLES
 from scbm.testing import Failure, FailureKind, Verdict
@@ -142,6 +152,21 @@ class Tables:
                 key, _text(name), _text(goal), model, run, _number(position), recipe,
                 verdict, _number(ended_ns), _number(requests), bits, log,
             )  # fmt: skip
+
+    def visits(self) -> Iterator[tuple[bytes, str, int]]:
+        """Yield key, name and visited obligations of each case, in the order of runs and of positions in them.
+
+        Raises `ValueError` and others for foreign rows.
+        """
+        count = self._obligations()
+        rows = self._connection.execute(
+            "SELECT key, name, test_case.visited, log IS NOT NULL AND nodes IS NULL"
+            " FROM test_case JOIN run ON run.id = test_case.run ORDER BY started, token, position, key"
+        )
+        for key, name, visited, is_nowhere in rows:
+            if is_nowhere:
+                raise ValueError("a case over nodes of a run that was over none")
+            yield key, _text(name), _known(visited, count)
 
     def outdated(self) -> frozenset[bytes]:
         """The keys of written cases of which a later run has another version: of the same file, model and options."""
@@ -413,6 +438,52 @@ def history_in(tables: Tables) -> History:
         raise ValueError("a case over nodes of a run that was over none")
     cases.sort(key=lambda case: (case.run, case.position, case.key))
     return History(model, tuple(row.run for row in runs), tuple(cases), len(left_out))
+
+
+@dataclass(frozen=True, slots=True)
+class StoreTotals:
+    """The figures of a store, in memory that does not grow with its number of cases.
+
+    Attributes:
+        model: the model.
+        runs: the number of runs.
+        cases: the number of cases that count.
+        coverage: what they visited; only the first visitor of each obligation has a name there.
+    """
+
+    model: BehaviorModel
+    runs: int
+    cases: int
+    coverage: Coverage
+
+
+def totals_in(tables: Tables) -> StoreTotals:
+    """Return the figures of open tables. Raise `ValueError` and others for rows that scbm does not write."""
+    current = next(row for row in tables.models() if row.is_current)
+    model = read_model(current.text, current.name)
+    obligations = Obligations.of(model)
+    if not tables.says_obligations_of(obligations):
+        raise ValueError("other obligations than those of the model")
+    left_out = tables.outdated()
+    rest, cases, union = [0] * len(obligations.all), 0, 0
+    first: list[tuple[bytes, str, int]] = []
+    for key, name, visited in tables.visits():
+        if key in left_out:
+            continue
+        cases += 1
+        if visited & ~union:
+            first.append((key, name, visited))
+            union |= visited
+        else:
+            for bit in bits_of(visited):
+                rest[bit] += 1
+    names = dict.fromkeys((name for _, name, _ in first), 0)
+    for key, name, _ in tables.visits():
+        if name in names and key not in left_out:
+            names[name] += 1
+    named = tuple((label_of(name, key, names[name]), visited) for key, name, visited in first)
+    coverage = Coverage(obligations, named, Unnamed(cases - len(first), tuple(rest)))
+    return StoreTotals(model, len(tables.runs()), cases, coverage)
 
 
 def _planner(value: object) -> str:

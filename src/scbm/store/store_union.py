@@ -5,6 +5,7 @@ from __future__ import annotations
 import sqlite3
 from contextlib import ExitStack, closing
 from dataclasses import dataclass, replace
+from functools import cached_property
 from os.path import realpath
 from typing import TYPE_CHECKING
 
@@ -21,7 +22,7 @@ from scbm.store.store_file import (
     transaction,
     understood,
 )
-from scbm.store.store_tables import ModelRow, Tables, history_in
+from scbm.store.store_tables import ModelRow, StoreTotals, Tables, read_history, totals_in
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -31,17 +32,24 @@ if TYPE_CHECKING:
     from scbm.store.history import History
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Combined:
     """What came of uniting stores.
 
     Attributes:
-        history: what the new store holds.
+        path: the new store.
+        totals: its figures.
         dropped: for each store of an earlier version of the model, what its cases visited and does not count any more.
     """
 
-    history: History
+    path: Path
+    totals: StoreTotals
     dropped: tuple[tuple[Path, tuple[Dropped, ...]], ...]
+
+    @cached_property
+    def history(self) -> History:
+        """What the new store holds, all of it in memory."""
+        return read_history(self.path)
 
 
 def combine_stores(paths: Sequence[Path], target: Path, *, across_edits: bool = False) -> Combined:
@@ -73,14 +81,14 @@ def combine_stores(paths: Sequence[Path], target: Path, *, across_edits: bool = 
                 union.put_model(model)
                 edits = [None if row.digest == models[-1].digest else _edit(row, model) for row in models]
                 dropped = [_add(union, *store, edit) for store, edit in zip(stores, edits, strict=True)]
-            history = history_in(union)
+            totals = totals_in(union)
             own = opened.get(realpath(target))
             if own is None:
                 replace_store(united, target)
             else:
                 overwrite(united, own, target)
     lost = zip(paths, edits, dropped, strict=True)
-    return Combined(history, tuple((path, dropped) for path, edit, dropped in lost if edit is not None))
+    return Combined(target, totals, tuple((path, dropped) for path, edit, dropped in lost if edit is not None))
 
 
 def _current(path: Path, tables: Tables) -> ModelRow:

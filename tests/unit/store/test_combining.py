@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from scbm.model import InputError, Slug
-from scbm.store import History, Recipe, combine_stores, read_history, store_file, write_store
-from scbm.store.store_tables import Tables, history_in
-from scbm.testing import CaseResult
+from scbm.store import Recipe, combine_stores, read_history, store_file, write_store
+from scbm.store.store_tables import StoreTotals, Tables, totals_in
+from scbm.testing import CaseResult, coverage_json
 from support.stores import a_run, cell, results, store
 from support.wording import Wording
 
@@ -170,11 +170,20 @@ def test_nobody_adds_to_a_store_while_it_is_read_to_be_replaced(
     monkeypatch.setattr(store_file, "_PATIENCE_S", 0)
     one, two = _stores(tmp_path, 1, 2)
 
-    def added_to_meanwhile(tables: Tables) -> History:
+    def added_to_meanwhile(tables: Tables) -> StoreTotals:
         with pytest.raises(InputError):
             store(two, 3, results(3, 1))
-        return history_in(tables)
+        return totals_in(tables)
 
-    monkeypatch.setattr("scbm.store.store_union.history_in", added_to_meanwhile)
+    monkeypatch.setattr("scbm.store.store_union.totals_in", added_to_meanwhile)
     combine_stores([one, two, two], two)
     assert len(read_history(two).cases) == 12
+
+
+def test_the_figures_of_the_new_store_are_those_of_all_that_it_holds(tmp_path: Path) -> None:
+    one, two = (store(tmp_path / f"{run}.db", run, results(run, 40, "drawn")) for run in (1, 2))
+    combined = combine_stores([one, two], tmp_path / "all.db")
+    totals, history = combined.totals, combined.history
+    assert (totals.cases, totals.runs) == (len(history.cases), len(history.runs))
+    assert coverage_json(totals.coverage) == coverage_json(history.coverage)
+    assert len(totals.coverage.cases) <= len(history.obligations.all)

@@ -82,8 +82,8 @@ def combined_report(combined: Combined, target: str) -> Iterator[Text]:
             yield from _dropped_lines(dropped)
         else:
             yield Text(f"{path}: of an earlier version of the model; all that it visited is unchanged")
-    history = combined.history
-    yield in_all(len(history.cases), history.coverage.figure, target).append(f", {counted(len(history.runs), 'run')}")
+    totals = combined.totals
+    yield in_all(totals.cases, totals.coverage.figure, target).append(f", {counted(totals.runs, 'run')}")
 
 
 def _dropped_lines(dropped: Sequence[Dropped]) -> Iterator[Text]:
@@ -97,14 +97,14 @@ def _dropped_lines(dropped: Sequence[Dropped]) -> Iterator[Text]:
 
 def combined_json(combined: Combined, target: str) -> dict[str, Any]:
     """Return the same as data for `json`."""
-    history = combined.history
+    totals = combined.totals
     return {
         "format_version": FORMAT_VERSION,
-        "model": history.model.name,
+        "model": totals.model.name,
         "store": target,
-        "cases": len(history.cases),
-        "runs": len(history.runs),
-        "coverage": coverage_json(history.coverage),
+        "cases": totals.cases,
+        "runs": totals.runs,
+        "coverage": coverage_json(totals.coverage),
         "dropped": [
             {"store": str(path), "obligation": str(d.obligation), "reason": "gone" if d.is_gone else "edited"}
             for path, dropped in combined.dropped
