@@ -56,6 +56,8 @@ class StoredRun:
         is_finished: whether it came to its end.
         nodes: where its cases ran, in words: `over DDS domain 0`; `None` for simulation.
         planner: the name and the version of the planner.
+        order_time: its place among the runs, as a time, if that is not `started`: a store orders runs by when they were
+            added, whatever the clock said.
     """
 
     id: str
@@ -69,6 +71,7 @@ class StoredRun:
     is_finished: bool = False
     nodes: str | None = None
     planner: str = str(FIRST_PLANNER)
+    order_time: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,7 +177,7 @@ class History:
 
     Attributes:
         model: the model.
-        runs: in the order in which they began.
+        runs: in the order in which they were added, and after `combine` in that of their times.
         cases: in the order of their runs, and of their places there.
         outdated: how many cases are left out, as a later run had another version of their file.
     """

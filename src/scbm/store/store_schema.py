@@ -125,6 +125,14 @@ TABLES: dict[str, StoreTable] = {
                 since=3,
                 value=lambda run: run.planner,
             ),
+            StoreColumn(
+                "order_time",
+                "TEXT",
+                "the place of the run among others, as a time: just after the run that was added before it; null if"
+                " that place is `started`",
+                since=4,
+                value=lambda run: run.order_time,
+            ),
         ),
     ),
     "setting": StoreTable(

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, replace
-from datetime import datetime
+from datetime import datetime, timedelta
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -48,6 +48,9 @@ _MAX_JSON_CHARACTERS = 16 * 1024 * 1024
 """The maximum length of a JSON text in a column; a store that holds a longer one is damaged."""
 
 _OPTIONS = ("network", "requirements", "time_limit_ns")
+
+_NEXT = timedelta(microseconds=1)
+"""Between the order times of two runs, at least."""
 
 Row: TypeAlias = tuple[Any, ...]
 
@@ -106,13 +109,13 @@ class Tables:
         return tuple(ModelRow(id_, digest, name, text, bool(current)) for id_, digest, name, text, current in rows)
 
     def runs(self) -> tuple[RunRow, ...]:
-        """All runs, in the order in which they began. Raises `ValueError` and others for foreign rows."""
+        """All runs, in the order in which they were added. Raises `ValueError` and others for foreign rows."""
         count = self._obligations()
         rows = self._connection.execute(
             "SELECT run.id, model, is_current, token, started, command, path, source.text,"
-            " visited, cases, failed, is_finished, nodes, planner"
+            " visited, cases, failed, is_finished, nodes, planner, order_time"
             " FROM run JOIN source ON source.id = run.source JOIN model ON model.id = run.model"
-            " ORDER BY started, token"
+            " ORDER BY coalesce(order_time, started), token"
         )
         return tuple(
             RunRow(
@@ -130,6 +133,7 @@ class Tables:
                     is_finished=bool(finished),
                     nodes=None if more[0] is None else _text(more[0]),
                     planner=_planner(more[1]),
+                    order_time=None if more[2] is None else _moment(more[2]),
                 ),
             )
             for id_, model, current, token, began, command, path, text, visited, cases, failed, finished, *more in rows
@@ -172,7 +176,8 @@ class Tables:
         """The keys of written cases of which a later run has another version: of the same file, model and options."""
         rows = self._connection.execute(
             "SELECT key FROM (SELECT key, row_number() OVER ("
-            " PARTITION BY test_case.model, setting, path, name ORDER BY started DESC, token DESC, position DESC, key)"
+            " PARTITION BY test_case.model, setting, path, name"
+            " ORDER BY coalesce(order_time, started) DESC, token DESC, position DESC, key)"
             " AS age FROM test_case JOIN run ON run.id = test_case.run"
             " WHERE text IS NOT NULL AND path NOT GLOB '*.py') WHERE age > 1"
         )
@@ -250,6 +255,20 @@ class Tables:
         )
         return self._id("source", "digest", digest)
 
+    def order_time(self, run: StoredRun) -> str | None:
+        """Return the order time of a run, which is added now if it is new; `None` if `started` is behind all others."""
+        known = self._connection.execute("SELECT order_time FROM run WHERE token = ?", (run.id,)).fetchone()
+        if known is not None:
+            return None if known[0] is None else _moment(known[0])
+        query = "SELECT max(coalesce(order_time, started)) FROM run"
+        (last,) = self._connection.execute(query).fetchone()
+        return None if last is None or last < run.started else time_text(datetime.fromisoformat(last) + _NEXT)
+
+    def newest_start(self) -> str | None:
+        """Return the latest time at which a run began, by its clock; `None` without runs."""
+        (newest,) = self._connection.execute("SELECT max(started) FROM run").fetchone()
+        return None if newest is None else _moment(newest)
+
     def add_to_run(self, run: int, visited: int, *, failed: bool) -> None:
         """Counts one more case of a run."""
         before = self._connection.execute("SELECT visited FROM run WHERE id = ?", (run,)).fetchone()[0]
@@ -265,7 +284,7 @@ class Tables:
     def put_case(self, case: CaseRow) -> None:
         """Adds a case. If it is there, what both visited counts, and else what the later run says."""
         query = (
-            "SELECT test_case.visited, started, token, position FROM test_case"
+            "SELECT test_case.visited, coalesce(order_time, started), token, position FROM test_case"
             " JOIN run ON run.id = test_case.run WHERE key = ?"
         )
         known = self._connection.execute(query, (case.key,)).fetchone()
@@ -276,7 +295,8 @@ class Tables:
         visited, *before = known
         union = self._bytes(_set(visited) | case.visited)
         self._connection.execute("UPDATE test_case SET visited = ? WHERE key = ?", (union, case.key))
-        moment = self._connection.execute("SELECT started, token FROM run WHERE id = ?", (case.run,)).fetchone()
+        query = "SELECT coalesce(order_time, started), token FROM run WHERE id = ?"
+        moment = self._connection.execute(query, (case.run,)).fetchone()
         if (*moment, case.position) > tuple(before):
             self._update(case)
             self._compute("test_case", "key", case.key, case)
@@ -345,6 +365,11 @@ def _number(value: object) -> int:
     if not isinstance(value, int):
         raise ValueError("this is no number")  # noqa: TRY004 - it is data
     return value
+
+
+def time_text(moment: datetime) -> str:
+    """Return a time in UTC as stores have it. Such texts sort by time."""
+    return moment.strftime("%Y-%m-%dT%H:%M:%S.%fZ")
 
 
 def _moment(text: str) -> str:

@@ -1,6 +1,6 @@
 """Add a run to a store, case by case. Each case is committed at once.
 
-`begin_run` is the only function of the store that reads a clock and draws a random id.
+`begin_run` draws a random id. This module is the only one of the store that reads a clock.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from scbm.store.store_file import (
     transaction,
     understood,
 )
-from scbm.store.store_tables import CaseRow, ModelRow, Tables
+from scbm.store.store_tables import CaseRow, ModelRow, Tables, time_text
 
 if TYPE_CHECKING:
     import sqlite3
@@ -52,10 +52,13 @@ def begin_run(command: Sequence[str], model_path: str, model_text: str, nodes: s
         model_text: the content of the model file.
         nodes: a description of the nodes that run the cases; `None` for simulation.
     """
-    started = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%S.%fZ")
     return StoredRun(
-        uuid4().hex, started, sayable(shlex.join(command)), ModelSource(sayable(model_path), model_text), nodes=nodes
+        uuid4().hex, _now(), sayable(shlex.join(command)), ModelSource(sayable(model_path), model_text), nodes=nodes
     )
+
+
+def _now() -> str:
+    return time_text(datetime.now(UTC))
 
 
 _MAX_NS = 2**63 - 1
@@ -83,6 +86,7 @@ class StoreWriter:
     Attributes:
         before: the last run that was finished before this one began, as it was then; `None` if there was none.
         lost: how many cases were not added, as their runs were not finished.
+        later_start: if the clock went back, the latest time at which an earlier run began by it; else `None`.
     """
 
     def __init__(self, connection: sqlite3.Connection, path: Path, model: BehaviorModel, run: StoredRun) -> None:
@@ -97,7 +101,11 @@ class StoreWriter:
         self._is_whole = True
         self.lost = 0
         with store_errors(path), understood(path), snapshot(connection):
-            self.before = self._last_finished() if has_tables(connection, path) else None
+            has_runs = has_tables(connection, path)
+            self.before = self._last_finished() if has_runs else None
+            newest = self._tables.newest_start() if has_runs else None
+        # Another process may have begun since this run did, so the time now counts.
+        self.later_start = newest if newest is not None and newest > max(run.started, _now()) else None
 
     def _last_finished(self) -> StoredRun | None:
         """The last finished run. Raises `InputError` if the store is of another model."""
@@ -165,7 +173,8 @@ class StoreWriter:
         if known is not None and known.digest != self._digest:
             raise self._of_another_model(known)  # another process was faster
         model = self._tables.put_model(self._model)
-        return model, self._tables.put_run(replace(self._run, planner=str(planner)), model)
+        run = replace(self._run, planner=str(planner), order_time=self._tables.order_time(self._run))
+        return model, self._tables.put_run(run, model)
 
     def finish(self) -> None:
         """Notes that the run came to its end, if it has cases and all of them were added."""
@@ -175,8 +184,11 @@ class StoreWriter:
 
     def totals(self) -> tuple[int, Figure]:
         """How many cases the store has, and the figure of all of them together, those of others that write included."""
-        with store_errors(self._path), understood(self._path):
-            cases, visited = self._tables.totals() if has_tables(self._connection, self._path) else (0, 0)
+        with store_errors(self._path), understood(self._path), snapshot(self._connection):
+            cases, visited = 0, 0
+            if has_tables(self._connection, self._path):
+                show_as_newest(self._connection)
+                cases, visited = self._tables.totals()
         return cases, self._obligations.figure(visited)
 
     def _of_another_model(self, known: ModelRow) -> InputError:

@@ -76,9 +76,20 @@ def test_json_has_the_same(scbm: Scbm, filled: Path) -> None:
         "visited": history.coverage.figure.visited,
         "percent": history.coverage.figure.percent,
         "is_first_run": False,
+        "later_start": None,
         "gained": list(history.obligations.names(second & ~first)),
         "lost": list(history.obligations.names(first & ~second)),
     }
+
+
+def test_a_clock_that_went_back_is_reported(scbm: Scbm, filled: Path) -> None:
+    with sqlite3.connect(filled) as connection:
+        connection.execute("UPDATE run SET started = '9998-01-01T00:00:00.000000Z'")
+    connection.close()
+    ran = scbm("test", BEFORE, "--cases", 1, "--store", filled)
+    line = f"the clock went back: {filled} has a run that began at 9998-01-01T00:00:00.000000Z; this run counts as the"
+    assert line in ran.out
+    assert read_history(filled).runs[-1].cases == 1
 
 
 def test_what_the_command_line_adds_to_cases_is_kept(scbm: Scbm, store: Path) -> None:

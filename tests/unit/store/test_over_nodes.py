@@ -135,17 +135,15 @@ def test_a_case_in_simulation_and_over_nodes_is_two_and_with_other_real_resource
     )
 
 
-@pytest.mark.parametrize("is_later_added_last", [True, False])
-def test_where_nodes_met_and_how_fast_makes_no_other_case_and_the_later_run_is_shown(
-    path: Path,
-    is_later_added_last: bool,  # noqa: FBT001 - a case
+@pytest.mark.parametrize("order", [(1, 2), (2, 1)])
+def test_where_nodes_met_and_how_fast_makes_no_other_case_and_the_last_run_is_shown(
+    path: Path, order: tuple[int, int]
 ) -> None:
     (case,) = drawn()
     one, two = real_run(MODEL, case), real_run(MODEL, case, chance=78)
     assert one.digest != two.digest
-    added = [(nodes_run(1), one), (nodes_run(2, "over loopback, 20 times faster than the wall"), two)]
-    for run, execution in added if is_later_added_last else reversed(added):
-        add(path, run, execution)
+    add(path, nodes_run(order[0]), one)
+    add(path, nodes_run(order[1], "over loopback, 20 times faster than the wall"), two)
     history = read_history(path)
     (stored,) = history.cases
     assert stored.visited == one.visited | two.visited
@@ -299,9 +297,10 @@ def test_who_writes_to_a_store_of_version_1_makes_it_one_of_the_newest(old: Path
     with write_store(old, MODEL, nodes_run(5)) as writer:
         assert writer.before == before.runs[-1]
         assert version(old) == 1
+        assert writer.totals()[0] == len(KEYS)
         writer.add(1, recipe_of(execution.case), execution.result, log_text(MODEL, execution))
     history = read_history(old)
-    assert version(old) == 3
+    assert version(old) == 4
     assert history.cases[:-1] == before.cases
     assert shown(history)[-1] == execution.digest
     assert _tables(old) == _tables(store(path, 1, results(1, 1)))
@@ -337,13 +336,13 @@ def test_stores_of_both_versions_are_united(old: Path, path: Path, tmp_path: Pat
     assert read_history(target) == history
     assert [stored.key.hex() for stored in history.cases[:-1]] == KEYS
     assert shown(history)[-1] == execution.digest
-    assert (version(target), version(old)) == (3, 1)
+    assert (version(target), version(old)) == (4, 1)
 
 
 def test_a_store_of_version_1_may_be_the_target(old: Path, path: Path) -> None:
     add(path, nodes_run(5), real_run(MODEL, drawn(9)[8]))
     history = combine_stores([old, path], old).history
-    assert (version(old), read_history(old)) == (3, history)
+    assert (version(old), read_history(old)) == (4, history)
     assert len(history.cases) == len(KEYS) + 1
 
 
@@ -353,11 +352,12 @@ def test_a_store_of_version_1_may_be_the_target(old: Path, path: Path) -> None:
 def test_the_cases_of_a_store_of_version_2_were_planned_by_the_canonical_planner(path: Path) -> None:
     before = store(path, 1, results(1, 2))
     changed(path, "ALTER TABLE run DROP COLUMN planner")
+    changed(path, "ALTER TABLE run DROP COLUMN order_time")
     changed(path, "PRAGMA user_version = 2")
     assert [run.planner for run in read_history(path).runs] == ["canonical 1"]
     assert version(path) == 2
     store(path, 2, results(1, 3, "drawn"))
-    assert (version(path), _tables(path)) == (3, _tables(before))
+    assert (version(path), _tables(path)) == (4, _tables(before))
     assert [run.planner for run in read_history(path).runs] == ["canonical 1"] * 2
 
 

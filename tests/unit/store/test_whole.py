@@ -92,14 +92,14 @@ def _run_of(token: int, moment: int) -> StoredRun:
     return StoredRun(f"{token:032x}", f"2026-11-21T12:00:00.{moment:06d}Z", f"scbm test {token}", source)
 
 
-def test_runs_are_in_the_order_in_which_they_began_and_at_one_moment_in_that_of_their_tokens(path: Path) -> None:
+def test_runs_are_in_the_order_in_which_they_were_added(path: Path) -> None:
     for token, moment in ((3, 1), (9, 2), (2, 2), (1, 3)):
         with write_store(path, cell(), _run_of(token, moment)) as writer:
             writer.add(1, *results(1, 1)[0])
-    assert [int(run.id, 16) for run in read_history(path).runs] == [3, 2, 9, 1]
+    assert [int(run.id, 16) for run in read_history(path).runs] == [3, 9, 2, 1]
     with write_store(path, cell(), _run_of(1, 3)) as writer:
         assert writer.before is not None
-        assert int(writer.before.id, 16) == 9
+        assert int(writer.before.id, 16) == 2
 
 
 def test_copies_of_a_store_in_the_middle_of_a_run_are_united_with_it(path: Path, tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from scbm.store import (
     Recipe,
     StoreWriter,
     Written,
+    combine_stores,
     digest_of,
     drawn_recipe,
     key_of,
@@ -83,8 +84,8 @@ def test_the_first_run_has_none_before_it(path: Path) -> None:
 
 
 def test_the_same_case_is_there_once_and_belongs_to_the_later_run(path: Path) -> None:
-    store(path, 2, results(1, 4))
     store(path, 1, results(1, 4))
+    store(path, 2, results(1, 4))
     history = read_history(path)
     assert len(history.cases) == 4
     assert {history.runs[case.run].id for case in history.cases} == {a_run(2, cell()).id}
@@ -98,8 +99,8 @@ def test_what_the_same_case_visits_in_two_runs_is_united_and_its_end_is_that_of_
     (recipe, result), *_ = results(1, 1)
     first = replace(result, visited=0b101, verdict=Verdict(End.ABORTED), ended_ns=7)
     second = replace(result, visited=0b110, verdict=Verdict(End.REACHED), ended_ns=9)
-    store(path, 2, [(recipe, second)])
     store(path, 1, [(recipe, first)])
+    store(path, 2, [(recipe, second)])
     case = read_history(path).cases[0]
     assert (case.visited, case.verdict.end, case.ended_ns) == (0b111, End.REACHED, 9)
 
@@ -276,8 +277,8 @@ def _written(text: str, path: str, visited: int, limit_ns: int | None = None) ->
 
 
 def test_of_a_case_file_that_was_edited_the_last_version_counts(path: Path) -> None:
-    store(path, 2, [_written("case: a # mended", "a.yaml", 1)])
     store(path, 1, [_written("case: a # broken", "a.yaml", 2)])
+    store(path, 2, [_written("case: a # mended", "a.yaml", 1)])
     history = read_history(path)
     assert [(case.recipe, case.visited) for case in history.cases] == [(Written("case: a # mended", "a.yaml"), 1)]
     assert history.outdated == 1
@@ -285,6 +286,40 @@ def test_of_a_case_file_that_was_edited_the_last_version_counts(path: Path) -> N
         assert writer.totals() == (1, history.coverage.figure)
     store(path, 4, [_written("case: a # broken", "a.yaml", 2)])
     assert [case.visited for case in read_history(path).cases] == [2]
+
+
+def test_the_order_of_writing_decides_and_not_the_clock(path: Path) -> None:
+    store(path, 9, [_written("case: a # broken", "a.yaml", 2)])
+    store(path, 2, [_written("case: a # mended", "a.yaml", 1)])
+    store(path, 3, [_written("case: b", "b.yaml", 4)])
+    history = read_history(path)
+    assert [(case.visited, case.run) for case in history.cases] == [(1, 1), (4, 2)]
+    assert [run.started for run in history.runs] == [a_run(number, cell()).started for number in (9, 2, 3)]
+    store(path, 1, [_written("case: a # broken", "a.yaml", 2)])
+    assert [case.visited for case in read_history(path).cases] == [4, 2]
+
+
+def test_a_store_in_which_the_clock_went_back_is_combined_in_any_order(path: Path) -> None:
+    store(path, 9, [_written("case: a # broken", "a.yaml", 2)])
+    store(path, 2, [_written("case: a # mended", "a.yaml", 1)])
+    other = store(path.with_name("other.db"), 5, [_written("case: a # old", "a.yaml", 4)])
+    united = [
+        combine_stores(paths, path.with_name("all.db")).history
+        for paths in ([path, other], [other, path], [other, path, other])
+    ]
+    assert [case.visited for case in united[0].cases] == [1]
+    assert united[0] == united[1] == united[2]
+
+
+def test_a_clock_that_went_back_is_reported(path: Path) -> None:
+    later = replace(a_run(1, cell()), started="9998-01-01T00:00:00.000000Z")
+    with write_store(path, cell(), later) as writer:
+        writer.add(1, *_written("1", "a.yaml", 1))
+        assert writer.later_start is None
+    with write_store(path, cell(), a_run(2, cell())) as writer:
+        assert writer.later_start == later.started
+    with write_store(path, cell(), replace(later, id="f" * 32)) as writer:
+        assert writer.later_start is None
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from scbm.cli.output.terminal import errors
 from scbm.files import read_file
 from scbm.model import InputError
 from scbm.reports import counted
-from scbm.reports.terminal.store_report import in_all, since_last_run
+from scbm.reports.terminal.store_report import clock_warning, in_all, since_last_run
 from scbm.store import begin_run, drawn_recipe, network_words, sayable, write_store, written_recipe
 
 if TYPE_CHECKING:
@@ -126,7 +126,9 @@ class Keeper:
         cases, figure = self._totals
         lost = self._writer.lost
         unfinished = [Text(f"{counted(lost, 'lost case')}: not in {self._path}", style="yellow")] if lost else []
-        lines = (Text(), line, in_all(cases, figure, str(self._path)), *unfinished)
+        later = self._writer.later_start
+        clock = [] if later is None else [clock_warning(later, str(self._path))]
+        lines = (Text(), line, in_all(cases, figure, str(self._path)), *unfinished, *clock)
         visited = 0 if before is None else before.visited
         names = coverage.obligations.names
         data = {
@@ -136,6 +138,7 @@ class Keeper:
             "visited": figure.visited,
             "percent": figure.percent,
             "is_first_run": before is None,
+            "later_start": later,
             "gained": list(names(coverage.visited & ~visited)),
             "lost": list(names(visited & ~coverage.visited)),
         }

@@ -17,7 +17,7 @@ from scbm.files import read_file
 from scbm.model import InputError
 from scbm.plugins.pytest.session_models import ModelResults
 from scbm.reports import Setting, counted, coverage_report
-from scbm.reports.terminal.store_report import in_all, since_last_run
+from scbm.reports.terminal.store_report import clock_warning, in_all, since_last_run
 from scbm.store import Recipe, begin_run, drawn_recipe, sayable, write_store, written_recipe
 
 if TYPE_CHECKING:
@@ -49,7 +49,9 @@ def _kept(config: pytest.Config, part: SessionPart, file: str) -> list[str]:
         for position, entry in enumerate(part.entries, start=1):
             writer.add(position, _recipe(part, entry), entry.result)
         since = since_last_run(coverage.obligations, writer.before, coverage.visited)
-        return [since.plain, in_all(*writer.totals(), file).plain]
+        later = writer.later_start
+        clock = [] if later is None else [clock_warning(later, file).plain]
+        return [since.plain, in_all(*writer.totals(), file).plain, *clock]
 
 
 def _recipe(part: SessionPart, entry: TestResult) -> Recipe:

@@ -147,6 +147,12 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
         yield command_text("  ", close_command(history.source.path), "writes cases for them")
 
 
+def clock_warning(later_start: str, store: str) -> Text:
+    """Return the warning that a store has a run which began later than now, by the clock."""
+    words = f"the clock went back: {store} has a run that began at {later_start}; this run counts as the latest"
+    return Text(words, style="yellow")
+
+
 def _cases(history: History) -> str:
     ends: dict[str, int] = {}
     for case in history.cases:
