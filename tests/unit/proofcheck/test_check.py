@@ -276,6 +276,16 @@ def test_an_operation_fails_if_the_values_allow_an_automatic_transition_to_fail_
     wording(flaw)
 
 
+def test_no_automatic_transition_fails_an_operation_that_the_values_never_let_execute() -> None:
+    breaks = ("a: [lamp <- dark]", "a: [current.state <- failed]")
+    model = lamp(
+        ("g: lamp == dark,", "g: lamp == lit,"), ("lamp == lit && note == x && lamp == dark", "note == x"), breaks
+    )
+    waits = ("initial", "disabled")
+    argument = values(model, lamp=("dark",), current__state=waits, light__state=waits)
+    assert flaws_of(model, argument, "light/failed", "automatic/burns_out") == []
+
+
 @pytest.mark.parametrize("state", ["completed", "unsolvable", "aborted"])
 def test_what_waits_for_the_end_of_a_run_is_taken_behind_it(state: str, wording: Wording) -> None:
     """Also what a hook at the end makes possible: `burns_out` needs what `hook` assigns."""

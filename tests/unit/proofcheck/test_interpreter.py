@@ -134,3 +134,57 @@ def test_timedout_actions_that_do_not_fit_are_a_model_error() -> None:
     assert ended.situation is None
     assert ended.visited == ()
     assert ended.values["plan.state"] == "aborted"
+
+
+# the order of micro-steps, and what fails an operation
+
+
+def test_the_rest_of_a_plan_is_given_up_when_an_operation_fails() -> None:
+    text = LAMP.replace("seen == 1}", "seen == 1, a: [eye_req_trigger <- true]}").replace(
+        "a: [lamp <- lit]}",
+        "gr: eye_req_state == succeeded, a: [lamp <- lit]}\n    failed: {g: eye_req_state == failed, a: [seen <- 2]}",
+    )
+    paint = "  paint: {pre: {g: lamp == lit}, post: {g: true, a: [seen <- 0]}}\n"
+    text = text.replace(
+        "goals:\n  lit: lamp == lit\nautomatic_transitions:\n", f"{paint}goals:\n  done: seen == 0 && lamp == lit\n"
+    )
+    steps, model = interpreter(text)
+    situation = steps.begin({**model.nominal_state, "seen": 1}).situation
+    assert situation is not None
+    assert situation.queue == ("paint",)
+    assert steps.after(situation, ReplyEvent("eye", succeeded=False)).visited == ("light/failed",)
+
+
+def test_nothing_fails_an_operation_that_does_not_execute() -> None:
+    for state in ("current.state", "light.state"):
+        _, _, visited = begun(f"  breaks: {{g: seen == 2, a: [{state} <- failed]}}\n", seen=2)
+        assert visited == ()
+
+
+def test_an_automatic_transition_that_only_fails_the_operation_is_taken() -> None:
+    _, _, visited = begun("  breaks: {g: lamp == dark, a: [current.state <- failed]}\n", seen=1)
+    assert visited == ("light/queued", "light/executing", "automatic/breaks", "light/failed")
+
+
+def test_an_automatic_transition_comes_before_the_end_of_an_aborted_run() -> None:
+    stops = "  stops: {g: light.state == executing, a: [plan.state <- aborted]}\n"
+    tidies = "  tidies: {g: plan.state == aborted && current.name == light, a: [seen <- 0]}\n"
+    _, situation, visited = begun(stops + tidies, seen=1)
+    assert situation is None
+    assert visited == ("light/queued", "light/executing", "automatic/stops", "automatic/tidies")
+
+
+def test_a_request_is_sent_before_another_one_is_cancelled() -> None:
+    both = "  both: {g: eye_req_state == executing && arm_req_state == executing && seen == 2, a: [lamp <- lit]}\n"
+    swaps = "  swaps: {g: seen == 2, a: [eye_req_trigger <- false, arm_req_trigger <- true]}\n"
+    steps, model = interpreter(
+        LAMP.replace("  eye: {measures: [seen]}\n", "  eye: {measures: [seen]}\n  arm: {}\n  see: {measures: [seen]}\n")
+        + swaps + both
+        + "  looks: {g: plan.state == planning && eye_req_state == initial && seen == 0,"
+        " a: [eye_req_trigger <- true, see_req_trigger <- true]}\n"
+    )  # fmt: skip
+    asked = steps.begin(model.nominal_state).situation
+    assert asked is not None
+    assert asked.in_flight == ("eye", "see")
+    step = steps.after(asked, ReplyEvent("see", succeeded=True, measured=(("seen", 2),)))
+    assert step.visited == ("automatic/swaps", "automatic/both")

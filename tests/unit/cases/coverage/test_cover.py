@@ -92,3 +92,8 @@ def test_the_same_sets_give_the_same_answer() -> None:
     random = Random(3)
     sets = [random.getrandbits(50) & random.getrandbits(50) for _ in range(300)]
     assert smallest_cover(sets, 300_000) == smallest_cover(sets, 300_000)
+
+
+def test_a_cover_is_smallest_only_if_the_bound_is_its_size() -> None:
+    assert Cover((0, 1), 2).is_smallest
+    assert not Cover((0, 1), 1).is_smallest

@@ -1,0 +1,134 @@
+"""Where two micro-steps apply at one moment, the order of semantics 5 decides; each test fails for the other order."""
+
+from __future__ import annotations
+
+from scbm.cases.injections import CONDITIONS, Condition, Injection
+from scbm.cases.trace import (
+    AutomaticTaken,
+    End,
+    PlanReceived,
+    RequestCancelled,
+    RequestSent,
+    ResourceChanged,
+)
+from scbm.model import BehaviorModel, Constant, Equal, Reference
+from scbm.running import Measured
+from support.driving import SECOND_NS, Hand
+from support.models import scan_cell
+
+WAVE = "  wave: {pre: {g: true}, post: {g: true, a: [count <- 2]}}\nautomatic_transitions:"
+
+
+def with_automatic(*transitions: str, more: tuple[tuple[str, str], ...] = ()) -> BehaviorModel:
+    lines = "".join(f"  {transition}\n" for transition in transitions)
+    return scan_cell(("automatic_transitions:\n", f"automatic_transitions:\n{lines}"), *more)
+
+
+def holds(name: str, value: str | int) -> Equal:
+    return Equal(Reference(name), Constant(value))
+
+
+# the rest of a plan
+
+
+def test_the_rest_of_a_plan_is_dropped_when_an_operation_fails() -> None:
+    hand = Hand(scan_cell(("automatic_transitions:", WAVE)), plans=[("scan_box", "wave"), ("scan_box",)])
+    hand.goal()
+    hand.reply(1, 1, succeeded=False)
+    assert hand.lifecycle == ["scan_box executing", "scan_box failed by scan_failed", "scan_box executing"]
+
+
+def test_the_rest_of_a_plan_is_dropped_when_an_operation_times_out() -> None:
+    hand = Hand(scan_cell(("automatic_transitions:", WAVE)), plans=[("scan_box", "wave"), ("scan_box",)])
+    hand.goal()
+    hand.wait(10)
+    assert hand.lifecycle == ["scan_box executing", "scan_box timedout", "scan_box executing"]
+
+
+def test_the_rest_of_a_plan_is_kept_when_an_operation_completes() -> None:
+    model = scan_cell(("automatic_transitions:", WAVE), ("scanned: box_is_scanned == true", "scanned: count == 2"))
+    hand = Hand(model, plans=[("scan_box", "wave")])
+    hand.goal()
+    hand.reply(1, 1)
+    assert hand.lifecycle[1:] == ["scan_box completed", "wave executing", "wave completed"]
+    assert hand.ends == [End.REACHED]
+
+
+# at the moment of a deadline
+
+
+def test_failed_comes_before_timedout_at_the_moment_of_the_deadline() -> None:
+    failed = "    timedout: [scan_req_trigger <- false]\n    failed: {g: light == red}\n"
+    hand = Hand(scan_cell(("    timedout: [scan_req_trigger <- false]\n", failed)))
+    hand.inject(Injection("breaks", (("light", "red"),), at_ns=10 * SECOND_NS))
+    hand.goal()
+    hand.wait(10)
+    assert hand.lifecycle[:2] == ["scan_box executing", "scan_box failed"]
+
+
+def test_an_operation_that_is_enabled_at_its_disabled_deadline_executes() -> None:
+    model = scan_cell(("    deadline: 10 seconds\n", "    deadline: 10 seconds\n    disabled_deadline: 2 s\n"))
+    hand = Hand(model, state={"light": "red"})
+    hand.inject(Injection("enables", (("light", "green"),), at_ns=2 * SECOND_NS))
+    hand.goal()
+    hand.wait(2)
+    assert hand.lifecycle == ["scan_box disabled", "scan_box executing"]
+    assert len([record for record in hand.records if isinstance(record, PlanReceived)]) == 1
+
+
+# injections
+
+
+def test_an_injection_comes_before_an_automatic_transition() -> None:
+    hand = Hand(with_automatic("warm: {g: temperature == 9 && count == 0, a: [count <- 1]}"))
+    hand.inject(Injection("hot", (("count", 2),), when=holds("temperature", 9)))
+    hand.give(Measured((("temperature", 9),)), 1)
+    assert hand.runner.state["count"] == 2
+    assert not [record for record in hand.records if isinstance(record, AutomaticTaken)]
+
+
+def test_what_is_put_back_is_put_back_before_an_injection_of_that_moment() -> None:
+    hand = Hand(scan_cell())
+    hand.inject(Injection("held", (("count", 2),), hold_ns=SECOND_NS))
+    hand.inject(Injection("too_late", (("light", "red"),), when=holds("count", 2), at_ns=SECOND_NS))
+    hand.wait(1)
+    assert (hand.runner.state["count"], hand.runner.state["light"]) == (0, "green")
+
+
+def test_a_condition_is_reported_when_it_begins_and_when_it_ends_and_not_once_more() -> None:
+    """`first` ends while `second` decides, so its end changes nothing."""
+    hand = Hand(scan_cell())
+    dead, busy = Condition(CONDITIONS["dead"]), Condition(CONDITIONS["occupied"])
+    hand.inject(Injection("first", resource="scan", condition=dead, at_ns=0, hold_ns=2 * SECOND_NS))
+    hand.inject(Injection("second", resource="scan", condition=busy, at_ns=SECOND_NS, hold_ns=4 * SECOND_NS))
+    for seconds in range(7):
+        hand.wait(seconds)
+    changed = [record for record in hand.records if isinstance(record, ResourceChanged)]
+    assert [(record.at_ns // SECOND_NS, record.injection, record.condition) for record in changed] == [
+        (0, "first", str(dead)),
+        (1, "second", str(busy)),
+        (5, "second", str(Condition())),
+    ]
+
+
+# automatic transitions, aborts, requests
+
+
+def test_an_automatic_transition_comes_before_the_end_of_an_aborted_run() -> None:
+    tidies = "tidies: {g: plan.state == aborted && current.name == scan_box, a: [count <- 1]}"
+    hand = Hand(with_automatic(tidies))
+    hand.goal()
+    hand.inject(Injection("aborts", (("plan.state", "aborted"),)), 1)
+    assert (hand.ends, hand.runner.state["count"]) == ([End.ABORTED], 1)
+
+
+def test_a_request_is_sent_before_another_one_is_cancelled() -> None:
+    hand = Hand(scan_cell(("resources:\n", "resources:\n  lamp: {}\n")), state={"lamp_req_trigger": True})
+    hand.wait(1)
+    hand.inject(Injection("swaps", (("lamp_req_trigger", False), ("scan_req_trigger", True))), 2)
+    records = [record for record in hand.records if isinstance(record, RequestSent | RequestCancelled)]
+    assert [(type(record), record.resource) for record in records] == [
+        (RequestSent, "lamp"),
+        (RequestSent, "scan"),
+        (RequestCancelled, "lamp"),
+    ]
