@@ -9,7 +9,7 @@ from contextlib import suppress
 from os.path import lexists, realpath
 from pathlib import Path
 from secrets import token_hex
-from typing import TYPE_CHECKING
+from typing import IO, TYPE_CHECKING
 
 from scbm.files.input_file import open_input
 from scbm.model import Diagnostic, InputError, Place, Slug
@@ -104,10 +104,16 @@ def replace_file(path: Path, content: bytes) -> None:
     if lexists(target) and not target.is_file():
         target.write_bytes(content)
         return
-    temporary = target.with_name(f".scbm-{token_hex(8)}.part")
     mode = _mode_of(target)
     try:
-        _write_to_disk(temporary, content)
+        temporary, stream = _open_temporary(target)
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from None  # users did not name the temporary file
+    try:
+        with stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
         if mode is not None:
             temporary.chmod(mode)
         temporary.replace(target)
@@ -115,16 +121,17 @@ def replace_file(path: Path, content: bytes) -> None:
         with suppress(OSError):
             temporary.unlink()
         if isinstance(error, OSError):
-            raise OSError(error.errno, error.strerror, str(path)) from None  # users did not name the temporary file
+            raise OSError(error.errno, error.strerror, str(path)) from None
         raise
 
 
-def _write_to_disk(path: Path, content: bytes) -> None:
+def _open_temporary(target: Path) -> tuple[Path, IO[bytes]]:
+    """Create a temporary file beside `target`, with a name that no file has, and open it for writing."""
     flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)
-    with open(os.open(path, flags, _NEW_FILE_MODE), "wb") as stream:  # noqa: PTH123 - a path cannot open exclusively with a mode
-        stream.write(content)
-        stream.flush()
-        os.fsync(stream.fileno())
+    while True:
+        path = target.with_name(f".scbm-{token_hex(8)}.part")
+        with suppress(FileExistsError):
+            return path, os.fdopen(os.open(path, flags, _NEW_FILE_MODE), "wb")
 
 
 def _mode_of(path: Path) -> int | None:

@@ -68,6 +68,19 @@ def test_a_pipe_takes_the_content_as_it_comes(tmp_path: Path) -> None:
         os.close(reader)
 
 
+def test_a_file_that_has_the_name_of_the_temporary_file_stays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    names = iter(["1", "1", "2"])
+    monkeypatch.setattr("scbm.files.file_writer.token_hex", lambda _: next(names))
+    (tmp_path / ".scbm-1.part").write_bytes(b"other content")
+    (tmp_path / "a.txt.part").write_bytes(b"other content")
+    replace_file(tmp_path / "a.txt", b"content")
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {
+        ".scbm-1.part": b"other content",
+        "a.txt.part": b"other content",
+        "a.txt": b"content",
+    }
+
+
 def test_a_name_as_long_as_names_may_be_can_be_written(tmp_path: Path) -> None:
     path = tmp_path / ("x" * 255)
     replace_file(path, b"content")
