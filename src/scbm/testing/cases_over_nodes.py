@@ -5,7 +5,7 @@ It also counts the replies of resources in the traces of runs, and finds runs th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
 from scbm.cases.trace import End, PlanningSpan, RequestOutcome, spans_of
@@ -114,10 +114,11 @@ class NodeTester:
         try:
             done = self._session.run(case, choices, options)
         except LostError as error:
-            return self._tester.lost(case, str(error))
+            partial = error.partial
+            return self._tester.lost(case, str(error), *(() if partial is None else (partial.run, partial.log)))
         late = too_late(done.run.records, self._tester.model, done.log.time_scale)
         if late is not None and done.run.end is not End.REACHED:
-            return self._tester.lost(case, late)
+            return self._tester.lost(case, late, done.run, replace(done.log, end=End.LOST))
         return self._tester.judged(case, done.run, done.log.reactions, done.log)
 
     def executions(self, cases: Iterable[Case]) -> Iterator[Execution]:

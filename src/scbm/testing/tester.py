@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Execution:
-    """A case that was run, or that was lost: then its trace is empty.
+    """A case that was run, or that was lost: then its trace ends at the loss.
 
     Attributes:
         case: the case as it was given.
@@ -193,14 +193,19 @@ class Tester:
             return case.recorded.planner
         return self._simulator.planner.identity
 
-    def lost(self, case: Case, why: str) -> Execution:
-        """Return a case whose run was not finished, because a node was lost: it failed; its visits are unknown.
+    def lost(self, case: Case, why: str, run: Simulated | None = None, log: EventLog | None = None) -> Execution:
+        """Return a case whose run was not finished, because a node was lost: it failed, and its visits do not count.
 
         Args:
             case: what was run.
             why: a clause, such as `the controller was lost`.
+            run: the run up to the loss; `None` if it had not begun.
+            log: its log.
         """
-        return Execution(case, (), Trace(self.model.name, case.name, ()), lost(why), 0, (), 0)
+        records = () if run is None else run.records
+        trace = Trace(self.model.name, case.name, records)
+        ended_ns = 0 if run is None else run.ended_ns
+        return Execution(case, () if log is None else log.reactions, trace, lost(why), ended_ns, (), 0, (), log)
 
     def options_of(self, case: Case) -> RunnerOptions:
         """The options of the runner for a case."""

@@ -17,7 +17,7 @@ from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged, Run
 from scbm.files import read_network
 from scbm.model import FIRST_PLANNER, BehaviorModel, InputError, Outcome, PlannerIdentity, Slug, State
 from scbm.nodes.log.event_json import Note, event_json, reaction_json, read_event, read_note, read_reaction
-from scbm.nodes.log.event_log import EventLog, LogStep, open_event_log, read_event_log, replay, write_event_log
+from scbm.nodes.log.event_log import EventLog, LogStep, open_event_log, read_event_log, replay, rerun, write_event_log
 from scbm.planning import PlanLimits
 from scbm.running import (
     Event,
@@ -131,10 +131,14 @@ def test_a_note_behind_more_records_than_there_are_is_refused(wording: Wording) 
         replay(replace(log, steps=steps), Program(CELL))
 
 
-def test_a_log_of_a_lost_run_is_not_written(wording: Wording) -> None:
-    log, _ = _with()
-    with wording.raises(ValueError):
-        write_event_log(replace(log, end=End.LOST), CELL)
+def test_a_log_of_a_lost_run_ends_at_the_loss() -> None:
+    log, records = _with()
+    lost = replace(log, steps=log.steps[:1], end=End.LOST)
+    assert read_event_log(write_event_log(lost, CELL), CELL, DIGEST) == lost
+    run = rerun(lost, Program(CELL))
+    assert (run.end, run.ended_ns) == (End.LOST, lost.steps[-1].at_ns)
+    assert run.records == records[: len(run.records)]
+    assert len(run.records) < len(records)
 
 
 # events on the wire
@@ -345,7 +349,7 @@ def test_not_more_than_twenty_lines_are_reported() -> None:
         {"real": ["scan", "scan"]},
         {"options": []},
         {"options": {}},
-        {"end": "lost"},
+        {"end": "gone"},
         {"end": ["reached"]},
         {"trace": "x" * 64},
         {"steps": -1},

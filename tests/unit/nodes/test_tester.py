@@ -17,6 +17,7 @@ from scbm.model import Outcome
 from scbm.nodes import Lack, LostError, NodeRun, NotBegunError, NotReadyError, Reason, TesterNode, new_status
 from scbm.nodes.buses.bus import BusError, Received
 from scbm.nodes.log.event_json import event_json
+from scbm.nodes.log.event_log import replay
 from scbm.nodes.node_messages import (
     Abandon,
     Answering,
@@ -36,7 +37,16 @@ from scbm.nodes.node_messages import (
     encode,
 )
 from scbm.nodes.roles.cell_topics import GIVEN_UP, CellTopics
-from scbm.running import Event, GoalGiven, InjectionGiven, PlanAnswered, PlanStatus, ReplyArrived, RunnerOptions
+from scbm.running import (
+    Event,
+    GoalGiven,
+    InjectionGiven,
+    PlanAnswered,
+    PlanStatus,
+    Program,
+    ReplyArrived,
+    RunnerOptions,
+)
 from scbm.running.simulation import Choices, PlainReactions
 from scbm.testing import Tester
 from support.models import scan_cell
@@ -594,6 +604,29 @@ def test_a_controller_that_is_lost_loses_the_case(wording: Wording) -> None:
         controller, _, task = await going(harness, loop)
         await controller.bus.close()
         wording(await why_lost(task))
+
+    play(scene)
+
+
+def test_a_run_that_ends_without_its_resource_is_lost_with_its_log() -> None:
+    limited = read_case("case: x\ngoal: scanned\nlimits: {time: 20 s}\n", MODEL)
+
+    async def scene(harness: Harness, loop: VirtualLoop) -> None:
+        stage = harness.stage
+        stage.controller()
+        resources = stage.resources()
+        lost = stage.contexts["resources"].bus
+        await harness.node.wait_for_cell(1.0)
+        task = asyncio.ensure_future(run_case(harness.node, Tester(MODEL), limited))
+        await loop.settle(SECOND_NS // 2)
+        await resources.close()
+        await lost.close()
+        with pytest.raises(LostError) as raised:
+            await task
+        partial = raised.value.partial
+        assert partial is not None
+        assert (partial.log.end, len(partial.log.reactions)) == (End.LOST, 2)
+        assert replay(partial.log, Program(MODEL)) == partial.run.records
 
     play(scene)
 

@@ -33,11 +33,14 @@ class Simulates:
 
     loses: str | None = None
     options: list[RunnerOptions] = field(default_factory=list)
+    partial: NodeRun | None = None
 
     def run(self, case: Case, choices: Choices, options: RunnerOptions) -> NodeRun:
         self.options.append(options)
         if case.name == self.loses:
-            raise LostError("the controller was lost")
+            error = LostError("the controller was lost")
+            error.partial = self.partial
+            raise error
         run = Simulator(MODEL, options).run(case, choices)
         log = EventLog(MODEL.name, "d" * 64, case, options, Fraction(1), (), (), choices.taken, run.end, "t" * 64)
         return NodeRun(run, log)
@@ -53,6 +56,18 @@ def test_verdicts_are_those_of_simulations() -> None:
         assert real.log is not None
         assert real.log.case == case
     assert session.options == [tester.options_of(case) for case in CASES]
+
+
+def test_a_run_that_is_lost_keeps_its_log_and_its_requests_and_visits_nothing() -> None:
+    whole = Simulates()
+    case = CASES[1]
+    tester = Tester(MODEL)
+    done = whole.run(case, tester.choices_of(case), tester.options_of(case))
+    partial = NodeRun(replace(done.run, end=End.LOST), replace(done.log, end=End.LOST))
+    (lost,) = NodeTester(tester, Simulates(loses="fails", partial=partial)).executions([case])
+    assert (lost.log, lost.trace.records, lost.ended_ns) == (partial.log, partial.run.records, partial.run.ended_ns)
+    assert lost.result.requests == len(done.log.reactions) > 0
+    assert (lost.verdict.passed, lost.visited) == (False, 0)
 
 
 def test_a_run_that_is_lost_is_not_passed_visited_nothing_and_the_next_goes_on(wording: Wording) -> None:

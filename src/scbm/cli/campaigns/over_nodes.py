@@ -300,7 +300,7 @@ class OverNodes:
             yield execution
 
     def _count(self, execution: Execution) -> None:
-        """Count the replies of a case; a lost case has no log, so its replies are unknown."""
+        """Count the replies of a case, those of a lost case up to the loss; one that had not begun has no log."""
         for name in () if execution.log is None else execution.log.real:
             self._answers[name] = self._answers.get(name, Answers(name)).after(execution.trace.records)
 

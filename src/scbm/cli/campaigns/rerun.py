@@ -7,6 +7,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from scbm.cases.trace import End
 from scbm.cli.options.option_values import read_requirements, read_time_limit
 from scbm.cli.options.planner_options import NO_PLANNER_OPTIONS, PlannerOptions
 from scbm.files import FileWriter, digest_of, load_model, open_case, open_input
@@ -141,7 +142,12 @@ def _of_log(asked: AskedRun) -> Rerun:
         run = event_log.rerun(log, Program(model))
     except ValueError as error:
         raise InputError([Diagnostic(Slug.BAD_LOG, str(error), Place(str(asked.file)))]) from None
-    execution = Tester(model).judged(case, run, log.reactions, log)
+    tester = Tester(model)
+    execution = (
+        tester.lost(case, "its log ends where it was lost", run, log)
+        if log.end is End.LOST
+        else tester.judged(case, run, log.reactions, log)
+    )
     return Rerun(model, execution, log.trace, "log", "the log or scbm was changed since then", writer)
 
 

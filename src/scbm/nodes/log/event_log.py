@@ -81,7 +81,7 @@ class EventLog:
         real: the resources that real drivers carried out.
         steps: the events and notes, in order.
         reactions: the reaction to each request, in the order of sending.
-        end: how the run ended.
+        end: how the run ended; `lost` if it was not finished: then the steps are those up to the loss.
         trace: the SHA-256 of its trace as text, in hexadecimal digits.
         model_file: the path of the model file from the directory of the log; `None` if it is not recorded.
         planner: the planner of the controller.
@@ -99,6 +99,11 @@ class EventLog:
     trace: str
     model_file: str | None = None
     planner: PlannerIdentity = FIRST_PLANNER
+
+    @property
+    def ended_ns(self) -> int:
+        """The time of the last step."""
+        return self.steps[-1].at_ns if self.steps else 0
 
 
 def replay(log: EventLog, program: Program) -> tuple[Record, ...]:
@@ -133,6 +138,8 @@ def rerun(log: EventLog, program: Program) -> Simulated:
         ValueError: the events do not end the run; or as in `replay`.
     """
     records = replay(log, program)
+    if log.end is End.LOST:
+        return Simulated(End.LOST, log.ended_ns, records)
     ended = run_end(records)
     if ended is None:
         raise ValueError("the run does not end with these events")
@@ -154,7 +161,7 @@ def write_event_log(log: EventLog, model: BehaviorModel) -> str:
         "time_scale": str(log.time_scale),
         "real": log.real,
         "options": asdict(log.options),
-        "end": _of_a_trace(log.end).value,
+        "end": log.end.value,
         "trace": log.trace,
         "planner": str(log.planner),
         "steps": len(log.steps),
@@ -173,12 +180,6 @@ def _step_json(step: LogStep) -> dict[str, Any]:
         raise ValueError(f"a note of {step.event.at_ns} ns stands at {step.at_ns} ns")
     data = {"at_ns": step.at_ns, "event": event_json(step.event)}
     return data if step.after is None else data | {"after": step.after}
-
-
-def _of_a_trace(end: End) -> End:
-    if end is End.LOST:
-        raise ValueError("a run that was lost has no log")
-    return end
 
 
 # reading
@@ -374,7 +375,7 @@ class _Header:
 
     def _end(self) -> End:
         try:
-            return _of_a_trace(End(self._data["end"]))
+            return End(self._data["end"])
         except ValueError:
             raise ValueError("`end` is not the end of a run") from None
 

@@ -32,6 +32,7 @@ from scbm.nodes.roles.cell_topics import GIVEN_UP, CellTopics, Membership, new_r
 from scbm.nodes.roles.director import Director
 from scbm.nodes.roles.readiness import Lack, NotReadyError, Reason, beyond_reach
 from scbm.nodes.roles.wall_clock import Clock
+from scbm.planning import planner_of
 from scbm.running import InjectionGiven, Program, RunFinished, Runner, records_of
 from scbm.running.simulation import Simulated
 
@@ -63,7 +64,15 @@ _SILENT_NS = 3_000_000_000
 
 
 class LostError(Exception):
-    """A run that was not finished, with the reason."""
+    """A run that was not finished, with the reason.
+
+    Attributes:
+        partial: the run up to the loss; `None` if it had not begun.
+    """
+
+    def __init__(self, why: str) -> None:
+        super().__init__(why)
+        self.partial: NodeRun | None = None
 
 
 class NotBegunError(LostError):
@@ -239,8 +248,10 @@ class TesterNode:
         self._warned = ()
         try:
             return await run.finish()
-        except (LostError, asyncio.CancelledError):
+        except (LostError, asyncio.CancelledError) as error:
             self.say(Abandon(run.id))
+            if isinstance(error, LostError):
+                error.partial = run.partial()
             raise
         finally:
             run.close()
@@ -339,8 +350,20 @@ class _DirectedRun:
             raise LostError("the steps of the controller do not give the trace that it has")
         if finished.end is not End.REACHED and (lacks := self._node.lacks()):
             raise LostError(lacks[0])
+        return self._done_so_far(finished.end, digest, PlannerIdentity.parse(ended.planner))
+
+    def partial(self) -> NodeRun | None:
+        """Return the run as far as it got before it was lost; `None` if it had not begun."""
+        if not self._steps:
+            return None
+        model = self._node.model
+        digest = trace_digest(Trace(model.name, self._case.name, tuple(self._records)))
+        return self._done_so_far(End.LOST, digest, planner_of(model))
+
+    def _done_so_far(self, end: End, digest: str, planner: PlannerIdentity) -> NodeRun:
+        records = tuple(self._records)
         log = EventLog(
-            model.name,
+            self._node.model.name,
             self._node.membership.own.digest,
             self._case,
             self._options,
@@ -348,11 +371,11 @@ class _DirectedRun:
             self._real,
             tuple(self._steps),
             self._director.reactions(records),
-            finished.end,
+            end,
             digest,
-            planner=PlannerIdentity.parse(ended.planner),
+            planner=planner,
         )
-        return NodeRun(Simulated(finished.end, self._steps[-1].at_ns, records), log)
+        return NodeRun(Simulated(end, log.ended_ns, records), log)
 
     def close(self) -> None:
         """Stop waiting."""
@@ -497,11 +520,11 @@ class _DirectedRun:
             self._arm_watch(self._clock.wall_ns(deadline_ns) - self._node.now_ns() + _SILENT_NS)
 
     def _follow(self, at_ns: int, event: Event | Note) -> None:
-        self._steps.append(LogStep(at_ns, event))
         if isinstance(event, MessageDisturbed | ResourceChanged):
             effects: list[Effect] = [event]
         else:
             effects = self._runner.handle(event, at_ns)
+        self._steps.append(LogStep(at_ns, event))
         self._records += records_of(effects)
         self._finished = next((effect for effect in effects if isinstance(effect, RunFinished)), self._finished)
         self._director.follow(effects, at_ns)
