@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict
 
 from scbm.files import read_bindings, read_case, write_case
-from scbm.model import Binding, MeasuredTopic, MessageType, Reading, Resource, TopicPair
+from scbm.model import TRIGGER, Binding, MeasuredTopic, MessageType, Reading, Resource, Scalar, TopicPair
 from scbm.nodes import Bus, ControllerNode
-from scbm.nodes.buses.bus import Publisher, Topic
+from scbm.nodes.buses.bus import Publisher, Service, Topic
 from scbm.nodes.buses.loopback import LoopbackHub
 from scbm.nodes.links.bound_link import BoundLink
 from scbm.nodes.links.link import Correlation, Reply
-from scbm.nodes.node_messages import Abandon, Go, Message, Prepare, encode
+from scbm.nodes.node_messages import Abandon, Go, Message, Prepare, Refused, decode, encode
 from scbm.nodes.roles.cell_topics import CellTopics
 from scbm.running import RunnerOptions
 from support.hearing import Heard
@@ -36,9 +37,9 @@ def open_driver(bus: Bus) -> list[str]:
     return asked
 
 
-async def begin_run(node: ControllerNode, cases: Publisher, loop: VirtualLoop) -> None:
+async def begin_run(node: ControllerNode, cases: Publisher, loop: VirtualLoop, more: str = "") -> None:
     """A run that goes on until the driver replies."""
-    case = write_case(read_case("case: scans\ngoal: scanned\n", MODEL), MODEL, None)
+    case = write_case(read_case(f"case: scans\ngoal: scanned\n{more}", MODEL), MODEL, None)
     prepare = Prepare("run_1", (node.membership.own.node,), case, asdict(RunnerOptions()), "1", False)
     messages: list[Message] = [prepare, Go("run_1")]
     for message in messages:
@@ -90,6 +91,60 @@ def test_a_driver_hears_that_nobody_waits_for_its_reply_any_more() -> None:
         cases.publish(encode(Abandon("run_1")))
         await loop.settle()
         assert [json.loads(text) for text in asked[1:]] == [{"id": "run_1-1", "cancel": True}]
+        await node.close()
+
+    run_virtually(scene)
+
+
+# two servers of one service
+
+CALLED = read_bindings(
+    "bindings_of: scan_cell\nresources: {scan: {service: {name: /scan, type: std_srvs/srv/Trigger}}}\n", scan_cell()
+)
+
+
+def serve(hub: LoopbackHub, name: str) -> list[object]:
+    """A driver that answers at once; what it is asked."""
+    asked: list[object] = []
+
+    def answer(fields: Mapping[str, Scalar]) -> Mapping[str, Scalar]:
+        asked.append(fields)
+        return {"success": False, "message": ""}
+
+    hub.join(name).serve(Service("/scan", TRIGGER), answer)
+    return asked
+
+
+def test_a_service_with_two_servers_is_a_trouble_that_names_them(wording: Wording) -> None:
+    async def scene(loop: VirtualLoop) -> None:
+        cell = LoopbackHub(loop.now_ns)
+        node = ControllerNode(Stage(CALLED, cell.join, loop.now_ns).context("controller", ["scan"]))
+        asked = [serve(cell, "left_driver"), serve(cell, "right_driver")]
+        await loop.settle(10**9)
+        (trouble,) = node.membership.own.troubles
+        wording(trouble)
+        await begin_run(node, cell.join("tester").publisher(CellTopics.of(CALLED).case), loop)
+        assert asked == [[], []]
+        await node.close()
+
+    run_virtually(scene)
+
+
+def test_a_second_server_that_appears_in_a_run_makes_the_case_lost(wording: Wording) -> None:
+    async def scene(loop: VirtualLoop) -> None:
+        cell = LoopbackHub(loop.now_ns)
+        node = ControllerNode(Stage(CALLED, cell.join, loop.now_ns).context("controller", ["scan"]))
+        first = serve(cell, "left_driver")
+        await loop.settle(10**9)
+        assert node.membership.own.troubles == ()
+        tester, messages = cell.join("tester"), list[Message]()
+        tester.subscribe(CellTopics.of(CALLED).run, lambda received: messages.append(decode(received.data)))
+        await begin_run(node, tester.publisher(CellTopics.of(CALLED).case), loop, "initial: {light: red}\n")
+        second = serve(cell, "right_driver")
+        await loop.settle(10**9)
+        (refused,) = [message for message in messages if isinstance(message, Refused)]
+        wording(refused.why)
+        assert (first, second) == ([], [])
         await node.close()
 
     run_virtually(scene)

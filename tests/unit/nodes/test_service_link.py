@@ -204,6 +204,27 @@ def test_requests_wait_for_their_service_in_their_order_and_those_that_are_cance
     run(scene())
 
 
+def test_a_service_with_two_servers_is_not_called_until_one_of_them_leaves(wording: Wording) -> None:
+    async def scene() -> None:
+        harness = Harness.of(SCAN, lambda driver: driver.serve("/scan"))
+        await harness.heard.until(lambda: len(harness.heard.presence) == 1)
+        assert harness.link.is_there
+        second = harness.driver.serve("/scan")
+        await harness.heard.until(lambda: len(harness.heard.presence) == 2)
+        harness.send(1)
+        assert (harness.link.is_there, harness.link.missing) == (False, ())
+        crowded = harness.link.why_unmatched()
+        assert crowded is not None
+        assert (crowded.is_crowded, crowded.is_mismatch) == (True, False)
+        wording(crowded.why)
+        assert harness.driver.asked == []
+        await second.close()
+        await harness.answered(1)
+        assert len(harness.driver.asked) == 1
+
+    run(scene())
+
+
 def test_a_request_waits_for_no_service_but_its_own() -> None:
     async def scene() -> None:
         harness = Harness.of(LIGHT, lambda driver: driver.serve("/blink"))

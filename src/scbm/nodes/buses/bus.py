@@ -104,10 +104,12 @@ class Unmatched:
     Attributes:
         why: a clause.
         is_mismatch: whether a peer is there that does not match: its code or ours must change, waiting does not help.
+        is_crowded: whether several servers are there where one is needed: each of them would carry out a request.
     """
 
     why: str
     is_mismatch: bool
+    is_crowded: bool = False
 
     @staticmethod
     def by_all(reasons: Iterable[Unmatched | None]) -> Unmatched | None:
@@ -115,7 +117,11 @@ class Unmatched:
         shown = [reason for reason in reasons if reason is not None]
         if not shown:
             return None
-        return Unmatched("; ".join(reason.why for reason in shown), any(reason.is_mismatch for reason in shown))
+        return Unmatched(
+            "; ".join(reason.why for reason in shown),
+            any(reason.is_mismatch for reason in shown),
+            any(reason.is_crowded for reason in shown),
+        )
 
 
 class Publisher(Protocol):
@@ -145,7 +151,11 @@ class Client(Protocol):
 
     @property
     def peers(self) -> int:
-        """The number of matched servers."""
+        """The number of matched servers. A call goes to each of them."""
+        ...
+
+    def server_names(self) -> tuple[str, ...]:
+        """Return a name for people for each matched server; none if the middleware does not tell."""
         ...
 
     def call(self, fields: Mapping[str, Scalar]) -> int:

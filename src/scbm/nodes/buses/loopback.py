@@ -211,6 +211,9 @@ class _LoopbackClient:
     def peers(self) -> int:
         return len(self.hub.servers_for(self))
 
+    def server_names(self) -> tuple[str, ...]:
+        return tuple(server.bus.node for server in self.hub.servers_for(self))
+
     def call(self, fields: Mapping[str, Scalar]) -> int:
         number = next(iter(self.calls))
         for server in self.hub.servers_for(self)[:1]:

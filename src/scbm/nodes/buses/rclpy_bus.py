@@ -139,8 +139,15 @@ class RclpyBus:
         class_, qos = _service_class(service.type), self._qos(Topic(service.name))
         with _rclpy_errors(f"`{service.name}` cannot be called"):
             entity = self._node.create_client(class_, service.name, qos_profile=qos)
-        peers = self._look_at(lambda: int(entity.service_is_ready()), matched)
+        peers = self._look_at(lambda: self._servers(entity, service.name), matched)
         return _RclpyClient(service, entity, class_.Request, peers, partial(self._later, receive))
+
+    def _servers(self, entity: Foreign, name: str) -> int:
+        """Return the number of servers of a service; older versions of rclpy tell only whether there is one."""
+        if not entity.service_is_ready():
+            return 0
+        count_services = getattr(self._node, "count_services", None)
+        return 1 if count_services is None else max(1, count_services(name))
 
     def serve(self, service: Service, answer: object) -> None:  # noqa: ARG002 - as every bus has it
         """Raises `ValueError`: drivers are called."""
@@ -272,6 +279,9 @@ class _RclpyClient:
     @property
     def peers(self) -> int:
         return self.servers.peers
+
+    def server_names(self) -> tuple[str, ...]:
+        return ()
 
     def call(self, fields: Mapping[str, Scalar]) -> int:
         number = next(self.calls)

@@ -86,8 +86,8 @@ class BoundLink:
 
     @property
     def is_there(self) -> bool:
-        """Whether all services and topics of the binding have a peer."""
-        return not self.missing
+        """Whether all services and topics of the binding have a peer, and no service has several."""
+        return not self._measured.missing and (self._requests is None or self._requests.is_there)
 
     @property
     def missing(self) -> tuple[str, ...]:

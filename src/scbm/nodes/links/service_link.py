@@ -24,6 +24,7 @@ class ServiceLink:
     """Calls services, and passes their responses on as replies.
 
     - A request waits until its own service is there, unless it is cancelled before; then it is called, once.
+    - A service with several servers counts as not there: each of them would carry out the request.
     - Services of ROS 2 cannot be cancelled: after `cancel` the driver goes on, and its response is dropped.
     - A server that is lost with a call under way gives no reply: whether it did the work is unknown, and the call is
       not repeated. The deadlines of the model decide.
@@ -63,8 +64,8 @@ class ServiceLink:
 
     @property
     def is_there(self) -> bool:
-        """Whether all services have a server."""
-        return not self.missing
+        """Whether all services have exactly one server."""
+        return all(line.is_there for line in self._lines.values())
 
     @property
     def missing(self) -> tuple[str, ...]:
@@ -87,11 +88,12 @@ class ServiceLink:
             line.forget(request)
 
     def why_unmatched(self) -> Unmatched | None:
-        """Return why a service has no server, if it is known."""
-        return Unmatched.by_all(map(self._bus.why_unmatched, self._lonely()))
+        """Return why a service has no server, if it is known, or that it has several."""
+        crowded = [line.why_crowded() for line in self._lines.values()]
+        return Unmatched.by_all([*crowded, *map(self._bus.why_unmatched, self._lonely())])
 
     def _lonely(self) -> list[Service]:
-        return [line.service for line in self._lines.values() if not line.is_there]
+        return [line.service for line in self._lines.values() if not line.has_server]
 
     def _call(self, values: Changes) -> ServiceCall | None:
         if not isinstance(self._requests, ServiceChoice):
@@ -156,7 +158,19 @@ class _CallQueue:
 
     @property
     def is_there(self) -> bool:
+        return self.client is not None and self.client.peers == 1
+
+    @property
+    def has_server(self) -> bool:
         return self.client is not None and self.client.peers > 0
+
+    def why_crowded(self) -> Unmatched | None:
+        """Return that the service has several servers, with their names; `None` if it has not."""
+        if self.client is None or self.client.peers <= 1:
+            return None
+        names = ", ".join(self.client.server_names())
+        why = f"`{self.service.name}` has {self.client.peers} servers, and each would carry out every request"
+        return Unmatched(f"{why}: {names}" if names else why, is_mismatch=False, is_crowded=True)
 
     def open(self, bus: Bus, matched: Callable[[], object]) -> None:
         def call_and_report(_: int) -> None:
@@ -174,7 +188,7 @@ class _CallQueue:
         self.called = {number: asked for number, asked in self.called.items() if asked.request != request}
 
     def _call_waiting(self) -> None:
-        while self.waiting and self.client is not None and self.client.peers:
+        while self.waiting and self.client is not None and self.is_there:
             asked = self.waiting.pop(next(iter(self.waiting)))
             try:
                 self.called[self.client.call(asked.fields)] = asked

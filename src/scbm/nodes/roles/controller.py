@@ -185,9 +185,22 @@ class ControllerNode:
         with self._warning("the report of missing resources is lost"):
             troubles, mismatched = self._missing.look()
             self._publish_troubles(troubles)
+            self._refuse_crowded()
             self.membership.publish_troubles(troubles, mismatched)
             is_over = not troubles
         self._timer = None if is_over else self._look_later()
+
+    def _refuse_crowded(self) -> None:
+        """Give up the run if a service has several servers: two robots may have carried out one request."""
+        run = self._run
+        if run is None or run.driver is None:
+            return
+        for name in self._real:
+            why = self._links[name].why_unmatched()
+            if why is not None and why.is_crowded:
+                self._say(Refused(run.id, self.membership.own.node, why.why))
+                self._give_up()
+                return
 
     def _publish_troubles(self, troubles: tuple[str, ...]) -> None:
         if troubles != self._reported_troubles:
@@ -401,6 +414,8 @@ class ControllerNode:
         self._report(f"{resource} {'is there' if is_there else 'is not there'}")
         if resource in self._real and self._timer is None:
             self._timer = self._loop.call_soon(self._look_for_troubles)
+        if resource in self._real and not is_there:
+            self._refuse_crowded()
         run = self._run
         if run is not None and run.driver is not None:
             noted = ResourceChanged(0, NETWORK, resource, "well" if is_there else "down")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import re
 from collections.abc import Callable, Coroutine, Mapping
 from typing import Any
@@ -299,6 +300,9 @@ def test_servers_come_and_go(domain: int) -> None:
         await here.until_there(client)
         second, third = elsewhere.server(ADD, add), elsewhere.server(ADD, add)
         await here.until_there(client, 3)
+        names = client.server_names()
+        assert len(names) == 3
+        assert all(f"process {os.getpid()}" in name for name in names)
         second.close()
         await here.until_there(client, 2)
         first.close()

@@ -15,6 +15,7 @@ from uuid import uuid4
 from scbm.nodes.buses.bus import Answered, BusError
 from scbm.nodes.buses.dds import dds_names, message_types
 from scbm.nodes.buses.dds.endpoint_pairs import EndpointPair
+from scbm.nodes.buses.dds.participant_names import participant_names
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -61,6 +62,7 @@ class ServiceClient:
 
         Raises `BusError` if DDS cannot have such endpoints, `ValueError` if names or fields are none of ROS 2.
         """
+        self._participant = participant
         self._service = service
         self._receive = receive
         self._matched = matched
@@ -86,6 +88,12 @@ class ServiceClient:
     def peers(self) -> int:
         """The number of servers with a matched reader of requests and a matched writer of responses."""
         return self._peers
+
+    def server_names(self) -> tuple[str, ...]:
+        """Return the process and the machine of each server."""
+        responders = Counter(map(_server, self.pair.writers()))
+        takers = [match.participant for match in self.pair.readers() if responders[_server(match)]]
+        return participant_names(self._participant, takers)
 
     def call(self, fields: Mapping[str, Scalar]) -> int:
         """Sends a request, and returns its number.
