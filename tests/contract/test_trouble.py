@@ -182,7 +182,8 @@ def test_a_case_that_loses_the_controller_is_lost_and_the_next_runs_with_the_new
     assert (ends["one"][:2], ends["two"]) == (LOST, REACHED)
     wording(ends["one"][2])
     assert complaints(ended) == []
-    assert not cell.log("one").exists()
+    header = json.loads(cell.log("one").read_text(encoding="utf-8").splitlines()[0])
+    assert (header["end"], header["reactions"]) == ("lost", 1)
     (line,) = [line for line in arm.output_lines if run in line]
     assert line.endswith(f" {run}-1")
     assert re.match(r"two\b.*\breached\b", controller.output_lines[-1])
