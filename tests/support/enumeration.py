@@ -2,22 +2,24 @@
 
 A *situation* is a settled runner whose run goes on, and the answer that the planner will give if it was asked. There,
 everything that can happen without an injection happens to a copy of the runner: the planner answers, each request in
-flight fails, or succeeds with each choice of measured values, and the deadline of the operation passes. Situations
-with the same futures are explored once.
+flight fails, or succeeds with each choice of measured values, and the deadline of the operation passes. In an open
+world inputs and published values change as well, also after the end of a run. Situations with the same futures are
+explored once.
 """
 
 from __future__ import annotations
 
 import copy
 from collections import deque
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import TypeAlias
 
 from scbm.cases.coverage import Obligations, visited_by
 from scbm.cases.trace import Changes
 from scbm.model import BehaviorModel, InitialStates, Predicate, Resource, Role, State, Transition
+from scbm.model.sources import outside_groups
 from scbm.planning import Planner, Solved
 from scbm.running import (
     AskPlan,
@@ -26,6 +28,7 @@ from scbm.running import (
     Effect,
     Event,
     GoalGiven,
+    Measured,
     PlanAnswered,
     PlanStatus,
     Program,
@@ -44,6 +47,7 @@ Path: TypeAlias = "tuple[Path | None, str]"
 OUTWARD = (SendRequest, CancelRequest, ChangeResource, AskPlan, RunFinished)
 _FOR_EVER = 10**30
 _OPTIONS = RunnerOptions(time_limit_ns=_FOR_EVER, plan_limit=_FOR_EVER, instant_bound=_FOR_EVER)
+_WAITING = replace(_OPTIONS, awaits_measurements=True)
 
 
 @dataclass(frozen=True)
@@ -71,7 +75,9 @@ class Enumeration:
         return name in self.ways
 
 
-def enumerate_runs(model: BehaviorModel, most: int = 300_000, *, simulated: bool = False) -> Enumeration:
+def enumerate_runs(
+    model: BehaviorModel, most: int = 300_000, *, simulated: bool = False, is_open: bool = False
+) -> Enumeration:
     """Everything that all runs without injections visit, for all goals and allowed initial states.
 
     Args:
@@ -79,8 +85,9 @@ def enumerate_runs(model: BehaviorModel, most: int = 300_000, *, simulated: bool
         most: the maximum number of situations.
         simulated: leaves out what a simulation cannot bring about. There planning takes no time, and deadlines pass
             last in their instant; so no reply to an earlier request comes between a deadline and the next plan.
+        is_open: whether inputs and published values change at every settled moment.
     """
-    explorer = _Explorer(model, most, simulated=simulated)
+    explorer = _Explorer(model, most, simulated=simulated, is_open=is_open)
     for goal, predicate in model.goals:
         explorer.explore(goal, predicate)
     ways = {name: _labels(path) for name, path in explorer.ways.items()}
@@ -125,7 +132,7 @@ class _Situation:
 class _Explorer:
     """A breadth-first search through situations."""
 
-    def __init__(self, model: BehaviorModel, most: int, *, simulated: bool) -> None:
+    def __init__(self, model: BehaviorModel, most: int, *, simulated: bool, is_open: bool) -> None:
         self.obligations = Obligations.of(model)
         self.visited = 0
         self.cut_off = 0
@@ -139,6 +146,9 @@ class _Explorer:
         self._planner = Planner(model)
         self._answers: dict[tuple[Predicate, int], tuple[PlanStatus, tuple[str, ...]]] = {}
         packing = self._program.packing
+        groups = outside_groups(model) if is_open else ()
+        self._outside = [each for group in groups for each in self._choices_of(group) if each]
+        self._after_ends: dict[int, Path] = {}
         self._kept = sum(packing[name].mask for name in matters(model))
 
     def explore(self, goal: str, predicate: Predicate) -> None:
@@ -146,7 +156,7 @@ class _Explorer:
         seen: set[object] = set()
         todo: deque[_Situation] = deque()
         for start in InitialStates(self._model).allowed(self._most):
-            runner = Runner(self._program, start, _OPTIONS)
+            runner = Runner(self._program, start, _WAITING if self._outside else _OPTIONS)
             path: Path = (None, f"{goal} from {_differences(start)}")
             self._happen(_Situation(runner, None, path), GoalGiven(goal, predicate), runner._now_ns, seen, todo)
         while todo:
@@ -157,6 +167,7 @@ class _Explorer:
                 after = _Situation(fork(situation.runner), situation.answer, path, at_deadline)
                 self._happen(after, event, at_ns, seen, todo)
             self._end_early(situation)
+            self._give_up(situation)
 
     def _at_deadline(self, situation: _Situation, event: Event) -> int | None:
         if not self._simulated:
@@ -170,7 +181,35 @@ class _Explorer:
         runner = fork(situation.runner)
         runner._timer_ns = None
         effects = runner.handle(TimePassed(), runner._goal_deadline_ns)
-        self.cut_off |= self._visit(effects, (situation.path, "time limit"), self.visited | self.cut_off)
+        path: Path = (situation.path, "time limit")
+        self.cut_off |= self._visit(effects, path, self.visited | self.cut_off)
+        self.cut_off |= self._after_end(runner, path)
+
+    def _give_up(self, situation: _Situation) -> None:
+        """A run that waits for something outside ends, if it waits for nothing else."""
+        runner = fork(situation.runner)
+        if not self._outside or runner._unsolvable_in != runner._state or runner._requests.in_flight:
+            return
+        runner.options = _OPTIONS
+        effects = runner.handle(Measured(()), runner._now_ns)
+        path: Path = (situation.path, "given up")
+        self.visited |= self._visit(effects, path, self.visited) | self._after_end(runner, path)
+
+    def _after_end(self, ended: Runner, path: Path) -> int:
+        """Whatever changes outside after the end of a run: what is visited then."""
+        visited = 0
+        todo = [(ended, path)]
+        while todo:
+            before, way = todo.pop()
+            if before._state & self._kept in self._after_ends:
+                continue
+            self._after_ends[before._state & self._kept] = way
+            for changes in self._outside:
+                runner, path = fork(before), (way, f"{_written(changes)} after the end")
+                effects = runner.handle(Measured(changes), runner._now_ns)
+                visited |= self._visit(effects, path, self.visited | self.cut_off | visited)
+                todo.append((runner, path))
+        return visited
 
     def _happen(self, before: _Situation, event: Event, at_ns: int, seen: set[object], todo: deque[_Situation]) -> None:
         """Something happens; what comes of it is visited, and gone on from if it is new."""
@@ -178,6 +217,7 @@ class _Explorer:
         effects = runner.handle(event, at_ns)
         self.visited |= self._visit(effects, before.path, self.visited)
         if any(isinstance(effect, RunFinished) for effect in effects):
+            self.visited |= self._after_end(runner, before.path)
             return
         asked = [effect for effect in effects if isinstance(effect, AskPlan)]
         answer = self._answer(asked[-1]) if asked else before.answer if runner._asked is not None else None
@@ -242,11 +282,17 @@ class _Explorer:
             yield f"{name} fails", ReplyArrived(request, False), now_ns
         if runner._timer_ns is not None:
             yield "deadline", TimePassed(), runner._timer_ns
+        for changes in self._outside:
+            yield _written(changes), Measured(changes), now_ns
 
     def _measurements(self, resource: Resource) -> Iterator[Changes]:
-        """Each choice of measured values: for each variable nothing, or a value of its domain."""
+        """Each choice of measured values."""
+        return self._choices_of(resource.measures)
+
+    def _choices_of(self, names: Sequence[str]) -> Iterator[Changes]:
+        """Each choice of values: for each variable nothing, or a value of its domain."""
         space = self._model.space
-        choices = [[(), *(((name, value),) for value in space[name].domain.values)] for name in resource.measures]
+        choices = [[(), *(((name, value),) for value in space[name].domain.values)] for name in names]
         return (tuple(pair for chosen in choice for pair in chosen) for choice in product(*choices))
 
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from scbm.files import read_model
-from scbm.model import BehaviorModel
+from scbm.model import BehaviorModel, VariableSource
+from scbm.model.sources import is_triggered
 
 SCAN_CELL = """
 behavior_model: scan_cell
@@ -40,10 +43,22 @@ goals:
 """
 
 
-def scan_cell(*replacements: tuple[str, str], more: str = "") -> BehaviorModel:
-    """The paper's scanning cell, with texts replaced and sections added."""
+def scan_cell(*replacements: tuple[str, str], more: str = "", is_open: bool = False) -> BehaviorModel:
+    """The paper's scanning cell, with texts replaced and sections added; in a closed world unless `is_open`."""
     text = SCAN_CELL
     for old, new in replacements:
         assert old in text, old
         text = text.replace(old, new)
-    return read_model(text + more)
+    model = read_model(text + more)
+    return model if is_open else as_closed(model)
+
+
+def as_closed(model: BehaviorModel) -> BehaviorModel:
+    """The model in a world in which only the model and replies change variables."""
+    resources = tuple(r if is_triggered(r, model) else replace(r, measures=()) for r in model.resources)
+    known = dict.fromkeys(name for resource in resources for name in (*resource.measures, *resource.publishes))
+    variables = (
+        v if v.source is not None or v.name in known else replace(v, source=VariableSource.STATE)
+        for v in model.variables
+    )
+    return replace(model, variables=tuple(variables), resources=resources)

@@ -85,7 +85,7 @@ SEEDED = {
                 "a: [current.state <- failed, gantry_req_state <- initial, gantry_req_trigger <- false]",
                 "a: [current.state <- failed, gantry_req_trigger <- false]",
             ),
-            _required("gantry_req_state == failed leads to gantry_req_state == initial"),
+            _required("never gantry_req_state == failed && current.state == initial && plan.state == executing"),
         )
     ),
     "a goal that cannot be reached from everywhere": Seeded(

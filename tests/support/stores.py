@@ -18,7 +18,7 @@ def cell(*replacements: tuple[str, str]) -> BehaviorModel:
     """The scanning cell whose scanner fails every other time, with texts replaced."""
     measures = "    measures: [temperature]\n"
     simulation = "    simulation: {outcomes: {succeed: 0.5, fail: 0.5, timeout: 0}}\n"
-    return scan_cell((measures, measures + simulation), *replacements)
+    return scan_cell((measures, measures + simulation), *replacements, is_open=True)
 
 
 def a_run(number: int, model: BehaviorModel, text: str | None = None) -> StoredRun:

@@ -304,6 +304,8 @@ def _print_verdict(checked: CheckedCertificate, model_path: Path) -> None:
     path = str(checked.file.path)
     if checked.is_sound:
         results().line(f"{path}: sound: {', '.join(_sizes(checked))}")
+        for sentence in checked.assumptions:
+            results().line(f"  {sentence}")
         return
     errors().diagnostics(_wrong(checked, model_path)[:_MAX_FLAWS])
     if len(checked.flaws) > _MAX_FLAWS:
@@ -334,5 +336,6 @@ def _verdict_json(checked: CheckedCertificate) -> dict[str, Any]:
         "is_of_this_model": checked.is_of_this_model,
         "obligations": list(checked.obligations),
         "situations": checked.situations,
+        "assumptions": list(checked.assumptions),
         "flaws": [str(flaw) for flaw in checked.flaws],
     }

@@ -11,6 +11,7 @@ from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
 
+from scbm.closing.assumptions import assumptions
 from scbm.files import digest_of, open_input, read_file
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.proofcheck import RunsArgument, check_certificate, read_certificate_file
@@ -66,11 +67,13 @@ class CheckedCertificate:
         file: the certificate and its file.
         is_of_this_model: whether the certificate is for this version of the model; if not, nothing else was checked.
         flaws: why the certificate proves nothing; empty if it is sound.
+        assumptions: what a sound certificate assumes, one sentence each.
     """
 
     file: CertificateFile
     is_of_this_model: bool
     flaws: tuple[CertificateFlaw, ...] = ()
+    assumptions: tuple[str, ...] = ()
 
     @property
     def is_sound(self) -> bool:
@@ -146,4 +149,6 @@ def check_file(file: CertificateFile, model: BehaviorModel) -> CheckedCertificat
     """Check a certificate against a model."""
     if file.certificate.digest != digest_of(model):
         return CheckedCertificate(file, is_of_this_model=False)
-    return CheckedCertificate(file, is_of_this_model=True, flaws=check_certificate(file.certificate, model))
+    flaws = check_certificate(file.certificate, model)
+    assumed = () if flaws else assumptions(model, [file.certificate])
+    return CheckedCertificate(file, is_of_this_model=True, flaws=flaws, assumptions=assumed)

@@ -18,14 +18,14 @@ from scbm.cases.coverage import Aspect, Coverage, Obligation, Obligations, visit
 from scbm.closing.advice.goal_search import GoalSearch
 from scbm.closing.advice.suggestions import Oracles, suggest
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Stage, StageEnd
-from scbm.closing.proofs.possible_values import possible_values, ruled_out
 from scbm.closing.proofs.proofs import Proof, Proofs
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits, ObservedStates
 from scbm.closing.scripts.case_plans import CasePlans, PlanEffort
 from scbm.closing.scripts.case_search import CaseSearch, bounded, minimal, without_leftovers
-from scbm.closing.scripts.closing_injections import distinguishing_values, inputs, with_free_inputs, with_inputs
+from scbm.closing.scripts.closing_injections import with_inputs
 from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
 from scbm.model import Diagnostic, InputError, Place, Slug, State
+from scbm.model.sources import outside_groups
 from scbm.planning import DEFAULT_PLANNER
 from scbm.testing import Campaign, Tester
 
@@ -46,6 +46,9 @@ _MAX_PLANNED_FOR_A_GOAL = 30_000
 
 _PLANNED_FOR_SUGGESTIONS = 250
 """All suggested goals together may take so many times the states of `CloseLimits.planning`: up to a minute."""
+
+_MAX_FOR_CASES = 10_000
+"""Maximum number of situations in which inputs change that are explored to find cases, where they prove nothing."""
 
 _FEW_SITUATIONS = 30_000
 """So many situations are explored in some three seconds. With fewer, the graph of all runs decides all, and fastest."""
@@ -89,6 +92,8 @@ class Closer:
         self._obligations = Obligations.of(model)
         self._visited_for: dict[tuple[str, Predicate], int] = {}
         self._suggestion_states = 0
+        self._outside = outside_groups(model)
+        self._open_runs: AllRuns | None = None
 
     def close(self, suite: Campaign | None = None, wanted: Sequence[Obligation] | None = None) -> Closing:
         """Decide every obligation that a suite leaves open; without a suite, every obligation.
@@ -104,6 +109,7 @@ class Closer:
         self._refuse_without_goals()
         suite = suite or Campaign.of(self.model, ())
         self._ended = []
+        self._open_runs = None
         proofs = Proofs(self.model)
         search = self._first_cases(suite, proofs, asked)
         few = replace(self._limits, situations=min(self._limits.situations, _FEW_SITUATIONS))
@@ -113,6 +119,7 @@ class Closer:
             raise InputError([Diagnostic(Slug.NO_INITIAL_STATE, message, Place(self.model.name))])
         runs, cases = self._cases(suite, search, runs, asked, short=wanted is not None)
         after = suite.coverage + Coverage(self._obligations, tuple((c.case.name, c.execution.visited) for c in cases))
+        runs = self._proving(runs)
         decided = tuple(self._decide(obligation, after, cases, proofs, runs) for obligation in asked)
         proved = [(d.obligation, Proof(d.certificate, d.reason)) for d in decided if d.certificate is not None]
         certificates = tuple((each.argument.kind, each) for each in proofs.certificates(proved, runs))
@@ -212,7 +219,7 @@ class Closer:
             self._progress("looking for cases")
             search.run(short=short)
             found += self._with_inputs([*found, *sampled], runs, missing)
-            found += self._with_changing_inputs(missing & ~_visited(found))
+            found += self._with_changes_from_outside(runs, missing & ~_visited(found), never)
         return found
 
     def _with_inputs(self, found: Sequence[Execution], runs: AllRuns, missing: int) -> Iterator[Execution]:
@@ -230,21 +237,18 @@ class Closer:
                     yield execution
                     break
 
-    def _with_changing_inputs(self, missing: int) -> list[Execution]:
-        """Return runs in which inputs change repeatedly, for automatic transitions that need that."""
-        free = with_free_inputs(self.model)
-        impossible = dict(ruled_out(free, possible_values(free)))
-        automatic = [o for o in self._obligations if o.aspect is Aspect.TAKEN and o not in impossible]
-        missing &= sum(map(self._obligations.bit, automatic))
-        changes = [(name, value) for name in inputs(self.model) for value in distinguishing_values(self.model, name)]
-        if not missing or not changes:
+    def _with_changes_from_outside(self, closed: AllRuns, missing: int, never: int) -> list[Execution]:
+        """Return runs in which inputs and published values change, for what no other run visits."""
+        if not missing & ~never or not self._outside:
             return []
         self._progress("exploring runs in which inputs change")
-        limits = replace(self._limits, situations=min(self._limits.inputs, self._limits.situations), beyond=0)
-        runs = AllRuns(self.model, limits, self._progress, changes)
+        limits = self._limits
+        if closed.stopped is not None:  # then all runs are too many in the open world, too
+            limits = replace(limits, situations=min(_MAX_FOR_CASES, limits.situations))
+        runs = self._open_runs = AllRuns(self.model, limits, self._progress, self._outside)
         if runs.is_interrupted:
             raise KeyboardInterrupt
-        search = CaseSearch(runs, self._tester, missing, 0, limits)
+        search = CaseSearch(runs, self._tester, missing, never, replace(limits, beyond=0))
         search.run(short=True)
         return search.found
 
@@ -281,6 +285,12 @@ class Closer:
             expected = Expectations(verdict=execution.verdict.end, visits=tuple(o for o in adds if o.counts))
             case = replace(execution.case, name=name, expect=expected)
             yield ClosingCase(case, self._tester.execute(case), adds)
+
+    def _proving(self, runs: AllRuns) -> AllRuns:
+        """Return the runs that may prove something: those of the open world, if something changes from outside."""
+        if not self._outside:
+            return runs
+        return self._open_runs or AllRuns(self.model, self._limits, self._progress, self._outside, explores=False)
 
     # decisions
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from scbm.closing.assumptions import assumptions
 from scbm.closing.decisions import Decision
 from scbm.planning import planner_of
 
@@ -39,6 +40,7 @@ def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[s
         "queued": [decided_json(decided, output) for decided in queued],
         "cases": [_case(case, output) for case in closing.cases],
         "certificates": [_certificate(name, certificate, output) for name, certificate in closing.certificates],
+        "assumptions": list(assumptions(closing.model, (certificate for _, certificate in closing.certificates))),
         "suggestions": [suggestion_json(suggestion) for suggestion in closing.suggestions],
         "ended": [{"stage": end.stage.value, "why": end.why, "option": end.option} for end in closing.ended],
     }

@@ -45,7 +45,16 @@ from scbm.model.requirements import FORMS, AfterAlways, Always, Before, LeadsTo,
 from scbm.model.resources import Latency, LatencyShape, Outcome, Resource, Simulation
 from scbm.model.slugs import Slug
 from scbm.model.values import Domain, Value, ValueKind, format_value
-from scbm.model.variables import OperationState, PlanState, RequestState, Role, State, StateSpace, Variable
+from scbm.model.variables import (
+    OperationState,
+    PlanState,
+    RequestState,
+    Role,
+    State,
+    StateSpace,
+    Variable,
+    VariableSource,
+)
 
 __all__ = [
     "FIRST_PLANNER",
@@ -116,6 +125,7 @@ __all__ = [
     "Value",
     "ValueKind",
     "Variable",
+    "VariableSource",
     "conjunction",
     "format_duration",
     "format_moment",

@@ -74,7 +74,8 @@ class Resource:
     Attributes:
         name: an identifier; the resource owns `<name>_req_trigger` and `<name>_req_state`.
         request: the variables whose values a request carries.
-        measures: the variables whose values a reply, or a separate message, may carry.
+        measures: the variables whose values a reply may carry.
+        publishes: the variables whose values it may send unasked.
         simulation: its simulated behavior.
         binding: how the real resource is reached; `None` if the model does not say.
     """
@@ -84,6 +85,7 @@ class Resource:
     measures: tuple[str, ...] = ()
     simulation: Simulation = field(default_factory=Simulation)
     binding: Binding | None = None
+    publishes: tuple[str, ...] = ()
 
     @property
     def trigger(self) -> str:

@@ -139,4 +139,5 @@ class Slug(StrEnum):
     PLANNER_READS_RUNNER = "planner-reads-runner"
     FAILURE_UNNOTICED = "failure-unnoticed"
     NO_DEADLINE = "no-deadline"
+    UNDECLARED_SOURCE = "undeclared-source"
     UNUSED_VARIABLE = "unused-variable"

@@ -75,6 +75,17 @@ class Role(Enum):
         return self not in (Role.DECLARED, Role.RESOURCE)
 
 
+class VariableSource(StrEnum):
+    """What a model file can declare of the source of a variable (semantics 9.1)."""
+
+    INPUT = "input"
+    """The environment changes it, and perhaps the model too."""
+    STATE = "state"
+    """The model changes it; nothing else does."""
+    CONSTANT = "constant"
+    """Nothing changes it."""
+
+
 @dataclass(frozen=True, slots=True)
 class Variable:
     """One variable.
@@ -85,6 +96,7 @@ class Variable:
         initial: the nominal value.
         random: the values that random initial states draw from; `(initial,)` by default.
         role: its owner.
+        source: what the model file declares about who changes it; `None` if it declares nothing.
     """
 
     name: str
@@ -92,6 +104,7 @@ class Variable:
     initial: Value
     random: tuple[Value, ...]
     role: Role = Role.DECLARED
+    source: VariableSource | None = None
 
     @property
     def assignable(self) -> tuple[Value, ...]:

@@ -78,6 +78,10 @@ class CheckedRun:
         self._set(dict(reply.measured))
         self._set({self._rules.resources[reply.resource].request_state: state.value})
 
+    def change(self, changes: tuple[tuple[str, Value], ...]) -> None:
+        """Let something outside the model change variables."""
+        self._set(dict(changes))
+
     def receive_answer(self) -> None:
         """Take the answer of the planner: a plan becomes the queue; without one nothing happens before settling."""
         assert self.question is not None  # noqa: S101 - only questions are answered
@@ -144,7 +148,9 @@ class CheckedRun:
     # 5.3: requests
 
     def _send_request(self) -> bool:
-        """Send a request; one in flight to the same resource is cancelled (6.2)."""
+        """Send a request; one in flight to the same resource is cancelled (6.2). After the end nothing is sent."""
+        if self.has_ended:
+            return False
         for name, resource in self._rules.resources.items():
             if self.values[resource.trigger] and self.values[resource.request_state] == RequestState.INITIAL:
                 self.in_flight = [*(other for other in self.in_flight if other != name), name]
@@ -153,6 +159,8 @@ class CheckedRun:
         return False
 
     def _cancel_request(self) -> bool:
+        if self.has_ended:
+            return False
         for name in self.in_flight:
             resource = self._rules.resources[name]
             if not self.values[resource.trigger]:
@@ -244,7 +252,7 @@ class CheckedRun:
         if self.question is not None:
             return False
         if self.unsolvable_in == self.values:
-            if not self.in_flight:
+            if not self.in_flight and not self._rules.outside:
                 self.end(PlanState.UNSOLVABLE)
             return self.has_ended
         self.asked.append((self.values, tuple(self.in_flight)))
@@ -264,7 +272,7 @@ class CheckedRun:
         self._set({PLAN_STATE: plan_state.value})
         for name, resource in self._rules.resources.items():
             occupied = self.values[resource.request_state] == RequestState.EXECUTING and name not in self.in_flight
-            if name in self.in_flight or (self.values[resource.trigger] and not occupied):
+            if not occupied:
                 self._set({resource.request_state: RequestState.INITIAL.value})
             self._set({resource.trigger: False})
         self._leave()
@@ -296,6 +304,24 @@ class ReplyEvent:
 
 
 @dataclass(frozen=True, slots=True)
+class OutsideEvent:
+    """Something outside the model changes variables: the environment, or a resource that publishes (9.1)."""
+
+    changes: tuple[tuple[str, Value], ...]
+
+    def __str__(self) -> str:
+        return " and ".join(f"{name} becomes {format_value(value)}" for name, value in self.changes)
+
+
+@dataclass(frozen=True, slots=True)
+class GivingUp:
+    """The run ends as unsolvable: no plan exists, and nothing changes from outside any more (5.6)."""
+
+    def __str__(self) -> str:
+        return "the run ends as unsolvable"
+
+
+@dataclass(frozen=True, slots=True)
 class DeadlineEvent:
     """The timer of the current operation passes."""
 
@@ -311,7 +337,7 @@ class PlannerAnswer:
         return "the planner answers"
 
 
-Event: TypeAlias = ReplyEvent | DeadlineEvent | PlannerAnswer
+Event: TypeAlias = ReplyEvent | DeadlineEvent | PlannerAnswer | OutsideEvent | GivingUp
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,11 @@ Everything in a model that has a guard or actions, in one list.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
 
 from scbm.model import Constant, Equal, OperationState, Reference, Role, Truth, conjunction
+from scbm.model.sources import outside_groups
 from scbm.model.variables import operation_state_name
 
 if TYPE_CHECKING:
@@ -133,6 +135,7 @@ class GuardedRules:
         model: the model.
         variables: the variables of the certificate, in order.
         at_rest: the states of all operations when none is current.
+        outside: every change from outside that can happen at a settled moment.
     """
 
     def __init__(self, model: BehaviorModel, variables: Sequence[str]) -> None:
@@ -142,8 +145,19 @@ class GuardedRules:
         self.at_rest: Values = {operation_state_name(operation.name): initial for operation in model.operations}
         self.operations = {operation.name: self._operation(operation) for operation in model.operations}
         self.resources: dict[str, Resource] = {resource.name: resource for resource in model.resources}
+        self.outside = tuple(self._outside())
         self._automatic_rules = tuple(self._automatic(transition) for transition in model.automatic_transitions)
         self._known: dict[tuple[Value, ...], tuple[GuardedRule, Values] | None] = {}
+
+    def _outside(self) -> Iterator[tuple[tuple[str, Value], ...]]:
+        """Yield every change from outside: of each group some variables at once (semantics 9.1)."""
+        for group in outside_groups(self.model):
+            names = [name for name in group if name in self.variables]
+            domains = [(None, *self.model.space[name].domain.values) for name in names]
+            for values in product(*domains):
+                changes = tuple((name, value) for name, value in zip(names, values, strict=True) if value is not None)
+                if changes:
+                    yield changes
 
     def next_automatic(self, values: Values) -> tuple[GuardedRule, Values] | None:
         """Return the first automatic transition that changes the values, and the values afterwards (5.1).

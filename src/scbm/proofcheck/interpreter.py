@@ -16,6 +16,8 @@ from scbm.proofcheck.checked_run import (
     CheckedStep,
     DeadlineEvent,
     Event,
+    GivingUp,
+    OutsideEvent,
     PlannerAnswer,
     Question,
     ReplyEvent,
@@ -65,6 +67,9 @@ class Interpreter:
             yield DeadlineEvent()
         if situation.awaits in (Awaits.PLAN, Awaits.UNSOLVABLE, Awaits.STALE):
             yield PlannerAnswer()
+        yield from map(OutsideEvent, self._rules.outside)
+        if self._rules.outside and situation.awaits is Awaits.CHANGE and not situation.in_flight:
+            yield GivingUp()
 
     def after(self, situation: Situation, event: Event) -> CheckedStep:
         """Return the step that one of these events starts."""
@@ -76,6 +81,10 @@ class Interpreter:
                 run.pass_deadline()
             case PlannerAnswer():
                 run.receive_answer()
+            case OutsideEvent(changes):
+                run.change(changes)
+            case GivingUp():
+                run.end(PlanState.UNSOLVABLE)
             case _:
                 assert_never(event)
         return self._finish(run)
@@ -136,7 +145,7 @@ class Interpreter:
         """Let the run settle, and let the planner answer if no other event can come first."""
         asked: dict[Situation, None] = {}
         run.settle()
-        while not run.has_ended and run.question is not None and not run.in_flight:
+        while not run.has_ended and run.question is not None and not run.in_flight and not self._rules.outside:
             situation = self._situation(run)
             if situation in asked:
                 return self._step(run, None)
@@ -144,6 +153,8 @@ class Interpreter:
             run.asked.append((run.values, ()))  # a limit can end the run here, too
             run.receive_answer()
             run.settle()
+        if run.has_ended and self._rules.outside:
+            run.visited |= dict.fromkeys(self._at_rest(run.values))
         return self._step(run, None if run.has_ended else self._situation(run))
 
     def _step(self, run: CheckedRun, situation: Situation | None) -> CheckedStep:
@@ -155,8 +166,23 @@ class Interpreter:
         run = self._run(values)
         run.in_flight = list(in_flight)
         run.end(PlanState.ABORTED)
-        end = tuple(run.values.values())
-        if end not in self._after_ends:
-            run.settle()
-            self._after_ends[end] = tuple(run.visited)
-        return self._after_ends[end]
+        return self._at_rest(run.values)
+
+    def _at_rest(self, values: Values) -> tuple[str, ...]:
+        """Return what is visited from these values on after the end of a run, whatever changes from outside."""
+        start = tuple(values.values())
+        if start not in self._after_ends:
+            visited: dict[str, None] = {}
+            reached: dict[tuple[Value, ...], None] = {}
+            todo = [values]
+            while todo:
+                run = self._run(todo.pop())
+                run.has_ended = True
+                run.settle()
+                visited |= run.visited
+                settled = tuple(run.values.values())
+                if settled not in reached:
+                    reached[settled] = None
+                    todo += [{**run.values, **dict(changes)} for changes in self._rules.outside]
+            self._after_ends[start] = tuple(visited)
+        return self._after_ends[start]

@@ -26,6 +26,7 @@ from scbm.model import (
     Truth,
     format_value,
 )
+from scbm.model.sources import changed_from_outside
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
 from scbm.proofcheck.certificate import CertificateFlaw, ClaimedAspect, ClaimedObligation
 from scbm.proofcheck.guarded_parts import fails_operation
@@ -82,6 +83,7 @@ class _Moment:
 def all_possible(sets: Sets, model: BehaviorModel) -> Iterator[Possible]:
     """Yield everything that is possible from the beginning of a run until nothing follows its end any more."""
     yield _begin(model)
+    yield _change_from_outside(model)
     yield _end(model)
     for resource in model.resources:
         if _can_be_sent(resource, sets):
@@ -104,8 +106,16 @@ def _begin(model: BehaviorModel) -> Possible:
     return Possible("the beginning of a run", tuple(given))
 
 
+def _change_from_outside(model: BehaviorModel) -> Possible:
+    """Return that inputs and published values change within their domains (semantics 9.1)."""
+    names = changed_from_outside(model)
+    return Possible(
+        "a change from outside", tuple((name, v) for name in names for v in model.space[name].domain.values)
+    )
+
+
 def _end(model: BehaviorModel) -> Possible:
-    """Return the end of a run: all requests are cleared. Automatic transitions and requests may follow it."""
+    """Return the end of a run: all requests are cleared. Automatic transitions may follow it."""
     ends = (PlanState.COMPLETED, PlanState.UNSOLVABLE, PlanState.ABORTED)
     given: list[tuple[str, Value]] = [(PLAN_STATE, end.value) for end in ends]
     given += [(resource.trigger, False) for resource in model.resources]

@@ -190,14 +190,14 @@ class MicroSteps:
     ) -> MicroStep | None:
         """Return the next micro-step that is no automatic transition: after a livelock no more of these are taken."""
         goal, program = self._goal, self._program
-        if goal is not None and state & self._aborted_mask == self._aborted_bits:
+        if goal is None:
+            return None  # before a run and after its end nothing is sent to a resource
+        if state & self._aborted_mask == self._aborted_bits:
             return RunTurn.ABORT
         if in_flight or state & program.triggers:
             request = self._request(state, in_flight)
             if request is not None:
                 return request
-        if goal is None:
-            return None
         current = program.current(state)
         if (current is None or current.is_initial) and goal(state):
             return RunTurn.REACH_GOAL

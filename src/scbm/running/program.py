@@ -27,6 +27,7 @@ from scbm.model import (
     Truth,
     conjunction,
 )
+from scbm.model.sources import changed_from_outside
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
 from scbm.running.lifecycle import LifecycleState, OperationPart
 from scbm.running.macro_steps import PlanQueue
@@ -113,9 +114,7 @@ class RequestLine:
 
         Of a resource that something else occupies only the trigger becomes false (semantics 5, after the ends).
         """
-        if not state & self.trigger:
-            return state
-        if state & self.watched == self.occupied:
+        if (state | self.trigger) & self.watched == self.occupied:
             return state & ~self.trigger
         keep, bits = self.cleared
         return state & keep | bits
@@ -149,7 +148,7 @@ class Program:
         triggers: the bits of all triggers.
         plan_states: for each value of `plan.state`, `(keep, bits)` that set it.
         aborted: `(mask, bits)` with `state & mask == bits` where `plan.state` is `aborted`.
-        measured: the variables that resources measure.
+        measured: the variables that resources measure or publish, and the inputs.
     """
 
     def __init__(self, model: BehaviorModel) -> None:
@@ -168,7 +167,8 @@ class Program:
         self.triggers = sum(line.trigger for line in self.requests)
         self.plan_states = {s: self.packing.assignment({PLAN_STATE: s.value}) for s in PlanState}
         self.aborted = self.packing.cube(Equal(Reference(PLAN_STATE), Constant(PlanState.ABORTED.value)))
-        self.measured = tuple(dict.fromkeys(name for resource in model.resources for name in resource.measures))
+        measured = [name for resource in model.resources for name in resource.measures]
+        self.measured = tuple(dict.fromkeys((*measured, *changed_from_outside(model))))
         self._current_mask = self.packing[CURRENT_NAME].mask | self.packing[CURRENT_STATE].mask
         self._current = dict(self._lifecycle_states())
 

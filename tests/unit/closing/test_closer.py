@@ -10,6 +10,7 @@ import pytest
 from scbm.cases.coverage import Aspect, Obligation
 from scbm.cases.trace import End
 from scbm.closing import CloseLimits, Closer, Closing, Decision
+from scbm.closing.assumptions import assumptions
 from scbm.closing.runs.all_runs import AllRuns
 from scbm.closing.runs.run_graph import Relevance
 from scbm.closing.scripts.closing_injections import distinguishing_values
@@ -18,6 +19,7 @@ from scbm.model import InputError, Outcome, PlannerChoice, PlannerIdentity, Slug
 from scbm.proofcheck import check_certificate
 from scbm.running import Program
 from scbm.testing import Campaign, RandomCases, Tester
+from support.models import as_closed
 from support.wording import Wording
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
@@ -151,7 +153,9 @@ def test_an_input_is_injected_for_an_automatic_transition_that_waits_for_it() ->
 
 
 def test_what_the_model_keeps_itself_is_not_changed_by_force() -> None:
-    closing = close("  wonder: {g: scanned == true && timeouts == 0 && lamp == red, a: [lamp <- green]}")
+    wonder = SCAN % "  wonder: {g: scanned == true && timeouts == 0 && lamp == red, a: [lamp <- green]}"
+    assert decision(Closer(read_model(wonder)).close(), "automatic/wonder") is Decision.COVERED
+    closing = Closer(as_closed(read_model(wonder))).close()
     assert decision(closing, "automatic/wonder") is Decision.UNCOVERABLE
 
 
@@ -254,8 +258,8 @@ def promised(automatic: str, name: str) -> bool:
     return bool(runs.visited & runs.visits.bit(name, Aspect.TAKEN))
 
 
-def test_requests_are_sent_behind_the_end_of_a_run() -> None:
-    assert promised(
+def test_nothing_is_sent_after_the_end_of_a_run() -> None:
+    assert not promised(
         """
   again: {g: plan.state == completed && scanner_req_trigger == false && lamp == dark, a: [scanner_req_trigger <- true]}
   seen: {g: plan.state == completed && scanner_req_state == executing && lamp == dark, a: [lamp <- red]}
@@ -323,3 +327,53 @@ def test_limits_of_the_model_that_end_plans_leave_runs_unexplored() -> None:
     model = load_model(EXAMPLE / "before.yaml")
     short = Closer(replace(model, planner=PlannerChoice("canonical", max_length=5))).close()
     assert not any(d.certificate == "runs" for d in short.decided)
+
+
+# the open world
+
+STOP_CELL = """
+behavior_model: stop_cell
+variables:
+  estop: {domain: [released, pressed], initial: released%s}
+  at: {domain: [home, box], initial: home}
+resources:
+  arm: {simulation: {latency: 1 s, outcomes: {succeed: 1, fail: 0, timeout: 0}}}%s
+operations:
+  move:
+    deadline: 5 s
+    pre: {g: at == home, a: [arm_req_trigger <- true]}
+    post: {g: true, gr: arm_req_state == succeeded, a: [arm_req_trigger <- false, arm_req_state <- initial, at <- box]}
+    timedout: [arm_req_trigger <- false]
+automatic_transitions:
+  emergency_stop: {g: estop == pressed, gr: current.state == executing, a: [plan.state <- aborted]}
+  reset_after: {g: plan.state == completed && estop == pressed && at == box, a: [at <- home]}
+goals: {at_box: at == box}
+"""
+PRESSED = [
+    ("", "\n  safety: {measures: [estop]}"),
+    ("", "\n  safety: {publishes: [estop]}"),
+    ("", ""),
+    (", source: input", ""),
+]
+
+
+@pytest.mark.parametrize(("source", "resource"), PRESSED)
+def test_what_is_pressed_outside_the_model_is_never_proved_uncoverable(source: str, resource: str) -> None:
+    closing = Closer(read_model(STOP_CELL % (source, resource))).close()
+    assert decision(closing, "automatic/emergency_stop") is Decision.COVERED
+    assert decision(closing, "automatic/reset_after") is not Decision.UNCOVERABLE
+
+
+def test_what_nothing_presses_is_uncoverable_and_the_proof_says_what_it_assumes() -> None:
+    model = read_model(STOP_CELL % (", source: constant", ""))
+    closing = Closer(model).close()
+    assert decision(closing, "automatic/emergency_stop") is Decision.UNCOVERABLE
+    assert "Nothing changes these: estop." in assumptions(model, [each for _, each in closing.certificates])
+
+
+def test_a_certificate_about_a_closed_world_proves_nothing_about_an_open_one() -> None:
+    closed, opened = (read_model(STOP_CELL % (source, "")) for source in (", source: constant", ""))
+    for _, certificate in Closer(closed).close().certificates:
+        assert check_certificate(certificate, closed) == ()
+        if "automatic/emergency_stop" in (claim.obligation for claim in certificate.claims):
+            assert check_certificate(certificate, opened)

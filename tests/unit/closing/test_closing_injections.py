@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from scbm.closing.scripts.closing_injections import HOLD_NS, changes_that_disable, injection, inputs, residual
+from scbm.closing.scripts.closing_injections import HOLD_NS, changes_that_disable, injection, residual
 from scbm.files import Scope, parse_predicate, read_model
 from scbm.model import BehaviorModel, State, Value
 from scbm.testing import RandomCases
@@ -80,10 +80,6 @@ goals:
 
 def doors() -> BehaviorModel:
     return read_model(DOORS, "doors.yaml")
-
-
-def test_inputs_are_what_nothing_assigns_or_measures() -> None:
-    assert inputs(doors()) == ("door", "level")
 
 
 @pytest.mark.parametrize(

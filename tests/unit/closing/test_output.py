@@ -8,7 +8,7 @@ import pytest
 
 from scbm.closing import Closing
 from scbm.closing.closing_files import ClosingFiles, write_output
-from scbm.files import load_model, read_case
+from scbm.files import load_model, read_case, write_model
 from scbm.model import InputError, Slug
 from scbm.testing import Tester, load_suite
 from support.closings import closing_of
@@ -25,7 +25,7 @@ BOTH = closing_of(CELL, [SCANS, FAILS])
 def model_file(tmp_path: Path) -> Path:
     path = tmp_path / "models" / "cell.yaml"
     path.parent.mkdir()
-    path.write_text(SCAN_CELL, encoding="utf-8")
+    path.write_text(write_model(CELL), encoding="utf-8")
     return path
 
 

@@ -50,7 +50,7 @@ def test_initial_states_draw_from_the_random_values() -> None:
 
 
 def test_nothing_is_sent_or_measured_where_nothing_asks_for_it() -> None:
-    values = _cell(("scan_req_trigger <- true, ", ""))
+    values = _cell(("scan_req_trigger <- true, ", ""), ("    measures: [temperature]\n", ""))
     assert values["scan_req_state"] == ("initial",)
     assert values["temperature"] == (5,)
     assert values["scan_box.state"] == ("initial", "disabled", "executing", "timedout")

@@ -289,13 +289,13 @@ TRIGGERS_AT_THE_END = """
 """
 
 
-def test_what_the_model_sends_behind_the_end_of_the_run_is_sent_before_the_run_is_finished() -> None:
+def test_what_the_model_triggers_after_the_end_of_the_run_is_not_sent() -> None:
     async def main(loop: VirtualLoop) -> None:
         model = scan_cell(("automatic_transitions:", f"automatic_transitions:{TRIGGERS_AT_THE_END}"))
         world = World(loop, model)
         world.goal()
         await loop.settle()
         world.give(ReplyArrived(1, succeeded=True))
-        assert world.sent_at_the_end == [[1, 2]]
+        assert world.sent_at_the_end == [[1]]
 
     run_virtually(main)

@@ -22,7 +22,7 @@ from scbm.proofcheck import (
     ValuesArgument,
     check_certificate,
 )
-from support.models import scan_cell
+from support.models import as_closed, scan_cell
 from support.wording import Wording
 
 LAMP = """
@@ -62,7 +62,7 @@ def lamp(*replacements: tuple[str, str], more: str = "") -> BehaviorModel:
     for old, new in replacements:
         assert old in text, old
         text = text.replace(old, new)
-    return read_model(text + more)
+    return as_closed(read_model(text + more))
 
 
 def flaws_of(model: BehaviorModel, argument: Argument, *names: str) -> list[str]:

@@ -7,6 +7,7 @@ from scbm.model import BehaviorModel, Role, Value
 from scbm.proofcheck import Awaits, Situation
 from scbm.proofcheck.checked_run import DeadlineEvent, PlannerAnswer, ReplyEvent
 from scbm.proofcheck.interpreter import Interpreter
+from support.models import as_closed
 from support.wording import Wording
 
 LAMP = """
@@ -29,7 +30,7 @@ LOOKS = "  looks: {g: plan.state == planning && eye_req_state == initial, a: [ey
 
 
 def interpreter(text: str) -> tuple[Interpreter, BehaviorModel]:
-    model = read_model(text)
+    model = as_closed(read_model(text))
     variables = [variable.name for variable in model.running_space if variable.role is not Role.OPERATION_STATE]
     return Interpreter(model, model.goals[0][1], variables), model
 

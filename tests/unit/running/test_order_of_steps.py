@@ -123,8 +123,9 @@ def test_an_automatic_transition_comes_before_the_end_of_an_aborted_run() -> Non
 
 
 def test_a_request_is_sent_before_another_one_is_cancelled() -> None:
-    hand = Hand(scan_cell(("resources:\n", "resources:\n  lamp: {}\n")), state={"lamp_req_trigger": True})
-    hand.wait(1)
+    cell = scan_cell(("resources:\n", "resources:\n  lamp: {}\n"), ("gr: light != red", "gr: light == red"))
+    hand = Hand(cell, state={"lamp_req_trigger": True})
+    hand.goal()
     hand.inject(Injection("swaps", (("lamp_req_trigger", False), ("scan_req_trigger", True))), 2)
     records = [record for record in hand.records if isinstance(record, RequestSent | RequestCancelled)]
     assert [(type(record), record.resource) for record in records] == [

@@ -550,18 +550,30 @@ def test_an_occupied_resource_gets_no_request_and_is_left_alone() -> None:
     assert hand.runner.state["scan_req_state"] == "executing"
 
 
+def test_nothing_is_sent_before_a_goal_is_given_and_after_the_end_of_a_run() -> None:
+    early = Hand(scan_cell(), state={"scan_req_trigger": True})
+    early.wait(1)
+    assert early.sent == []
+    hand = Hand(scan_cell())
+    hand.goal()
+    hand.reply(1, 1)
+    assert hand.runner.state["plan.state"] == "completed"
+    hand.inject(Injection("ask", (("scan_req_trigger", True),)), 2)
+    assert [sent.request for sent in hand.sent] == [1]
+
+
 def test_a_trigger_that_falls_cancels_the_request_in_flight() -> None:
     hand = Hand(scan_cell(), state={"scan_req_trigger": True})
-    hand.wait(1)
+    hand.goal()
+    assert [sent.request for sent in hand.sent] == [1]
     assert [sent.request for sent in hand.sent] == [1]
     hand.inject(Injection("fall", (("scan_req_trigger", False),)), 2)
     assert hand.cancelled == [1]
-    assert hand.runner.state["scan_req_state"] == "initial"
 
 
 def test_asking_anew_while_a_request_is_in_flight_cancels_the_former() -> None:
     hand = Hand(scan_cell(), state={"scan_req_trigger": True})
-    hand.wait(1)
+    hand.goal()
     hand.inject(Injection("anew", (("scan_req_state", "initial"),)), 2)
     assert hand.cancelled == [1]
     assert [sent.request for sent in hand.sent] == [1, 2]
@@ -580,7 +592,7 @@ def test_a_reply_carries_measured_values_and_wrong_ones_are_refused() -> None:
 
 
 def test_a_reply_cannot_measure_for_another_resource() -> None:
-    model = scan_cell(("resources:\n", "resources:\n  lamp: {measures: [light]}\n"))
+    model = scan_cell(("resources:\n", "resources:\n  lamp: {publishes: [light]}\n"))
     hand = Hand(model)
     hand.goal()
     hand.give(ReplyArrived(1, succeeded=True, measured=(("light", "red"),)), 1)

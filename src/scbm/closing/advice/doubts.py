@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 from scbm.model import And, Assign, Constant, Not, Or, Outcome, Slug, format_value
 from scbm.model.satisfiability import is_satisfiable
+from scbm.model.sources import undeclared
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -147,6 +148,12 @@ def doubts_about_variables(model: BehaviorModel) -> Iterator[Doubt]:
         if variable.name not in used:
             message = f"nothing reads {variable.name}, and no request carries it"
             yield Doubt(Slug.UNUSED_VARIABLE, message, ("variables", variable.name))
+    for name in undeclared(model):
+        message = (
+            f"only automatic transitions assign {name}, so it counts as an input, which may change at any time: "
+            "declare `source: state` if nothing else changes it, else `source: input`"
+        )
+        yield Doubt(Slug.UNDECLARED_SOURCE, message, ("variables", name))
     nominal = model.nominal_state
     if not model.initial_states.holds(nominal):
         read = ", ".join(f"{name} == {format_value(nominal[name])}" for name in model.initial_states.reads())

@@ -35,6 +35,7 @@ from scbm.model import (
 from scbm.model.normal_form import bits_of, indices_of, normal_form
 from scbm.model.packing import value_table
 from scbm.model.satisfiability import satisfiable
+from scbm.model.sources import changed_from_outside
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, operation_state_name
 from scbm.planning.engines.delete_relaxation import Effect, RelaxedRule, relaxed_values
 from scbm.running.lifecycle import LIFECYCLE, OperationPart
@@ -49,12 +50,14 @@ _MAX_LISTED = 5
 
 
 def possible_values(model: BehaviorModel) -> dict[str, tuple[Value, ...]]:
-    """Return, for every variable of the running space, a superset of the values that runs without injections give it.
+    """Return, for every variable of the running space, a superset of the values that it has in runs.
 
-    Variables are in the order of the space, values in the order of the domain.
+    What changes from outside has all values from the beginning (semantics 9.1). Variables are in the order of the
+    space, values in the order of the domain.
     """
     space = model.running_space
-    starts = [bits_of(map(v.domain.index, _at_first(v))) for v in space]
+    free = changed_from_outside(model)
+    starts = [bits_of(map(v.domain.index, v.domain.values if v.name in free else _at_first(v))) for v in space]
     found = relaxed_values((_relaxed(rule, space) for rule in _rules(model)), starts)
     return {v.name: tuple(v.domain.values[i] for i in indices_of(bits)) for v, bits in zip(space, found, strict=True)}
 

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     from scbm.closing.runs.run_graph import Start
     from scbm.model import BehaviorModel, Predicate, Value
+    from scbm.model.sources import OutsideGroup
     from scbm.planning import Answer, Policy
 
 
@@ -32,7 +33,6 @@ class CloseLimits:
             all of them at once is not possible.
         candidates: the maximum number of cases that are tried for one obligation whose walk did not lead to it.
         beyond: the maximum number of situations of the guided search, where not all situations were explored.
-        inputs: the maximum number of situations of runs in which inputs change.
         random: the maximum number of random cases that are drawn where the runs are not few.
         changes: the maximum number of changed cases that are run after them, for the obligations that are still open.
     """
@@ -42,7 +42,6 @@ class CloseLimits:
     planning: int = 200_000
     candidates: int = 100
     beyond: int = 100_000
-    inputs: int = 10_000
     random: int = 1_000
     changes: int = 2_000
 
@@ -78,7 +77,7 @@ class AllRuns:
         model: BehaviorModel,
         limits: CloseLimits,
         progress: Callable[[str], None],
-        inputs: Sequence[tuple[str, Value]] = (),
+        outside: Sequence[OutsideGroup] = (),
         *,
         explores: bool = True,
     ) -> None:
@@ -88,7 +87,7 @@ class AllRuns:
             model: the model.
             limits: the limits of the exploration.
             progress: called with a description of each phase as it begins.
-            inputs: the values that the environment may give to inputs at any moment; empty for runs without injections.
+            outside: what something outside the model changes at settled moments; empty for a closed world.
             explores: whether to explore anything; if not, that counts as interrupted.
         """
         self.model = model
@@ -105,7 +104,7 @@ class AllRuns:
         self.option: str | None = None
         self.is_interrupted = False
         self._limits = limits
-        self._inputs = inputs
+        self._outside = outside
         self._run_limits = PlanLimits.of(model)
         self.other_planner = None if self.planner.name == DEFAULT_PLANNER else self.planner.name
         if explores:
@@ -204,7 +203,7 @@ class AllRuns:
         if self.other_planner is not None:
             plan = _BoundedPlans(translation, self._limits.planning // _SATISFICING_SHARE).plan
         return RunSteps(
-            self.program, self.relevance, self.visits, self.program.test(goal), plan, self.queues, self._inputs
+            self.program, self.relevance, self.visits, self.program.test(goal), plan, self.queues, self._outside
         )
 
 

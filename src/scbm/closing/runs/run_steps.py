@@ -17,6 +17,7 @@ from scbm.cases.coverage import Aspect
 from scbm.closing.runs.situations import (
     ANSWER,
     DEADLINE,
+    GIVE_UP,
     MAX_ANSWERS,
     TIME_LIMIT,
     Happening,
@@ -42,12 +43,13 @@ from scbm.running.micro_steps import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
+    from scbm.cases.trace import Changes
     from scbm.closing.runs.run_graph import Relevance
     from scbm.closing.runs.situations import Queues, Visits
-    from scbm.model import Value
     from scbm.model.packing import Test
+    from scbm.model.sources import OutsideGroup
     from scbm.planning import Answer
     from scbm.running import Program
     from scbm.running.program import RequestLine
@@ -149,7 +151,7 @@ class RunSteps:
         goal: Test,
         plan: Plan,
         queues: Queues,
-        inputs: Sequence[tuple[str, Value]] = (),
+        outside: Sequence[OutsideGroup] = (),
         bound: int = RunnerOptions().livelock_bound,
     ) -> None:
         """Prepare the steps. Raises `TooManyRepliesError`.
@@ -161,7 +163,7 @@ class RunSteps:
             goal: whether the goal holds in a packed state.
             plan: the planner's answers.
             queues: numbers queues; goals may share it.
-            inputs: the changes of inputs that the environment can make; empty for runs without injections.
+            outside: what something outside the model changes at settled moments; empty for a closed world.
             bound: maximum number of automatic transitions in one settling.
         """
         self.evaluated: dict[int, None] = {}
@@ -179,10 +181,10 @@ class RunSteps:
         replies = [_replies(line, relevance) for line in program.requests]
         self._replies = tuple(map(tuple, replies))
         self._changes = {reply: changes for each in replies for reply, changes in each.items()}
-        for change in inputs:
-            happening = Happening(HappeningKind.INPUT, measured=(change,))
-            self._changes[happening] = program.packing.assignment(dict([change]))
-        self._inputs = tuple(happening for happening in self._changes if happening.kind is HappeningKind.INPUT)
+        changes = _outside(outside, relevance)
+        self._changes |= changes
+        self._outside = tuple(changes)
+        self._outside_bits = tuple(changes.values())
         self._taken = {transition.name: visits.bit(transition.name, Aspect.TAKEN) for transition in program.automatic}
         self._entered = {name: _entered(name, visits) for name in program.operations}
         self._current = tuple(map(visits.current, program.operations))
@@ -206,10 +208,12 @@ class RunSteps:
         if current is not None and current.has_timer:
             yield DEADLINE
         yield from (reply for reply in replies if reply.succeeded)
-        for change in self._inputs:
+        for change in self._outside:
             keep, bits = self._changes[change]
             if position.state & keep | bits != position.state:
                 yield change
+        if self._outside and position.awaits is Awaits.CHANGE and not position.in_flight:
+            yield GIVE_UP
         if self._end(position.state, self._lines(position), PlanState.ABORTED):
             yield TIME_LIMIT  # it ends the run; of interest only if something is visited after the end
 
@@ -219,13 +223,15 @@ class RunSteps:
         match happening.kind:
             case HappeningKind.TIME_LIMIT:
                 return run.ended(self._end(run.state, run.in_flight, PlanState.ABORTED))
+            case HappeningKind.GIVE_UP:
+                return run.ended(self._end(run.state, run.in_flight, PlanState.UNSOLVABLE))
             case HappeningKind.ANSWER:
                 return self._answer(run) or self._settle(run)
             case HappeningKind.DEADLINE:
                 return self._settle(run, timer_passed=True)
             case HappeningKind.REPLY:
                 run.in_flight = tuple(line for line in run.in_flight if line.resource.name != happening.resource)
-            case HappeningKind.INPUT:
+            case HappeningKind.OUTSIDE:
                 pass
             case _:
                 assert_never(happening.kind)
@@ -260,7 +266,7 @@ class RunSteps:
             step = first(state, run.in_flight, timer_passed=timer_passed)
             if isinstance(step, AutomaticMove):
                 if run.automatic == self._bound or state in chain:
-                    return run.ended()
+                    return run.ended(self._end(state, run.in_flight, PlanState.ABORTED) if self._outside else 0)
                 if run.automatic >= _LONG:
                     chain[state] = None
                 timer_passed = timer_passed and step.failed is None
@@ -318,7 +324,7 @@ class RunSteps:
             is_queued=run.queue != 0,
             is_asking=run.asked is not None,
             is_unsolvable=run.unsolvable_in == run.state,
-            may_change=bool(run.in_flight),
+            may_change=bool(run.in_flight or self._outside),
         )
         if following is _TAKE_NEXT:
             number, run.queue = self._queues.pop(run.queue)
@@ -341,10 +347,10 @@ class RunSteps:
     # the planner
 
     def _await_answer(self, run: _SettlingRun) -> RunStep | None:
-        """Wait for the planner if a reply may arrive first. Else its answer is next, as a part of the same step."""
+        """Wait for the planner if something else may come first. Else its answer is next, in the same step."""
         assert run.asked is not None  # noqa: S101 - that is why the run waits
         position = run.position(*run.asked.awaited(run.state))
-        if run.in_flight:
+        if run.in_flight or self._outside:
             return RunStep(position, run.visits, run.cut_off)
         if position in run.answered:  # without end, until the limit of plans
             return run.ended()
@@ -412,28 +418,36 @@ class RunSteps:
             state = state & keep | bits
         state = self._program.end(state, plan_state)
         if state not in self._after_ends:
-            self._after_ends[state] = self._idle(state)
+            self._after_ends[state] = self._rest(state)
         return self._after_ends[state]
 
-    def _idle(self, state: int) -> int:
-        """Return what a runner without a goal visits from a packed state until it is settled."""
+    def _rest(self, state: int) -> int:
+        """Return what a runner without a goal visits from a packed state on, whatever changes from outside."""
+        visits, settled = self._idle(state)
+        reached, todo = {settled: None}, [settled]
+        while todo:
+            before = todo.pop()
+            for keep, bits in self._outside_bits:
+                more, settled = self._idle(before & keep | bits)
+                visits |= more
+                if settled not in reached:
+                    reached[settled] = None
+                    todo.append(settled)
+        return visits
+
+    def _idle(self, state: int) -> tuple[int, int]:
+        """Return what a runner without a goal visits from a packed state until it is settled, and the state then."""
         visits = 0
-        in_flight: tuple[RequestLine, ...] = ()
         seen: dict[int, None] = {}
         while True:
             self.evaluated[state] = None
-            match self._idle_steps.first(state, in_flight, timer_passed=False):
-                case AutomaticMove(transition, _, after):
-                    visits |= self._taken[transition.name]
-                case RequestSending(line, after):
-                    in_flight = (*(other for other in in_flight if other is not line), line)
-                case RequestCancelling(line, after):
-                    in_flight = tuple(other for other in in_flight if other is not line)
-                case _:
-                    return visits
-            state = after & self._kept
+            step = self._idle_steps.first(state, (), timer_passed=False)
+            if not isinstance(step, AutomaticMove):
+                return visits, state
+            visits |= self._taken[step.transition.name]
+            state = step.after & self._kept
             if state in seen or len(seen) > self._bound:
-                return visits
+                return visits, state
             seen[state] = None
 
 
@@ -443,20 +457,38 @@ def _entered(name: str, visits: Visits) -> dict[OperationState, int]:
     return {initial: 0} | {s: visits.bit(name, Aspect(s.value)) for s in OperationState if s is not initial}
 
 
+def _outside(groups: Sequence[OutsideGroup], relevance: Relevance) -> dict[Happening, tuple[int, int]]:
+    """Return all changes from outside that differ in their effect, each with `(keep, bits)`.
+
+    Of a group all or some variables change at once. Raises `TooManyRepliesError`.
+    """
+    found = {}
+    for group in groups:
+        for changes in _choices([name for name in group if name in relevance.names], relevance):
+            if changes:
+                happening = Happening(HappeningKind.OUTSIDE, measured=changes)
+                found[happening] = relevance.packing.assignment(dict(changes))
+    return found
+
+
+def _choices(names: Sequence[str], relevance: Relevance) -> Iterator[Changes]:
+    """Yield each choice of values of some of these variables. Raises `TooManyRepliesError`."""
+    space = relevance.packing.space
+    if prod(len(space[name].domain) + 1 for name in names) > _MAX_REPLIES:
+        raise TooManyRepliesError
+    for values in product(*((None, *space[name].domain.values) for name in names)):
+        yield tuple((name, value) for name, value in zip(names, values, strict=True) if value is not None)
+
+
 def _replies(line: RequestLine, relevance: Relevance) -> dict[Happening, tuple[int, int]]:
     """Return all replies of a resource that differ in their effect, each with `(keep, bits)`.
 
     These are one for each choice of measured values, and a failing one. Raises `TooManyRepliesError`.
     """
     measured = [name for name in line.resource.measures if name in relevance.names]
-    packing = relevance.packing
-    if prod(len(packing.space[name].domain) + 1 for name in measured) > _MAX_REPLIES:
-        raise TooManyRepliesError
-    choices = product(*((None, *packing.space[name].domain.values) for name in measured))
     replies = {}
-    for values in choices:
-        changes = tuple((name, value) for name, value in zip(measured, values, strict=True) if value is not None)
-        keep, bits = packing.assignment(dict(changes))
+    for changes in _choices(measured, relevance):
+        keep, bits = relevance.packing.assignment(dict(changes))
         reply = Happening(HappeningKind.REPLY, line.resource.name, succeeded=True, measured=changes)
         replies[reply] = (keep & line.succeeded[0], bits & line.succeeded[0] | line.succeeded[1])
     replies[Happening(HappeningKind.REPLY, line.resource.name)] = line.failed

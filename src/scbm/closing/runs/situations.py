@@ -55,7 +55,8 @@ class HappeningKind(Enum):
     REPLY = "a resource replies"
     DEADLINE = "the deadline of the current operation passes"
     TIME_LIMIT = "the time limit of the run passes"
-    INPUT = "the world outside changes an input"
+    OUTSIDE = "something outside the model changes variables"
+    GIVE_UP = "the run ends, as no plan exists and nothing else is awaited"
 
 
 class Happening(NamedTuple):
@@ -65,7 +66,7 @@ class Happening(NamedTuple):
         kind: what it is.
         resource: which one replies; empty if it is no reply.
         succeeded: what the reply says.
-        measured: what it carries; for an input, what it becomes.
+        measured: what it carries; for a change from outside, what it changes.
     """
 
     kind: HappeningKind
@@ -77,6 +78,7 @@ class Happening(NamedTuple):
 ANSWER = Happening(HappeningKind.ANSWER)
 DEADLINE = Happening(HappeningKind.DEADLINE)
 TIME_LIMIT = Happening(HappeningKind.TIME_LIMIT)
+GIVE_UP = Happening(HappeningKind.GIVE_UP)
 
 
 class RunStep(NamedTuple):

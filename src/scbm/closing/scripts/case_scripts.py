@@ -124,9 +124,12 @@ class _ScriptedRun:
                 case HappeningKind.TIME_LIMIT:
                     self._ends_ns = self._soon_ns()
                 case HappeningKind.ANSWER:
-                    self._answer()
-                case HappeningKind.INPUT:
+                    if self._asked is not None:  # else it has answered, as nothing but a change could come first
+                        self._answer()
+                case HappeningKind.OUTSIDE:
                     self._inject(happening)
+                case HappeningKind.GIVE_UP:
+                    pass  # a simulated run ends where no plan exists, unless an injection is pending
                 case _:
                     assert_never(happening.kind)
         self._answer_if_alone()

@@ -33,6 +33,7 @@ from scbm.model import (
     conjunction,
 )
 from scbm.model.operations import apply
+from scbm.model.sources import changed_from_outside
 from scbm.model.variables import CURRENT_NAME
 
 if TYPE_CHECKING:
@@ -118,20 +119,6 @@ _MAX_INPUT_CHANGES = 4_096
 """Maximum number of combinations of values that are tried for one transition."""
 
 
-def inputs(model: BehaviorModel) -> tuple[str, ...]:
-    """Return the declared variables that no action assigns and no resource measures."""
-    kept = dict.fromkeys(action.target for action in model.actions)
-    kept |= dict.fromkeys(name for resource in model.resources for name in resource.measures)
-    return tuple(variable.name for variable in model.variables if variable.name not in kept)
-
-
-def with_free_inputs(model: BehaviorModel) -> BehaviorModel:
-    """Return the model in which inputs may have any value from the beginning."""
-    known = inputs(model)
-    variables = (replace(v, random=v.domain.values) if v.name in known else v for v in model.variables)
-    return replace(model, variables=tuple(variables))
-
-
 def distinguishing_values(model: BehaviorModel, name: str) -> tuple[Value, ...]:
     """Return the first value of each class of values that no guard or goal distinguishes.
 
@@ -164,7 +151,7 @@ def _leaves(predicate: Predicate) -> Iterator[Equal | NotEqual | Order | Member]
 
 def with_inputs(model: BehaviorModel, transition: Transition, case: Case) -> Iterator[Case]:
     """Yield the case with an injection that changes inputs as soon as nothing else disables the transition."""
-    known = inputs(model)
+    known = changed_from_outside(model)
     names = [name for name in transition.running_guard.reads() if name in known]
     if not names:
         return

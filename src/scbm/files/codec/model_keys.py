@@ -28,7 +28,7 @@ from scbm.model import Place, Slug
 from scbm.model.behavior import BehaviorModel, PlannerChoice
 from scbm.model.predicates import TRUE, Predicate
 from scbm.model.requirements import Requirement
-from scbm.model.variables import NO_OPERATION, Variable, resource_variables, runner_variables
+from scbm.model.variables import NO_OPERATION, Variable, VariableSource, resource_variables, runner_variables
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -171,7 +171,26 @@ class ModelKeys(Keys):
             requirements=tuple(Requirement(name, sentence) for name, sentence in requirements if sentence is not None),
             planner=PlannerChoice() if self.planner is None else self.planner.choice(),
         )
+        self._refuse_false_sources(model)
         return self._bound(model)
+
+    def _refuse_false_sources(self, model: BehaviorModel) -> None:
+        """Note a declared source that something in the model contradicts."""
+        assigned = dict.fromkeys(action.target for action in model.actions)
+        reported = {name: resource.name for resource in model.resources for name in resource.measures}
+        reported |= {name: resource.name for resource in model.resources for name in resource.publishes}
+        for entry in self._entries_with_source():
+            name, source = entry.name, entry.value.source
+            remedy = "leave out `source`, or declare what is true"
+            if source is VariableSource.CONSTANT and name in assigned:
+                message = f"`{name}` is declared constant, and an action assigns it"
+                self.reader.add(Slug.CONTRADICTION, message, entry.value.place("source"), remedy)
+            elif source is not VariableSource.INPUT and name in reported:
+                message = f"`{name}` is declared `{source}`, and the resource `{reported[name]}` reports its values"
+                self.reader.add(Slug.CONTRADICTION, message, entry.value.place("source"), remedy)
+
+    def _entries_with_source(self) -> Iterator[Entry[VariableKeys]]:
+        return (entry for entry in self.variables if entry.value.source is not None)
 
     def _bound(self, model: BehaviorModel) -> BehaviorModel:
         """Return the model with the bindings of its resources, which depend on the actions of the whole model."""

@@ -213,6 +213,9 @@ class ResourceKeys(Keys):
     measures = DefaultKey(
         VARIABLES, "The variables whose values a reply may carry.", default=(), always_written=True, absent="`[]`"
     )
+    publishes = DefaultKey(
+        VARIABLES, "The variables whose values the resource may send unasked, at any settled moment.", default=()
+    )
     simulation = Key(
         MappingType(SimulationKeys, "simulation"),
         "How the simulated resource behaves.",
@@ -223,11 +226,12 @@ class ResourceKeys(Keys):
 
     def resource(self, name: str) -> Resource:
         """Return the resource without its binding, which needs the actions of the whole model."""
-        self._refuse_to_measure_requests()
+        self._refuse_requests_in("measures", "measured")
+        self._refuse_requests_in("publishes", "published")
         simulation = self.simulation
         measures = self.as_written(name).measures
         simulated = Simulation() if simulation is None else simulation.simulation(measures)
-        return Resource(name, self.request, self.measures, simulated)
+        return Resource(name, self.request, self.measures, simulated, publishes=self.publishes)
 
     def as_written(self, name: str) -> Resource:
         """Return a resource with all that its lists name, even if that is no variable: an error says so there."""
@@ -238,11 +242,11 @@ class ResourceKeys(Keys):
         node = self.node.get(key)
         return tuple(element.text for element in (node.elements if node else ()) if element.text is not None)
 
-    def _refuse_to_measure_requests(self) -> None:
-        """Note measured variables that follow requests: a measured value must not change a trigger or a state."""
-        node = self.node.get("measures")
+    def _refuse_requests_in(self, key: str, words: str) -> None:
+        """Note listed variables that follow requests: a value from outside must not change a trigger or a state."""
+        node = self.node.get(key)
         for element in node.elements if node is not None else ():
             variable = self.reader.scope.variables.get(element.text or "")
             if variable is not None and variable.role is Role.RESOURCE:
-                message = f"`{variable.name}` follows the requests of a resource, and cannot be measured"
-                self.reader.add(Slug.NOT_ASSIGNABLE, message, element.place, "measure a variable of the model")
+                message = f"`{variable.name}` follows the requests of a resource, and cannot be {words}"
+                self.reader.add(Slug.NOT_ASSIGNABLE, message, element.place, "name a variable of the model")

@@ -5,14 +5,14 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
-from scbm.files.codec.key_types import SCALAR_SCHEMA, VALUE, ScalarOrListType, node_of
+from scbm.files.codec.key_types import SCALAR_SCHEMA, VALUE, ScalarOrListType, ScalarType, node_of
 from scbm.files.codec.keys import Key, Keys
 from scbm.files.codec.value_reader import NAME
 from scbm.files.language.grammar import keywords
 from scbm.files.spelling import nearest
 from scbm.model import Slug
 from scbm.model.values import Domain, Value, format_value
-from scbm.model.variables import Variable
+from scbm.model.variables import Variable, VariableSource
 
 if TYPE_CHECKING:
     from scbm.files.codec.value_reader import ValueReader
@@ -166,6 +166,17 @@ VALUES = ScalarOrListType(
 )
 
 
+def _read_source(reader: ValueReader, node: YamlNode, text: str) -> VariableSource | None:
+    word = reader.word(node, text, _SOURCES, "a source of a variable")
+    return None if word is None else VariableSource(word)
+
+
+_SOURCES = tuple(source.value for source in VariableSource)
+_SOURCE = ScalarType(
+    "source", "a source such as `input`", {"enum": list(_SOURCES)}, _read_source, lambda source: source.value
+)
+
+
 class VariableKeys(Keys):
     """A variable with a finite domain."""
 
@@ -181,6 +192,11 @@ class VariableKeys(Keys):
         absent="the nominal value",
         source=lambda variable: None if variable.random == (variable.initial,) else variable.random,
     )
+    source = Key(
+        _SOURCE,
+        "Who changes it: `input`, the environment; `state`, the model alone; `constant`, nothing.",
+        absent="inferred, see semantics 9.1",
+    )
 
     def variable(self, name: str) -> Variable | None:
         """Return the variable; `None` if its domain is wrong."""
@@ -191,4 +207,4 @@ class VariableKeys(Keys):
         random = () if self.random is None else read_values(self.reader, self.random, domain, name)
         if initial is None:
             return Variable(name, domain, domain.values[0], (domain.values[0],))
-        return Variable(name, domain, initial, random or (initial,))
+        return Variable(name, domain, initial, random or (initial,), source=self.source)

@@ -13,6 +13,7 @@ from rich.text import Text
 from scbm.cases.coverage import Aspect, Figure
 from scbm.closing import Decision
 from scbm.closing.advice.suggestions import grouped
+from scbm.closing.assumptions import assumptions
 from scbm.closing.summaries import aspects_in_words, in_few_words
 from scbm.model import format_moment
 from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, counted
@@ -87,6 +88,7 @@ def closing_report(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     yield from _cases(closing.cases)
     yield from _found(setting)
     yield from _decisions("Proved uncoverable", closing, Decision.UNCOVERABLE)
+    yield from _assumed(closing)
     yield from _decisions("Undecided", closing, Decision.UNDECIDED)
     yield from ended_lines(closing.ended)
     yield from _suggestions(closing.suggestions, setting)
@@ -218,6 +220,15 @@ def _decisions(title: str, closing: Closing, decision: Decision) -> Iterator[Tex
     yield from _head(f"{title}: {len(found) - beside}{more}", "bold red" if decision is Decision.UNDECIDED else "bold")
     for subjects, groups in _grouped(found).items():
         yield from _group_lines(subjects, groups)
+
+
+def _assumed(closing: Closing) -> Iterator[Text]:
+    found = assumptions(closing.model, (certificate for _, certificate in closing.certificates))
+    if found:
+        yield Text("  These proofs assume:")
+    for sentence in found:
+        for line in wrap(sentence, _COLUMNS - 6):
+            yield Text(f"      {line}", style="dim")
 
 
 def ended_lines(ended: Sequence[StageEnd]) -> Iterator[Text]:

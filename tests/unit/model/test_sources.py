@@ -1,0 +1,66 @@
+"""Who changes a variable, declared or inferred."""
+
+from __future__ import annotations
+
+import pytest
+
+from scbm.files import read_model
+from scbm.model import BehaviorModel
+from scbm.model.sources import changed_from_outside, inputs, outside_groups, published_by, replied, undeclared
+
+CELL = """
+behavior_model: cell
+variables:
+  estop: {domain: [released, pressed], initial: released%s}
+  curtain: {domain: [clear, broken], initial: clear}
+  item: {domain: [none, box], initial: none}
+  scanned: {domain: bool, initial: false}
+  count: {domain: 0..3, initial: 0%s}
+  note: {domain: [x, y], initial: x}
+resources:
+  scanner: {measures: [item]%s}
+  safety: {measures: [curtain]}
+operations:
+  scan:
+    pre: {g: scanned == false && curtain == clear, a: [scanner_req_trigger <- true]}
+    post: {g: true, a: [scanned <- true, scanner_req_trigger <- false]}
+automatic_transitions:
+  stop: {g: estop == pressed && count < 3, a: [count += 1]}
+goals:
+  done: scanned == true && item == box
+"""
+
+
+def cell(estop: str = "", count: str = "", scanner: str = "") -> BehaviorModel:
+    return read_model(CELL % (estop, count, scanner))
+
+
+def test_what_is_read_and_changed_by_nothing_else_is_an_input() -> None:
+    assert inputs(cell()) == ("estop", "count")
+    assert "note" not in inputs(cell())  # nothing reads it
+
+
+@pytest.mark.parametrize(("source", "expected"), [("state", ()), ("constant", ()), ("input", ("estop",))])
+def test_a_declared_source_decides(source: str, expected: tuple[str, ...]) -> None:
+    assert inputs(cell(estop=f", source: {source}", count=", source: state")) == expected
+
+
+def test_what_only_automatic_transitions_assign_is_an_input_until_it_is_declared() -> None:
+    assert undeclared(cell()) == ("count",)
+    assert undeclared(cell(count=", source: state")) == ()
+    declared = cell(count=", source: input")
+    assert (undeclared(declared), inputs(declared)) == ((), ("estop", "count"))
+
+
+def test_a_resource_that_gets_no_requests_publishes_what_it_measures() -> None:
+    model = cell()
+    scanner, safety = model.resources
+    assert (replied(model), published_by(scanner, model), published_by(safety, model)) == (("item",), (), ("curtain",))
+    publishing = cell(scanner=", publishes: [item]")
+    assert published_by(publishing.resources[0], publishing) == ("item",)
+
+
+def test_the_values_of_one_message_change_together() -> None:
+    text = CELL.replace("measures: [curtain]", "publishes: [curtain, note]") % ("", "", "")
+    assert outside_groups(read_model(text)) == (("estop",), ("count",), ("curtain", "note"))
+    assert changed_from_outside(read_model(text)) == ("estop", "count", "curtain", "note")
