@@ -203,6 +203,7 @@ class _CloseResult:
             self.suite.words,
             self.suite.arguments,
             self.suite.drawing,
+            self.suite.planner_option,
             self._options,
             output,
             failed,

@@ -6,7 +6,7 @@ Files that closing did not write, or that it wrote for another model, are never 
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from textwrap import wrap
 from typing import TYPE_CHECKING
@@ -14,12 +14,13 @@ from typing import TYPE_CHECKING
 from scbm.closing.certificate_files import SUFFIX, is_certificate_text, model_path_in, normalised
 from scbm.closing.summaries import in_few_words
 from scbm.files import FileWriter, open_case, open_input, write_case
-from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.model import Diagnostic, InputError, Place, PlannerChoice, Slug
 from scbm.proofcheck import certificate_text
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
+    from scbm.cases import Case
     from scbm.closing.decisions import Closing, ClosingCase
     from scbm.model import BehaviorModel
 
@@ -80,7 +81,14 @@ def write_output(closing: Closing, directory: Path, model_file: Path, suite: Col
 
 def _case_text(made: ClosingCase, model: BehaviorModel, model_file: Path, directory: Path) -> str:
     shown = _seen_from(directory / _CASES, model_file)
-    return write_case(made.case, model, shown, tuple(_comment(made, model)))
+    return write_case(_planned_case(made, model), model, shown, tuple(_comment(made, model)))
+
+
+def _planned_case(made: ClosingCase, model: BehaviorModel) -> Case:
+    """Return a case with its run, if `model` names a planner or limits: a replay under others is another run."""
+    if model.planner == PlannerChoice():
+        return made.case
+    return replace(made.case, recorded=made.execution.recorded, plans=made.execution.plans_to_keep)
 
 
 def _comment(made: ClosingCase, model: BehaviorModel) -> Iterator[str]:

@@ -22,6 +22,7 @@ from scbm.closing.runs.all_runs import AllRuns
 from scbm.closing.runs.run_steps import RunSteps
 from scbm.files import load_model
 from scbm.model import Predicate
+from scbm.planning import PLANNERS, PlannerEntry
 from support.models import SCAN_CELL
 from support.wording import Wording, diagnostic_heads
 
@@ -168,6 +169,31 @@ def test_the_commands_of_the_report_work(scbm: Scbm, before: Path, tmp_path: Pat
     assert [line.split()[1] for line in lines] == ["test", "close"]
     for line in lines:
         assert scbm(*shlex.split(line)[1:]).code == 0
+
+
+@pytest.mark.parametrize("options", [("--planner", "greedy"), ("--max-length", "40"), ("--planner", "outside")])
+def test_what_a_planner_closed_runs_again_with_that_planner(
+    scbm: Scbm, before: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: tuple[str, ...]
+) -> None:
+    search = PLANNERS["greedy"].search
+    monkeypatch.setitem(PLANNERS, "outside", PlannerEntry("1", search, "greedy plans", is_external=True))
+    ran = scbm("close", before, *options, "--max-states", 5, "--out", tmp_path / "out")
+    lines = [line.strip().partition("   ")[0] for line in ran.out.partition("\nWritten: ")[2].splitlines()[1:]]
+    (test,) = (shlex.split(line)[1:] for line in lines if line.startswith("scbm test "))
+    assert shlex.join(options) in shlex.join(test)
+    assert scbm(*test).code == 0
+    files = sorted((tmp_path / "out" / "cases").iterdir())
+    assert files
+    if "outside" in options:
+        monkeypatch.delitem(PLANNERS, "outside")  # the cases have its plans
+    for file in files:
+        assert _json(scbm("replay", file, "--json"))["is_recorded_run"] is True
+
+
+def test_a_case_that_the_default_planner_closed_records_no_run(scbm: Scbm, before: Path, tmp_path: Path) -> None:
+    scbm("close", before, "--out", tmp_path / "out")
+    (file, *_) = sorted((tmp_path / "out" / "cases").iterdir())
+    assert _json(scbm("replay", file, "--json"))["is_recorded_run"] is None
 
 
 def test_entries_name_the_files(scbm: Scbm, before: Path, tmp_path: Path) -> None:

@@ -104,7 +104,7 @@ def _of_case(asked: AskedRun) -> Rerun:
     if read.plans and asked.planner.words:
         message, remedy = "the case has the plans of its run", "leave it out, or remove `plans:` from the case"
         raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(asked.planner.words[0]), remedy)])
-    if asked.planner.name is None and read.recorded is not None:
+    if asked.planner.name is None and read.recorded is not None and not read.plans:  # else no planner is asked
         model = _with_planner_of(read.recorded.planner, model, asked.file)
     model = asked.planner.applied(model)
     requirements = read_requirements(asked.require, model)

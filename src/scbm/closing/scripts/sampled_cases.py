@@ -334,8 +334,8 @@ _CHANGES = "--max-changes"
 
 
 def _without_draws(execution: Execution) -> Case:
-    """Return the case of a run with all that was drawn written into it."""
-    return execution.case if execution.case.origin is None else replace(execution.closed_case, origin=None)
+    """Return the case of a run with all that was drawn written into it, without plans: a changed case has others."""
+    return execution.case if execution.case.origin is None else replace(execution.closed_case, origin=None, plans=())
 
 
 def as_closing_case(execution: Execution, needed: int, tester: Tester) -> Execution:

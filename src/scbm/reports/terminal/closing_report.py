@@ -55,6 +55,7 @@ class ClosingSetting:
         suite: a description of the cases that ran before closing; empty if there were none.
         files: the case files of that suite as arguments, each with a leading blank.
         drawing: the options for its random cases, each with a leading blank.
+        planner: the options for the planner, each with a leading blank.
         closing: the options of `scbm close`, each with a leading blank.
         output: the written cases and certificates; `None` if nothing was written.
         failed: the campaign with the failed cases; `None` if all passed.
@@ -69,6 +70,7 @@ class ClosingSetting:
     suite: str = ""
     files: str = ""
     drawing: str = ""
+    planner: str = ""
     closing: str = ""
     output: ClosingFiles | None = None
     failed: Campaign | None = None
@@ -332,7 +334,8 @@ def _checks(closing: Closing, setting: ClosingSetting, output: ClosingFiles) -> 
     figure = closing.after.figure
     if suite:
         under = f" --fail-under {floor(10_000 * figure.visited / figure.of) / 100:g}" if figure.of else ""
-        yield command_text("  ", f"scbm test {quote(setting.file)}{suite}{under}", "runs all cases")
+        test = f"scbm test {quote(setting.file)}{suite}{setting.planner}{under}"
+        yield command_text("  ", test, "runs all cases")
     if output.certificates:
         files = list(output.certificates.values())
         path = files[0] if len(files) == 1 else files[0].parent
