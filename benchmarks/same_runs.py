@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING
+
+from msgspec import structs
 
 from scbm.cases.trace import End, MessageDisturbed, Record, ResourceChanged
 from scbm.files import digest_of, load_model, read_network
@@ -93,7 +94,7 @@ def _difference(real: Execution, simulated: Execution) -> str | None:
         return f"lost: {real.verdict.failures[0]}"
     ours, theirs = _without_notes(real), _without_notes(simulated)
     for index, (one, other) in enumerate(zip(ours, theirs, strict=False)):
-        if replace(one, at_ns=0) != replace(other, at_ns=0):
+        if structs.replace(one, at_ns=0) != structs.replace(other, at_ns=0):
             return f"{_first(ours, theirs, index)}; {_close_by(theirs, index)}"
     if len(ours) != len(theirs):
         return f"{len(ours)} records, and {len(theirs)} in simulation; {_close_by(theirs, len(theirs) - 1)}"
@@ -125,7 +126,7 @@ def _shown(record: Record) -> str:
 
 
 def _fields(record: Record) -> Iterable[tuple[str, object]]:
-    return ((name, getattr(record, name)) for name in record.__dataclass_fields__)
+    return ((name, getattr(record, name)) for name in record.__struct_fields__)
 
 
 def _lag_ns(real: Execution, simulated: Execution) -> float:
@@ -145,7 +146,7 @@ def _without_notes(execution: Execution) -> list[Record]:
 
 
 def _notes(execution: Execution) -> list[str]:
-    return sorted(str(replace(record, at_ns=0)) for record in execution.trace.records if _is_note(record))
+    return sorted(str(structs.replace(record, at_ns=0)) for record in execution.trace.records if _is_note(record))
 
 
 if __name__ == "__main__":

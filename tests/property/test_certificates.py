@@ -220,7 +220,7 @@ class Real:
                 others = [
                     (name, data.draw(st.sampled_from(self.model.space[name].domain.values)))
                     for name in self._measures(resource)
-                    if name not in variables and succeeded
+                    if name not in variables
                 ]
                 self.give(ReplyArrived(self.in_flight[resource], succeeded, (*measured, *others)))
             case DeadlineEvent():

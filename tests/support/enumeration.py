@@ -155,7 +155,11 @@ class _Explorer:
         """All runs for one goal."""
         seen: set[object] = set()
         todo: deque[_Situation] = deque()
-        for start in InitialStates(self._model).allowed(self._most):
+        nominal = self._model.nominal_state
+        starts = dict.fromkeys(InitialStates(self._model).allowed(self._most))
+        if self._model.initial_states.holds(nominal):
+            starts[nominal] = None
+        for start in starts:
             runner = Runner(self._program, start, _WAITING if self._outside else _OPTIONS)
             path: Path = (None, f"{goal} from {_differences(start)}")
             self._happen(_Situation(runner, None, path), GoalGiven(goal, predicate), runner._now_ns, seen, todo)
@@ -279,7 +283,7 @@ class _Explorer:
             name = line.resource.name
             for measured in self._measurements(line.resource):
                 yield f"{name} succeeds {_written(measured)}".strip(), ReplyArrived(request, True, measured), now_ns
-            yield f"{name} fails", ReplyArrived(request, False), now_ns
+                yield f"{name} fails {_written(measured)}".strip(), ReplyArrived(request, False, measured), now_ns
         if runner._timer_ns is not None:
             yield "deadline", TimePassed(), runner._timer_ns
         for changes in self._outside:

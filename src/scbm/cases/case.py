@@ -33,7 +33,7 @@ class Reaction:
         resource: the resource that the request was sent to.
         outcome: success, failure, or no reply.
         latency_ns: the time from the arrival of the request to the reply.
-        measured: the values that the reply carries; `None` if it fails or the resource measures nothing.
+        measured: the values that the reply carries; `None` if it carries none.
         request, reply, cancel: the delivery of each message; `None` leaves it to the network. The resource answers each
             copy of a request, and all these replies are delivered alike.
     """

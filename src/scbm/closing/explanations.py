@@ -139,4 +139,7 @@ def _initial_states(model: BehaviorModel) -> int | None:
     states = InitialStates(model)
     if states.combinations > _MAX_STATES:
         return None
-    return sum(1 for _ in states.allowed(_MAX_STATES))
+    allowed = dict.fromkeys(states.allowed(_MAX_STATES))
+    if model.initial_states.holds(model.nominal_state):
+        allowed[model.nominal_state] = None
+    return len(allowed)

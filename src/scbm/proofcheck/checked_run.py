@@ -291,7 +291,7 @@ class CheckedRun:
 
 @dataclass(frozen=True, slots=True)
 class ReplyEvent:
-    """A resource replies to the request in flight; if it succeeds, with a value for each variable that it measures."""
+    """A resource replies to the request in flight, with a value for each variable that it measures."""
 
     resource: str
     succeeded: bool

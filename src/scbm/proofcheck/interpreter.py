@@ -60,7 +60,7 @@ class Interpreter:
         for name in situation.in_flight:
             for measured in self._measured(self._rules.resources[name]):
                 yield ReplyEvent(name, succeeded=True, measured=measured)
-            yield ReplyEvent(name, succeeded=False)
+                yield ReplyEvent(name, succeeded=False, measured=measured)
         values = self._values(situation)
         operation = self._rules.operations.get(str(values[CURRENT_NAME]))
         if operation is not None and values[CURRENT_STATE] in operation.timed:

@@ -92,7 +92,9 @@ def check_runs(
 
 
 def initial_states(variables: Sequence[str], model: BehaviorModel) -> Iterator[dict[str, Value]]:
-    """Yield the allowed initial states of the world, restricted to these variables and those of `initial_states`.
+    """Yield the initial states of runs, restricted to these variables and those of `initial_states`.
+
+    These are the allowed combinations of random values, and the nominal state unless `initial_states` forbids it.
 
     Raises `TooManyStepsError`.
     """
@@ -101,6 +103,10 @@ def initial_states(variables: Sequence[str], model: BehaviorModel) -> Iterator[d
     # What has one value only needs no choice, and what the predicate reads is chosen before the rest.
     order = sorted(random, key=lambda name: (len(random[name]) > 1, name not in read))
     choices = {name: random[name] for name in order}
+    nominal = {name: model.nominal_state[name] for name in random}
+    is_drawn = all(nominal[name] in choices[name] for name in order)
+    if not is_drawn and model.initial_states.holds(nominal):
+        yield nominal
     for state in valuations(model.initial_states, choices, MAX_INITIAL_STATES):
         yield {name: state[name] for name in random}
 

@@ -101,7 +101,7 @@ def all_possible(sets: Sets, model: BehaviorModel) -> Iterator[Possible]:
 
 def _begin(model: BehaviorModel) -> Possible:
     given: list[tuple[str, Value]] = [(variable.name, v) for variable in model.space for v in variable.random]
-    given += [(variable.name, variable.initial) for variable in model.running_space if variable.role.is_runner]
+    given += [(variable.name, variable.initial) for variable in model.running_space]
     given += [(PLAN_STATE, PlanState.PLANNING.value), (PLAN_STATE, PlanState.EXECUTING.value)]
     return Possible("the beginning of a run", tuple(given))
 

@@ -8,7 +8,7 @@ from scbm.closing import Closer, Decision
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits
 from support.random_models import random_model
 
-MODEL = 57
+MODEL = 64
 FEW_PLANNING_STATES = CloseLimits(planning=15, situations=3_000)
 
 

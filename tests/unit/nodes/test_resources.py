@@ -165,7 +165,7 @@ def test_a_reply_says_what_was_decided() -> None:
         await harness.after(10)
         assert [replied for _, replied in harness.replies] == [
             {"id": "run_1-1", "succeeded": True, "measured": {"temperature": 3}},
-            {"id": "run_1-2", "succeeded": False},
+            {"id": "run_1-2", "succeeded": False, "measured": {"temperature": 3}},
         ]
 
     play(scene)

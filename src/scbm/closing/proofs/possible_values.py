@@ -85,7 +85,7 @@ def _at_first(variable: Variable) -> tuple[Value, ...]:
     if variable.role is Role.PLAN_STATE:
         # Automatic transitions have their turn once more when a run has ended, however it ended.
         return variable.domain.values
-    return (variable.initial,) if variable.role.is_runner else variable.random
+    return (variable.initial,) if variable.role.is_runner else (variable.initial, *variable.random)
 
 
 # the runner's steps as rules

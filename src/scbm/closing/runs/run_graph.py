@@ -272,7 +272,9 @@ def _observed_names(model: BehaviorModel) -> Iterator[str]:
 def initial_states(
     model: BehaviorModel, program: Program, relevance: Relevance, most: int
 ) -> tuple[tuple[Start, ...], bool]:
-    """Return the allowed initial states that differ in relevant variables, those nearest to the nominal state first.
+    """Return the initial states of runs that differ in relevant variables, those nearest to the nominal state first.
+
+    Runs start in the nominal state, too, even if random values leave it out, unless `initial_states` forbids it.
 
     Returns:
         The states, and whether these are all: of the combinations of random values at most `most` are enumerated.
@@ -285,6 +287,9 @@ def initial_states(
             packed = world_bits(program, values)
             found.setdefault(packed & relevance.mask, Start(values, packed))
     nominal = model.nominal_state
+    if model.initial_states.holds(nominal):
+        packed = world_bits(program, nominal)
+        found.setdefault(packed & relevance.mask, Start(dict(nominal), packed))
     nearest = sorted(found.values(), key=lambda start: sum(nominal[name] != v for name, v in start.values.items()))
     return tuple(nearest), prod(map(len, choices)) <= most
 

@@ -483,7 +483,7 @@ def _choices(names: Sequence[str], relevance: Relevance) -> Iterator[Changes]:
 def _replies(line: RequestLine, relevance: Relevance) -> dict[Happening, tuple[int, int]]:
     """Return all replies of a resource that differ in their effect, each with `(keep, bits)`.
 
-    These are one for each choice of measured values, and a failing one. Raises `TooManyRepliesError`.
+    These are a successful and a failing one for each choice of measured values. Raises `TooManyRepliesError`.
     """
     measured = [name for name in line.resource.measures if name in relevance.names]
     replies = {}
@@ -491,5 +491,6 @@ def _replies(line: RequestLine, relevance: Relevance) -> dict[Happening, tuple[i
         keep, bits = relevance.packing.assignment(dict(changes))
         reply = Happening(HappeningKind.REPLY, line.resource.name, succeeded=True, measured=changes)
         replies[reply] = (keep & line.succeeded[0], bits & line.succeeded[0] | line.succeeded[1])
-    replies[Happening(HappeningKind.REPLY, line.resource.name)] = line.failed
+        failing = Happening(HappeningKind.REPLY, line.resource.name, measured=changes)
+        replies[failing] = (keep & line.failed[0], bits & line.failed[0] | line.failed[1])
     return replies

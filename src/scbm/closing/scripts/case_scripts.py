@@ -178,7 +178,7 @@ class _ScriptedRun:
         if rule.latency_ns == plain.latency_ns:
             rule = replace(rule, latency_ns=None)
         if not happening.succeeded:
-            return replace(rule, outcome=Outcome.FAIL)
+            return replace(rule, outcome=Outcome.FAIL, measured=happening.measured or None)
         if happening.measured != (plain.measured or ()):
             rule = replace(rule, measured=happening.measured)
         return None if rule.latency_ns is None and rule.measured is None else replace(rule, outcome=Outcome.SUCCEED)

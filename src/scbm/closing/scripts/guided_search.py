@@ -68,7 +68,7 @@ class _GuidedSearch:
         self._heap: list[tuple[int, int, _GuidedHit]] = []
 
     def search(self, starts: Sequence[Start], most: int) -> RunPath | None:
-        for start in islice(starts, most):
+        for start in islice(starts, max(most, 0)):
             path = self._reach(self._steps.begin(start.packed), None, start)
             if path is not None:
                 return path

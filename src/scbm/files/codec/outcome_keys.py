@@ -111,7 +111,7 @@ class OutcomeKeys(Keys):
     )
     measured = Key(
         NamesType(VALUE, "variable → value", in_flow=lambda _: True),
-        "What a successful reply measures: variables that the resource measures. Under the name of an "
+        "What the reply measures: variables that the resource measures. Under the name of an "
         "operation, variables that any resource measures.",
         absent="left open",
         source=lambda rule: rule.measured if rule.outcome in (None, Outcome.SUCCEED) else None,
@@ -279,14 +279,11 @@ class RuleReader:
             yield rule
 
     def _refuse_contradiction(self, keys: OutcomeKeys, outcome: Outcome | None) -> None:
-        """Note keys without effect: a request that times out has no reply, and only a successful reply measures."""
-        silent = ("after", "reply") if outcome is Outcome.TIMEOUT else ()
+        """Note keys without effect: a request that times out has no reply."""
+        silent = ("after", "reply", "measured") if outcome is Outcome.TIMEOUT else ()
         for key in (key for key in silent if keys.has(key)):
             message = f"a request that times out has no reply, so `{key}` has no effect"
             self._reader.add(Slug.CONTRADICTION, message, keys.place(key), f"leave out `{key}`")
-        if outcome in (Outcome.FAIL, Outcome.TIMEOUT) and keys.has("measured"):
-            message = f"only a successful reply measures, and this is `outcome: {outcome}`"
-            self._reader.add(Slug.CONTRADICTION, message, keys.place("measured"), "leave out `measured`")
 
     def _measured(self, subject: str, entries: tuple[Entry[YamlNode | None], ...] | None) -> Changes | None:
         if entries is None:

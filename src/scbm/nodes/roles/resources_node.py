@@ -351,7 +351,7 @@ class _RequestQueue:
         state = self._state
         if not state.resource.finish(job):
             return
-        measured = dict(job.reaction.measured or ()) if job.succeeds else {}
+        measured = dict(job.measured)
         reply: dict[str, Any] = {"id": id_text(request), "succeeded": job.succeeds}
         text = json.dumps({**reply, "measured": measured} if measured else reply, ensure_ascii=False)
         self._node.report(f"{self._resource.name} answers {id_text(request)}: {_word(job)}")

@@ -217,8 +217,10 @@ def _follow(reaction: Reaction, rule: OutcomeRule, resource: Resource) -> Reacti
     """Return the reaction with everything that a rule fixes."""
     outcome = reaction.outcome if rule.outcome is None else rule.outcome
     measured = reaction.measured if rule.measured is None else rule.measured
-    if outcome is not Outcome.SUCCEED:
+    if outcome is Outcome.TIMEOUT:
         measured = None
+    elif outcome is Outcome.FAIL:  # only a rule that makes it fail says what it measures then
+        measured = reaction.measured if rule.outcome is None else rule.measured
     elif rule.measured is None and reaction.outcome is not Outcome.SUCCEED:
         measured = plainly_measured(resource)
     return Reaction(

@@ -10,6 +10,7 @@ from scbm.model import Outcome
 
 if TYPE_CHECKING:
     from scbm.cases import Reaction
+    from scbm.cases.trace import Changes
 
 _WELL = Condition()
 
@@ -21,6 +22,12 @@ class Job:
     request: int
     reaction: Reaction
     succeeds: bool = True
+
+    @property
+    def measured(self) -> Changes:
+        """The values that the reply carries; none if the condition of the resource makes the request fail."""
+        is_as_decided = self.succeeds == (self.reaction.outcome is Outcome.SUCCEED)
+        return self.reaction.measured or () if is_as_decided else ()
 
 
 @dataclass(slots=True)

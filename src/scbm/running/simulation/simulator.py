@@ -268,7 +268,7 @@ class _SimulationRun:
         """Finish a job; return its reply if it arrives at once. A delayed reply is scheduled."""
         if not self._resources[resource].finish(job):
             return None
-        reply = ReplyArrived(job.request, job.succeeds, job.reaction.measured or () if job.succeeds else ())
+        reply = ReplyArrived(job.request, job.succeeds, job.measured)
         at_once = None
         for delay_ns in self._travel(MessageKind.REPLY, job.request, resource):
             if delay_ns or at_once is not None:
