@@ -179,7 +179,10 @@ class _ClusterCampaign:
         plugin = CampaignPlugin(self._token, pickle.dumps(self._plan.work))
         try:
             self._client.register_plugin(plugin, name=self._token)
-        except (ImportError, VersionsDifferError) as error:
+        except Exception as error:
+            is_of_worker = type(error) is Exception  # Dask's, with the text of what failed before `scbm` began
+            if not is_of_worker and not isinstance(error, (ImportError, VersionsDifferError)):
+                raise
             message = f"a worker cannot run the campaign: {_first_line(error)}"
             raise _unusable(self._address, message, "install this version of scbm on every worker") from None
 

@@ -36,9 +36,10 @@ main()
 
 
 @contextmanager
-def process(*words: str) -> Iterator[subprocess.Popen[str]]:
-    """A process of Dask, killed at the end."""
-    running = subprocess.Popen([sys.executable, "-m", *words], stderr=subprocess.PIPE, text=True)
+def process(*words: str, **variables: str) -> Iterator[subprocess.Popen[str]]:
+    """A process of Dask with these variables of the environment, killed at the end."""
+    command = [sys.executable, "-m", *words]
+    running = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=os.environ | variables)
     try:
         yield running
     finally:
@@ -57,10 +58,10 @@ class Cluster:
         found = (re.search(r"Scheduler at:\s+(tcp://\S+)", line) for line in self.scheduler.stderr)
         self.address = next(match[1] for match in found if match)
 
-    def worker(self) -> subprocess.Popen[str]:
+    def worker(self, **variables: str) -> subprocess.Popen[str]:
         """Start a worker; return it once it has joined."""
         options = ("--nthreads", "1", "--no-nanny", "--no-dashboard")
-        worker = self._stack.enter_context(process("distributed.cli.dask_worker", self.address, *options))
+        worker = self._stack.enter_context(process("distributed.cli.dask_worker", self.address, *options, **variables))
         assert worker.stderr is not None
         assert any("Registered to:" in line for line in worker.stderr)
         return worker
@@ -127,6 +128,17 @@ def test_an_interrupted_campaign_leaves_the_cluster_to_others(
         check=True,
     )
     assert again.stdout == scbm("test", MODEL, "--cases", 5).out
+
+
+def test_a_worker_without_scbm_is_an_error(cluster: Cluster, scbm: Callable[..., Any], tmp_path: Path) -> None:
+    package = tmp_path / "scbm"
+    package.mkdir()
+    (package / "__init__.py").write_text("raise ModuleNotFoundError(\"No module named 'scbm'\")\n", encoding="utf-8")
+    cluster.worker(PYTHONPATH=str(tmp_path))
+    ran = scbm("test", MODEL, "--cases", 10, "--cluster", cluster.address)
+    assert ran.code == 2
+    assert "--cluster: error[cluster-unusable]: a worker cannot run the campaign: " in ran.err
+    assert "No module named 'scbm'" in ran.err
 
 
 def test_a_cluster_that_is_not_there_is_an_error() -> None:
