@@ -212,6 +212,26 @@ def is_cube(form: NormalForm) -> bool:
     return all(part is True or (isinstance(part, OneOf) and part.allowed.bit_count() == 1) for part in parts)
 
 
+def variables_of(form: NormalForm) -> tuple[int, ...]:
+    """Return the positions of the variables that the form mentions, each once."""
+    found: dict[int, None] = {}
+    pending = [form]
+    while pending:
+        part = pending.pop()
+        match part:
+            case bool():
+                pass
+            case OneOf():
+                found[part.variable] = None
+            case Pair():
+                found |= {part.left: None, part.right: None}
+            case AllOf() | AnyOf():
+                pending += part.parts
+            case _:
+                assert_never(part)
+    return tuple(found)
+
+
 # sets of values as bits
 
 

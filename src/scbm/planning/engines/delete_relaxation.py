@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from scbm.model.normal_form import variables_of
 from scbm.model.satisfiability import satisfiable
 
 if TYPE_CHECKING:
@@ -45,6 +46,15 @@ class RelaxedRule:
     guard: NormalForm
     effects: tuple[Effect, ...]
 
+    @property
+    def reads(self) -> Iterable[int]:
+        """The variables that decide whether the step can be taken, each once."""
+        return dict.fromkeys((*variables_of(self.guard), *(effect.source for effect in self.effects)))
+
+    def can_be_taken(self, values: Sequence[int]) -> bool:
+        """Return whether the guard can hold, or may hold as far as the search shows, and each effect has an image."""
+        return satisfiable(self.guard, values) is not False and self.has_images(values)
+
     def has_images(self, values: Sequence[int]) -> bool:
         """Return whether each effect can give its variable a value, under these values of all variables."""
         return all(effect.image(values[effect.source]) for effect in self.effects)
@@ -53,49 +63,56 @@ class RelaxedRule:
 def relaxed_values(rules: Iterable[RelaxedRule], starts: Sequence[int]) -> tuple[int, ...]:
     """Return the values of each variable at the fixed point, as bits.
 
+    A rule is tried again only after a variable that it reads got a value.
+
     Args:
         rules: the steps.
         starts: the values of each variable at the beginning, as bits.
     """
-    values = list(starts)
-    waiting = list(rules)
-    applied: list[_AppliedEffect] = []
-    grown = True
-    while grown:
-        ready = [satisfiable(rule.guard, values) is not False and rule.has_images(values) for rule in waiting]
-        applied += [
-            _AppliedEffect(effect)
-            for rule, is_ready in zip(waiting, ready, strict=True)
-            if is_ready
-            for effect in rule.effects
-        ]
-        waiting = [rule for rule, is_ready in zip(waiting, ready, strict=True) if not is_ready]
-        grown = _apply(applied, values)
-    return tuple(values)
+    waiting = dict(enumerate(rules))
+    readers: dict[int, list[int]] = {}
+    for number, rule in waiting.items():
+        for variable in rule.reads:
+            readers.setdefault(variable, []).append(number)
+    reached = _ReachedValues(starts)
+    tried: Iterable[int] = tuple(waiting)
+    while tried:
+        values = reached.values
+        ready = [number for number in tried if waiting[number].can_be_taken(values)]
+        grown = reached.add(effect for number in ready for effect in waiting.pop(number).effects)
+        touched = dict.fromkeys(number for variable in grown for number in readers.get(variable, ()))
+        tried = [number for number in touched if number in waiting]
+    return tuple(reached.values)
 
 
-class _AppliedEffect:
-    """An effect of a rule that can be taken, with the values of its source that were followed already."""
+class _ReachedValues:
+    """The values that the effects of the rules so far give each variable.
 
-    __slots__ = ("effect", "followed")
+    Attributes:
+        values: the values of each variable, as bits.
+    """
 
-    def __init__(self, effect: Effect) -> None:
-        self.effect = effect
-        self.followed = 0
+    def __init__(self, starts: Sequence[int]) -> None:
+        self.values = list(starts)
+        self._effects: list[list[Effect]] = [[] for _ in starts]
 
+    def add(self, effects: Iterable[Effect]) -> Iterable[int]:
+        """Follow more effects until no variable gets a new value; return the variables that got one, each once."""
+        news: list[tuple[int, int]] = []
+        for effect in effects:
+            self._effects[effect.source].append(effect)
+            news += self._follow(effect, self.values[effect.source])
+        grown = dict.fromkeys(variable for variable, _ in news)
+        while news:
+            source, new = news.pop()
+            for effect in self._effects[source]:
+                more = self._follow(effect, new)
+                news += more
+                grown |= dict.fromkeys(variable for variable, _ in more)
+        return grown
 
-def _apply(applied: Sequence[_AppliedEffect], values: list[int]) -> bool:
-    """Add the images of all new values, until there are none; return whether a variable got a new value."""
-    before = tuple(values)
-    changed = True
-    while changed:
-        changed = False
-        for each in applied:
-            effect = each.effect
-            while new := values[effect.source] & ~each.followed:
-                each.followed |= new
-                added = effect.image(new) & ~values[effect.variable]
-                if added:
-                    values[effect.variable] |= added
-                    changed = True
-    return tuple(values) != before
+    def _follow(self, effect: Effect, sources: int) -> Sequence[tuple[int, int]]:
+        """Add the image of some values of the source; return the variable with its new values, if there are any."""
+        added = effect.image(sources) & ~self.values[effect.variable]
+        self.values[effect.variable] |= added
+        return ((effect.variable, added),) if added else ()
