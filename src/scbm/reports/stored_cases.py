@@ -90,7 +90,7 @@ def again(stored: StoredCase, model_file: str, runs: Sequence[StoredRun]) -> str
     if isinstance(recipe, Written) and recipe.is_of_test:
         return f"pytest {shown_path(recipe.path)}{_planner_options(run, '--scbm-')}"
     if isinstance(recipe, Written):
-        options = "" if _PLANS.search(recipe.text) else _planner_options(run)  # it needs no planner
+        options = "" if _PLANS.search(recipe.text) else _planner_options(run, more=recipe.text)  # it needs no planner
         return f"scbm replay {shown_path(recipe.path)} --model {shown_path(model_file)}{options}{_added(recipe)}"
     network = f" --network {quote(recipe.network)}" if recipe.network else ""
     options = f"{network}{_planner_options(run)}{_added(recipe)}"
@@ -101,13 +101,14 @@ _PLANS = re.compile(r"^plans\b", re.MULTILINE)
 """Found in the text of a case with recorded answers of a planner."""
 
 
-def _planner_options(run: StoredRun, prefix: str = "--") -> str:
+def _planner_options(run: StoredRun, prefix: str = "--", more: str = "") -> str:
     """Return the options for the planner of a run, each with a leading blank.
 
-    The default planner without limits needs no options where the model file says nothing about a planner.
+    The default planner without limits needs no options where the model file says nothing about a planner, nor does the
+    text `more` of a case.
     """
     planner = PlannerIdentity.parse(run.planner)
-    if planner.words == FIRST_PLANNER.name and "planner" not in run.source.text:
+    if planner.words == FIRST_PLANNER.name and "planner" not in run.source.text + more:
         return ""
     limits = [(name.replace("_", "-"), str(limit)) for name, limit in planner.limits.items()]
     return "".join(f" {prefix}{option} {quote(value)}" for option, value in [("planner", planner.name), *limits])

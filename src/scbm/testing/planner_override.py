@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 from scbm.files import suggestion
 from scbm.model import Diagnostic, InputError, Place, PlannerChoice, Slug
-from scbm.planning import DEFAULT_PLANNER, PLANNERS
+from scbm.planning import DEFAULT_PLANNER, PLANNERS, model_planned_by
 
 if TYPE_CHECKING:
+    from scbm.cases import Case
     from scbm.model import BehaviorModel
 
 
@@ -44,6 +45,24 @@ def override_planner(model: BehaviorModel, wanted: PlannerChoice, prefix: str = 
     length = choice.max_length if wanted.max_length is None else wanted.max_length
     expanded = choice.max_expanded if wanted.max_expanded is None else wanted.max_expanded
     return replace(model, planner=PlannerChoice(choice.name, length, expanded))
+
+
+def planner_of_replay(case: Case, model: BehaviorModel, options: str) -> str:
+    """Return the options for the planner with which `scbm replay` runs a written case as a campaign ran it.
+
+    A replay takes a recorded planner where no option names another one, and recorded plans in any case.
+
+    Args:
+        case: the case.
+        model: the model of the campaign, with the planner of its command line.
+        options: the options of that command line, each with a leading blank.
+    """
+    if case.plans:
+        return ""
+    if case.recorded is None or " --planner " in options:
+        return options
+    is_other = model_planned_by(case.recorded.planner, model).planner != model.planner
+    return f" --planner {model.planner.name or DEFAULT_PLANNER}{options}" if is_other else options
 
 
 def uncounted(name: str, option: str) -> Diagnostic:

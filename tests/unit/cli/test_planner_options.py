@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -184,6 +185,33 @@ def test_a_case_is_replayed_with_the_planner_of_its_recorded_run(scbm: Callable[
     gone = scbm("replay", case, "--model", BEFORE)
     assert (gone.code, "error[unknown-planner]" in gone.err) == (2, True)
     assert scbm("replay", case, "--model", BEFORE, "--planner", "greedy").code == 1
+
+
+_RECORDED = f"recorded: {{end: reached, trace: {'0' * 64}, planner: greedy 1}}\n"
+
+
+@pytest.mark.parametrize(
+    ("recorded", "options", "repeated"),
+    [
+        (_RECORDED, (), "--planner canonical"),
+        (_RECORDED, ("--max-length", "50"), "--planner canonical --max-length 50"),
+        (_RECORDED, ("--planner", "greedy"), "--planner greedy"),
+        ("", (), ""),
+        (f"plans: [[scan_box]]\n{_RECORDED}", ("--planner", "greedy"), ""),
+    ],
+)
+def test_a_recorded_case_that_fails_is_repeated_with_the_planner_of_the_campaign(
+    recorded: str, options: tuple[str, ...], repeated: str, scbm: Callable[..., Any], tmp_path: Path
+) -> None:
+    model, case = tmp_path / "cell.yaml", tmp_path / "case.yaml"
+    model.write_text(write_model(scan_cell()), encoding="utf-8")
+    failing = "case: fails\nmodel: cell.yaml\ngoal: scanned\nexpect: {verdict: aborted}\n"
+    case.write_text(failing + recorded, encoding="utf-8")
+    ran = scbm("test", model, case, *options, "--no-shrink")
+    command = next(line for line in ran.out.splitlines() if "again: scbm" in line).partition("again: scbm ")[2]
+    assert shlex.split(command) == ["replay", str(case), *shlex.split(repeated)]
+    replayed = scbm(*shlex.split(command))
+    assert (replayed.code, "FAILED" in replayed.out) == (1, True)
 
 
 def test_limits_of_the_command_line_are_recorded_and_give_the_same_run_again(

@@ -96,6 +96,8 @@ def test_a_case_is_planned_by_the_planner_of_its_run(planner: str, text: str, op
     assert shlex.split(again(written, MODEL, (run,)))[5:] == shlex.split(options)
     with_plans = replace(written, recipe=Written(f"{CASE}plans: [unsolvable]\n", "one.yaml"))
     assert shlex.split(again(with_plans, MODEL, (run,)))[5:] == []
+    recorded = replace(written, recipe=Written(f"{CASE}recorded: {{planner: greedy 1}}\n", "one.yaml"))
+    assert shlex.split(again(recorded, MODEL, (run,)))[5:] == shlex.split(options or "--planner canonical")
     of_test = replace(written, recipe=Written(CASE, "tests/test_cell.py"))
     words = shlex.split(again(of_test, MODEL, (run,)))[2:]
     assert words == shlex.split(options.replace("--", "--scbm-"))

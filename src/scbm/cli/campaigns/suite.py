@@ -16,6 +16,7 @@ from scbm.reports.figure_table import shown_path
 from scbm.testing import Campaign, RandomCases, WrittenCase, load_suite
 from scbm.testing.batches.campaign_runs import run_campaign
 from scbm.testing.batches.campaign_work import CampaignWork, drawn_name
+from scbm.testing.planner_override import planner_of_replay
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -192,7 +193,7 @@ class Suite:
     @property
     def test_options(self) -> str:
         """The suite as arguments and options of `scbm test MODEL`."""
-        return f"{self.arguments}{self.drawing}{self.network_option}{self._judging}"
+        return f"{self.arguments}{self.drawing}{self.network_option}{self.planner_option}{self._judging}"
 
     @property
     def close_options(self) -> str:
@@ -203,11 +204,12 @@ class Suite:
         """Return the command that reproduces a case; `None` if the suite has no case with that name."""
         if name in self.by_name:
             written = self.by_name[name]
-            return f"scbm replay {shown_path(str(written.path))}{self._model_of(written)}{self._judging}"
+            planner = planner_of_replay(written.case, self.model, self.planner_option)
+            return f"scbm replay {shown_path(str(written.path))}{self._model_of(written)}{planner}{self._judging}"
         drawn = re.fullmatch(rf"seed-{self.seed}-case-(\d+)", name, re.ASCII)
         if drawn is None or not self.random:
             return None
-        options = f" --seed {self.seed} --case {drawn[1]}{self.network_option}{self._judging}"
+        options = f" --seed {self.seed} --case {drawn[1]}{self.network_option}{self.planner_option}{self._judging}"
         return f"scbm run {shown_path(str(self.file))}{options}"
 
     def _model_of(self, written: WrittenCase) -> str:
@@ -218,7 +220,7 @@ class Suite:
 
     @property
     def _judging(self) -> str:
-        """The options that decide how cases are planned, how long they run and what they must meet."""
+        """The options that decide how long cases run and what they must meet."""
         limit = [] if self.time_limit_ns is None else [("--time-limit", format_duration(self.time_limit_ns))]
         options = [*limit, *(("--require", str(requirement.sentence)) for requirement in self.requirements)]
-        return self.planner_option + "".join(f" {option} {quote(value)}" for option, value in options)
+        return "".join(f" {option} {quote(value)}" for option, value in options)

@@ -13,6 +13,7 @@ from scbm.model import InputError
 from scbm.plugins.pytest import models_of
 from scbm.plugins.pytest.session_models import ModelResults, planner_words
 from scbm.reports import failure_lines
+from scbm.testing.planner_override import planner_of_replay
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 
     from _pytest._code.code import ExceptionInfo, TerminalRepr  # what `repr_failure` is declared with
 
+    from scbm.cases import Case
     from scbm.files import CaseDocument
     from scbm.plugins.pytest.session_models import LoadedModel, SessionModels
 
@@ -106,16 +108,16 @@ class CaseItem(pytest.Item):
         execution = models.run(loaded, case, self.nodeid, ModelResults.FILE)
         if not execution.verdict.passed:
             lines = [text.plain for text in failure_lines(loaded.behavior, execution)]
-            raise CaseFailedError("\n".join([*lines, f"again: {self._command(models, loaded)}"]))
+            raise CaseFailedError("\n".join([*lines, f"again: {self._command(models, loaded, case)}"]))
 
-    def _command(self, models: SessionModels, loaded: LoadedModel) -> str:
+    def _command(self, models: SessionModels, loaded: LoadedModel, case: Case) -> str:
         """Return the command that shows the run again."""
         command = f"scbm replay {shlex.quote(models.shown(self.path))}"
         assert self._document is not None  # noqa: S101 - it was run
         named = self._document.model_path
         is_named = named is not None and (models.config.invocation_params.dir / named).resolve() == loaded.path
         model = "" if is_named else f" --model {shlex.quote(loaded.shown)}"
-        return f"{command}{model}{planner_words(models.config)}"
+        return f"{command}{model}{planner_of_replay(case, loaded.behavior, planner_words(models.config))}"
 
     def repr_failure(self, excinfo: ExceptionInfo[BaseException], style: Any = None) -> str | TerminalRepr:  # noqa: ANN401 - as pytest declares it
         """The sentences of a failure, without a traceback; located in the case file."""

@@ -182,6 +182,15 @@ def test_the_command_names_a_model_that_the_case_does_not(cell: pytest.Pytester)
     result.stdout.fnmatch_lines(["again: scbm replay two.yaml --model cell.yaml"])
 
 
+def test_the_command_names_the_planner_where_the_case_records_another_one(cell: pytest.Pytester) -> None:
+    recorded = f"recorded: {{end: reached, trace: {'0' * 64}, planner: greedy 1}}\n"
+    write(cell.path, two=FAILS + recorded)
+    cell.runpytest().stdout.fnmatch_lines(["again: scbm replay two.yaml --planner canonical"])
+    cell.runpytest("--scbm-planner=greedy").stdout.fnmatch_lines(["again: scbm replay two.yaml --planner greedy"])
+    write(cell.path, two=f"{FAILS}{recorded}plans: [[scan_box]]\n")
+    cell.runpytest("--scbm-planner=greedy").stdout.fnmatch_lines(["again: scbm replay two.yaml"])
+
+
 @pytest.mark.slow
 def test_a_model_is_loaded_once(cell: pytest.Pytester) -> None:
     cell.makeconftest("""
