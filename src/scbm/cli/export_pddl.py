@@ -35,7 +35,8 @@ def command(
     texts = {out / "domain.pddl": domain.text}
     for number, (name, predicate) in enumerate(goals, start=1):
         known = name if loaded.goal(name) is not None else f"goal-{number}"
-        texts[out / f"{known}.pddl"] = domain.problem(known, start, predicate)
+        file = "domain-problem" if known.lower() == "domain" else known  # no goal has a hyphen in its name
+        texts[out / f"{file}.pddl"] = domain.problem(known, start, predicate)
     FileWriter([(model, "the model")]).write_all(texts, overwrite=True)
     for path in texts:
         results().line(str(path))
