@@ -247,7 +247,7 @@ def ended_lines(ended: Sequence[StageEnd]) -> Iterator[Text]:
 def _remedy_of(end: StageEnd) -> str | None:
     """Return what lets a stage go on that ended early; `None` if nothing is known to help."""
     if end.is_interrupted:
-        return "close again with --suite and the cases that --out wrote, to begin with what was found"
+        return "close again; give the cases that --out wrote, if any, as --suite to begin with them"
     if end.option == "--planner":
         return "--planner greedy finds plans in large models"
     return None if end.option is None else f"{end.option} raises this limit"
