@@ -21,7 +21,7 @@ from scbm.planning import PLANNERS, Planner, PlannerEntry, PlanProblem, Solved, 
 from scbm.planning.pddl_export import PddlDomain
 from scbm.planning.plan_answers import Answer, PlanLimits
 from scbm.testing import Tester
-from support.models import scan_cell
+from support.models import SCAN_CELL, scan_cell
 from support.random_models import random_model
 
 EXAMPLE = Path("examples/robot_in_the_air/after.yaml")
@@ -63,6 +63,16 @@ def test_operations_with_counters_become_actions_for_each_value() -> None:
     assert {"light-on", "light-on_2"} <= {*facts}
     text = domain.problem("nowhere", model.nominal_state, model.goals[1][1])
     assert "(:goal (never))" in text
+
+
+def test_a_goal_named_domain_does_not_replace_the_domain(scbm: Callable[..., Any], tmp_path: Path) -> None:
+    model = tmp_path / "cell.yaml"
+    model.write_text(SCAN_CELL.replace("goals:\n", "goals:\n  domain: box_is_scanned == true\n"), encoding="utf-8")
+    ran = scbm("export", "pddl", model, "--out", tmp_path / "out")
+    texts = {Path(line).name: Path(line).read_text(encoding="utf-8") for line in ran.out.splitlines()}
+    assert list(texts) == ["domain.pddl", "domain-problem.pddl", "scanned.pddl"]
+    assert texts["domain.pddl"].startswith("(define (domain ")
+    assert texts["domain-problem.pddl"].startswith("(define (problem ")
 
 
 def test_the_command_writes_a_domain_and_a_problem_for_each_goal(scbm: Callable[..., Any], tmp_path: Path) -> None:
