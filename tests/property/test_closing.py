@@ -23,11 +23,11 @@ from support.random_models import random_model
 
 # fmt: off
 SMALL = (
-    2, 3, 4, 5, 8, 9, 10, 12, 18, 22, 24, 25, 31, 33, 35, 37, 38, 40, 43, 45,
-    47, 48, 49, 58, 59, 65, 67, 72, 73, 76, 79, 80, 81, 85, 86, 89, 91, 92, 95, 98,
+    2, 9, 12, 25, 40, 18, 31, 35, 37, 43, 47, 49, 58, 59, 67, 72, 73, 81, 85, 86,
+    89, 91, 92, 95, 98, 3, 4, 5, 8, 10, 22, 24, 33, 38, 45, 48, 65, 76, 79, 80,
 )
 # fmt: on
-"""Models that are enumerated and closed in a moment; benchmarks/close.py takes all."""
+"""Models that are enumerated and closed in a moment, the fastest first; benchmarks/close.py takes all."""
 
 TESTS = Path(__file__).parents[1]
 

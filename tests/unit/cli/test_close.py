@@ -171,7 +171,14 @@ def test_the_commands_of_the_report_work(scbm: Scbm, before: Path, tmp_path: Pat
         assert scbm(*shlex.split(line)[1:]).code == 0
 
 
-@pytest.mark.parametrize("options", [("--planner", "greedy"), ("--max-length", "40"), ("--planner", "outside")])
+@pytest.mark.parametrize(
+    "options",
+    [
+        ("--planner", "greedy"),
+        pytest.param(("--max-length", "40"), marks=pytest.mark.slow),
+        pytest.param(("--planner", "outside"), marks=pytest.mark.slow),
+    ],
+)
 def test_what_a_planner_closed_runs_again_with_that_planner(
     scbm: Scbm, before: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, options: tuple[str, ...]
 ) -> None:
