@@ -248,6 +248,8 @@ class Closer:
         runs = self._open_runs = AllRuns(self.model, limits, self._progress, self._outside)
         if runs.is_interrupted:
             raise KeyboardInterrupt
+        if runs.stopped is not None and closed.stopped is None:
+            self._ended.append(StageEnd(Stage.GRAPH, runs.stopped, runs.option))
         search = CaseSearch(runs, self._tester, missing, never, replace(limits, beyond=0))
         search.run(short=True)
         return search.found
@@ -288,7 +290,7 @@ class Closer:
 
     def _proving(self, runs: AllRuns) -> AllRuns:
         """Return the runs that may prove something: those of the open world, if something changes from outside."""
-        if not self._outside:
+        if not self._outside or runs.stopped is not None:  # runs that were not all explored prove nothing anyway
             return runs
         return self._open_runs or AllRuns(self.model, self._limits, self._progress, self._outside, explores=False)
 

@@ -11,11 +11,13 @@ from scbm.cases.coverage import Aspect, Obligation
 from scbm.cases.trace import End
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.assumptions import assumptions
+from scbm.closing.decisions import Stage
 from scbm.closing.runs.all_runs import AllRuns
 from scbm.closing.runs.run_graph import Relevance
 from scbm.closing.scripts.closing_injections import distinguishing_values
 from scbm.files import load_model, read_model
 from scbm.model import InputError, Outcome, PlannerChoice, PlannerIdentity, Slug
+from scbm.model.sources import outside_groups
 from scbm.proofcheck import check_certificate
 from scbm.running import Program
 from scbm.testing import Campaign, RandomCases, Tester
@@ -373,7 +375,19 @@ def test_what_nothing_presses_is_uncoverable_and_the_proof_says_what_it_assumes(
 
 def test_a_certificate_about_a_closed_world_proves_nothing_about_an_open_one() -> None:
     closed, opened = (read_model(STOP_CELL % (source, "")) for source in (", source: constant", ""))
-    for _, certificate in Closer(closed).close().certificates:
-        assert check_certificate(certificate, closed) == ()
-        if "automatic/emergency_stop" in (claim.obligation for claim in certificate.claims):
-            assert check_certificate(certificate, opened)
+    certificates = [certificate for _, certificate in Closer(closed).close().certificates]
+    assert [flaw for certificate in certificates for flaw in check_certificate(certificate, closed)] == []
+    name = "automatic/emergency_stop"
+    (about,) = [each for each in certificates if name in (claim.obligation for claim in each.claims)]
+    assert check_certificate(about, opened)
+
+
+def test_a_limit_of_the_runs_in_which_inputs_change_is_named_and_nothing_is_proved_by_others() -> None:
+    never = "  never_taken: {g: at == box && current.state == executing, a: [plan.state <- aborted]}\n  emergency_stop:"
+    model = read_model((STOP_CELL % ("", "")).replace("  emergency_stop:", never))
+    assert decision(Closer(model).close(), "automatic/never_taken") is Decision.UNCOVERABLE
+    closed, opened = (AllRuns(model, CloseLimits(), lambda _: None, groups) for groups in ((), outside_groups(model)))
+    assert closed.situations < opened.situations
+    closing = Closer(model, CloseLimits(situations=closed.situations)).close()
+    assert decision(closing, "automatic/never_taken") is Decision.UNDECIDED
+    assert [(end.stage, end.option) for end in closing.ended] == [(Stage.GRAPH, "--max-states")]

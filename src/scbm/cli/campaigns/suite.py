@@ -40,7 +40,7 @@ class Suite:
         seed: the seed of the random cases.
         network_text: the network of the random cases, as on the command line.
         network: the same network, parsed; `None` draws another network for each case.
-        requirements: additional requirements for every case.
+        requirements: additional requirements for each case.
         time_limit_ns: the time limit for cases without their own.
         numbers: the numbers of the random cases to run, from 1; all of them without a selection.
         planner_option: the options for the planner as the command line has them, with a blank before each; `model` has

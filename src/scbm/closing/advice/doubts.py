@@ -48,7 +48,7 @@ class Unfinished:
 
 
 def doubts_about_guards(model: BehaviorModel) -> Iterator[Doubt | Unfinished]:
-    """Yield a doubt for every unsatisfiable predicate, and for planning guards that read the runner's variables."""
+    """Yield a doubt for each unsatisfiable predicate, and for planning guards that read the runner's variables."""
     for path, transition in _transitions(model):
         yield from _doubts_about(transition, path, model)
     for name, goal in model.goals:

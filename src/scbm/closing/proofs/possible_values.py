@@ -50,7 +50,7 @@ _MAX_LISTED = 5
 
 
 def possible_values(model: BehaviorModel) -> dict[str, tuple[Value, ...]]:
-    """Return, for every variable of the running space, a superset of the values that it has in runs.
+    """Return, for each variable of the running space, a superset of the values that it has in runs.
 
     What changes from outside has all values from the beginning (semantics 9.1). Variables are in the order of the
     space, values in the order of the domain.
