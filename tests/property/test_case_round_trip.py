@@ -12,7 +12,7 @@ from support.strategies import running_models
 
 
 @given(st.data())
-@examples(150)
+@examples(150, usual=5)
 def test_cases(data: st.DataObject) -> None:
     model = data.draw(running_models())
     case = data.draw(cases(model))

@@ -39,7 +39,7 @@ def _breadth_first(planner: Planner, state: State, goal: Predicate, limits: Plan
 
 @pytest.mark.parametrize("name", BUILT_IN)
 @given(planning_models(), st.data())
-@examples(1_000)
+@examples(1_000, usual=40)
 def test_plans_are_valid_and_a_problem_is_unsolvable_where_the_breadth_first_search_says_so(
     name: str, model: BehaviorModel, data: st.DataObject
 ) -> None:
@@ -54,7 +54,7 @@ def test_plans_are_valid_and_a_problem_is_unsolvable_where_the_breadth_first_sea
 
 @pytest.mark.parametrize("name", BUILT_IN)
 @given(planning_models(), st.integers(0, 4), st.integers(0, 12))
-@examples(300)
+@examples(300, usual=15)
 def test_an_answer_keeps_its_limits(name: str, model: BehaviorModel, length: int, expansions: int) -> None:
     limits = PlanLimits(length, expansions)
     for _, goal in model.goals:

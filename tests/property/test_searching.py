@@ -50,7 +50,7 @@ def _without_effort(answer: Answer) -> Answer:
 
 @EACH_ENGINE
 @given(planning_models(8))
-@examples(300)
+@examples(300, usual=15)
 def test_the_plan_of_each_engine_is_the_canonical_one_of_the_reference(engine: str, model: BehaviorModel) -> None:
     planner = Planner(model)
     for _, goal in model.goals:
@@ -73,7 +73,7 @@ def test_each_engine_answers_as_the_breadth_first_search_on_realistic_cells(engi
 
 @pytest.mark.parametrize("engine", ["dense", "arrays", FROM_BOTH_ENDS])
 @given(planning_models(8), st.integers(0, 6), st.sampled_from([0, 1, 2, 5, 20, 1_000]))
-@examples(300)
+@examples(300, usual=15)
 def test_where_the_breadth_first_search_decides_within_limits_so_does_each_engine(
     engine: str, model: BehaviorModel, length: int, expansions: int
 ) -> None:
@@ -86,7 +86,7 @@ def test_where_the_breadth_first_search_decides_within_limits_so_does_each_engin
 
 
 @given(planning_models(8), st.integers(0, 6), st.sampled_from([0, 1, 2, 3, 5, 8, 20, 1_000]))
-@examples(300)
+@examples(300, usual=15)
 def test_the_search_on_arrays_expands_the_same_states_as_the_breadth_first_search(
     model: BehaviorModel, length: int, expansions: int
 ) -> None:

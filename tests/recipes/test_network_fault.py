@@ -57,13 +57,12 @@ def test_the_option_and_the_schema_have_a_new_fault(
     assert network["reply_delay"]["description"] == "How much longer replies travel than requests."
 
 
-def test_a_new_fault_is_drawn_recorded_and_shrunk(
+def test_a_new_fault_is_drawn_and_recorded(
     commands: dict[str, tuple[str, ...]], scbm: Callable[..., Any], tmp_path: Path
 ) -> None:
     drawn = [case.network.reply_delay_ns for case in RandomCases(MODEL, network=None).first(30, 1)]
     assert {bool(delay_ns) for delay_ns in drawn} == {True, False}
     assert all(delay_ns % MS == 0 and delay_ns <= 500 * MS for delay_ns in drawn)
-    assert find(networks(MODEL), lambda network: network.reply_delay_ns > 0) == Network(reply_delay_ns=MS)
     failures = tmp_path / "failures"
     assert scbm(*commands["test"], "--failures", failures).code == 1
     saved = sorted(failures.glob("*.yaml"))
@@ -71,6 +70,12 @@ def test_a_new_fault_is_drawn_recorded_and_shrunk(
     for file in saved:
         assert "reply_delay" not in file.read_text(encoding="utf-8")
         assert "error[" not in scbm("replay", str(file)).err
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("recipe")
+def test_a_new_fault_is_shrunk() -> None:
+    assert find(networks(MODEL), lambda network: network.reply_delay_ns > 0) == Network(reply_delay_ns=MS)
 
 
 def test_without_the_recipe_the_fault_is_unknown(scbm: Callable[..., Any], tmp_path: Path) -> None:

@@ -29,6 +29,10 @@ def share(count: int, least: int = 5) -> int:
     return min(count, max(least, count * profile.max_examples // _ALL))
 
 
-def examples(count: int) -> settings:
-    """Return settings for a property that draws `count` examples in the full profile."""
-    return settings(max_examples=share(count))
+def examples(count: int, usual: int | None = None) -> settings:
+    """Return settings for a property that draws `count` examples in the full profile.
+
+    `usual` is how many the small profile draws of a property whose examples take long; by default a tenth.
+    """
+    drawn = share(count)
+    return settings(max_examples=drawn if usual is None or drawn == count else min(drawn, usual))

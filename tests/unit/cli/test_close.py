@@ -80,10 +80,11 @@ def test_one_case_file_is_a_suite_too(scbm: Scbm, wording: Wording) -> None:
 
 
 def test_what_is_undecided_makes_the_exit_code_1(scbm: Scbm) -> None:
-    ran = scbm("close", BEFORE, "--max-states", 5)
+    few = ("--max-states", 5, "--max-random", 5, "--max-changes", 5)
+    ran = scbm("close", BEFORE, *few)
     assert ran.code == 1
     assert "Undecided: " in ran.out
-    report = _json(scbm("close", BEFORE, "--max-states", 5, "--json"))
+    report = _json(scbm("close", BEFORE, *few, "--json"))
     undecided = [entry for entry in report["obligations"] if entry["decision"] == "undecided"]
     assert len(undecided) == report["decisions"]["undecided"] > 0
     assert all(entry["reason"] for entry in undecided)

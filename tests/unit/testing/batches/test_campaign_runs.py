@@ -13,6 +13,7 @@ from scbm.testing import Campaign, Tester, campaign_json
 from scbm.testing.batches.batch_summary import BatchSummary
 from scbm.testing.batches.campaign_runs import BatchPlan, BatchResult, InProcess, StopRule, run_batch, run_steps
 from scbm.testing.batches.campaign_work import CampaignWork
+from support.profiles import share
 
 ROOT = Path(__file__).parents[4]
 EXAMPLE = load_model(ROOT / "examples/robot_in_the_air/after.yaml")
@@ -61,7 +62,7 @@ def test_a_campaign_ends_at_its_first_failure_whatever_the_size_of_batches(size:
 
 @pytest.mark.parametrize("size", [1, 7, 100])
 def test_a_campaign_is_dry_after_cases_in_a_row_that_visited_nothing_new(size: int) -> None:
-    work = CampaignWork(EXAMPLE, numbers=range(1, 1001), seed=1)
+    work = CampaignWork(EXAMPLE, numbers=range(1, share(1_000, least=200) + 1), seed=1)
     all_cases = total(work, 100)
     news = [position for position, _ in all_cases.news]
     ends = total(work, size, StopRule(dry=20))

@@ -28,7 +28,7 @@ def test_each_goal_has_the_answer_of_a_planner_that_is_asked_alone() -> None:
     assert answers == [Planner.of(model).plan(model.nominal_state, goal) for goal in goals]
 
 
-@pytest.mark.parametrize("jobs", [1, 2, 3])
+@pytest.mark.parametrize("jobs", [1, 2, pytest.param(3, marks=pytest.mark.slow)])
 def test_answers_do_not_depend_on_the_number_of_processes(jobs: int) -> None:
     model = load_model(BEFORE)
     goals = tuple(goal for _, goal in model.goals)
