@@ -5,18 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scbm.closing.assumptions import assumptions
-from scbm.closing.decisions import Decision
 from scbm.planning import planner_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from scbm.cases.coverage import Figure
     from scbm.closing.closing_files import ClosingFiles
     from scbm.closing.decisions import Closing, ClosingCase, Decided, Suggestion
     from scbm.proofcheck import Certificate
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 
 
 def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[str, Any]:
@@ -35,7 +32,8 @@ def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[s
         "planner": {"name": planner.name, "version": planner.version},
         "before": _figure(closing.before.figure),
         "after": _figure(closing.after.figure),
-        "decisions": {decision.value: _count(counted, decision) for decision in Decision},
+        "coverable": _figure(closing.coverable),
+        "decisions": {decision.value: count for decision, count in closing.counts.items()},
         "obligations": [decided_json(decided, output) for decided in counted],
         "queued": [decided_json(decided, output) for decided in queued],
         "cases": [_case(case, output) for case in closing.cases],
@@ -47,7 +45,7 @@ def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[s
 
 
 def decided_json(decided: Decided, output: ClosingFiles | None = None) -> dict[str, Any]:
-    """Return one decision; it has the key `case` if it is covered, and `certificate` if it is uncoverable."""
+    """Return one decision; it has the key `case` if a case visits it, and `certificate` if one proves it."""
     data: dict[str, Any] = {"name": str(decided.obligation), "decision": decided.decision.value}
     if decided.case is not None:
         data["case"] = decided.case
@@ -76,10 +74,6 @@ def _certificate(name: str, certificate: Certificate, output: ClosingFiles | Non
         "obligations": [claim.obligation for claim in certificate.claims],
         "file": None if output is None else str(output.certificates[name]),
     }
-
-
-def _count(decided: Iterable[Decided], decision: Decision) -> int:
-    return sum(found.decision is decision for found in decided)
 
 
 def _figure(figure: Figure) -> dict[str, Any]:

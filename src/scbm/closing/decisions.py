@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
+from scbm.cases.coverage import Decision, count_statuses, coverable_figure
 from scbm.cases.trace import End, run_end
 from scbm.running import describe_cycle
 
@@ -16,18 +17,26 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from scbm.cases import Case
-    from scbm.cases.coverage import Coverage, Obligation
+    from scbm.cases.coverage import Coverage, Figure, Obligation
     from scbm.model import BehaviorModel, Predicate
     from scbm.proofcheck import Certificate
     from scbm.testing import Campaign, Execution
 
 
-class Decision(StrEnum):
-    """The decision about an obligation (semantics 8.5)."""
-
-    COVERED = "covered"
-    UNCOVERABLE = "uncoverable"
-    UNDECIDED = "undecided"
+__all__ = [
+    "Closing",
+    "ClosingCase",
+    "Decided",
+    "Decision",
+    "FailedCase",
+    "FoundFault",
+    "Stage",
+    "StageEnd",
+    "Suggestion",
+    "SuggestionKind",
+    "failed_cases",
+    "found_faults",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,9 +44,10 @@ class Decided:
     """The decision about one obligation.
 
     Attributes:
-        case: the name of the first case that covers it, if it is covered.
-        certificate: the name of the certificate, if it is uncoverable; a key of `Closing.certificates`.
-        reason: one sentence: how the case covers it, why nothing does, or what ended the search.
+        case: the name of the first case that visits it, if it is covered, also if only by a forced state.
+        certificate: the name of the certificate, if it is uncoverable or excluded by the planner; a key of
+            `Closing.certificates`.
+        reason: one sentence: how the case covers it, why nothing does, why it is waived, or what ended the search.
     """
 
     obligation: Obligation
@@ -142,6 +152,16 @@ class Closing:
     certificates: tuple[tuple[str, Certificate], ...]
     suggestions: tuple[Suggestion, ...]
     ended: tuple[StageEnd, ...] = ()
+
+    @property
+    def counts(self) -> dict[Decision, int]:
+        """The number of obligations of each status, without *queued*."""
+        return count_statuses(found.decision for found in self.decided if found.obligation.counts)
+
+    @property
+    def coverable(self) -> Figure:
+        """The figure of what can be covered (semantics 9.4)."""
+        return coverable_figure(self.counts)
 
     @property
     def is_interrupted(self) -> bool:

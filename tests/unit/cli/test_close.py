@@ -58,7 +58,7 @@ def test_close_as_json(scbm: Scbm, golden: Callable[[str, str], None]) -> None:
     golden("closing.json", ran.out)
     report = _json(ran)
     assert len(report["obligations"]) == 86
-    assert report["decisions"] == {"covered": 76, "uncoverable": 10, "undecided": 0}
+    assert {name: count for name, count in report["decisions"].items() if count} == {"covered": 76, "uncoverable": 10}
     assert [report["before"]["percent"], report["after"]["percent"]] == [0, 88.37]
     assert (report["out"], report["failed"], report["written"]) == (None, [], [])
 
@@ -284,7 +284,7 @@ def test_suggested_goals_are_written_and_the_model_is_closed_again(scbm: Scbm, b
     assert scbm("close", "--check", tmp_path / "out").code == 0
     report = _json(scbm("close", before, "--write", "all", "--json"))
     assert [goal["name"] for goal in report["written"]] == ["needs_robot_unmount_gripper"]
-    assert report["decisions"] == {"covered": 86, "uncoverable": 0, "undecided": 0}
+    assert {name: count for name, count in report["decisions"].items() if count} == {"covered": 86}
     assert len(load_model(before).goals) == 6
 
 

@@ -40,7 +40,9 @@ def test_every_entry_has_what_decides_it(wording: Wording) -> None:
         "decision": "undecided",
         "reason": "not all runs were explored",
     }
-    assert report["decisions"] == {"covered": 2, "uncoverable": 2, "undecided": 2}
+    counts = {"covered": 2, "uncoverable": 2, "excluded": 0, "waived": 0, "forced": 0, "undecided": 2}
+    assert report["decisions"] == counts
+    assert report["coverable"] == {"visited": 2, "of": 4, "percent": 50.0}
     assert all(entry["reason"] for entry in (*report["obligations"], *report["queued"]))
 
 

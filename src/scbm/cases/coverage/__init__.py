@@ -5,6 +5,7 @@ This package reads traces and counts; it runs nothing and prints nothing.
 
 from scbm.cases.coverage.obligations import KINDS, STATE_ASPECTS, Aspect, Figure, Obligation, Obligations, Threshold
 from scbm.cases.coverage.set_cover import Cover, smallest_cover
+from scbm.cases.coverage.statuses import Decision, count_statuses, coverable_figure, status_counts_in_words
 from scbm.cases.coverage.visits import (
     Coverage,
     GrowthStep,
@@ -22,6 +23,7 @@ __all__ = [
     "Aspect",
     "Cover",
     "Coverage",
+    "Decision",
     "Figure",
     "GrowthStep",
     "Obligation",
@@ -29,9 +31,12 @@ __all__ = [
     "Threshold",
     "Unnamed",
     "bits_of",
+    "count_statuses",
+    "coverable_figure",
     "growth",
     "only_by",
     "smallest_cover",
+    "status_counts_in_words",
     "visited_by",
     "visitors_of_each",
 ]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from rich.text import Text
 
-from scbm.cases.coverage import Aspect, Figure
+from scbm.cases.coverage import Aspect, count_statuses, status_counts_in_words
 from scbm.closing import Decision
 from scbm.closing.advice.suggestions import grouped
 from scbm.closing.assumptions import assumptions
@@ -43,6 +43,9 @@ class _FigureSegment(NamedTuple):
 _BEFORE = _FigureSegment("█", "green", "before")
 _NEW = _FigureSegment("▓", "bold green", "new cases")
 _NEVER = _FigureSegment("░", "dim", "uncoverable")
+_EXCLUDED = _FigureSegment("▒", "dim", "excluded")
+_WAIVED = _FigureSegment("-", "dim", "waived")
+_FORCED = _FigureSegment("!", "yellow", "forced")
 _OPEN = _FigureSegment("?", "bold red", "undecided")
 
 
@@ -91,6 +94,9 @@ def closing_report(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     yield from _found(setting)
     yield from _decisions("Proved uncoverable", closing, Decision.UNCOVERABLE)
     yield from _assumed(closing)
+    yield from _decisions("Excluded by the planner", closing, Decision.EXCLUDED)
+    yield from _decisions("Waived", closing, Decision.WAIVED)
+    yield from _decisions("Covered by a forced state", closing, Decision.FORCED)
     yield from _decisions("Undecided", closing, Decision.UNDECIDED)
     yield from ended_lines(closing.ended)
     yield from _suggestions(closing.suggestions, setting)
@@ -106,12 +112,16 @@ def _figures(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     if before.visited != after.visited:
         line.append(f"{before} → ")
     line.append(str(after), style="bold").append("  ")
-    counts = _counts(closing)
+    counts = closing.counts
+    earlier = min(before.visited, counts[Decision.COVERED])
     parts = {
-        _BEFORE: before.visited,
-        _NEW: after.visited - before.visited,
+        _BEFORE: earlier,
+        _NEW: counts[Decision.COVERED] - earlier,
         _NEVER: counts[Decision.UNCOVERABLE],
-        _OPEN: after.of - after.visited - counts[Decision.UNCOVERABLE],
+        _EXCLUDED: counts[Decision.EXCLUDED],
+        _WAIVED: counts[Decision.WAIVED],
+        _FORCED: counts[Decision.FORCED],
+        _OPEN: counts[Decision.UNDECIDED],
     }
     legend = "   ".join(f"{part.mark} {part.name}" for part, count in parts.items() if count)
     indentation = " " * line.cell_len
@@ -126,12 +136,6 @@ def _figures(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
         yield Text(f"  Written:  goal {goal}, into {setting.file}", style="green")
     for goal in setting.already:
         yield Text(f"  Written:  goal {goal} is in {setting.file} already")
-
-
-def _counts(closing: Closing) -> dict[Decision, int]:
-    """Return how many obligations of the figure have each decision."""
-    counted_ones = [found.decision for found in closing.decided if found.obligation.counts]
-    return {decision: counted_ones.count(decision) for decision in Decision}
 
 
 def _bar(parts: dict[_FigureSegment, int]) -> Text:
@@ -149,15 +153,15 @@ def _bar(parts: dict[_FigureSegment, int]) -> Text:
 
 
 def _decision_counts(closing: Closing, counts: dict[Decision, int]) -> Iterator[Text]:
-    parts = ", ".join(f"{counts[decision]} {decision}" for decision in Decision)
-    line = Text(f"  Decided:  {parts} of {sum(counts.values())}")
-    coverable = Figure(counts[Decision.COVERED], counts[Decision.COVERED] + counts[Decision.UNDECIDED])
-    if coverable.percent is not None and counts[Decision.UNCOVERABLE]:
+    line = Text(f"  Decided:  {status_counts_in_words(counts)}")
+    coverable = closing.coverable
+    if coverable.percent is not None and coverable.of < sum(counts.values()):
         line.append(f"; {coverable} of what can be covered")
     yield line
     queued = closing.after.figure_of(Aspect.QUEUED)
-    never = [d for d in closing.decided if not d.obligation.counts and d.decision is Decision.UNCOVERABLE]
-    more = f", {len(never)} uncoverable" if never else ""
+    others = [each.decision for each in closing.decided if not each.obligation.counts]
+    never = [(count, status) for status, count in count_statuses(others).items() if not status.can_be_covered]
+    more = "".join(f", {count} {status.words}" for count, status in never if count)
     if queued.of:
         yield Text(f"  Queued:   {queued.visited} of {queued.of} in a plan{more}").append("  (not in SCBM-IAS)", "dim")
 

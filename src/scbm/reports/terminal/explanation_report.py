@@ -42,7 +42,14 @@ _FOLLOWS_FROM = {
     StructureArgument.kind: "the model file",
     ValuesArgument.kind: "the values that transitions and replies can give the variables",
 }
-_STYLES = {Decision.COVERED: "bold green", Decision.UNCOVERABLE: "bold", Decision.UNDECIDED: "bold red"}
+_STYLES = {
+    Decision.COVERED: "bold green",
+    Decision.UNCOVERABLE: "bold",
+    Decision.EXCLUDED: "bold",
+    Decision.WAIVED: "bold",
+    Decision.FORCED: "bold yellow",
+    Decision.UNDECIDED: "bold red",
+}
 
 
 def explanation_lines(
@@ -110,7 +117,11 @@ class _ExplanationText:
         name = str(decided.obligation)
         if len(alike) > 1:
             name = ", ".join(in_few_words(each.decided.obligation for each in alike))
-        yield Text(name, style="bold").append("  ").append(f"{decided.decision}{by}", style=_STYLES[decided.decision])
+        yield (
+            Text(name, style="bold")
+            .append("  ")
+            .append(f"{decided.decision.words}{by}", style=_STYLES[decided.decision])
+        )
         if explanation.visit is not None:
             yield from self._visit(explanation.visit, decided.obligation)
         else:
