@@ -148,12 +148,13 @@ def injections(draw: DrawFn, model: BehaviorModel) -> tuple[Injection, ...]:
         at_ns = number * MAX_NS + draw(TIMES_NS)
         when = draw(optional(predicates(tuple(model.running_space), 2)))
         hold_ns = draw(optional(st.integers(0, 1_000))) if number == 1 else None
+        after_ns = None if when is None else draw(optional(TIMES_NS))
         acts_on_resource = draw(st.booleans())
         if model.resources and acts_on_resource:
             resource = draw(st.sampled_from(model.resources)).name
-            found.append(Injection(name, (), when, at_ns, hold_ns, resource, draw(_conditions())))
+            found.append(Injection(name, (), when, at_ns, hold_ns, resource, draw(_conditions()), after_ns))
         else:
-            found.append(Injection(name, draw(_assigned(model)), when, at_ns, hold_ns))
+            found.append(Injection(name, draw(_assigned(model)), when, at_ns, hold_ns, after_ns=after_ns))
     return tuple(found)
 
 

@@ -128,6 +128,8 @@ class Injection:
         hold_ns: the time after which it restores the variables that nothing else has changed; `None` never restores.
         resource: the resource whose condition it changes, if it changes one.
         condition: the new condition of that resource.
+        after_ns: how long after `when` became true it acts; it acts then even if `when` is false again. `None` without
+            `when`.
     """
 
     name: str
@@ -137,3 +139,4 @@ class Injection:
     hold_ns: int | None = None
     resource: str | None = None
     condition: Condition | None = None
+    after_ns: int | None = None

@@ -156,6 +156,7 @@ class Program:
         self.packing = Packing(model.running_space)
         self._tests: dict[Predicate, Test] = {}
         self._micro_steps: dict[Predicate | None, MicroSteps] = {}
+        self._planner_reads: dict[Predicate, int] = {}
         self._no_operations = PlanQueue()
         self._queues: dict[tuple[str, PlanQueue], PlanQueue] = {}
         self.operations = {operation.name: self._operation(operation) for operation in model.operations}
@@ -216,9 +217,27 @@ class Program:
         return queue
 
     def injection(self, injection: Injection) -> CompiledStep:
-        """Return an injection as a step: it acts like an automatic transition."""
+        """Return an injection as a step: it acts like an automatic transition.
+
+        The guard is `when`; with `after` the predicate may be false again as the injection acts.
+        """
         assign = tuple(Assign(name, Constant(value)) for name, value in injection.assign)
-        return self._automatic(Transition(injection.name, injection.when or Truth(True), a=assign))
+        when = None if injection.after_ns is not None else injection.when
+        return self._automatic(Transition(injection.name, when or Truth(True), a=assign))
+
+    def planner_reads(self, goal: Predicate) -> int:
+        """Return the bits of the variables that decide whether a plan for `goal` exists; memoized.
+
+        Those are the variables of the world in guards `g`, in actions `a` of operations, and in the goal.
+        """
+        if goal not in self._planner_reads:
+            planned = [t for operation in self.model.operations for t in (operation.pre, operation.post)]
+            guards = [transition.g for transition in planned]
+            read = [part.reads() for part in (*guards, goal, *(action for t in planned for action in t.a))]
+            world = frozenset(self._world)
+            masks = {name: self.packing[name].mask for names in read for name in names if name in world}
+            self._planner_reads[goal] = sum(masks.values())
+        return self._planner_reads[goal]
 
     def test(self, predicate: Predicate) -> Test:
         """Return a predicate as a function of packed states; memoized, as goals are repeated."""

@@ -32,6 +32,7 @@ from scbm.cases.trace import (
     RunStarted,
 )
 from scbm.model import PlanState
+from scbm.model.predicates import TRUE
 from scbm.running.events import (
     AskPlan,
     CancelRequest,
@@ -70,7 +71,8 @@ if TYPE_CHECKING:
 
     from scbm.cases import Injection
     from scbm.cases.trace import Changes
-    from scbm.model import Predicate, Value
+    from scbm.model import Value
+    from scbm.model.packing import Test
     from scbm.running.macro_steps import PlanQueue
     from scbm.running.program import CompiledStep, Program, RequestLine
 
@@ -78,18 +80,44 @@ if TYPE_CHECKING:
 _WELL = Condition()
 
 
-@dataclass(frozen=True, slots=True)
-class _Goal:
-    name: str
-    predicate: Predicate
-
-
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Armed:
-    """An injection that has not acted yet."""
+    """An injection that has not acted yet.
+
+    Attributes:
+        injection: the injection.
+        step: what it does; with `after` its guard is only what every such assignment needs.
+        trigger: the predicate after which the time of `after` runs; `None` without `after`.
+        due_ns: when that time is over; `None` until the predicate has been true.
+    """
 
     injection: Injection
     step: CompiledStep
+    trigger: Test | None
+    due_ns: int | None = None
+
+    def acts(self, now_ns: int, state: int) -> bool:
+        """Return whether the injection acts now; begin the time of `after` once its predicate is true."""
+        if self.next_ns(now_ns) is not None:
+            return False
+        if self.trigger is not None and self.due_ns is None:
+            if not self.trigger(state):
+                return False
+            self.due_ns = now_ns + (self.injection.after_ns or 0)
+            if self.due_ns > now_ns:
+                return False
+        return self.step.test(state)
+
+    def next_ns(self, now_ns: int) -> int | None:
+        """Return the later time before which the injection does not act; `None` if it only waits for a predicate."""
+        earliest_ns = self.injection.at_ns if self.due_ns is None else self.due_ns
+        return earliest_ns if earliest_ns is not None and earliest_ns > now_ns else None
+
+    def acts_later(self, now_ns: int, state: int) -> bool:
+        """Return whether the injection will act if nothing but time changes."""
+        if self.next_ns(now_ns) is None:
+            return False
+        return (self.trigger is None or self.due_ns is not None or self.trigger(state)) and self.step.test(state)
 
 
 @dataclass(slots=True)
@@ -129,7 +157,7 @@ class Runner:
         self._state = program.begin(state)
         self._effects: list[Effect] = []
         self._requests = Requests()
-        self._waiting: deque[_Goal] = deque()
+        self._waiting: deque[GoalGiven] = deque()
         self._armed: list[_Armed] = []
         self._held: list[_Held] = []
         self._conditions: dict[str, list[Injection]] = {}
@@ -139,15 +167,17 @@ class Runner:
 
     def _rest(self) -> None:
         """Forget the goal, its plan and its timers."""
-        self._goal: _Goal | None = None
+        self._goal: GoalGiven | None = None
         self._queue = self.program.queue()
         self._steps = self.program.micro_steps(None)
+        self._planner_reads = 0
         self._timer_ns: int | None = None
         self._goal_deadline_ns = 0
         self._plans = 0
         self._asked: int | None = None
         self._asked_in: int | None = None
         self._unsolvable_in: int | None = None
+        self._awaits_change = False
 
     # the public interface
 
@@ -163,8 +193,8 @@ class Runner:
         self._now_ns = now_ns
         self._time_passes = isinstance(event, TimePassed)
         self._effects = []
-        self._receive(event)
-        self._settle()
+        if self._receive(event):
+            self._settle()
         return self._effects
 
     @property
@@ -175,8 +205,7 @@ class Runner:
             timer_ns = self._goal_deadline_ns
         if not self._armed and not self._held:
             return timer_ns
-        times = [armed.injection.at_ns for armed in self._armed if armed.injection.at_ns is not None]
-        times = [at_ns for at_ns in times if at_ns > self._now_ns]
+        times = [next_ns for armed in self._armed if (next_ns := armed.next_ns(self._now_ns)) is not None]
         times += [held.until_ns for held in self._held]
         return min(times if timer_ns is None else [*times, timer_ns], default=None)
 
@@ -192,25 +221,35 @@ class Runner:
 
     # events
 
-    def _receive(self, event: Event) -> None:
+    def _receive(self, event: Event) -> bool:
+        """Apply an event; return whether micro-steps may follow."""
         match event:
             case ReplyArrived():
                 self._receive_reply(event)
             case PlanAnswered():
                 self._receive_plan(event)
-            case GoalGiven(name, predicate):
-                self._waiting.append(_Goal(name, predicate))
+            case GoalGiven():
+                self._waiting.append(event)
                 if self._goal is None:  # at once, so that all that follows from the goal belongs to its run
                     self._start_next_goal()
             case Measured(values):
                 changes = self._set(self._with_measured(values, self.program.measured))
                 self._effects.append(MeasurementReceived(self._now_ns, changes))
             case InjectionGiven(injection):
-                self._armed.append(_Armed(injection, self.program.injection(injection)))
+                return self._arm(injection)
             case TimePassed():
                 pass
             case _:
                 assert_never(event)
+        return True
+
+    def _arm(self, injection: Injection) -> bool:
+        """Arm an injection; return whether it acts now. One that does not act changes nothing (semantics 7.2)."""
+        trigger = None if injection.after_ns is None else self.program.test(injection.when or TRUE)
+        armed = _Armed(injection, self.program.injection(injection), trigger)
+        self._armed.append(armed)
+        self._at_once -= 1  # an injection that is given is no event of the run
+        return armed.acts(self._now_ns, self._state)
 
     def _receive_reply(self, reply: ReplyArrived) -> None:
         line = self._requests.answer(reply.request)
@@ -252,8 +291,15 @@ class Runner:
             self._unsolvable_in = self._asked_in
 
     def _may_still_change(self) -> bool:
-        """Return whether the runner waits for something that could make the goal reachable (semantics 5.6)."""
-        return bool(self._requests.in_flight or self._armed or self._held or self.options.awaits_measurements)
+        """Return whether a change is pending that needs nothing but time (semantics 5.6)."""
+        if self._requests.in_flight or self._held or self.options.awaits_measurements:
+            return True
+        return any(armed.acts_later(self._now_ns, self._state) for armed in self._armed)
+
+    def _is_unsolvable(self) -> bool:
+        """Return whether no plan exists, as the planner has answered for a state that is the same to it."""
+        unsolvable_in = self._unsolvable_in
+        return unsolvable_in is not None and not (unsolvable_in ^ self._state) & self._planner_reads
 
     # settling
 
@@ -263,11 +309,15 @@ class Runner:
         if not (is_simple and self._take_macro_step()):
             while self._micro_step():
                 pass
-        if self._goal is not None and self._has_passed(self._goal_deadline_ns):
-            self._end(End.TIME_LIMIT)
-            self._settle()
-        elif self._goal is not None and self._at_once >= self.options.instant_bound:
-            self._end(End.LIVELOCK, (NO_TIME_PASSES,))
+        while self._goal is not None:
+            if self._has_passed(self._goal_deadline_ns):
+                self._end(End.TIME_LIMIT)
+            elif self._at_once >= self.options.instant_bound:
+                self._end(End.LIVELOCK, (NO_TIME_PASSES,))
+            else:
+                return
+            while self._micro_step():
+                pass
 
     def _has_passed(self, deadline_ns: int) -> bool:
         """Return whether a deadline has passed. Other events than `TimePassed` are in time at that moment."""
@@ -336,10 +386,11 @@ class Runner:
         if isinstance(step, OperationMove):  # most steps are moves
             self._move_operation(step)
             return True
-        if isinstance(step, AutomaticMove) and len(self._taken) == self.options.livelock_bound:
+        if isinstance(step, AutomaticMove) and len(self._taken) >= self.options.livelock_bound:
             if self._goal is not None:
                 self._end(End.LIVELOCK, name_cycle(self._taken))
-            step = self._steps.first_not_automatic(self._state, self._requests.in_flight, timer_passed=timer_passed)
+                return True
+            step = None
         return self._start_next_goal() if step is None and self._goal is None else self._follow(step)
 
     def _follow(self, step: MicroStep | None) -> bool:
@@ -369,12 +420,10 @@ class Runner:
 
     def _inject(self) -> bool:
         for index, armed in enumerate(self._armed):
-            at_ns = armed.injection.at_ns
-            if (at_ns is not None and self._now_ns < at_ns) or not armed.step.test(self._state):
-                continue
-            del self._armed[index]
-            self._apply(armed)
-            return True
+            if armed.acts(self._now_ns, self._state):
+                del self._armed[index]
+                self._apply(armed)
+                return True
         return False
 
     def _apply(self, armed: _Armed) -> None:
@@ -470,7 +519,9 @@ class Runner:
         if not self._waiting:
             return False
         self._goal = goal = self._waiting.popleft()
+        self._taken = []
         self._steps = self.program.micro_steps(goal.predicate)
+        self._planner_reads = self.program.planner_reads(goal.predicate)
         self._goal_deadline_ns = self._now_ns + self.options.time_limit_ns
         before = tuple(self.state.items())
         changes = self._set(self._in_plan_state(PlanState.PLANNING))
@@ -481,7 +532,7 @@ class Runner:
         following = next_in_plan(
             is_queued=self._queue.first is not None,
             is_asking=self._asked is not None,
-            is_unsolvable=self._unsolvable_in == self._state,
+            is_unsolvable=self._is_unsolvable(),
             may_change=self._unsolvable_in is not None and self._may_still_change(),
         )
         match following:
@@ -491,7 +542,10 @@ class Runner:
                 self._ask_plan()
             case PlanStep.END_UNSOLVABLE:
                 self._end(End.UNSOLVABLE)
-            case PlanStep.AWAIT_ANSWER | PlanStep.AWAIT_CHANGE:
+            case PlanStep.AWAIT_CHANGE:
+                self._awaits_change = True
+                return False
+            case PlanStep.AWAIT_ANSWER:
                 return False
             case _:
                 assert_never(following)
@@ -499,10 +553,13 @@ class Runner:
 
     def _ask_plan(self) -> None:
         assert self._goal is not None  # noqa: S101 - plans are made for a goal
-        if self._plans == self.options.plan_limit:
+        if self._awaits_change:  # the plans of a wait do not count (semantics 5.6)
+            self._awaits_change = False
+        elif self._plans == self.options.plan_limit:
             self._end(End.REPLAN_LIMIT)
             return
-        self._plans += 1
+        else:
+            self._plans += 1
         self._asks += 1
         self._asked = self._asks
         changes = self._set(self._in_plan_state(PlanState.PLANNING))
@@ -532,7 +589,10 @@ class Runner:
     # the end
 
     def _end(self, end: End, detail: tuple[str, ...] = ()) -> None:
-        """End the run: cancel its requests, make the operation initial, and drop the plan."""
+        """End the run: cancel its requests, make the operation initial, and drop the plan.
+
+        Automatic transitions are counted anew afterwards, so they follow every kind of end alike.
+        """
         assert self._goal is not None  # noqa: S101 - only a run that goes on can end
         for line in list(self._requests.in_flight):
             keep, bits = line.cleared
@@ -541,6 +601,7 @@ class Runner:
         changes = self._set(self.program.end(self._state, end.plan_state))
         self._effects.append(RunEnded(self._now_ns, goal, end.value, detail, changes))
         self._effects.append(RunFinished(goal, end))
+        self._taken = []
         self._rest()
 
     # the packed state

@@ -90,8 +90,9 @@ def _details(case: Case) -> int:
         size += 2 * sum(getattr(rule, field) is not None for field in RULE_FIELDS) + _length(rule.latency_ns or 0)
         size += sum(_length(delay_ns) for field in MESSAGES for delay_ns in getattr(rule, field) or ())
     for injection in case.injections:
-        size += len(injection.assign) + _length(injection.at_ns or 0)
-        size += sum(part is not None for part in (injection.when, injection.at_ns, injection.hold_ns))
+        size += len(injection.assign) + _length(injection.at_ns or 0) + _length(injection.after_ns or 0)
+        times = (injection.at_ns, injection.hold_ns, injection.after_ns)
+        size += sum(part is not None for part in (injection.when, *times))
         size += injection.condition is not None and injection.condition.factor != 1
     size += sum(_length(window.at_ns) + _length(window.for_ns) for _, _, window in case.network.windows())
     size += 2 * sum(can_be_left_out(fault) for fault, _ in case.network.faults())

@@ -104,14 +104,18 @@ def _plainer(injection: Injection) -> Iterator[Injection]:
         yield replace(injection, hold_ns=None)
     if injection.at_ns is not None:
         yield replace(injection, at_ns=None)
+    if injection.after_ns is not None:
+        yield replace(injection, after_ns=None)
     if injection.when is not None:
-        yield replace(injection, when=None)
+        yield replace(injection, when=None, after_ns=None)
     if len(injection.assign) > 1:
         for kept in _fewer(injection.assign):
             if kept:
                 yield replace(injection, assign=kept)
     for at_ns in _rounder(injection.at_ns or 0):
         yield replace(injection, at_ns=at_ns or None)
+    for after_ns in _rounder(injection.after_ns or 0):
+        yield replace(injection, after_ns=after_ns or None)
 
 
 def _plainer_faults(case: Case, _: BehaviorModel) -> Iterator[Case]:

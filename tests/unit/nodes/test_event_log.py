@@ -333,7 +333,7 @@ def test_not_more_than_twenty_lines_are_reported() -> None:
         {"format": "scbm-trace"},
         {"format": "other"},
         {"version": 1},
-        {"version": 4},
+        {"version": 5},
         {"planner": "greedy"},
         {"planner": 1},
         {"version": "1\n"},

@@ -157,6 +157,12 @@ class InjectionKeys(Keys):
         shown=True,
         source="when",
     )
+    after = Key(
+        TIME,
+        "The injection acts this long after `when` became true, whether `when` still holds or not.",
+        absent="`0 s`",
+        source="after_ns",
+    )
     at = Key(TIME, "The injection does not act before this time of the run.", absent="`0 s`", source="at_ns")
     set = Key(
         NamesType(VALUE, "variable → value", is_short),
@@ -188,6 +194,7 @@ class InjectionKeys(Keys):
             self.hold,
             None if self.resource is None else self.resource.name,
             None if self.becomes is None else self.becomes.condition(),
+            self.after,
         )
 
     def _check_combination(self) -> None:
@@ -207,6 +214,9 @@ class InjectionKeys(Keys):
         elif not has_set and not has_resource:
             remedy = "add `set: {variable: value}`, or `resource: …` and `becomes: …`"
             add(Slug.MISSING_KEY, "this injection changes nothing", node.place, remedy)
+        if self.has("after") and not self.has("when"):
+            message = "`after` counts from when `when` became true, and this injection has no `when`"
+            add(Slug.MISSING_KEY, message, self.place("after"), "add `when: …`, or write `at` in place of `after`")
         if has_set and node.items["set"].plain == {}:
             message = "`set` is empty, so this injection changes nothing"
             add(Slug.WRONG_SHAPE, message, self.place("set"), "write for example `set: {light: red}`")
@@ -255,16 +265,16 @@ class _InjectedValue:
     place: Place
 
     @property
-    def moment(self) -> tuple[int, str]:
-        """When the injection acts: not before a time, and when a predicate holds."""
-        return self.injection.at_ns or 0, str(self.injection.when or TRUE)
+    def moment(self) -> tuple[int, str, int]:
+        """When the injection acts: not before a time, when a predicate holds, and how long after that."""
+        return self.injection.at_ns or 0, str(self.injection.when or TRUE), self.injection.after_ns or 0
 
     @property
     def hold_end_ns(self) -> int | None:
         """Until when the value is held, if that is a known time."""
-        at_ns, when = self.moment
+        at_ns, when, after_ns = self.moment
         hold_ns = self.injection.hold_ns
-        return None if hold_ns is None or when != str(TRUE) else at_ns + hold_ns
+        return None if hold_ns is None or when != str(TRUE) else at_ns + after_ns + hold_ns
 
 
 class InjectionsReader:
@@ -325,7 +335,7 @@ class InjectionsReader:
             self._refuse_while_held(values)
 
     def _refuse_same_moment(self, values: list[_InjectedValue]) -> None:
-        first: dict[tuple[int, str], _InjectedValue] = {}
+        first: dict[tuple[int, str, int], _InjectedValue] = {}
         for injected in values:
             other = first.setdefault(injected.moment, injected)
             if other.value != injected.value:
@@ -333,7 +343,7 @@ class InjectionsReader:
 
     def _refuse_while_held(self, values: list[_InjectedValue]) -> None:
         """Note an injection at a known time that changes a value while another one holds it."""
-        timed = [injected for injected in values if injected.moment[1] == str(TRUE)]
+        timed = [injected for injected in values if injected.moment[1:] == (str(TRUE), 0)]
         timed.sort(key=lambda injected: injected.moment[0])
         holding: _InjectedValue | None = None
         for injected in timed:

@@ -84,7 +84,8 @@ def read_event(data: object, model: BehaviorModel, at_ns: int = 0) -> Event | No
     kind = data.get("kind") if isinstance(data, dict) else None
     if not isinstance(kind, str) or kind not in _KEYS:
         raise ValueError("an event of no known kind")
-    return _READERS[kind](_JsonFields(data, ("kind", *_KEYS[kind]), f"`{kind}`", model), at_ns)
+    fields = _JsonFields(data, ("kind", *_KEYS[kind]), f"`{kind}`", model, _OPTIONAL.get(kind, ()))
+    return _READERS[kind](fields, at_ns)
 
 
 def read_note(data: object, model: BehaviorModel, at_ns: int) -> Note:
@@ -131,6 +132,7 @@ def _by_name(values: Changes) -> dict[str, Value]:
 
 def _injection_json(injection: Injection) -> dict[str, Any]:
     condition = injection.condition
+    after = {} if injection.after_ns is None else {"after_ns": injection.after_ns}
     return {
         "name": injection.name,
         "set": _by_name(injection.assign),
@@ -139,6 +141,7 @@ def _injection_json(injection: Injection) -> dict[str, Any]:
         "hold_ns": injection.hold_ns,
         "resource": injection.resource,
         "becomes": None if condition is None else {"kind": condition.kind.value, "factor": str(condition.factor)},
+        **after,
     }
 
 
@@ -148,9 +151,12 @@ def _injection_json(injection: Injection) -> dict[str, Any]:
 class _JsonFields:
     """The fields of a JSON object that has these and no others; each is asked for by the sort that it must be of."""
 
-    def __init__(self, data: object, keys: Iterable[str], what: str, model: BehaviorModel) -> None:
+    def __init__(
+        self, data: object, keys: Iterable[str], what: str, model: BehaviorModel, optional: Iterable[str] = ()
+    ) -> None:
         names = tuple(keys)
-        if not isinstance(data, dict) or data.keys() != dict.fromkeys(names).keys():
+        required = data.keys() - dict.fromkeys(optional).keys() if isinstance(data, dict) else ()
+        if not isinstance(data, dict) or required != dict.fromkeys(names).keys():
             raise ValueError(f"the fields of {what} are {', '.join(names)}")
         self.model = model
         self._data = data
@@ -182,7 +188,7 @@ class _JsonFields:
 
     def count_or_none(self, name: str) -> int | None:
         """Return a whole number from 0 on, or `None` for `null`."""
-        return None if self._data[name] is None else self.count(name)
+        return None if self._data.get(name) is None else self.count(name)
 
     def truth(self, name: str) -> bool:
         """Return true or false."""
@@ -266,8 +272,16 @@ def _injection(fields: _JsonFields, _: int) -> Event:
             fields.count_or_none("hold_ns"),
             resource,
             condition,
+            _after_ns(fields),
         )
     )
+
+
+def _after_ns(fields: _JsonFields) -> int | None:
+    after_ns = fields.count_or_none("after_ns")
+    if after_ns is not None and fields["when"] is None:
+        raise ValueError("`after_ns` of an injection needs `when`")
+    return after_ns
 
 
 def _condition(data: object, model: BehaviorModel) -> Condition:
@@ -324,3 +338,6 @@ _KEYS: Mapping[str, tuple[str, ...]] = {
     "message": ("request", "resource", "message", "copies"),
     "resource": ("resource", "condition"),
 }
+
+_OPTIONAL: Mapping[str, tuple[str, ...]] = {"goal": ("when",), "injection": ("after_ns",)}
+"""Fields that a log of version 4 can have, and older ones have not."""

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from scbm.running import Event, Program
 
 FORMAT = "scbm-events"
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 """Incremented with every change of the format; `docs/reference/event-logs.md` describes each version."""
 
 MAX_BYTES = 256 * 1024 * 1024
@@ -329,9 +329,10 @@ class _Header:
                 "the trace of a run, which does not have its events" if data.get("format") == "scbm-trace" else "no log"
             )
             raise _bad(f"this is {noun}", place)
-        if data.get("version") not in (_WITHOUT_PLANNER, FORMAT_VERSION):
-            versions = f"{_WITHOUT_PLANNER} and {FORMAT_VERSION}"
-            message = f"version {data.get('version')} of the format of logs; this scbm reads versions {versions}"
+        version = data.get("version")
+        if type(version) is not int or not _WITHOUT_PLANNER <= version <= FORMAT_VERSION:
+            versions = f"{_WITHOUT_PLANNER} to {FORMAT_VERSION}"
+            message = f"version {version} of the format of logs; this scbm reads versions {versions}"
             raise _bad(message, place)
         try:
             self._read()
