@@ -38,6 +38,7 @@ class CaseResult:
         ended_ns: how long it took, in simulated time.
         visited: the obligations that it visited, as bits.
         unused: what the case says and nothing came of.
+        forced: of the visited obligations those that it visited only after its state was forced, as bits.
     """
 
     case: Case
@@ -46,10 +47,11 @@ class CaseResult:
     ended_ns: int
     visited: int
     unused: tuple[str, ...] = ()
+    forced: int = 0
 
     def outcome(self, position: int) -> CaseOutcome:
         """Return the result without its case, which has this position in its campaign."""
-        return CaseOutcome(position, self.verdict, self.ended_ns, self.requests, self.visited, self.unused)
+        return CaseOutcome(position, self.verdict, self.ended_ns, self.requests, self.visited, self.unused, self.forced)
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,8 @@ class Campaign:
     def result(self, outcome: CaseOutcome) -> CaseResult:
         """Return an outcome with its case."""
         case = self.source.case(outcome.position)
-        return CaseResult(case, outcome.requests, outcome.verdict, outcome.ended_ns, outcome.visited, outcome.unused)
+        _, verdict, ended_ns, requests, visited, unused, forced = outcome
+        return CaseResult(case, requests, verdict, ended_ns, visited, unused, forced)
 
     @property
     def forecast(self) -> Forecast | None:

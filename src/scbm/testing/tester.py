@@ -18,6 +18,7 @@ from scbm.cases.trace import (
     trace_digest,
 )
 from scbm.planning import PLANNERS
+from scbm.running.forced_states import first_forced
 from scbm.running.simulation import Choices, DrawnReactions, PlainReactions, Simulator, leave_nothing_open
 from scbm.testing.campaign import CaseResult
 from scbm.testing.random_streams import message_stream, reaction_stream
@@ -51,6 +52,8 @@ class Execution:
         visited: the obligations that it visited, as bits.
         unused: the clauses of the case that had no effect, one sentence each.
         log: of a real run what happened to the runner; the case alone does not give that run again.
+        forced: of what it visited the obligations that it visited only after its state was forced, as bits.
+        forced_by: the index in the trace of the record from which on the state is forced; `None` if it never is.
     """
 
     case: Case
@@ -62,12 +65,19 @@ class Execution:
     visited: int
     unused: tuple[str, ...] = ()
     log: EventLog | None = None
+    forced: int = 0
+    forced_by: int | None = None
 
     @property
     def result(self) -> CaseResult:
         """The result that a campaign keeps."""
         requests = len(self.reactions)
-        return CaseResult(self.case, requests, self.verdict, self.ended_ns, self.visited, self.unused)
+        return CaseResult(self.case, requests, self.verdict, self.ended_ns, self.visited, self.unused, self.forced)
+
+    @property
+    def visited_freely(self) -> int:
+        """What it visited before its state was forced, as bits; all that it visited if nothing was forced."""
+        return self.visited & ~self.forced
 
     @property
     def spans(self) -> RunSpans:
@@ -183,7 +193,16 @@ class Tester:
         verdict = judge(case, Outcomes(run.end, run.records, reactions, violations, names, log.real if log else ()))
         trace = Trace(self.model.name, case.name, run.records, self._planner_of(case, log))
         unused = find_unused(case, run.records)
-        return Execution(case, tuple(reactions), trace, verdict, run.ended_ns, violations, visited, unused, log)
+        forced_by = self._forced_by(case, run.records)
+        forced = 0 if forced_by is None else visited & ~visited_by(run.records[:forced_by], self.obligations)
+        return Execution(
+            case, tuple(reactions), trace, verdict, run.ended_ns, violations, visited, unused, log, forced, forced_by
+        )
+
+    def _forced_by(self, case: Case, records: Sequence[Record]) -> int | None:
+        if not any(injection.assign for injection in case.injections):
+            return None
+        return first_forced(self._simulator.program, case.initial, (case.predicate,), records)
 
     def _planner_of(self, case: Case, log: EventLog | None) -> PlannerIdentity:
         """Return the planner that made the plans of a run; it need not be installed if the case has the plans."""

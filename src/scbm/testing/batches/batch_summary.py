@@ -41,6 +41,7 @@ class CaseOutcome(NamedTuple):
         requests: how many requests it sent.
         visited: the obligations that it visited, as bits.
         unused: the clauses of the case that had no effect.
+        forced: of the visited obligations those that it visited only after its state was forced, as bits.
     """
 
     position: int
@@ -49,6 +50,7 @@ class CaseOutcome(NamedTuple):
     requests: int
     visited: int
     unused: tuple[str, ...]
+    forced: int = 0
 
 
 @dataclass(frozen=True, slots=True)
