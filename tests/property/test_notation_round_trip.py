@@ -17,7 +17,7 @@ from scbm.files import (
 )
 from scbm.model import BehaviorModel, State, StateSpace
 from support.profiles import examples
-from support.strategies import actions, planning_models, predicates, running_models, sentences, variables
+from support.strategies import actions, open_models, planning_models, predicates, running_models, sentences, variables
 
 
 @given(st.data())
@@ -51,7 +51,7 @@ def test_states(data: st.DataObject) -> None:
     assert hash(again) == hash(state)
 
 
-@given(st.one_of(planning_models(), running_models()))
+@given(st.one_of(planning_models(), running_models(), open_models()))
 @examples(150)
 def test_models(model: BehaviorModel) -> None:
     again = read_model(write_model(model))

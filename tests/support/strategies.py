@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, assert_never, cast
 
@@ -16,6 +17,7 @@ from scbm.model import (
     BehaviorModel,
     Constant,
     Domain,
+    EnvironmentTransition,
     Equal,
     Implies,
     Latency,
@@ -28,6 +30,8 @@ from scbm.model import (
     Order,
     Outcome,
     Predicate,
+    Rate,
+    RateKind,
     Reference,
     Relation,
     Requirement,
@@ -165,6 +169,45 @@ def running_models(draw: DrawFn) -> BehaviorModel:
     return BehaviorModel(
         "run", declared, operations, resources, tuple(automatic), goals=goals, requirements=requirements
     )
+
+
+@st.composite
+def open_models(draw: DrawFn) -> BehaviorModel:
+    """Running models in which the environment acts, resources publish some values only, and others use resources."""
+    model = draw(running_models())
+    world = (*model.variables, *(v for r in model.resources for v in resource_variables(r.name)))
+    resources = tuple(draw(_open_resource(resource, model)) for resource in model.resources)
+    environment = []
+    for index in range(draw(st.integers(0, 2))):
+        acts = tuple(_action(draw, target, world) for target in draw(_some(model.variables)))
+        rate = draw(st.sampled_from([None, *RateKind]))
+        shape, points = draw(
+            st.sampled_from([(LatencyShape.EXPONENTIAL, (3 * SECOND_NS,)), (LatencyShape.FIXED, (1,))])
+        )
+        guard = draw(predicates(world, 1))
+        chosen = None if rate is None else Rate(rate, Latency(shape, points))
+        environment.append(EnvironmentTransition(f"e{index}", guard, acts, chosen))
+    return replace(model, resources=resources, environment=tuple(environment))
+
+
+def _some(variables: Sequence[Variable]) -> SearchStrategy[list[Variable]]:
+    return st.lists(st.sampled_from(list(variables)), min_size=1, max_size=2, unique_by=lambda v: v.name)
+
+
+@st.composite
+def _open_resource(draw: DrawFn, resource: Resource, model: BehaviorModel) -> Resource:
+    published = tuple(variable.name for variable in draw(_some(model.variables)))
+    values = []
+    for name in sorted({*published, *resource.measures}):
+        domain = model.space[name].domain.values
+        kept = draw(st.lists(st.sampled_from(domain), min_size=1, unique=True))
+        if len(kept) < len(domain):
+            values.append((name, tuple(value for value in domain if value in kept)))
+    sent = dict(values)
+    drawn = tuple((name, sent.get(name, known)) for name, known in resource.simulation.measured)
+    simulation = replace(resource.simulation, measured=drawn)
+    shared = draw(st.booleans())
+    return replace(resource, publishes=published, values=tuple(values), shared=shared, simulation=simulation)
 
 
 @st.composite

@@ -22,6 +22,7 @@ from scbm.model.bindings import (
 )
 from scbm.model.diagnostics import Diagnostic, InputError, Place, ScbmError, Severity
 from scbm.model.durations import format_duration, format_moment
+from scbm.model.environment import EnvironmentTransition, Rate, RateKind
 from scbm.model.operations import Action, Add, Assign, Operation, Transition
 from scbm.model.packing import Packing
 from scbm.model.predicates import (
@@ -73,6 +74,7 @@ __all__ = [
     "Constant",
     "Diagnostic",
     "Domain",
+    "EnvironmentTransition",
     "Equal",
     "FieldType",
     "Implies",
@@ -99,6 +101,8 @@ __all__ = [
     "PlannerChoice",
     "PlannerIdentity",
     "Predicate",
+    "Rate",
+    "RateKind",
     "Reading",
     "Reference",
     "Relation",

@@ -14,6 +14,7 @@ from scbm.model.variables import State, StateSpace, Variable, resource_variables
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from scbm.model.environment import EnvironmentTransition
     from scbm.model.operations import Action, Operation, Transition
     from scbm.model.requirements import Requirement
     from scbm.model.resources import Resource
@@ -102,6 +103,7 @@ class BehaviorModel:
         goals: the goals of runs, by name.
         requirements: the requirements that hold during runs.
         planner: the planner of its runs; it is how plans are found, and no part of what the model means.
+        environment: the changes that something outside the model makes; planners ignore them (semantics 9.2).
     """
 
     name: str
@@ -113,6 +115,7 @@ class BehaviorModel:
     goals: tuple[tuple[str, Predicate], ...] = ()
     requirements: tuple[Requirement, ...] = ()
     planner: PlannerChoice = PlannerChoice()
+    environment: tuple[EnvironmentTransition, ...] = ()
 
     @cached_property
     def space(self) -> StateSpace:

@@ -13,6 +13,7 @@ from scbm.model.variables import request_state_name, trigger_name
 if TYPE_CHECKING:
     from scbm.model.bindings import Binding
     from scbm.model.values import Value
+    from scbm.model.variables import Variable
 
 
 class Outcome(StrEnum):
@@ -29,6 +30,7 @@ class LatencyShape(StrEnum):
     FIXED = "fixed"
     UNIFORM = "uniform"
     TRIANGULAR = "triangular"
+    EXPONENTIAL = "exponential"
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +39,7 @@ class Latency:
 
     Attributes:
         shape: the distribution.
-        points_ns: its parameters: (value,), (low, high), or (low, mode, high).
+        points_ns: its parameters: (value,), (low, high), (low, mode, high), or (mean,).
     """
 
     shape: LatencyShape
@@ -76,6 +78,8 @@ class Resource:
         request: the variables whose values a request carries.
         measures: the variables whose values a reply may carry.
         publishes: the variables whose values it may send unasked.
+        values: for some of what it measures or publishes, the only values that it sends, in the order of the domain.
+        shared: whether another user can occupy it while no request of the controller to it is in flight.
         simulation: its simulated behavior.
         binding: how the real resource is reached; `None` if the model does not say.
     """
@@ -86,6 +90,15 @@ class Resource:
     simulation: Simulation = field(default_factory=Simulation)
     binding: Binding | None = None
     publishes: tuple[str, ...] = ()
+    values: tuple[tuple[str, tuple[Value, ...]], ...] = ()
+    shared: bool = False
+
+    def sends(self, variable: Variable) -> tuple[Value, ...]:
+        """Return the values that the resource can send for a variable: those declared, or all of the domain."""
+        for name, values in self.values:
+            if name == variable.name:
+                return values
+        return variable.domain.values
 
     @property
     def trigger(self) -> str:

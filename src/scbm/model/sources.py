@@ -2,25 +2,54 @@
 
 A source is declared, or inferred on the cautious side: what is read and changed by nothing else is an input, and so is
 what only automatic transitions assign. Resources that publish, and the environment, change variables at settled
-moments, whether the model asks for it or not.
+moments, whether the model asks for it or not. A variable that environment transitions assign changes from outside by
+these alone; each other one takes any of its values.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
 
 from scbm.model.predicates import Constant
 from scbm.model.variables import VariableSource
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from scbm.model.behavior import BehaviorModel
     from scbm.model.operations import Action
     from scbm.model.resources import Resource
+    from scbm.model.values import Value
 
 OutsideGroup: TypeAlias = "tuple[str, ...]"
 """Variables that something outside the model changes, all or some of them at one moment."""
+
+
+@dataclass(frozen=True, slots=True)
+class FreeGroup:
+    """Variables that something outside the model changes freely, all or some of them at one moment.
+
+    Attributes:
+        values: each variable with the values that it can take.
+    """
+
+    values: tuple[tuple[str, tuple[Value, ...]], ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The variables."""
+        return tuple(name for name, _ in self.values)
+
+    def changes(self, names: Iterable[str]) -> Iterator[tuple[tuple[str, Value], ...]]:
+        """Yield each choice of values for some of the variables `names`, at least one of them."""
+        kept = dict.fromkeys(names)
+        values = [(name, (None, *choices)) for name, choices in self.values if name in kept]
+        for chosen in product(*(choices for _, choices in values)):
+            found = tuple((name, value) for (name, _), value in zip(values, chosen, strict=True) if value is not None)
+            if found:
+                yield found
 
 
 def is_triggered(resource: Resource, model: BehaviorModel) -> bool:
@@ -35,18 +64,22 @@ def replied(model: BehaviorModel) -> tuple[str, ...]:
     return tuple(dict.fromkeys(name for resource in triggered for name in resource.measures))
 
 
-def published_by(resource: Resource, model: BehaviorModel) -> OutsideGroup:
-    """Return the variables that a resource can change unasked.
-
-    Those that it publishes, that it measures though it gets no requests, or that are bound to a topic.
-    """
+def published_by(resource: Resource, model: BehaviorModel) -> tuple[str, ...]:
+    """Return the variables that a resource can change unasked: it publishes them, or measures them without requests."""
     unasked = () if is_triggered(resource, model) else resource.measures
-    topics = () if resource.binding is None else resource.binding.measured
-    return tuple(dict.fromkeys((*resource.publishes, *unasked, *(topic.reading.variable for topic in topics))))
+    return tuple(dict.fromkeys((*resource.publishes, *unasked)))
+
+
+def moved(model: BehaviorModel) -> tuple[str, ...]:
+    """Return the variables that environment transitions assign, in the order of the transitions."""
+    return tuple(dict.fromkeys(action.target for each in model.environment for action in each.actions))
 
 
 def inputs(model: BehaviorModel) -> tuple[str, ...]:
-    """Return the variables that the environment changes, declared or inferred, in the order of the model."""
+    """Return the variables that the environment changes, declared or inferred, in the order of the model.
+
+    Those that operations or resources change as well are among them only if the model declares it.
+    """
     known = dict.fromkeys((*replied(model), *(name for r in model.resources for name in published_by(r, model))))
     known |= dict.fromkeys(action.target for action in _actions_of_operations(model))
     read = dict.fromkeys(_read(model))
@@ -61,6 +94,7 @@ def inputs(model: BehaviorModel) -> tuple[str, ...]:
 def undeclared(model: BehaviorModel) -> tuple[str, ...]:
     """Return the inputs that automatic transitions assign, and of which the model does not say whether they are."""
     assigned = dict.fromkeys(a.target for t in model.automatic_transitions for a in t.running_actions)
+    assigned = {name: None for name in assigned if name not in moved(model)}
     by_name = {variable.name: variable for variable in model.variables}
     return tuple(name for name in inputs(model) if name in assigned and by_name[name].source is None)
 
@@ -72,19 +106,42 @@ def still(model: BehaviorModel) -> tuple[str, ...]:
     return tuple(v.name for v in model.variables if v.name in read and v.name not in changed)
 
 
-def outside_groups(model: BehaviorModel) -> tuple[OutsideGroup, ...]:
-    """Return what changes from outside at settled moments: one group for each input and each resource that publishes.
+def free_groups(model: BehaviorModel) -> tuple[FreeGroup, ...]:
+    """Return what changes freely at settled moments: one group for each input and each resource that publishes.
 
-    A message of a resource can carry several values at once.
+    A message of a resource can carry several values at once. What environment transitions assign is in no group.
     """
-    groups: list[OutsideGroup] = [(name,) for name in inputs(model)]
-    groups += [group for resource in model.resources if (group := published_by(resource, model))]
+    guarded = dict.fromkeys(moved(model))
+    groups = [FreeGroup(((n, model.space[n].domain.values),)) for n in inputs(model) if n not in guarded]
+    for resource in model.resources:
+        names = [name for name in published_by(resource, model) if name not in guarded]
+        if names:
+            groups.append(FreeGroup(tuple((name, resource.sends(model.space[name])) for name in names)))
     return tuple(groups)
 
 
+def outside_groups(model: BehaviorModel) -> tuple[OutsideGroup, ...]:
+    """Return the variables of each group that changes freely, then each that environment transitions assign."""
+    return (*(group.names for group in free_groups(model)), *((name,) for name in moved(model)))
+
+
 def changed_from_outside(model: BehaviorModel) -> tuple[str, ...]:
-    """Return the variables that change from outside at settled moments, each once."""
+    """Return the variables that change from outside at settled moments, each once; no request states."""
     return tuple(dict.fromkeys(name for group in outside_groups(model) for name in group))
+
+
+def outside_values(model: BehaviorModel) -> dict[str, tuple[Value, ...]]:
+    """Return for each variable that changes from outside the values that it can get there, in the order of the domain.
+
+    The actions of environment transitions may give any value of the domain.
+    """
+    found: dict[str, dict[Value, None]] = {}
+    for group in free_groups(model):
+        for name, values in group.values:
+            found.setdefault(name, {}).update(dict.fromkeys(values))
+    for name in moved(model):
+        found[name] = dict.fromkeys(model.space[name].domain.values)
+    return {name: tuple(v for v in model.space[name].domain.values if v in known) for name, known in found.items()}
 
 
 def _actions_of_operations(model: BehaviorModel) -> Iterator[Action]:
@@ -103,3 +160,7 @@ def _read(model: BehaviorModel) -> Iterator[str]:
         yield from action.reads()
     for _, goal in model.goals:
         yield from goal.reads()
+    for each in model.environment:
+        yield from each.guard.reads()
+        for action in each.actions:
+            yield from action.reads()

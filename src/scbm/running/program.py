@@ -13,6 +13,7 @@ from scbm.model import (
     Assign,
     BehaviorModel,
     Constant,
+    Domain,
     Equal,
     Operation,
     OperationState,
@@ -27,7 +28,7 @@ from scbm.model import (
     Truth,
     conjunction,
 )
-from scbm.model.sources import changed_from_outside
+from scbm.model.sources import outside_values
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
 from scbm.running.lifecycle import LifecycleState, OperationPart
 from scbm.running.macro_steps import PlanQueue
@@ -148,7 +149,8 @@ class Program:
         triggers: the bits of all triggers.
         plan_states: for each value of `plan.state`, `(keep, bits)` that set it.
         aborted: `(mask, bits)` with `state & mask == bits` where `plan.state` is `aborted`.
-        measured: the variables that resources measure or publish, and the inputs.
+        unasked: for each variable that is published, or that the environment changes, the values that it can get.
+        measured: the same for the replies of each resource, in the order of the model.
     """
 
     def __init__(self, model: BehaviorModel) -> None:
@@ -168,8 +170,11 @@ class Program:
         self.triggers = sum(line.trigger for line in self.requests)
         self.plan_states = {s: self.packing.assignment({PLAN_STATE: s.value}) for s in PlanState}
         self.aborted = self.packing.cube(Equal(Reference(PLAN_STATE), Constant(PlanState.ABORTED.value)))
-        measured = [name for resource in model.resources for name in resource.measures]
-        self.measured = tuple(dict.fromkeys((*measured, *changed_from_outside(model))))
+        self.unasked = {name: Domain(values) for name, values in outside_values(model).items()}
+        self.measured = [
+            {name: Domain(resource.sends(model.space[name])) for name in resource.measures}
+            for resource in model.resources
+        ]
         self._current_mask = self.packing[CURRENT_NAME].mask | self.packing[CURRENT_STATE].mask
         self._current = dict(self._lifecycle_states())
 

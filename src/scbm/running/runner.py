@@ -71,7 +71,7 @@ if TYPE_CHECKING:
 
     from scbm.cases import Injection
     from scbm.cases.trace import Changes
-    from scbm.model import Value
+    from scbm.model import Domain, Value
     from scbm.model.packing import Test
     from scbm.running.macro_steps import PlanQueue
     from scbm.running.program import CompiledStep, Program, RequestLine
@@ -233,7 +233,7 @@ class Runner:
                 if self._goal is None:  # at once, so that all that follows from the goal belongs to its run
                     self._start_next_goal()
             case Measured(values):
-                changes = self._set(self._with_measured(values, self.program.measured))
+                changes = self._set(self._with_measured(values, self.program.unasked))
                 self._effects.append(MeasurementReceived(self._now_ns, changes))
             case InjectionGiven(injection):
                 return self._arm(injection)
@@ -257,15 +257,20 @@ class Runner:
             self._effects.append(ReplyDropped(self._now_ns, reply.request, line))
             return
         keep, bits = line.succeeded if reply.succeeded else line.failed
-        changes = self._set(self._with_measured(reply.measured, line.resource.measures) & keep | bits)
+        changes = self._set(self._with_measured(reply.measured, self.program.measured[line.number]) & keep | bits)
         record = ReplyReceived(self._now_ns, reply.request, line.resource.name, reply.succeeded, changes)
         self._effects.append(record)
 
-    def _with_measured(self, values: Changes, measurable: tuple[str, ...]) -> int:
-        """Return the packed state with measured values; refuse and record values that cannot be measured."""
+    def _with_measured(self, values: Changes, known: Mapping[str, Domain]) -> int:
+        """Return the packed state with measured values; refuse and record values that cannot be measured.
+
+        Args:
+            values: what was measured.
+            known: for each variable that can be measured the values that it can get.
+        """
         state = self._state
         for name, value in values:
-            if name in measurable and value in self.program.packing.space[name].domain:
+            if name in known and value in known[name]:
                 keep, bits = self.program.packing.assignment({name: value})
                 state = state & keep | bits
             else:

@@ -19,7 +19,7 @@ from support.wording import Wording
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.model import BehaviorModel, Diagnostic, Operation, Resource, Value
+    from scbm.model import BehaviorModel, Diagnostic, Latency, Operation, Resource, Value
 
 MODELS = Path(__file__).parent.parent.parent / "models"
 REJECTED = sorted((MODELS / "rejected").glob("*.yaml"))
@@ -150,6 +150,9 @@ def facts(model: BehaviorModel) -> Iterator[str]:
         if operation.timedout:
             yield f"  timedout [{', '.join(map(str, operation.timedout))}]"
     yield from (f"automatic {transition}" for transition in model.automatic_transitions)
+    for each in model.environment:
+        rate = "" if each.rate is None else f", {each.rate.kind} {latency(each.rate.time)}"
+        yield f"environment {each}{rate}"
     yield f"initial states {model.initial_states}"
     yield from (f"goal {name}: {goal}" for name, goal in model.goals)
     yield from (f"requirement {requirement}" for requirement in model.requirements)
@@ -160,12 +163,20 @@ def facts(model: BehaviorModel) -> Iterator[str]:
 def facts_of_resource(resource: Resource) -> Iterator[str]:
     yield f"request [{', '.join(resource.request)}]"
     yield f"measures [{', '.join(resource.measures)}]"
-    latency = resource.simulation.latency
-    yield f"{latency.shape} {' '.join(format_duration(point_ns) for point_ns in latency.points_ns)}"
+    if resource.publishes:
+        yield f"publishes [{', '.join(resource.publishes)}]"
+    yield from (f"sends {name} from {values(sent)}" for name, sent in resource.values)
+    if resource.shared:
+        yield "shared"
+    yield latency(resource.simulation.latency)
     yield from (f"{outcome} {probability}" for outcome, probability in resource.simulation.outcomes)
     yield from (f"{name} from {values(drawn)}" for name, drawn in resource.simulation.measured)
     if resource.binding is not None:
         yield f"real {RosKeys.write(resource.binding)}"
+
+
+def latency(time: Latency) -> str:
+    return f"{time.shape} {' '.join(format_duration(point_ns) for point_ns in time.points_ns)}"
 
 
 def facts_of_operation(operation: Operation) -> Iterator[str]:

@@ -98,6 +98,7 @@ def test_the_schema_is_one() -> None:
         "resources",
         "operations",
         "automatic_transitions",
+        "environment",
         "initial_states",
         "goals",
         "requirements",

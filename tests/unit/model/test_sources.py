@@ -6,7 +6,18 @@ import pytest
 
 from scbm.files import read_model
 from scbm.model import BehaviorModel
-from scbm.model.sources import changed_from_outside, inputs, outside_groups, published_by, replied, undeclared
+from scbm.model.sources import (
+    changed_from_outside,
+    free_groups,
+    inputs,
+    moved,
+    outside_groups,
+    outside_values,
+    published_by,
+    replied,
+    still,
+    undeclared,
+)
 
 CELL = """
 behavior_model: cell
@@ -64,3 +75,47 @@ def test_the_values_of_one_message_change_together() -> None:
     text = CELL.replace("measures: [curtain]", "publishes: [curtain, note]") % ("", "", "")
     assert outside_groups(read_model(text)) == (("estop",), ("count",), ("curtain", "note"))
     assert changed_from_outside(read_model(text)) == ("estop", "count", "curtain", "note")
+
+
+MOVED = """environment:
+  press: {guard: estop == released, actions: [estop <- pressed]}
+  reset: {guard: count > 0, actions: [count -= 1]}
+"""
+
+
+def test_what_environment_transitions_assign_does_not_change_freely() -> None:
+    model = read_model(CELL % ("", "", "") + MOVED)
+    assert moved(model) == ("estop", "count")
+    assert inputs(model) == ("estop", "count")
+    assert undeclared(model) == ()
+    assert [group.names for group in free_groups(model)] == [("curtain",)]
+    assert changed_from_outside(model) == ("curtain", "estop", "count")
+
+
+def test_what_only_the_environment_reads_matters() -> None:
+    text = CELL % ("", "", "") + "environment:\n  press: {guard: note == x, actions: [estop <- pressed]}\n"
+    assert "note" in inputs(read_model(text))
+    assert "note" not in still(read_model(text))
+
+
+def test_a_variable_of_an_operation_changes_from_outside_if_the_environment_assigns_it() -> None:
+    text = CELL % ("", "", "") + "environment:\n  again: {guard: scanned == true, actions: [scanned <- false]}\n"
+    model = read_model(text)
+    assert "scanned" not in inputs(model)
+    assert "scanned" in changed_from_outside(model)
+
+
+def test_values_that_resources_never_send_do_not_come_from_outside() -> None:
+    text = CELL.replace("measures: [curtain]", "measures: {curtain: [broken]}, publishes: [note]") % ("", "", "")
+    model = read_model(text)
+    assert free_groups(model)[-1].values == (("note", ("x", "y")), ("curtain", ("broken",)))
+    assert list(free_groups(model)[-1].changes(("curtain", "note"))) == [
+        (("curtain", "broken"),),
+        (("note", "x"),),
+        (("note", "x"), ("curtain", "broken")),
+        (("note", "y"),),
+        (("note", "y"), ("curtain", "broken")),
+    ]
+    assert outside_values(model)["curtain"] == ("broken",)
+    assert model.resources[1].sends(model.space["curtain"]) == ("broken",)
+    assert model.resources[1].sends(model.space["note"]) == ("x", "y")

@@ -58,7 +58,7 @@ from support.nodes import Stage
 from support.virtual_loop import VirtualLoop, run_virtually
 from support.wording import Wording
 
-MODEL = scan_cell()
+MODEL = scan_cell(("measures: [temperature]", "measures: [temperature]\n    publishes: [temperature]"))
 TOPICS = CellTopics.of(MODEL)
 CASE = read_case("case: scans\ngoal: scanned\n", MODEL)
 SECOND_NS = 10**9

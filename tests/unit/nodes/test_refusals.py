@@ -34,7 +34,7 @@ resources:
 """,
     MODEL,
 )
-SCANNER = ("zone", "item", "level")
+SCANNER = {name: MODEL.space[name].domain for name in ("zone", "item", "level")}
 
 
 @pytest.mark.parametrize(

@@ -80,7 +80,8 @@ def test_an_operation_that_is_enabled_at_its_disabled_deadline_executes() -> Non
 
 
 def test_an_injection_comes_before_an_automatic_transition() -> None:
-    hand = Hand(with_automatic("warm: {g: temperature == 9 && count == 0, a: [count <- 1]}"))
+    published = ("measures: [temperature]", "publishes: [temperature]")
+    hand = Hand(with_automatic("warm: {g: temperature == 9 && count == 0, a: [count <- 1]}", more=(published,)))
     hand.inject(Injection("hot", (("count", 2),), when=holds("temperature", 9)))
     hand.give(Measured((("temperature", 9),)), 1)
     assert hand.runner.state["count"] == 2

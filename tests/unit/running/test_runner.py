@@ -32,6 +32,8 @@ from support.driving import SECOND_NS, Hand
 from support.models import scan_cell
 from support.wording import Wording
 
+PUBLISHES = ("measures: [temperature]", "measures: [temperature]\n    publishes: [temperature]")
+
 
 def current_is(name: str) -> Equal:
     return Equal(Reference("current.name"), Constant(name))
@@ -100,7 +102,9 @@ def test_a_reply_at_the_instant_of_the_deadline_is_in_time() -> None:
 
 
 def test_everything_that_happens_at_the_instant_of_a_deadline_is_in_time() -> None:
-    both = scan_cell(("gr: scan_req_state == succeeded", "gr: scan_req_state == succeeded && temperature == 8"))
+    both = scan_cell(
+        ("gr: scan_req_state == succeeded", "gr: scan_req_state == succeeded && temperature == 8"), PUBLISHES
+    )
     hand = Hand(both)
     hand.goal()
     hand.reply(1, 10)
@@ -603,9 +607,28 @@ def test_a_reply_cannot_measure_for_another_resource() -> None:
 
 
 def test_measured_values_come_unasked_too() -> None:
-    hand = Hand(scan_cell())
+    hand = Hand(scan_cell(PUBLISHES))
     hand.give(Measured((("temperature", 3),)), 1)
     assert hand.runner.state["temperature"] == 3
+
+
+def test_values_of_replies_do_not_come_unasked() -> None:
+    hand = Hand(scan_cell())
+    hand.give(Measured((("temperature", 3),)), 1)
+    assert hand.runner.state["temperature"] == 5
+    assert [record.variable for record in hand.records if isinstance(record, MeasurementRefused)] == ["temperature"]
+
+
+def test_a_value_that_the_model_rules_out_is_refused_in_replies_and_unasked() -> None:
+    narrow = ("measures: [temperature]", "measures: {temperature: [3, 4]}\n    publishes: {temperature: [3, 4]}")
+    hand = Hand(scan_cell(narrow))
+    hand.give(Measured((("temperature", 8),)), 1)
+    hand.goal()
+    hand.give(ReplyArrived(1, succeeded=True, measured=(("temperature", 9),)), 2)
+    assert hand.runner.state["temperature"] == 5
+    assert [record.value for record in hand.records if isinstance(record, MeasurementRefused)] == [8, 9]
+    hand.give(Measured((("temperature", 4),)), 3)
+    assert hand.runner.state["temperature"] == 4
 
 
 # plans and time

@@ -166,12 +166,14 @@ def _used(model: BehaviorModel) -> Iterator[str]:
         yield from predicate.reads()
     for resource in model.resources:
         yield from resource.request
-    for action in model.actions:
+    outside = (action for each in model.environment for action in each.actions)
+    for action in (*model.actions, *outside):
         yield from (name for name in action.reads() if name != action.target)
 
 
 def _predicates(model: BehaviorModel) -> Iterator[Predicate]:
     yield from (transition.running_guard for transition in model.transitions)
     yield from (model.initial_states, *(goal for _, goal in model.goals))
+    yield from (each.guard for each in model.environment)
     for requirement in model.requirements:
         yield from requirement.sentence.predicates

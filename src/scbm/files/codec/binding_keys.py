@@ -22,6 +22,7 @@ from scbm.model.bindings import (
 )
 from scbm.model.operations import Assign
 from scbm.model.predicates import Constant
+from scbm.model.sources import inputs, moved, published_by
 from scbm.model.values import format_value
 
 if TYPE_CHECKING:
@@ -89,7 +90,7 @@ class RosKeys(Keys):
     )
     measured = Key(
         NamesType(MappingType(MeasuredTopicKeys), "variable → measured topic"),
-        "For variables under `measures`: the topic that measures each.",
+        "For variables that the resource publishes, and for inputs: the topic that brings the values of each.",
         source=lambda binding: {measured.reading.variable: measured for measured in binding.measured},
     )
 
@@ -147,6 +148,7 @@ class BindingReader:
         self._reader = reader
         self._model = model
         self._shared = SharedNames(reader)
+        self._from_outside = (*inputs(model), *moved(model))
 
     def include(self, resource: Resource) -> None:
         """Include the binding that a resource keeps: others must not contradict it."""
@@ -257,8 +259,9 @@ class BindingReader:
 
     def _measured(self, resource: Resource, keys: RosKeys) -> Iterator[MeasuredTopic]:
         reliability: dict[str, bool] = {}
+        unasked = tuple(dict.fromkeys((*published_by(resource, self._model), *self._from_outside)))
         for entry in keys.measured or ():
-            measured = entry.value.measured(entry.name, resource, entry.place, self._shared)
+            measured = entry.value.measured(entry.name, resource, entry.place, self._shared, unasked)
             if measured is None:
                 continue
             topic, is_best_effort = measured.topic, measured.is_best_effort

@@ -17,7 +17,7 @@ from scbm.files.codec.key_types import (
     predicate_type,
 )
 from scbm.files.codec.keys import DefaultKey, Key, Keys
-from scbm.files.codec.operation_keys import AutomaticKeys, OperationKeys, TransitionKeys
+from scbm.files.codec.operation_keys import AutomaticKeys, EnvironmentKeys, OperationKeys, TransitionKeys
 from scbm.files.codec.resource_keys import ResourceKeys, SimulationKeys
 from scbm.files.codec.value_reader import NAME, ValueReader
 from scbm.files.codec.variable_keys import VariableKeys
@@ -133,6 +133,12 @@ class ModelKeys(Keys):
         default=(),
         source=lambda model: {transition.name: transition for transition in model.automatic_transitions},
     )
+    environment = DefaultKey(
+        NamesType(MappingType(EnvironmentKeys), "name → environment transition"),
+        "How inputs change: what something outside the model and its resources does, at settled moments.",
+        default=(),
+        source=lambda model: {each.name: each for each in model.environment},
+    )
     initial_states: DefaultKey[Predicate] = DefaultKey(
         _WORLD, "What every initial state satisfies.", default=TRUE, always_written=True
     )
@@ -170,6 +176,7 @@ class ModelKeys(Keys):
             goals=tuple((entry.name, entry.value or TRUE) for entry in self._named(self.goals)),
             requirements=tuple(Requirement(name, sentence) for name, sentence in requirements if sentence is not None),
             planner=PlannerChoice() if self.planner is None else self.planner.choice(),
+            environment=tuple(entry.value.environment(entry.name) for entry in self._named(self.environment)),
         )
         self._refuse_false_sources(model)
         return self._bound(model)
@@ -177,6 +184,7 @@ class ModelKeys(Keys):
     def _refuse_false_sources(self, model: BehaviorModel) -> None:
         """Note a declared source that something in the model contradicts."""
         assigned = dict.fromkeys(action.target for action in model.actions)
+        by_environment = {action.target: each.name for each in model.environment for action in each.actions}
         reported = {name: resource.name for resource in model.resources for name in resource.measures}
         reported |= {name: resource.name for resource in model.resources for name in resource.publishes}
         for entry in self._entries_with_source():
@@ -184,6 +192,9 @@ class ModelKeys(Keys):
             remedy = "leave out `source`, or declare what is true"
             if source is VariableSource.CONSTANT and name in assigned:
                 message = f"`{name}` is declared constant, and an action assigns it"
+                self.reader.add(Slug.CONTRADICTION, message, entry.value.place("source"), remedy)
+            elif source is not VariableSource.INPUT and name in by_environment:
+                message = f"`{name}` is declared `{source}`, and `{by_environment[name]}` of the environment assigns it"
                 self.reader.add(Slug.CONTRADICTION, message, entry.value.place("source"), remedy)
             elif source is not VariableSource.INPUT and name in reported:
                 message = f"`{name}` is declared `{source}`, and the resource `{reported[name]}` reports its values"
@@ -290,6 +301,7 @@ MODEL_OWNERS: tuple[tuple[type[Keys], str], ...] = (
     (RosKeys, "`ros` of a resource"),
     (OperationKeys, "an operation"),
     (TransitionKeys, "a transition"),
+    (EnvironmentKeys, "an environment transition"),
     (PlannerKeys, "the planner"),
     (ModelKeys, "the model"),
 )

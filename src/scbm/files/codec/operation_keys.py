@@ -1,4 +1,4 @@
-"""The keys of operations and of transitions in a model file."""
+"""The keys of operations and of transitions in a model file, those of the environment included."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 
 from scbm.files.codec.key_types import DURATION, MODEL_NAME, MappingType, ScalarListType, node_of, predicate_type
 from scbm.files.codec.keys import DefaultKey, Key, Keys
+from scbm.files.codec.resource_keys import LATENCY
 from scbm.files.language.scope import Where
 from scbm.files.spelling import nearest
 from scbm.model import Slug
+from scbm.model.environment import EnvironmentTransition, Rate, RateKind
 from scbm.model.operations import Operation, Transition
 from scbm.model.predicates import TRUE, Predicate
 
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from scbm.files.yaml.document import YamlNode
     from scbm.model import Place
     from scbm.model.operations import Action
+    from scbm.model.resources import Latency
 
 _GUARD = predicate_type(Where.GUARD)
 _ACTIONS = ScalarListType(
@@ -107,6 +110,58 @@ class TransitionKeys(AutomaticKeys):
         absent="`start_<operation>`, `complete_<operation>`, `fail_<operation>`",
         source=lambda transition: transition.name or None,
     )
+
+
+def _time_of(kind: RateKind) -> Callable[[EnvironmentTransition], Latency | None]:
+    """Return the source of the time of a rate; other rates have none of this kind."""
+    return lambda each: each.rate.time if each.rate is not None and each.rate.kind is kind else None
+
+
+class EnvironmentKeys(Keys):
+    """A change that something outside the model and its resources makes. Planners ignore it; it is no obligation."""
+
+    guard: Key[Predicate] = Key(
+        predicate_type(Where.ENVIRONMENT), "Where it can happen; it reads no variable of the runner.", required=True
+    )
+    actions = Key(_ACTIONS, "What changes, all at once; declared variables only.", required=True)
+    every = Key(
+        LATENCY,
+        "For simulation: the time from the beginning of a run, and then again each time that it has passed.",
+        absent="it never happens in a simulation",
+        source=_time_of(RateKind.EVERY),
+    )
+    after = Key(
+        LATENCY,
+        "For simulation: the time from when the guard became true; it restarts when the guard turns false.",
+        absent="it never happens in a simulation",
+        source=_time_of(RateKind.AFTER),
+    )
+
+    def environment(self, name: str) -> EnvironmentTransition:
+        """Return the transition; valid only if no error is noted."""
+        (actions,) = read_actions(self.reader, ((self.actions, Where.ENVIRONMENT),))
+        if self.actions is not None and self.actions.plain == []:
+            message = f"`{name}` has no actions, so it could never change anything"
+            self.reader.add(Slug.WRONG_SHAPE, message, self.place("actions"), "write for example `[door <- open]`")
+        return EnvironmentTransition(name, self.guard or TRUE, actions, self._rate())
+
+    def _rate(self) -> Rate | None:
+        every, after = self.every, self.after
+        if every is not None and after is not None:
+            message = "a rate is `every` or `after`, and this transition has both"
+            self.reader.add(Slug.CONTRADICTION, message, self.place("after"), "keep one of them")
+        if after is not None:
+            return Rate(RateKind.AFTER, after.latency())
+        if every is None:
+            return None
+        time = every.distribution()
+        if time is None or time.points_ns[-1] > 0:
+            return None if time is None else Rate(RateKind.EVERY, time)
+        message = "`every` needs a time above 0 s, or time would stand still"
+        self.reader.add(
+            Slug.BAD_LATENCY, message, self.place("every"), "write for example `every: {exponential: 2 min}`"
+        )
+        return None
 
 
 class OperationKeys(Keys):

@@ -15,6 +15,7 @@ from scbm.files.yaml.yaml_writer import Quoted
 from scbm.model import Place, Slug
 from scbm.model.bindings import FieldType, Interval, MeasuredTopic, MessageType, Reading
 from scbm.model.values import ValueKind, format_value
+from scbm.model.variables import Role
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -87,7 +88,9 @@ class ReadingKeys(Keys):
             kind: the type of the data.
             place: where the name stands.
         """
-        variable = self._variable(name, resource, place)
+        return self._reading(name, self._variable(name, resource, place), kind, place)
+
+    def _reading(self, name: str, variable: Variable | None, kind: FieldType, place: Place) -> Reading:
         if not self.has("ranges") and not self.has("values") and variable is not None:
             self._refuse_unlike(variable, kind, place)
         if self.has("ranges") and not kind.is_number:
@@ -242,13 +245,42 @@ class MeasuredTopicKeys(ReadingKeys):
         source="is_best_effort",
     )
 
-    def measured(self, name: str, resource: Resource, place: Place, shared: SharedNames) -> MeasuredTopic | None:
-        """Return the topic of a variable; `None` if its type is wrong."""
+    def measured(
+        self, name: str, resource: Resource, place: Place, shared: SharedNames, unasked: tuple[str, ...]
+    ) -> MeasuredTopic | None:
+        """Return the topic of a variable; `None` if its type is wrong.
+
+        Args:
+            name: the name of the variable.
+            resource: the resource that the binding is for.
+            place: where the name stands.
+            shared: the names of topics and services so far.
+            unasked: the variables that the resource publishes, and those that the environment changes.
+        """
         kind, topic = self.type, self.topic
         if kind is None:
             return None
         self._note(topic, kind, shared)
-        return MeasuredTopic(topic or "", kind, self.reading(name, resource, kind.data, place), self.best_effort)
+        variable = self._changing(name, resource, place, unasked)
+        return MeasuredTopic(topic or "", kind, self._reading(name, variable, kind.data, place), self.best_effort)
+
+    def _changing(self, name: str, resource: Resource, place: Place, unasked: tuple[str, ...]) -> Variable | None:
+        """Return the variable of a name; note one whose values the model does not expect unasked."""
+        variable = self.reader.scope.variables.get(name)
+        if name in unasked:
+            return variable
+        if name in resource.measures:
+            message = f"`{resource.name}` measures `{name}` in replies only, and a topic brings values unasked"
+            remedy = f"add `publishes: [{name}]` to the resource"
+        elif variable is not None and variable.role is Role.DECLARED:
+            message = f"nothing changes `{name}` unasked: it is no input, and `{resource.name}` does not publish it"
+            remedy = f"add `publishes: [{name}]` to the resource, or `source: input` to the variable"
+        else:
+            message = f"`{resource.name}` does not publish `{name}`"
+            known = [known for known in unasked if known in self.reader.scope.variables]
+            remedy = suggestion(name, known, "it publishes") or "add `publishes: [...]` to the resource"
+        self.reader.add(Slug.UNKNOWN_VARIABLE, message, place, remedy)
+        return None
 
     def _note(self, topic: str | None, kind: MessageType, shared: SharedNames) -> None:
         if topic is None:

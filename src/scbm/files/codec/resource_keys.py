@@ -1,10 +1,13 @@
-"""The keys of a resource in a model file, and how the resource behaves when it is simulated."""
+"""The keys of a resource in a model file, and how the resource behaves when it is simulated.
+
+Distributions of times are those of latencies, and of the rates of environment transitions.
+"""
 
 from __future__ import annotations
 
 import re
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from scbm.files.codec.binding_keys import RosKeys
 from scbm.files.codec.key_types import (
@@ -17,24 +20,28 @@ from scbm.files.codec.key_types import (
     ScalarOrMappingType,
     ScalarType,
 )
-from scbm.files.codec.keys import DefaultKey, Key, Keys
+from scbm.files.codec.keys import DefaultKey, Key, Keys, KeyType
 from scbm.files.codec.variable_keys import VALUES, read_values
 from scbm.files.spelling import suggestion
 from scbm.model import Slug
 from scbm.model.durations import format_duration
 from scbm.model.resources import Latency, LatencyShape, Outcome, Resource, Simulation
+from scbm.model.values import format_value
 from scbm.model.variables import Role
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
-    from scbm.files.codec.keys import Data, Definitions
+    from scbm.files.codec.key_types import Entry
+    from scbm.files.codec.keys import Data, Definitions, ShapeCheck, Spot
     from scbm.files.codec.value_reader import ValueReader
     from scbm.files.yaml.document import YamlNode
+    from scbm.model import Place
     from scbm.model.values import Value
+    from scbm.model.variables import Variable
 
 _NUMBER = re.compile(r"\+?(\d{1,18}(\.\d{0,18})?|\.\d{1,18})(e[-+]?\d{1,2})?", re.ASCII | re.IGNORECASE)
-_POINTS = {LatencyShape.FIXED: 1, LatencyShape.UNIFORM: 2, LatencyShape.TRIANGULAR: 3}
+_POINTS = {LatencyShape.FIXED: 1, LatencyShape.EXPONENTIAL: 1, LatencyShape.UNIFORM: 2, LatencyShape.TRIANGULAR: 3}
 _DEFAULT = Simulation()
 
 
@@ -90,6 +97,13 @@ class LatencyKeys(Keys):
         "`[lowest, most probable, highest]`: a triangular distribution.",
         source=_points_of(LatencyShape.TRIANGULAR),
     )
+    exponential = Key(
+        ScalarType(
+            "duration", "a duration such as `10 s`", DURATION_SCHEMA, _read_fixed, lambda ns: format_duration(ns[0])
+        ),
+        "An exponential distribution with this mean: of independent events, the time until the next one.",
+        source=_points_of(LatencyShape.EXPONENTIAL),
+    )
 
     @classmethod
     def schema(cls, definitions: Definitions) -> dict[str, Data]:
@@ -98,20 +112,24 @@ class LatencyKeys(Keys):
 
     def latency(self) -> Latency:
         """Return the distribution; the default if it is wrong."""
+        return self.distribution() or _DEFAULT.latency
+
+    def distribution(self) -> Latency | None:
+        """Return the distribution; `None` if it is wrong."""
         node = self.node
         if not isinstance(node.plain, dict):
             fixed_ns = DURATION.read(node, self.reader)
-            return _DEFAULT.latency if fixed_ns is None else Latency(LatencyShape.FIXED, (fixed_ns,))
+            return None if fixed_ns is None else Latency(LatencyShape.FIXED, (fixed_ns,))
         if len(node.items) != 1:
             found = "here are several" if node.items else "here is none"
             remedy = f"write one of {', '.join(f'`{shape}`' for shape in LatencyShape)}"
             self.reader.add(Slug.BAD_LATENCY, f"a latency has one distribution, and {found}", node.place, remedy)
-            return _DEFAULT.latency
-        points_ns = zip(LatencyShape, (self.fixed, self.uniform, self.triangular), strict=True)
-        return next((Latency(shape, ns) for shape, ns in points_ns if ns is not None), _DEFAULT.latency)
+            return None
+        points_ns = zip(LatencyShape, (self.fixed, self.uniform, self.triangular, self.exponential), strict=True)
+        return next((Latency(shape, ns) for shape, ns in points_ns if ns is not None), None)
 
 
-_LATENCY = ScalarOrMappingType(
+LATENCY = ScalarOrMappingType(
     LatencyKeys,
     "duration or distribution",
     "a duration or a distribution such as `{uniform: [200 ms, 1 s]}`",
@@ -161,13 +179,90 @@ class OutcomesKeys(Keys):
         return outcomes
 
 
+# variables with values
+
+
+class SentVariables(NamedTuple):
+    """What a resource sends under one key.
+
+    Attributes:
+        names: the variables.
+        values: for some of them the only values that it sends, in the order of the domain.
+    """
+
+    names: tuple[str, ...]
+    values: tuple[tuple[str, tuple[Value, ...]], ...] = ()
+
+    @property
+    def data(self) -> Data:
+        """The list of the variables, or a mapping to values if there are some."""
+        known = dict(self.values)
+        return {name: list(known.get(name, ())) or "any" for name in self.names} if known else list(self.names)
+
+
+class SentType(KeyType[SentVariables | None]):
+    """A list of variables, or a mapping from variables to the values that a resource sends."""
+
+    words = "list of variables, or variable → `any` or a list of values"
+    _list = VARIABLES
+    _mapping = NamesType(VALUES, "variable → `any` or a list of values", lambda _: True)
+
+    def check(self, spot: Spot, check: ShapeCheck) -> None:
+        """Check the list or the mapping."""
+        (self._mapping if isinstance(spot.node.plain, dict) else self._list).check(spot, check)
+
+    def read(self, node: YamlNode, reader: ValueReader) -> SentVariables | None:
+        """Return the variables with their values."""
+        if not isinstance(node.plain, dict):
+            names = self._list.read(node, reader)
+            return None if names is None else SentVariables(names)
+        entries = [entry for entry in self._mapping.read(node, reader) if reader.is_of_world(entry.name, entry.place)]
+        values = []
+        for entry in entries:
+            variable = reader.scope.variables.get(entry.name)
+            known = () if entry.value is None or variable is None else _known(reader, entry.value, variable)
+            if variable is not None and known and known != variable.domain.values:
+                values.append((entry.name, known))
+        return SentVariables(tuple(entry.name for entry in entries), tuple(values))
+
+    def write(self, value: object) -> Data:
+        """Return the list or the mapping."""
+        sent: Any = value
+        return self._mapping.write(sent.data) if isinstance(sent.data, dict) else self._list.write(sent.data)
+
+    def schema(self, definitions: Definitions) -> dict[str, Data]:
+        """Return the schema of both."""
+        return {"anyOf": [self._list.schema(definitions), self._mapping.schema(definitions)]}
+
+
+def _known(reader: ValueReader, node: YamlNode, variable: Variable) -> tuple[Value, ...]:
+    """Return the values of a list in the order of the domain."""
+    return tuple(sorted(read_values(reader, node, variable.domain, variable.name), key=variable.domain.index))
+
+
+def _sent(key: str) -> Callable[[Resource], SentVariables]:
+    """Return the source of the variables under a key."""
+
+    def source(resource: Resource) -> SentVariables:
+        names: tuple[str, ...] = getattr(resource, key)
+        return SentVariables(names, tuple((name, values) for name, values in resource.values if name in names))
+
+    return source
+
+
+def _read_shared(reader: ValueReader, node: YamlNode, text: str) -> bool:
+    if not isinstance(node.plain, bool):
+        reader.add(Slug.WRONG_TYPE, f"`shared` is true or false, and here is `{text}`", node.place)
+    return node.plain is True
+
+
 # the resource
 
 
 class SimulationKeys(Keys):
     """How a simulated resource behaves."""
 
-    latency = Key(_LATENCY, "The time from a request to its reply.", always_written=True, absent="`0 s`")
+    latency = Key(LATENCY, "The time from a request to its reply.", always_written=True, absent="`0 s`")
     outcomes = Key(
         MappingType(OutcomesKeys),
         "The probabilities of the outcomes of a request.",
@@ -178,17 +273,20 @@ class SimulationKeys(Keys):
         NamesType(VALUES, "variable → `any` or a list of values"),
         "For variables under `measures`: the values that a successful reply draws from, each equally probable.",
         default=(),
+        absent="the values listed under `measures`",
     )
 
-    def simulation(self, measures: tuple[str, ...]) -> Simulation:
-        """Return the behavior of a resource that measures these variables."""
+    def simulation(self, measures: tuple[str, ...], sent: SentVariables) -> Simulation:
+        """Return the behavior of a resource that measures these variables, and sends these values."""
         return Simulation(
             _DEFAULT.latency if self.latency is None else self.latency.latency(),
             _DEFAULT.outcomes if self.outcomes is None else self.outcomes.outcomes(),
-            tuple(self._measured(measures)),
+            tuple(self._measured(measures, dict(sent.values))),
         )
 
-    def _measured(self, measures: tuple[str, ...]) -> list[tuple[str, tuple[Value, ...]]]:
+    def _measured(
+        self, measures: tuple[str, ...], sent: dict[str, tuple[Value, ...]]
+    ) -> list[tuple[str, tuple[Value, ...]]]:
         drawn: list[tuple[str, tuple[Value, ...]]] = []
         for entry in self.measured:
             variable = self.reader.scope.variables.get(entry.name)
@@ -200,8 +298,22 @@ class SimulationKeys(Keys):
             elif variable is not None:
                 node = entry.value
                 values = () if node is None else read_values(self.reader, node, variable.domain, entry.name)
-                drawn.append((entry.name, values))
+                drawn.append((entry.name, self._refuse_unsent(entry, values, sent.get(entry.name))))
         return drawn
+
+    def _refuse_unsent(
+        self, entry: Entry[YamlNode | None], values: tuple[Value, ...], sent: tuple[Value, ...] | None
+    ) -> tuple[Value, ...]:
+        """Return drawn values, of which `any` means those that are sent; note one that is never sent."""
+        if sent is None:
+            return values
+        if entry.node.text == "any":
+            return sent
+        for value in (value for value in values if value not in sent):
+            message = f"the resource never sends {format_value(value)} for `{entry.name}`"
+            remedy = f"it sends {', '.join(map(format_value, sent))}"
+            self.reader.add(Slug.VALUE_OUTSIDE_DOMAIN, message, entry.node.place, remedy)
+        return values
 
 
 class ResourceKeys(Keys):
@@ -211,10 +323,25 @@ class ResourceKeys(Keys):
         VARIABLES, "The variables whose values a request carries.", default=(), always_written=True, absent="`[]`"
     )
     measures = DefaultKey(
-        VARIABLES, "The variables whose values a reply may carry.", default=(), always_written=True, absent="`[]`"
+        SentType(),
+        "The variables whose values a reply may carry. A list behind a variable holds the only values that are sent; "
+        "others are refused.",
+        default=SentVariables(()),
+        always_written=True,
+        absent="`[]`",
+        source=_sent("measures"),
     )
     publishes = DefaultKey(
-        VARIABLES, "The variables whose values the resource may send unasked, at any settled moment.", default=()
+        SentType(),
+        "The variables whose values the resource may send unasked, at any settled moment; written as `measures`.",
+        default=SentVariables(()),
+        absent="`[]`",
+        source=_sent("publishes"),
+    )
+    shared = DefaultKey(
+        ScalarType("`true` or `false`", "`true` or `false`", {"type": "boolean"}, _read_shared),
+        "Whether another user can occupy the resource while no request to it is in flight.",
+        default=False,
     )
     simulation = Key(
         MappingType(SimulationKeys, "simulation"),
@@ -229,24 +356,50 @@ class ResourceKeys(Keys):
         self._refuse_requests_in("measures", "measured")
         self._refuse_requests_in("publishes", "published")
         simulation = self.simulation
-        measures = self.as_written(name).measures
-        simulated = Simulation() if simulation is None else simulation.simulation(measures)
-        return Resource(name, self.request, self.measures, simulated, publishes=self.publishes)
+        written = self.as_written(name).measures
+        measures, publishes = self.measures, self.publishes
+        self._refuse_different_values(dict(measures.values), dict(publishes.values))
+        simulated = Simulation() if simulation is None else simulation.simulation(written, measures)
+        values = tuple({**dict(publishes.values), **dict(measures.values)}.items())
+        return Resource(
+            name,
+            self.request,
+            measures.names,
+            simulated,
+            publishes=publishes.names,
+            values=tuple(sorted(values)),
+            shared=self.shared,
+        )
+
+    def _refuse_different_values(
+        self, measured: dict[str, tuple[Value, ...]], published: dict[str, tuple[Value, ...]]
+    ) -> None:
+        """Note a variable that has other values under `publishes` than under `measures`."""
+        both = [name for name in self.publishes.names if name in self.measures.names]
+        for name in (name for name in both if measured.get(name) != published.get(name)):
+            message = f"`{name}` has other values under `publishes` than under `measures`"
+            self.reader.add(Slug.CONTRADICTION, message, self.place("publishes"), "list the same values")
 
     def as_written(self, name: str) -> Resource:
         """Return a resource with all that its lists name, even if that is no variable: an error says so there."""
-        request, measures = (self._listed(key) for key in ("request", "measures"))
-        return Resource(name, request, measures)
+        request, measures, publishes = (self._listed(key) for key in ("request", "measures", "publishes"))
+        return Resource(name, request, measures, publishes=publishes)
 
     def _listed(self, key: str) -> tuple[str, ...]:
+        return tuple(name for name, _ in self._names_under(key))
+
+    def _names_under(self, key: str) -> Iterator[tuple[str, Place]]:
+        """Yield the names in the list or the mapping under a key, each with its place."""
         node = self.node.get(key)
-        return tuple(element.text for element in (node.elements if node else ()) if element.text is not None)
+        if node is None:
+            return
+        yield from node.key_places.items()
+        yield from ((element.text, element.place) for element in node.elements if element.text is not None)
 
     def _refuse_requests_in(self, key: str, words: str) -> None:
         """Note listed variables that follow requests: a value from outside must not change a trigger or a state."""
-        node = self.node.get(key)
-        for element in node.elements if node is not None else ():
-            variable = self.reader.scope.variables.get(element.text or "")
+        for name, place in self._names_under(key):
+            variable = self.reader.scope.variables.get(name)
             if variable is not None and variable.role is Role.RESOURCE:
                 message = f"`{variable.name}` follows the requests of a resource, and cannot be {words}"
-                self.reader.add(Slug.NOT_ASSIGNABLE, message, element.place, "name a variable of the model")
+                self.reader.add(Slug.NOT_ASSIGNABLE, message, place, "name a variable of the model")

@@ -90,19 +90,25 @@ class ValueReader:
         """Return the variables of the world that a list names."""
         names: list[str] = []
         for element in node.elements:
-            if element.text is None:
+            if element.text is None or not self.is_of_world(element.text, element.place):
                 continue
-            variable = self.scope.variables.get(element.text)
-            if element.text not in self.scope.variables:
-                self.refuse_unknown(element.text, element.place)
-            elif variable is not None and variable.role.is_runner:
-                message = f"`{element.text}` is a variable of the runner; resources can use none"
-                self.add(Slug.RUNNER_VARIABLE, message, element.place)
-            elif element.text in names:
+            if element.text in names:
                 self.add(Slug.DUPLICATE_VALUE, f"`{element.text}` is listed twice", element.place)
             else:
                 names.append(element.text)
         return tuple(names)
+
+    def is_of_world(self, name: str, place: Place) -> bool:
+        """Return whether a resource can use a variable of this name; note an error if it cannot."""
+        variable = self.scope.variables.get(name)
+        if name not in self.scope.variables:
+            self.refuse_unknown(name, place)
+            return False
+        if variable is not None and variable.role.is_runner:
+            message = f"`{name}` is a variable of the runner; resources can use none"
+            self.add(Slug.RUNNER_VARIABLE, message, place)
+            return False
+        return True
 
     def operations(self, node: YamlNode) -> tuple[str, ...]:
         """Return the operations that a list names, in its order; one may stand there more than once."""

@@ -132,7 +132,7 @@ class Resolver:
     def _readable(self, domain: Domain | None = None) -> list[str]:
         """Return the variables that an expression here can read; with a domain, those that can equal a value of it."""
         variables = self.scope.variables.items()
-        readable = [(n, v) for n, v in variables if v is None or self.where is not Where.WORLD or not v.role.is_runner]
+        readable = [(n, v) for n, v in variables if v is None or self.where.has_runner or not v.role.is_runner]
         return [name for name, v in readable if v is None or domain is None or _overlap(v.domain, domain)]
 
     def _comparison(self, tree: SyntaxTree) -> Predicate | None:
@@ -225,8 +225,9 @@ class Resolver:
         variable = self.scope.variables[name]
         if variable is None:
             return None
-        if self.where is Where.WORLD and variable.role.is_runner:
-            message = f"`{name}` is a variable of the runner; goals and initial states can read none"
+        if not self.where.has_runner and variable.role.is_runner:
+            what = "goals and initial states" if self.where is Where.WORLD else "environment transitions"
+            message = f"`{name}` is a variable of the runner; {what} can read none"
             self.complain(Slug.RUNNER_VARIABLE, message, begin, end)
             return None
         return Reference(name)
@@ -328,6 +329,9 @@ class Resolver:
 
     def _assignable(self, target: Variable, begin: int, end: int) -> bool:
         """Return whether an action at this place may assign to the variable."""
+        if self.where is Where.ENVIRONMENT and target.role is not Role.DECLARED:
+            self._refuse_environment(target, begin, end)
+            return False
         if not target.assignable:
             message = f"`{target.name}` is kept by the runner, and a model cannot assign it"
             self.complain(Slug.NOT_ASSIGNABLE, message, begin, end)
@@ -342,6 +346,16 @@ class Resolver:
             self.complain(Slug.NOT_ASSIGNABLE, message, begin, end, f"write `{target.name} <- aborted` into `ar`")
             return False
         return True
+
+    def _refuse_environment(self, target: Variable, begin: int, end: int) -> None:
+        """Note an action of an environment transition on a variable that the model file does not declare."""
+        if target.role.is_runner:
+            message = f"`{target.name}` is a variable of the runner; environment transitions can assign none"
+            self.complain(Slug.RUNNER_VARIABLE, message, begin, end)
+            return
+        message = f"`{target.name}` follows the requests of a resource; environment transitions cannot assign it"
+        remedy = "if others use the resource as well, write `shared: true` for it"
+        self.complain(Slug.NOT_ASSIGNABLE, message, begin, end, remedy)
 
     def _assign(self, tree: SyntaxTree, target: Variable) -> Action | None:
         child = _child(tree, 1)

@@ -26,6 +26,12 @@ class Where(Enum):
     PLANNED = "an action that the planner sees"
     RUNNING = "an action of an operation that only the runner sees"
     AUTOMATIC = "an action of an automatic transition"
+    ENVIRONMENT = "an environment transition"  # what acts outside the controller knows nothing of its runner
+
+    @property
+    def has_runner(self) -> bool:
+        """Whether an expression at such a place can read variables of the runner."""
+        return self not in (Where.WORLD, Where.ENVIRONMENT)
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,12 @@ if TYPE_CHECKING:
     from random import Random
 
     from scbm.cases.trace import Changes
-    from scbm.model import Latency, Resource
+    from scbm.model import Latency, Resource, Value
 
 _MICROSECOND_NS = 1_000
 _WIDE_NS = 1_000_000
+_LONGEST_MEANS = 37
+"""No drawn time is longer than this many means: the largest number below 1 that is drawn gives 36.7."""
 
 
 class PlainReactions:
@@ -29,13 +31,22 @@ class PlainReactions:
 
 def plainly_measured(resource: Resource) -> Changes | None:
     """Return the first of the values listed for each variable; `None` if there are none."""
-    return tuple((name, values[0]) for name, values in resource.simulation.measured) or None
+    return tuple((name, values[0]) for name, values in drawn_values(resource)) or None
+
+
+def drawn_values(resource: Resource) -> tuple[tuple[str, tuple[Value, ...]], ...]:
+    """Return the values that a successful reply draws from: those listed for drawing, else those that it sends."""
+    drawn = resource.simulation.measured
+    if not resource.values:
+        return drawn
+    listed = dict(drawn)
+    return (*drawn, *((n, values) for n, values in resource.values if n in resource.measures and n not in listed))
 
 
 def typical_ns(latency: Latency) -> int:
-    """Return the typical latency: the one value, the middle, or the mode of the distribution."""
+    """Return the typical latency: the one value, the middle, the mode, or the mean of the distribution."""
     match latency.shape:
-        case LatencyShape.FIXED:
+        case LatencyShape.FIXED | LatencyShape.EXPONENTIAL:
             return latency.points_ns[0]
         case LatencyShape.UNIFORM:
             low, high = latency.points_ns
@@ -58,10 +69,10 @@ class DrawnReactions:
     def react(self, resource: Resource) -> Reaction:
         """Draw an outcome, a latency, and for a success the measured values, in this order."""
         outcome = self._outcome(resource)
-        latency_ns = self._latency_ns(resource.simulation.latency)
+        latency_ns = draw_time_ns(resource.simulation.latency, self._random)
         measured: Changes | None = None
         if outcome is Outcome.SUCCEED:
-            drawn = resource.simulation.measured
+            drawn = drawn_values(resource)
             measured = tuple((name, values[self._below(len(values))]) for name, values in drawn) if drawn else None
         return Reaction(resource.name, outcome, latency_ns, measured)
 
@@ -73,22 +84,26 @@ class DrawnReactions:
                 return outcome
         return possible[-1][0]
 
-    def _latency_ns(self, latency: Latency) -> int:
-        """Draw a latency by the inverse of its distribution function."""
-        match latency.shape:
-            case LatencyShape.FIXED:
-                return latency.points_ns[0]
-            case LatencyShape.UNIFORM:
-                low, high = latency.points_ns
-                return _rounded(low + self._random.random() * (high - low), low, high)
-            case LatencyShape.TRIANGULAR:
-                low, mode, high = latency.points_ns
-                return _rounded(_triangular(self._random.random(), low, mode, high), low, high)
-            case _:
-                assert_never(latency.shape)
-
     def _below(self, count: int) -> int:
         return int(self._random.random() * count)
+
+
+def draw_time_ns(latency: Latency, random: Random) -> int:
+    """Draw a time by the inverse of its distribution function."""
+    match latency.shape:
+        case LatencyShape.FIXED:
+            return latency.points_ns[0]
+        case LatencyShape.UNIFORM:
+            low, high = latency.points_ns
+            return _rounded(low + random.random() * (high - low), low, high)
+        case LatencyShape.TRIANGULAR:
+            low, mode, high = latency.points_ns
+            return _rounded(_triangular(random.random(), low, mode, high), low, high)
+        case LatencyShape.EXPONENTIAL:
+            (mean,) = latency.points_ns
+            return _rounded(-mean * math.log(1 - random.random()), 0, _LONGEST_MEANS * mean)
+        case _:
+            assert_never(latency.shape)
 
 
 def _rounded(drawn_ns: float, low_ns: int, high_ns: int) -> int:
