@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from shlex import quote
 from typing import Annotated, Any
 
 import typer
@@ -20,12 +21,14 @@ from scbm.cli.options.closing_options import (
 )
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
+from scbm.cli.options.status_options import WaiversFile, read_waivers_of
 from scbm.cli.output.terminal import activity_display, errors, results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.certificate_files import SUFFIX, CheckedCertificate, check_file, find_certificates, open_certificate
 from scbm.closing.closing_files import ClosingFiles, write_output
 from scbm.closing.closing_json import closing_json
 from scbm.closing.decisions import FailedCase, FoundFault, failed_cases, found_faults
+from scbm.closing.proved_statuses import with_waivers
 from scbm.files import add_goals, load_model, suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports import counted
@@ -86,6 +89,7 @@ def command(
             rich_help_panel=HelpSection.OUTPUT,
         ),
     ] = None,
+    waivers: WaiversFile = None,
     max_states: MaxStates = DEFAULT_LIMITS.situations,
     max_planning: MaxPlanning = DEFAULT_LIMITS.planning,
     max_random: MaxRandom = DEFAULT_LIMITS.random,
@@ -101,7 +105,7 @@ def command(
         return check_certificates(files or [], json=json)
     options = PlannerOptions(planner, max_length, max_expanded)
     limits = CloseLimits(max_states, planning=max_planning, random=max_random, changes=max_changes)
-    asked = _CloseRequest(_only_model(files or []), tuple(suite or ()), cases, seed, limits, options, jobs)
+    asked = _CloseRequest(_only_model(files or []), tuple(suite or ()), cases, seed, limits, options, jobs, waivers)
     result = asked.close()
     goals = _SuggestedGoals.chosen(result.closing, write or ())
     if goals.new:
@@ -144,22 +148,29 @@ class _CloseRequest:
     limits: CloseLimits
     planner: PlannerOptions
     jobs: int | None = None
+    waivers: Path | None = None
 
     def close(self) -> "_CloseResult":
         """Read model and suite again, run the suite, and decide the remaining obligations."""
         model = self.planner.applied(load_model(self.file))
+        waivers = read_waivers_of(model, self.waivers)
         suite = Suite.load(model, self.file, self.paths, self.cases, self.seed, self.planner.text)
         with sigterm_as_interrupt(), activity_display(suite.activity) as show:
             executor = read_executor(self.jobs)
             campaign = suite.run(executor)
             show(f"exploring {model.name}")
             closing = Closer(model, self.limits, show, executor).close(campaign)
-        return _CloseResult(self, suite, campaign, closing)
+        return _CloseResult(self, suite, campaign, with_waivers(closing, waivers))
 
     @property
     def options(self) -> str:
         """The options that repeat this closing, in addition to those of the suite."""
-        return limit_text(self.limits)
+        return f"{limit_text(self.limits)}{self.waivers_option}"
+
+    @property
+    def waivers_option(self) -> str:
+        """The option for the waivers file, with a leading blank; empty without one."""
+        return "" if self.waivers is None else f" --waivers {quote(str(self.waivers))}"
 
 
 @dataclass(frozen=True)
@@ -209,6 +220,7 @@ class _CloseResult:
             failed,
             findings,
             tuple(commands),
+            waivers=self.asked.waivers_option,
         )
 
     def _with_new_cases(self) -> Campaign:
@@ -308,7 +320,7 @@ def _print_verdict(checked: CheckedCertificate, model_path: Path) -> None:
         for sentence in checked.assumptions:
             results().line(f"  {sentence}")
         return
-    errors().diagnostics(_wrong(checked, model_path)[:_MAX_FLAWS])
+    errors().diagnostics(checked.diagnostics(model_path)[:_MAX_FLAWS])
     if len(checked.flaws) > _MAX_FLAWS:
         errors().line(f"{path}: and {len(checked.flaws) - _MAX_FLAWS} more flaws")
 
@@ -317,15 +329,6 @@ def _sizes(checked: CheckedCertificate) -> list[str]:
     sizes = [counted(len(checked.obligations), "obligation")]
     situations = checked.situations
     return sizes if situations is None else [*sizes, f"{counted(situations, 'situation')} checked"]
-
-
-def _wrong(checked: CheckedCertificate, model_path: Path) -> list[Diagnostic]:
-    place = Place(str(checked.file.path))
-    if not checked.is_of_this_model:
-        message = f"this certificate is for another version of the model than {model_path}"
-        remedy = f"close it again: `scbm close {shown_path(str(model_path))} --out DIRECTORY`"
-        return [Diagnostic(Slug.CERTIFICATE_WRONG, message, place, remedy)]
-    return [Diagnostic(Slug.CERTIFICATE_WRONG, str(flaw), place) for flaw in checked.flaws]
 
 
 def _verdict_json(checked: CheckedCertificate) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""`scbm schema`: prints the JSON Schema of model, case and bindings files, for editors."""
+"""`scbm schema`: prints the JSON Schema of model, case, bindings and waivers files, for editors."""
 
 from enum import StrEnum
 from typing import Annotated
@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from scbm.cli.output.terminal import write_json
-from scbm.files import bindings_schema, case_schema, model_schema
+from scbm.files import bindings_schema, case_schema, model_schema, waivers_schema
 
 
 class SchemaKind(StrEnum):
@@ -15,12 +15,20 @@ class SchemaKind(StrEnum):
     MODEL = "model"
     CASE = "case"
     BINDINGS = "bindings"
+    WAIVERS = "waivers"
 
 
 def command(
-    of: Annotated[SchemaKind, typer.Argument(help="Which files: models, cases or bindings.")] = SchemaKind.MODEL,
+    of: Annotated[
+        SchemaKind, typer.Argument(help="Which files: models, cases, bindings or waivers.")
+    ] = SchemaKind.MODEL,
 ) -> int:
-    """Print the JSON Schema of model files, case files or files of bindings."""
-    schemas = {SchemaKind.MODEL: model_schema, SchemaKind.CASE: case_schema, SchemaKind.BINDINGS: bindings_schema}
+    """Print the JSON Schema of model files, case files, files of bindings or of waivers."""
+    schemas = {
+        SchemaKind.MODEL: model_schema,
+        SchemaKind.CASE: case_schema,
+        SchemaKind.BINDINGS: bindings_schema,
+        SchemaKind.WAIVERS: waivers_schema,
+    }
     write_json(schemas[of]())
     return 0

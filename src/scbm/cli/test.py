@@ -51,6 +51,7 @@ from scbm.cli.options.node_options import (
     refuse_without_transport,
 )
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
+from scbm.cli.options.status_options import Certificates, WaiversFile, read_asked_evidence
 from scbm.reports.figure_table import shown_path
 
 
@@ -116,6 +117,8 @@ def command(
     store: Store = None,
     missing: Missing = False,
     fail_under: FailUnder = None,
+    certificates: Certificates = None,
+    waivers: WaiversFile = None,
     time_limit: Annotated[
         str | None,
         typer.Option(
@@ -153,7 +156,8 @@ def command(
     figures = read_thresholds(fail_under or [])
     refuse_selection(until_dry, {"-k": select, "--lf": last_failed or None})
     suite = select_cases(suite, select, failures if last_failed else None)
-    output = CampaignOutput(figures, missing, json, store, save, failures, shrink, stop, until_dry)
+    evidence = read_asked_evidence(suite.model, model, certificates, waivers, figures)
+    output = CampaignOutput(figures, missing, json, store, save, failures, shrink, stop, until_dry, evidence)
     if transport is None:
         refuse_without_transport(
             {

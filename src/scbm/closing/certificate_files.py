@@ -38,6 +38,10 @@ _MODEL_FILE = re.compile(rf'"model"\s*:\s*{_WORD}\s*,\s*"model_file"\s*:\s*({_WO
 """The name of the model file in the beginning of a certificate, which may be too large to be read for that alone."""
 
 
+_UPGRADED = "after an upgrade of scbm, see `docs/how-to/migrate-to-the-open-world.md`"
+"""Said of certificates with flaws: earlier versions proved claims about fewer runs."""
+
+
 @dataclass(frozen=True, slots=True)
 class CertificateFile:
     """A certificate and the file that it was read from.
@@ -80,6 +84,30 @@ class CheckedCertificate:
         """Whether the certificate proves its claims about this model."""
         return self.is_of_this_model and not self.flaws
 
+    def diagnostics(self, model_path: Path) -> list[Diagnostic]:
+        """Return why the certificate does not count, with its place; nothing if it is sound.
+
+        Args:
+            model_path: the file of the model that it was checked against.
+        """
+        place = Place(str(self.file.path))
+        remedy = f"close it again: `scbm close {quote(str(model_path))} --out DIRECTORY`"
+        if not self.is_of_this_model:
+            message = f"this certificate is for another version of the model than {model_path}"
+            return [Diagnostic(Slug.CERTIFICATE_WRONG, message, place, remedy)]
+        first, *others = [str(flaw) for flaw in self.flaws] or [""]
+        if not first:
+            return []
+        found = [Diagnostic(Slug.CERTIFICATE_WRONG, first, place, f"{remedy}; {_UPGRADED}")]
+        return [*found, *(Diagnostic(Slug.CERTIFICATE_WRONG, flaw, place) for flaw in others)]
+
+    @property
+    def why_ignored(self) -> str:
+        """Why the certificate does not count, as a sentence without a full stop; empty if it is sound."""
+        if not self.is_of_this_model:
+            return f"{self.file.path}: it is for another version of the model"
+        return f"{self.file.path}: {self.flaws[0]}; {_UPGRADED}" if self.flaws else ""
+
     @property
     def obligations(self) -> tuple[str, ...]:
         """The obligations that the certificate claims to be uncoverable."""
@@ -113,6 +141,20 @@ def find_certificates(paths: Iterable[Path]) -> tuple[Path, ...]:
             raise InputError([Diagnostic(Slug.BAD_CERTIFICATE, message, Place(str(path)))])
         found |= dict.fromkeys(files)
     return tuple(found)
+
+
+def certificates_below(directory: Path) -> tuple[Path, ...]:
+    """Return the JSON files below a directory that begin like a certificate, in the order of their paths."""
+    return tuple(path for path in sorted(directory.rglob(f"*{SUFFIX}")) if is_certificate_text(_start(path)))
+
+
+def _start(path: Path) -> str:
+    """Return the first bytes of a file as text; empty if it cannot be read."""
+    try:
+        with open_input(path) as stream:
+            return stream.read(_FIRST_BYTES).decode("utf-8", errors="replace")
+    except (OSError, ValueError):
+        return ""
 
 
 def open_certificate(path: Path) -> CertificateFile:

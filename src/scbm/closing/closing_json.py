@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from scbm.closing.assumptions import assumptions
 from scbm.planning import planner_of
+from scbm.testing.campaign import waiver_json
 
 if TYPE_CHECKING:
     from scbm.cases.coverage import Figure
@@ -40,6 +41,10 @@ def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[s
         "certificates": [_certificate(name, certificate, output) for name, certificate in closing.certificates],
         "assumptions": list(assumptions(closing.model, (certificate for _, certificate in closing.certificates))),
         "suggestions": [suggestion_json(suggestion) for suggestion in closing.suggestions],
+        "waivers": {
+            "visited": [waiver_json(waiver) for waiver in closing.visited_waivers],
+            "expired": [waiver_json(waiver) for waiver in closing.expired_waivers],
+        },
         "ended": [{"stage": end.stage.value, "why": end.why, "option": end.option} for end in closing.ended],
     }
 

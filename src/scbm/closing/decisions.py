@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from scbm.cases import Case
     from scbm.cases.coverage import Coverage, Figure, Obligation
-    from scbm.model import BehaviorModel, Predicate
+    from scbm.model import BehaviorModel, Predicate, Waiver
     from scbm.proofcheck import Certificate
     from scbm.testing import Campaign, Execution
 
@@ -142,6 +142,8 @@ class Closing:
         certificates: by name: `structure`, `values`, `runs`.
         suggestions: in the order of the obligations that they are about.
         ended: the stages that ended early, in order.
+        visited_waivers: the waivers that count although cases visit their obligations.
+        expired_waivers: the waivers that do not count any more.
     """
 
     model: BehaviorModel
@@ -152,6 +154,12 @@ class Closing:
     certificates: tuple[tuple[str, Certificate], ...]
     suggestions: tuple[Suggestion, ...]
     ended: tuple[StageEnd, ...] = ()
+    visited_waivers: tuple[Waiver, ...] = ()
+    expired_waivers: tuple[Waiver, ...] = ()
+
+    def bit(self, obligation: Obligation) -> int:
+        """Return the bit of an obligation in the sets of `before` and `after`."""
+        return self.after.obligations.bit(obligation)
 
     @property
     def counts(self) -> dict[Decision, int]:

@@ -14,21 +14,24 @@ from scbm.files.codec.case_files import (
     write_case,
     write_network,
 )
-from scbm.files.codec.goal_editing import add_goals, with_goals
-from scbm.files.codec.key_reference import bindings_schema, case_schema, model_schema
+from scbm.files.codec.key_reference import bindings_schema, case_schema, model_schema, waivers_schema
 from scbm.files.codec.model_files import (
     Places,
     digest_of,
     load_bindings,
     load_located,
     load_model,
+    load_waivers,
     read_bindings,
     read_located,
     read_model,
+    read_waivers,
     write_model,
     write_operation,
+    write_waivers,
 )
 from scbm.files.file_writer import FileWriter
+from scbm.files.goal_editing import add_goals, with_goals
 from scbm.files.input_file import open_input
 from scbm.files.language.expressions import parse_action, parse_predicate, parse_requirement, parse_state, parse_value
 from scbm.files.language.quantities import parse_duration, parse_share
@@ -51,6 +54,7 @@ __all__ = [
     "load_bindings",
     "load_located",
     "load_model",
+    "load_waivers",
     "model_schema",
     "nearest",
     "open_case",
@@ -68,10 +72,13 @@ __all__ = [
     "read_located",
     "read_model",
     "read_network",
+    "read_waivers",
     "suggestion",
+    "waivers_schema",
     "with_goals",
     "write_case",
     "write_model",
     "write_network",
     "write_operation",
+    "write_waivers",
 ]

@@ -3,7 +3,7 @@
 Every object prints itself in the notation of model files; `scbm.files` reads that notation.
 """
 
-from scbm.model.behavior import FIRST_PLANNER, BehaviorModel, InitialStates, PlannerChoice, PlannerIdentity
+from scbm.model.behavior import FIRST_PLANNER, BehaviorModel, InitialStates, PlannerChoice, PlannerIdentity, Waiver
 from scbm.model.bindings import (
     SET_BOOL,
     TRIGGER,
@@ -130,6 +130,7 @@ __all__ = [
     "ValueKind",
     "Variable",
     "VariableSource",
+    "Waiver",
     "conjunction",
     "format_duration",
     "format_moment",

@@ -1,9 +1,9 @@
-"""Behavior models: variables, operations and automatic transitions (paper, Section II), and their initial states."""
+"""Behavior models: variables, operations and automatic transitions (paper, Section II); initial states and waivers."""
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from math import prod
 from typing import TYPE_CHECKING
@@ -14,6 +14,7 @@ from scbm.model.variables import State, StateSpace, Variable, resource_variables
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from scbm.model.diagnostics import Place
     from scbm.model.environment import EnvironmentTransition
     from scbm.model.operations import Action, Operation, Transition
     from scbm.model.requirements import Requirement
@@ -88,6 +89,37 @@ FIRST_PLANNER = PlannerIdentity("canonical", "1")
 """The planner of files that name none: the versions of `scbm` that wrote them had no other."""
 
 
+@dataclass(frozen=True, slots=True)
+class Waiver:
+    """The decision of a person that an obligation need not be covered (semantics 8.5).
+
+    Dates are texts in the form of ISO 8601, such as `2026-11-23`, so that they sort by time.
+
+    Attributes:
+        obligation: its name, such as `scan/failed`.
+        reason: why it need not be covered, for people.
+        author: who decided that.
+        date: the date of the decision.
+        expires: the last date on which the waiver counts; `None` if it always counts.
+        place: where it is written; two waivers that differ only in their places are equal.
+    """
+
+    obligation: str
+    reason: str
+    author: str
+    date: str
+    expires: str | None = None
+    place: Place | None = field(default=None, compare=False)
+
+    def is_expired(self, today: str) -> bool:
+        """Return whether the waiver does not count any more on the date `today`."""
+        return self.expires is not None and self.expires < today
+
+    def __str__(self) -> str:
+        until = f", until {self.expires}" if self.expires is not None else ""
+        return f"{self.reason} ({self.author}, {self.date}{until})"
+
+
 @dataclass(frozen=True)
 class BehaviorModel:
     """The content of a model file. All orders are those of the file, and they matter.
@@ -104,6 +136,7 @@ class BehaviorModel:
         requirements: the requirements that hold during runs.
         planner: the planner of its runs; it is how plans are found, and no part of what the model means.
         environment: the changes that something outside the model makes; planners ignore them (semantics 9.2).
+        waivers: the obligations that need not be covered; they are no part of what the model means either.
     """
 
     name: str
@@ -116,6 +149,7 @@ class BehaviorModel:
     requirements: tuple[Requirement, ...] = ()
     planner: PlannerChoice = PlannerChoice()
     environment: tuple[EnvironmentTransition, ...] = ()
+    waivers: tuple[Waiver, ...] = ()
 
     @cached_property
     def space(self) -> StateSpace:

@@ -43,6 +43,9 @@ class Slug(StrEnum):
     BAD_LATENCY = "bad-latency"
     NOT_A_DISTRIBUTION = "not-a-distribution"
 
+    # waivers
+    BAD_DATE = "bad-date"
+
     # predicates, actions, requirements
     PREDICATE_SYNTAX = "predicate-syntax"
     ACTION_SYNTAX = "action-syntax"

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.cases.coverage import STATE_ASPECTS, Aspect, Obligation
+from scbm.cases.coverage import STATE_ASPECTS, Aspect, Decision, Obligation, Statuses
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Mapping
 
     from scbm.cases.coverage import Coverage, Figure
     from scbm.model import BehaviorModel
@@ -34,6 +34,16 @@ _HEADS = (
     (4, _INITIAL_HEADS),
 )
 """Forms of the table, the widest first: the width of a column, and the head of each."""
+
+STATUS_MARKS = {
+    Decision.COVERED: "●",
+    Decision.UNCOVERABLE: "\N{MULTIPLICATION SIGN}",
+    Decision.EXCLUDED: "⊘",
+    Decision.WAIVED: "~",
+    Decision.FORCED: "!",
+    Decision.UNDECIDED: "○",
+}
+"""One character for each status: reports do not rely on colours alone."""
 
 _NAME_INDENT = len("  op: ")
 _GUARD_INDENT = 8
@@ -114,9 +124,19 @@ def _row(label: str, figure: Figure, columns: int) -> Text:
     return line
 
 
-def missed_table(model: BehaviorModel, coverage: Coverage, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
-    """Yield a row for each operation that misses something, and for each automatic transition that was not taken."""
-    missed = frozenset((*coverage.missed(), *coverage.missed(Aspect.QUEUED)))
+def missed_table(
+    model: BehaviorModel, coverage: Coverage, columns: int = DEFAULT_COLUMNS, statuses: Statuses | None = None
+) -> Iterator[Text]:
+    """Yield a row for each operation that misses something, and for each automatic transition that was not taken.
+
+    Args:
+        model: the model.
+        coverage: the visits of the cases.
+        columns: the width of the report.
+        statuses: the statuses of the obligations; `None` if visits alone decide them.
+    """
+    known = (statuses or Statuses.of(coverage)).by_obligation
+    missed = {o: status.decision for o, status in known.items() if status.decision is not Decision.COVERED}
     if not missed:
         return
     rows = [o.name for o in model.operations if any(Obligation(o.name, a) in missed for a in COLUMNS)]
@@ -128,7 +148,10 @@ def missed_table(model: BehaviorModel, coverage: Coverage, columns: int = DEFAUL
     yield title.append("".join(f"{head:^{cell}}" for head in heads).rstrip() if rows else "")
     for name in rows:
         yield from _marks(name, width, cell, missed)
-    lines = [Text(f"  at: {t.name:<{width}}", no_wrap=True).append(f"{'○':^{cell}}", style="red") for t in transitions]
+    lines = [
+        Text(f"  at: {obligation.subject:<{width}}", no_wrap=True).append_text(_mark(missed[obligation], cell))
+        for obligation in (Obligation(transition.name, Aspect.TAKEN) for transition in transitions)
+    ]
     guards = [f"waits for {transition.running_guard}" for transition in transitions]
     is_wide = all(len(line) + len(guard) <= columns for line, guard in zip(lines, guards, strict=True))
     for line, guard in zip(lines, guards, strict=True):
@@ -138,6 +161,9 @@ def missed_table(model: BehaviorModel, coverage: Coverage, columns: int = DEFAUL
             line.rstrip()
             yield line
             yield from map(Text, wrapped(guard, columns, " " * _GUARD_INDENT, _GUARD_INDENT + 2))
+    others = [status for status in Decision if status in missed.values() and status is not Decision.UNDECIDED]
+    if others:
+        yield Text(f"  {'   '.join(f'{STATUS_MARKS[status]} {status.words}' for status in others)}", style="dim")
 
 
 def _form(rows: list[str], names: list[str], columns: int) -> tuple[int, int, tuple[str, ...]]:
@@ -151,14 +177,19 @@ def _form(rows: list[str], names: list[str], columns: int) -> tuple[int, int, tu
     return max(columns - _NAME_INDENT - cell * len(COLUMNS), 0), cell, heads
 
 
-def _marks(name: str, width: int, cell: int, missed: frozenset[Obligation]) -> Iterator[Text]:
+def _mark(status: Decision, cell: int) -> Text:
+    """Return the mark of a status in its cell of the table."""
+    style = {Decision.COVERED: "dim green", Decision.UNDECIDED: "red", Decision.FORCED: "yellow"}.get(status, "dim")
+    return Text(f"{STATUS_MARKS[status]:^{cell}}", style=style)
+
+
+def _marks(name: str, width: int, cell: int, missed: Mapping[Obligation, Decision]) -> Iterator[Text]:
     """Yield the row of an operation; a name that is too long for the table has a line of its own."""
     row = Text(f"  op: {name:<{width}}", no_wrap=True)
     if len(name) > width:
         yield row
         row = Text(" " * (width + _NAME_INDENT), no_wrap=True)
     for aspect in COLUMNS:
-        is_missed = Obligation(name, aspect) in missed
-        row.append(f"{'○' if is_missed else '●':^{cell}}", style="red" if is_missed else "dim green")
+        row.append_text(_mark(missed.get(Obligation(name, aspect), Decision.COVERED), cell))
     row.rstrip()
     yield row

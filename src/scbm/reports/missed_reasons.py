@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from shlex import quote
 from typing import TYPE_CHECKING
 
-from scbm.cases.coverage import Aspect, Obligation
+from scbm.cases.coverage import Aspect, Decision, Obligation
 from scbm.model import format_duration
 from scbm.reports.figure_table import counted, shown_path
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from scbm.cases.coverage import Coverage
+    from scbm.cases.coverage import Coverage, Statuses
     from scbm.model import BehaviorModel
 
 
@@ -27,27 +27,39 @@ class Missed:
 
     Attributes:
         obligation: the obligation.
-        reason: what happened instead, as part of a sentence.
+        reason: what happened instead, as part of a sentence; or its status, and why it has it.
         command: the command that shows the shortest case that visits it, or why there is none.
     """
 
     obligation: Obligation
     reason: str
     command: str
+    status: Decision = Decision.UNDECIDED
 
 
-def missed_reasons(model: BehaviorModel, coverage: Coverage, file: str) -> tuple[Missed, ...]:
+def missed_reasons(
+    model: BehaviorModel, coverage: Coverage, file: str, statuses: Statuses | None = None
+) -> tuple[Missed, ...]:
     """Return all missed obligations in the order of the model; `queued` ones come last, as they are not in SCBM-IAS.
 
     Args:
         model: the model.
         coverage: the visits of the cases.
         file: the model file, for the commands.
+        statuses: the statuses of the obligations; `None` if visits alone decide them.
     """
     visits = coverage.visits()
     reasons = _MissedReasons(model, visits, coverage.count)
-    missed = (*coverage.missed(), *coverage.missed(Aspect.QUEUED))
-    return tuple(Missed(o, reasons.why(o), f"scbm explain {shown_path(file)} {quote(str(o))}") for o in missed)
+    known = {} if statuses is None else statuses.by_obligation
+
+    def missed(obligation: Obligation) -> Missed:
+        command = f"scbm explain {shown_path(file)} {quote(str(obligation))}"
+        status = known.get(obligation)
+        if status is None or status.decision is Decision.UNDECIDED:
+            return Missed(obligation, reasons.why(obligation), command)
+        return Missed(obligation, f"{status.decision.words}: {status.reason}", command, status.decision)
+
+    return tuple(map(missed, (*coverage.missed(), *coverage.missed(Aspect.QUEUED))))
 
 
 def close_command(file: str) -> str:

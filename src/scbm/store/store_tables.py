@@ -210,8 +210,8 @@ class Tables:
     def put_model(self, model: BehaviorModel) -> int:
         """Adds the current model, and its obligations; gives its id."""
         self._put_obligations(Obligations.of(model))
-        without_planner = replace(model, planner=PlannerChoice())  # each run has its own
-        return self.put_model_text(digest_of(model), model.name, write_model(without_planner), is_current=True)
+        meaning = replace(model, planner=PlannerChoice(), waivers=())  # each run has its own
+        return self.put_model_text(digest_of(model), model.name, write_model(meaning), is_current=True)
 
     def put_model_text(self, digest: str, name: str, text: str, *, is_current: bool) -> int:
         """Adds a model by what it says; gives its id."""

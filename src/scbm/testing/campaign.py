@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from scbm.cases.coverage import STATE_ASPECTS, Aspect, Coverage, Obligations, Unnamed, bits_of
+from scbm.cases.coverage import STATE_ASPECTS, Aspect, Coverage, Decision, Obligations, Statuses, Unnamed, bits_of
 from scbm.testing.batches.batch_summary import BatchSummary, CaseOutcome, SummaryBuilder
 from scbm.testing.batches.campaign_work import ListedCases
 from scbm.testing.batches.forecast import Forecast, forecast
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from scbm.cases import Case
     from scbm.cases.coverage import Figure
-    from scbm.model import BehaviorModel
+    from scbm.model import BehaviorModel, Waiver
     from scbm.testing.batches.campaign_work import CaseSource
     from scbm.testing.cases_over_nodes import Answers
     from scbm.testing.findings import Finding
@@ -126,8 +126,8 @@ class Campaign:
         return Coverage(obligations, named, unnamed)
 
 
-FORMAT_VERSION = 2
-"""Version 1 listed every case; version 2 lists only the notable ones of very many, and counts the others."""
+FORMAT_VERSION = 3
+"""Version 1 listed every case; version 2 lists only the notable ones of very many; version 3 has `statuses`."""
 
 
 def campaign_json(
@@ -153,6 +153,7 @@ def campaign_json(
         "seed": seed,
         "passed": not campaign.failed_count,
         "coverage": coverage_json(campaign.coverage),
+        "statuses": statuses_json(Statuses.of(campaign.coverage)),
         "simulated_seconds": campaign.simulated_ns / 1e9,
         "findings": [_finding(*pair) for pair in zip(findings, commands, strict=True)],
         **real,
@@ -205,6 +206,39 @@ def coverage_json(coverage: Coverage) -> dict[str, Any]:
         "missed": [str(obligation) for obligation in coverage.missed()],
         "missed_queued": [str(obligation) for obligation in coverage.missed(Aspect.QUEUED)],
         "first_visited_by": {name: case for name, case in visited.items() if case is not None},
+    }
+
+
+def waiver_json(waiver: Waiver) -> dict[str, Any]:
+    """Return a waiver as data for `json`."""
+    return {
+        "obligation": waiver.obligation,
+        "reason": waiver.reason,
+        "author": waiver.author,
+        "date": waiver.date,
+        "expires": waiver.expires,
+    }
+
+
+def statuses_json(statuses: Statuses) -> dict[str, Any]:
+    """Return the statuses of obligations: `obligations` has those that are neither covered nor undecided."""
+    special = [e for e in statuses.entries if e.decision not in (Decision.COVERED, Decision.UNDECIDED)]
+    figure = statuses.coverable
+    return {
+        "coverable": _figure(figure) | {"percent": figure.percent},
+        "counts": {status.value: count for status, count in statuses.counts.items()},
+        "obligations": [
+            {
+                "name": str(entry.obligation),
+                "status": entry.decision.value,
+                "reason": entry.reason,
+                "certificate": entry.certificate,
+            }
+            for entry in special
+        ],
+        "visited_waivers": [waiver_json(waiver) for waiver in statuses.visited_waivers],
+        "expired_waivers": [waiver_json(waiver) for waiver in statuses.expired_waivers],
+        "ignored_certificates": list(statuses.ignored),
     }
 
 

@@ -167,9 +167,11 @@ def test_a_new_case_that_breaks_a_requirement_is_reported(
 def test_the_commands_of_the_report_work(scbm: Scbm, before: Path, tmp_path: Path) -> None:
     ran = scbm("close", before, "--cases", 3, "--seed", 2, "--out", tmp_path / "out")
     lines = [line.strip().partition("   ")[0] for line in ran.out.partition("\nWritten: ")[2].splitlines()[1:]]
-    assert [line.split()[1] for line in lines] == ["test", "close"]
+    assert [line.split()[1] for line in lines] == ["test", "test", "close"]
     for line in lines:
         assert scbm(*shlex.split(line)[1:]).code == 0
+    again = scbm("test", before, tmp_path / "out", "--certificates", tmp_path / "out", "--fail-under", "coverable=100")
+    assert again.code == 0
 
 
 @pytest.mark.parametrize(

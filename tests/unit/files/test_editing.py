@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.files import is_model_text, read_model
-from scbm.files.codec.goal_editing import add_goals, with_goals
+from scbm.files.goal_editing import add_goals, with_goals
 from scbm.model import BehaviorModel, InputError, Slug
 from support.wording import Wording
 

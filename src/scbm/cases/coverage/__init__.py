@@ -3,9 +3,27 @@
 This package reads traces and counts; it runs nothing and prints nothing.
 """
 
-from scbm.cases.coverage.obligations import KINDS, STATE_ASPECTS, Aspect, Figure, Obligation, Obligations, Threshold
+from scbm.cases.coverage.obligations import (
+    COVERABLE,
+    KINDS,
+    STATE_ASPECTS,
+    Aspect,
+    Figure,
+    Obligation,
+    Obligations,
+    Threshold,
+)
 from scbm.cases.coverage.set_cover import Cover, smallest_cover
-from scbm.cases.coverage.statuses import Decision, count_statuses, coverable_figure, status_counts_in_words
+from scbm.cases.coverage.statuses import (
+    Decision,
+    ObligationStatus,
+    Statuses,
+    StatusProof,
+    WaiverReview,
+    count_statuses,
+    coverable_figure,
+    status_counts_in_words,
+)
 from scbm.cases.coverage.visits import (
     Coverage,
     GrowthStep,
@@ -18,6 +36,7 @@ from scbm.cases.coverage.visits import (
 )
 
 __all__ = [
+    "COVERABLE",
     "KINDS",
     "STATE_ASPECTS",
     "Aspect",
@@ -27,9 +46,13 @@ __all__ = [
     "Figure",
     "GrowthStep",
     "Obligation",
+    "ObligationStatus",
     "Obligations",
+    "StatusProof",
+    "Statuses",
     "Threshold",
     "Unnamed",
+    "WaiverReview",
     "bits_of",
     "count_statuses",
     "coverable_figure",

@@ -142,7 +142,10 @@ class Obligations:
 
 KINDS = {"all": None, **{aspect.value: aspect for aspect in STATE_ASPECTS}, "automatic": Aspect.TAKEN,
          "queued": Aspect.QUEUED}  # fmt: skip
-"""The kinds of a threshold, by the names on the command line; `all` is the paper's figure."""
+"""The kinds of a threshold that visits alone decide, by the names on the command line; `all` is the paper's figure."""
+
+COVERABLE = "coverable"
+"""The kind of a threshold for the figure of what can be covered, which depends on statuses."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,19 +154,26 @@ class Threshold:
 
     Attributes:
         percent: from 0 to 100.
-        kind: one of `KINDS`.
+        kind: one of `KINDS`, or `COVERABLE`.
     """
 
     percent: float
     kind: str = "all"
 
-    def figure(self, coverage: Coverage) -> Figure:
-        """Return the figure that is compared with the threshold."""
+    def figure(self, coverage: Coverage, coverable: Figure | None = None) -> Figure:
+        """Return the figure that is compared with the threshold.
+
+        Args:
+            coverage: the visits of the cases.
+            coverable: the figure of what can be covered; by default everything can be covered.
+        """
+        if self.kind == COVERABLE:
+            return coverable or coverage.figure
         aspect = KINDS[self.kind]
         return coverage.figure if aspect is None else coverage.figure_of(aspect)
 
-    def is_met(self, coverage: Coverage) -> bool:
+    def is_met(self, coverage: Coverage, coverable: Figure | None = None) -> bool:
         """Return whether `coverage` reaches the threshold; a model without obligations never does."""
-        figure = self.figure(coverage)
+        figure = self.figure(coverage, coverable)
         wanted = Fraction(str(self.percent)) * figure.of  # the decimal as written, not the nearest binary fraction
         return bool(figure.of) and 100 * figure.visited >= wanted

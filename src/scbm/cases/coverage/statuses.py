@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import dataclass
 from enum import StrEnum
+from functools import cached_property
 from typing import TYPE_CHECKING, assert_never
 
 from scbm.cases.coverage.obligations import Figure
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from scbm.cases.coverage.obligations import Obligation, Obligations
+    from scbm.cases.coverage.visits import Coverage
+    from scbm.model import Waiver
 
 
 class Decision(StrEnum):
@@ -50,6 +56,159 @@ class Decision(StrEnum):
     def is_always_counted(self) -> bool:
         """Whether reports give the number of obligations of this status even if it is 0."""
         return self in (Decision.COVERED, Decision.UNCOVERABLE, Decision.UNDECIDED)
+
+
+@dataclass(frozen=True, slots=True)
+class StatusProof:
+    """A checked proof that no run visits an obligation.
+
+    Attributes:
+        decision: `UNCOVERABLE` if it holds for any plans, else `EXCLUDED`.
+        reason: why no run visits the obligation, one sentence without a full stop.
+        certificate: the file or the name of the certificate.
+    """
+
+    decision: Decision
+    reason: str
+    certificate: str
+
+
+@dataclass(frozen=True, slots=True)
+class WaiverReview:
+    """The waivers of a model on one day.
+
+    Attributes:
+        counting: the waivers that count, in their order.
+        expired: the waivers that do not count any more.
+    """
+
+    counting: tuple[Waiver, ...] = ()
+    expired: tuple[Waiver, ...] = ()
+
+    @staticmethod
+    def on(today: str, waivers: Iterable[Waiver]) -> WaiverReview:
+        """Return the waivers on the date `today`, such as `2026-11-23`."""
+        known = tuple(waivers)
+        return WaiverReview(
+            tuple(waiver for waiver in known if not waiver.is_expired(today)),
+            tuple(waiver for waiver in known if waiver.is_expired(today)),
+        )
+
+    def of(self, obligation: Obligation) -> Waiver | None:
+        """Return the waiver of an obligation that counts; `None` if there is none."""
+        name = str(obligation)
+        return next((waiver for waiver in self.counting if waiver.obligation == name), None)
+
+
+@dataclass(frozen=True, slots=True)
+class ObligationStatus:
+    """The status of one obligation.
+
+    Attributes:
+        obligation: the obligation.
+        decision: its status.
+        reason: why no run visits it, or why it is waived; empty if it is covered or undecided.
+        certificate: the file or the name of the certificate, if one proves the status.
+    """
+
+    obligation: Obligation
+    decision: Decision
+    reason: str = ""
+    certificate: str | None = None
+
+
+@dataclass(frozen=True)
+class Statuses:
+    """The status of each obligation of a model.
+
+    Attributes:
+        entries: one for each obligation, in the order of the model, *queued* included.
+        visited_waivers: the waivers that count although cases visit their obligations.
+        expired_waivers: the waivers that do not count any more.
+        ignored: the certificates that do not count, each with the reason, one sentence each.
+    """
+
+    entries: tuple[ObligationStatus, ...]
+    visited_waivers: tuple[Waiver, ...] = ()
+    expired_waivers: tuple[Waiver, ...] = ()
+    ignored: tuple[str, ...] = ()
+
+    @staticmethod
+    def of(
+        coverage: Coverage,
+        proofs: Mapping[str, StatusProof] | None = None,
+        waivers: WaiverReview | None = None,
+        ignored: Sequence[str] = (),
+        forced: int = 0,
+    ) -> Statuses:
+        """Return the statuses of the obligations of a coverage: of each the first that holds (semantics 9.4).
+
+        Args:
+            coverage: the visits of the cases.
+            proofs: the proofs that count, by the names of their obligations.
+            waivers: the waivers on the day of the report.
+            ignored: the certificates that do not count, one sentence each.
+            forced: the obligations that only forced states visit, as bits.
+        """
+        rules = _StatusRules(coverage.obligations, coverage.visited, forced, proofs or {}, waivers or WaiverReview())
+        entries = tuple(map(rules.status, coverage.obligations))
+        visited = tuple(each for each in rules.waivers.counting if rules.is_visited(each.obligation))
+        return Statuses(entries, visited, rules.waivers.expired, tuple(ignored))
+
+    @cached_property
+    def counts(self) -> dict[Decision, int]:
+        """The number of obligations of each status, without *queued*."""
+        return count_statuses(entry.decision for entry in self.entries if entry.obligation.counts)
+
+    @property
+    def coverable(self) -> Figure:
+        """The figure of what can be covered."""
+        return coverable_figure(self.counts)
+
+    @cached_property
+    def by_obligation(self) -> dict[Obligation, ObligationStatus]:
+        """The status of each obligation."""
+        return {entry.obligation: entry for entry in self.entries}
+
+    def decision(self, obligation: Obligation) -> Decision:
+        """Return the status of an obligation of the model."""
+        return self.by_obligation[obligation].decision
+
+    @cached_property
+    def are_plain(self) -> bool:
+        """Whether visits alone decide all statuses, and nothing else is to be reported."""
+        is_special = any(entry.decision not in (Decision.COVERED, Decision.UNDECIDED) for entry in self.entries)
+        return not (is_special or self.visited_waivers or self.expired_waivers or self.ignored)
+
+    def with_status(self, *decisions: Decision) -> tuple[ObligationStatus, ...]:
+        """Return the obligations with one of these statuses, in the order of the model."""
+        return tuple(entry for entry in self.entries if entry.decision in decisions)
+
+
+@dataclass(frozen=True, slots=True)
+class _StatusRules:
+    """The rules of semantics 9.4 for one coverage."""
+
+    obligations: Obligations
+    visited: int
+    forced: int
+    proofs: Mapping[str, StatusProof]
+    waivers: WaiverReview
+
+    def is_visited(self, name: str) -> bool:
+        return any(str(each) == name and self.visited & self.obligations.bit(each) for each in self.obligations)
+
+    def status(self, obligation: Obligation) -> ObligationStatus:
+        bit = self.obligations.bit(obligation)
+        if self.visited & ~self.forced & bit:
+            return ObligationStatus(obligation, Decision.COVERED)
+        proof = self.proofs.get(str(obligation))
+        if proof is not None:
+            return ObligationStatus(obligation, proof.decision, proof.reason, proof.certificate)
+        waiver = self.waivers.of(obligation)
+        if waiver is not None:
+            return ObligationStatus(obligation, Decision.WAIVED, str(waiver))
+        return ObligationStatus(obligation, Decision.FORCED if self.visited & bit else Decision.UNDECIDED)
 
 
 def count_statuses(statuses: Iterable[Decision]) -> dict[Decision, int]:

@@ -21,6 +21,7 @@ from scbm.reports import Setting, counted, coverage_report, missing_report
 from scbm.reports.figure_table import shown_path
 from scbm.testing import MAX_SHRUNK, Tester, campaign_json, case_texts, find_causes, load_suite
 from scbm.testing.batches.campaign_runs import StopRule, run_steps
+from scbm.testing.campaign import statuses_json
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Mapping, Sequence
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import Threshold
     from scbm.cli.campaigns.campaign_loop import Finished
     from scbm.cli.options.node_options import NodeOptions
+    from scbm.closing.proved_statuses import StatusEvidence
     from scbm.testing import Campaign, Finding
     from scbm.testing.batches.batch_summary import BatchSummary
     from scbm.testing.batches.campaign_runs import Executor
@@ -99,6 +101,7 @@ class CampaignOutput:
         shrink: whether to search for small failing cases.
         stop: whether the first failure ends the campaign.
         dry: after how many random cases in a row that visited nothing new it ends; `None` for never.
+        evidence: the certificates and waivers that count; `None` if statuses are not asked for.
     """
 
     thresholds: Sequence[Threshold]
@@ -110,6 +113,7 @@ class CampaignOutput:
     shrink: bool
     stop: bool
     dry: int | None = None
+    evidence: StatusEvidence | None = None
 
 
 def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
@@ -178,21 +182,26 @@ def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, com
 
 def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput) -> int:
     campaign, since = done.campaign, done.since
+    statuses = None if output.evidence is None else output.evidence.statuses(campaign.coverage)
     if output.json:
         stored = {} if since is None else {"store": since.as_json}
         early = {"ended_early": done.words} if done.words else {}
         report = campaign_json(campaign, setting.seed, setting.findings, setting.commands, setting.answers)
-        write_json(report | _dry_json(campaign.summary, output.dry) | stored | early)
+        decided = {} if statuses is None else {"statuses": statuses_json(statuses)}
+        write_json(report | decided | _dry_json(campaign.summary, output.dry) | stored | early)
     else:
         dry = _dry_words(campaign.summary, output.dry)
         shown = replace(setting, random=done.drawn, ended_early=done.words, dry=dry, columns=report_columns())
+        shown = replace(shown, statuses=statuses)
         results().lines((missing_report if output.missing else coverage_report)(campaign, shown))
         results().lines([] if since is None else since.lines)
     if done.words:
         return _report_early_end(done, output)
     if since is not None and not since.is_whole:
         return 2
-    return 0 if meets_thresholds(campaign.coverage, output.thresholds) and not campaign.failed_count else 1
+    coverable = None if statuses is None else statuses.coverable
+    is_met = meets_thresholds(campaign.coverage, output.thresholds, coverable)
+    return 0 if is_met and not campaign.failed_count else 1
 
 
 def _is_dry(summary: BatchSummary, dry: int) -> bool:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scbm.cases.coverage import KINDS, Threshold
+from scbm.cases.coverage import COVERABLE, KINDS, Threshold
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.output.terminal import errors
 from scbm.files import suggestion
@@ -21,12 +21,12 @@ from scbm.testing.batches.campaign_runs import InProcess
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scbm.cases.coverage import Coverage
+    from scbm.cases.coverage import Coverage, Figure
     from scbm.testing.batches.campaign_runs import Executor
 
 
 FAIL_UNDER = "--fail-under"
-FAIL_UNDER_HELP = "Exit with 1 if fewer per cent are visited: `90`, or of one kind: `executing=100`."
+FAIL_UNDER_HELP = "Exit with 1 if fewer per cent are visited: `90`, `executing=100`, `coverable=100`."
 
 _ALL_PERCENT = 100
 _NUMBER = re.compile(r"(\d+(?:\.\d+)?)\s*%?", re.ASCII)
@@ -40,8 +40,8 @@ def read_thresholds(texts: Sequence[str]) -> tuple[Threshold, ...]:
         kind, equals, number = text.rpartition("=")
         kind = kind.strip() if equals else "all"
         percent = _percent(number)
-        if kind not in KINDS:
-            remedy = suggestion(kind, list(KINDS), "kinds are")
+        if kind not in (*KINDS, COVERABLE):
+            remedy = suggestion(kind, [*KINDS, COVERABLE], "kinds are")
             place = Place(FAIL_UNDER, 1, 1, max(1, len(kind)))
             wrong.append(Diagnostic(Slug.BAD_OPTION, f"there is no kind `{kind}`", place, remedy, text))
         elif percent is None:
@@ -62,16 +62,24 @@ def _percent(text: str) -> float | None:
     return percent if percent is not None and percent <= _ALL_PERCENT else None
 
 
-def meets_thresholds(coverage: Coverage, thresholds: Sequence[Threshold]) -> bool:
-    """Return whether all thresholds are met; print a sentence for each that is not."""
-    missed = [threshold for threshold in thresholds if not threshold.is_met(coverage)]
+def meets_thresholds(coverage: Coverage, thresholds: Sequence[Threshold], coverable: Figure | None = None) -> bool:
+    """Return whether all thresholds are met; print a sentence for each that is not.
+
+    Args:
+        coverage: the visits of the cases.
+        thresholds: the thresholds of the command line.
+        coverable: the figure of what can be covered; by default everything can be covered.
+    """
+    missed = [threshold for threshold in thresholds if not threshold.is_met(coverage, coverable)]
     for threshold in missed:
-        errors().line(_missed_sentence(threshold, coverage))
+        errors().line(_missed_sentence(threshold, coverage, coverable))
     return not missed
 
 
-def _missed_sentence(threshold: Threshold, coverage: Coverage) -> str:
-    figure = threshold.figure(coverage)
+def _missed_sentence(threshold: Threshold, coverage: Coverage, coverable: Figure | None) -> str:
+    figure = threshold.figure(coverage, coverable)
+    if threshold.kind == COVERABLE and figure.of:
+        return f"Of what can be covered, {figure} is covered, under {threshold.percent:g} %."
     kind = "" if threshold.kind == "all" else f"{threshold.kind}="
     if not figure.of:
         of_kind = f" for `{threshold.kind}`" if kind else ""

@@ -8,6 +8,7 @@ from scbm.files.codec.binding_keys import BindingsKeys
 from scbm.files.codec.case_keys import CaseKeys
 from scbm.files.codec.keys import Definitions
 from scbm.files.codec.model_keys import ModelKeys
+from scbm.files.codec.waiver_keys import WaiversKeys
 
 if TYPE_CHECKING:
     from scbm.files.codec.keys import Data, Keys
@@ -26,6 +27,11 @@ def case_schema() -> dict[str, Any]:
 def bindings_schema() -> dict[str, Any]:
     """Return the schema of bindings files (draft 2020-12)."""
     return json_schema(BindingsKeys, "Bindings of resources for scbm")
+
+
+def waivers_schema() -> dict[str, Any]:
+    """Return the schema of waivers files (draft 2020-12)."""
+    return json_schema(WaiversKeys, "Waivers of obligations for scbm")
 
 
 def json_schema(root: type[Keys], title: str) -> dict[str, Data]:

@@ -13,17 +13,18 @@ from scbm.files.codec.keys import check_shape
 from scbm.files.codec.model_keys import MODEL_OWNERS, ModelKeys
 from scbm.files.codec.operation_keys import OperationKeys
 from scbm.files.codec.value_reader import ValueReader
+from scbm.files.codec.waiver_keys import WAIVERS_OWNERS, WaiverKeys, WaiversKeys
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import read_file, read_tree
 from scbm.files.yaml.yaml_writer import dump
 from scbm.model import Diagnostic, InputError, Place, PlannerChoice, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from scbm.files.yaml.document import YamlNode
     from scbm.files.yaml.source_text import SourceText
-    from scbm.model import BehaviorModel, Operation
+    from scbm.model import BehaviorModel, Operation, Waiver
 
 
 # models
@@ -157,6 +158,35 @@ def read_bindings(text: str, model: BehaviorModel, file: str = "bindings") -> Be
     return replace(model, resources=tuple(resources))
 
 
+# files of waivers
+
+
+def load_waivers(path: str | Path, model: BehaviorModel) -> tuple[Waiver, ...]:
+    """Return the waivers of a file for a model. Raises `InputError` with all errors of the file."""
+    return read_waivers(read_file(Path(path)), model, str(path))
+
+
+def read_waivers(text: str, model: BehaviorModel, file: str = "waivers") -> tuple[Waiver, ...]:
+    """Return the waivers of a text for a model. Raises `InputError` with all errors of the text.
+
+    Args:
+        text: the YAML text.
+        model: the model that has the obligations.
+        file: the name of the text in errors.
+    """
+    document, _, report = read_tree(text, file, "waivers", "waivers begin with `waivers_of: <name of the model>`")
+    check_shape(document, report, WaiversKeys, WAIVERS_OWNERS)
+    waivers = WaiversKeys(document, ValueReader(report, Scope.of(model))).read(model)
+    report.raise_any()
+    return waivers
+
+
+def write_waivers(waivers: Sequence[Waiver], model: BehaviorModel) -> str:
+    """Return the text of a waivers file for a model."""
+    listed = [WaiverKeys.write(waiver) for waiver in waivers]
+    return dump({"waivers_of": model.name, "waivers": listed})
+
+
 # writing
 
 
@@ -166,12 +196,12 @@ def write_model(model: BehaviorModel) -> str:
 
 
 def digest_of(model: BehaviorModel) -> str:
-    """Return the SHA-256 of a model without comments, layout, bindings and planner; it identifies the model.
+    """Return the SHA-256 of a model without comments, layout, bindings, planner and waivers; it identifies the model.
 
-    Bindings and planner do not change what the model means.
+    Bindings, planner and waivers do not change what the model means.
     """
     resources = tuple(replace(resource, binding=None) for resource in model.resources)
-    meaning = replace(model, resources=resources, planner=PlannerChoice())
+    meaning = replace(model, resources=resources, planner=PlannerChoice(), waivers=())
     return sha256(write_model(meaning).encode()).hexdigest()
 
 

@@ -21,6 +21,7 @@ from scbm.files.codec.operation_keys import AutomaticKeys, EnvironmentKeys, Oper
 from scbm.files.codec.resource_keys import ResourceKeys, SimulationKeys
 from scbm.files.codec.value_reader import NAME, ValueReader
 from scbm.files.codec.variable_keys import VariableKeys
+from scbm.files.codec.waiver_keys import WAIVER_LIST, WaiverKeys, waivers_of
 from scbm.files.language.grammar import keywords
 from scbm.files.language.scope import Scope, Where
 from scbm.files.spelling import suggestion
@@ -156,6 +157,9 @@ class ModelKeys(Keys):
         "The planner of runs and tests, by its name or as a mapping with limits; `--planner` overrides it.",
         absent="`canonical`",
     )
+    waivers = DefaultKey(
+        WAIVER_LIST, "Obligations that need not be covered, each with a reason, its author and its date.", default=()
+    )
 
     def model(self) -> BehaviorModel:
         """Return the model; valid only if no error is noted."""
@@ -179,6 +183,8 @@ class ModelKeys(Keys):
             environment=tuple(entry.value.environment(entry.name) for entry in self._named(self.environment)),
         )
         self._refuse_false_sources(model)
+        if self.waivers:
+            model = replace(model, waivers=waivers_of(self.waivers, model))
         return self._bound(model)
 
     def _refuse_false_sources(self, model: BehaviorModel) -> None:
@@ -303,6 +309,7 @@ MODEL_OWNERS: tuple[tuple[type[Keys], str], ...] = (
     (TransitionKeys, "a transition"),
     (EnvironmentKeys, "an environment transition"),
     (PlannerKeys, "the planner"),
+    (WaiverKeys, "a waiver"),
     (ModelKeys, "the model"),
 )
 """What messages call the mappings of a model file; an unknown key belongs to the first that declares it."""

@@ -123,7 +123,7 @@ def _refuse_runs(source: SourceText, noun: str) -> None:
     raise InputError([Diagnostic(Slug.WRONG_SHAPE, shown, Place(source.file, 1), remedy)])
 
 
-_MARKS = {"model": "behavior_model", "case": "case", "bindings": "bindings_of"}
+_MARKS = {"model": "behavior_model", "case": "case", "bindings": "bindings_of", "waivers": "waivers_of"}
 """The key that identifies each kind of file."""
 
 

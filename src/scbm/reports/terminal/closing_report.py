@@ -16,12 +16,14 @@ from scbm.closing.advice.suggestions import grouped
 from scbm.closing.assumptions import assumptions
 from scbm.closing.summaries import aspects_in_words, in_few_words
 from scbm.model import format_moment
-from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, counted
+from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, counted, wrapped
+from scbm.reports.status_lines import waiver_warnings
 from scbm.reports.terminal.failure_report import finding_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from scbm.cases.coverage import Figure
     from scbm.closing import Closing, ClosingCase, Decided, Suggestion
     from scbm.closing.closing_files import ClosingFiles
     from scbm.closing.decisions import FoundFault, StageEnd
@@ -67,6 +69,7 @@ class ClosingSetting:
         found: new cases whose runs end in a livelock, a model error or at the time limit.
         written: the goals that were written into the model before it was closed.
         already: the goals that were to be written, but are in the model already.
+        waivers: the option for the waivers file, with a leading blank.
     """
 
     file: str
@@ -82,6 +85,7 @@ class ClosingSetting:
     found: tuple[FoundFault, ...] = ()
     written: tuple[str, ...] = ()
     already: tuple[str, ...] = ()
+    waivers: str = ""
 
 
 def closing_report(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
@@ -131,6 +135,8 @@ def _figures(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     if legend:
         yield Text(f"{indentation}{legend}", style="dim")
     yield from _decision_counts(closing, counts)
+    for sentence in waiver_warnings(closing.visited_waivers, closing.expired_waivers):
+        yield from (Text(part, style="yellow") for part in wrapped(sentence, _COLUMNS, "  ", 6))
     yield Text(f"  Before:   {setting.suite or 'no cases'}")
     for goal in setting.written:
         yield Text(f"  Written:  goal {goal}, into {setting.file}", style="green")
@@ -335,15 +341,30 @@ def _checks(closing: Closing, setting: ClosingSetting, output: ClosingFiles) -> 
     """Yield the commands that run the written cases and check the written certificates."""
     new = f" {quote(str(output.directory))}" if output.cases else ""
     suite = f"{setting.files}{new}{setting.drawing}"
-    figure = closing.after.figure
     if suite:
-        under = f" --fail-under {floor(10_000 * figure.visited / figure.of) / 100:g}" if figure.of else ""
-        test = f"scbm test {quote(setting.file)}{suite}{setting.planner}{under}"
+        test = f"scbm test {quote(setting.file)}{suite}{setting.planner}{_status_options(closing, setting, output)}"
         yield command_text("  ", test, "runs all cases")
+    if setting.drawing:
+        save = f"scbm test {quote(setting.file)}{setting.drawing} --save {quote(str(output.directory / 'cases'))}"
+        yield command_text("  ", save, f"adds the random cases before to {output.directory}")
     if output.certificates:
         files = list(output.certificates.values())
         path = files[0] if len(files) == 1 else files[0].parent
         yield command_text("  ", f"scbm close --check {quote(str(path))}", "checks the proofs")
+
+
+def _status_options(closing: Closing, setting: ClosingSetting, output: ClosingFiles) -> str:
+    """Return the options for proofs, waivers and the figure that was reached, each with a leading blank."""
+    figure, coverable = closing.after.figure, closing.coverable
+    certificates = f" --certificates {quote(str(output.directory))}" if output.certificates else ""
+    if coverable.of and (certificates or coverable.of < figure.of):
+        return f"{certificates}{setting.waivers} --fail-under coverable={_reached(coverable)}"
+    return f"{setting.waivers} --fail-under {_reached(figure)}" if figure.of else ""
+
+
+def _reached(figure: Figure) -> str:
+    """Return the percentage of a figure, rounded down so that the same cases reach it."""
+    return f"{floor(10_000 * figure.visited / figure.of) / 100:g}"
 
 
 # words

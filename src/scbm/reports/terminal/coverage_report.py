@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.cases.coverage import Aspect, Obligation
+from scbm.cases.coverage import Aspect, Decision, Obligation
 from scbm.model import Outcome
 from scbm.reports.figure_table import (
     COLUMNS,
     DEFAULT_COLUMNS,
+    STATUS_MARKS,
     command_text,
     counted,
     figures,
@@ -25,19 +26,24 @@ from scbm.reports.figure_table import (
     wrapped,
 )
 from scbm.reports.missed_reasons import close_command, missed_reasons
+from scbm.reports.status_lines import status_lines
 from scbm.reports.terminal.failure_report import finding_lines, unused_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.cases.coverage import Coverage
+    from scbm.cases.coverage import Coverage, Statuses
     from scbm.model import BehaviorModel
     from scbm.reports.missed_reasons import Missed
     from scbm.testing import Answers, Campaign, Finding
 
 
 def missing_lines(
-    model: BehaviorModel, coverage: Coverage, file: str, columns: int = DEFAULT_COLUMNS
+    model: BehaviorModel,
+    coverage: Coverage,
+    file: str,
+    columns: int = DEFAULT_COLUMNS,
+    statuses: Statuses | None = None,
 ) -> Iterator[Text]:
     """Yield the missed obligations with their reasons, and the commands that cover them.
 
@@ -46,12 +52,15 @@ def missing_lines(
         coverage: the visits of the cases.
         file: the model file, for the commands.
         columns: the width of the report.
+        statuses: the statuses of the obligations; `None` if visits alone decide them.
     """
-    missed = missed_reasons(model, coverage, file)
+    missed = missed_reasons(model, coverage, file, statuses)
     figure = coverage.figure
     yield Text("Missing in ").append(model.name, style="bold").append(f": {_count(missed)} of {figure.of}")
     yield Text()
     yield headline(figure, columns)
+    if statuses is not None:
+        yield from status_lines(statuses, columns)
     if not missed:
         return
     order = {name: index for index, name in enumerate(dict.fromkeys(m.obligation.subject for m in missed))}
@@ -59,10 +68,13 @@ def missing_lines(
     for _, group in groupby(by_subject, key=lambda m: (m.obligation.aspect is Aspect.TAKEN, m.obligation.subject)):
         yield Text()
         yield from _of_subject(list(group))
+    undecided = [each for each in missed if each.status is Decision.UNDECIDED]
+    if not undecided:
+        return
     yield Text()
     yield Text("How to cover the rest", style="bold")
     yield command_text("  ", close_command(file), "writes a case for each, or a proof that there is none")
-    yield command_text("  ", missed[0].command, "explains one of them")
+    yield command_text("  ", undecided[0].command, "explains one of them")
     yield command_text("  ", f"scbm test {shown_path(file)} closed", "runs these cases")
 
 
@@ -77,11 +89,12 @@ def _of_subject(missed: Sequence[Missed]) -> Iterator[Text]:
     """Yield the missed aspects of an operation or an automatic transition, one line for each reason."""
     first = missed[0].obligation
     yield Text("  at: " if first.aspect is Aspect.TAKEN else "  op: ").append(first.subject, style="bold")
-    reasons = dict.fromkeys(m.reason for m in missed)
-    parts = {r: ", ".join(m.obligation.aspect.value for m in missed if m.reason == r) for r in reasons}
+    reasons = dict.fromkeys((m.status, m.reason) for m in missed)
+    parts = {r: ", ".join(m.obligation.aspect.value for m in missed if (m.status, m.reason) == r) for r in reasons}
     width = max(map(len, parts.values()))
-    for reason, aspects in parts.items():
-        yield Text(f"      ○ {aspects:<{width}}  ", style="red").append(reason, style="not red")
+    for (status, reason), aspects in parts.items():
+        style = "red" if status is Decision.UNDECIDED else "dim"
+        yield Text(f"      {STATUS_MARKS[status]} {aspects:<{width}}  ", style=style).append(reason, style="not red")
 
 
 _REAL = "Real resources"
@@ -116,6 +129,7 @@ class Setting:
         ended_early: the number of finished cases in words, if the campaign ended early; else empty.
         columns: the width of the report.
         dry: whether the last random cases visited something new, in words; empty if that is not asked.
+        statuses: the statuses of the obligations; `None` if visits alone decide them.
     """
 
     file: str
@@ -131,6 +145,7 @@ class Setting:
     ended_early: str = ""
     columns: int = DEFAULT_COLUMNS
     dry: str = ""
+    statuses: Statuses | None = None
 
 
 def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
@@ -139,6 +154,7 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     yield Text("Coverability report: ", style="bold").append(campaign.model.name)
     yield Text()
     yield headline(coverage.figure, setting.columns)
+    yield from _statuses(setting)
     duration = f"{campaign.simulated_ns / 1e9:.2f} s {setting.where or 'simulated'}"
     yield Text(f"  Testing duration: {duration}, {_cases(campaign, setting)}")
     yield from _early(setting)
@@ -148,16 +164,21 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     yield from _answer_lines(setting.answers)
     yield from finding_lines(campaign, setting.findings, setting.commands)
     yield from unused_lines(campaign)
-    yield from missed_table(campaign.model, coverage, setting.columns)
+    yield from missed_table(campaign.model, coverage, setting.columns, setting.statuses)
     yield from _reasons(campaign, setting)
 
 
 def missing_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     """Yield the failures, the missed obligations and their reasons."""
-    yield from missing_lines(campaign.model, campaign.coverage, setting.file, setting.columns)
+    yield from missing_lines(campaign.model, campaign.coverage, setting.file, setting.columns, setting.statuses)
     yield from _early(setting)
     yield from _answer_lines(setting.answers)
     yield from finding_lines(campaign, setting.findings, setting.commands)
+
+
+def _statuses(setting: Setting) -> Iterator[Text]:
+    if setting.statuses is not None:
+        yield from status_lines(setting.statuses, setting.columns)
 
 
 def _forecast(campaign: Campaign, setting: Setting) -> Iterator[Text]:
@@ -223,8 +244,12 @@ def _reasons(campaign: Campaign, setting: Setting) -> Iterator[Text]:
 
 def _advice(aspect: Aspect, campaign: Campaign, setting: Setting) -> Iterator[tuple[int, str]]:
     """Yield each advice for the missed obligations of an aspect, with the number of obligations that need it."""
-    coverage = campaign.coverage
-    missed = coverage.missed(aspect)
+    coverage, statuses = campaign.coverage, setting.statuses
+    missed = tuple(
+        obligation
+        for obligation in coverage.missed(aspect)
+        if statuses is None or statuses.decision(obligation) is Decision.UNDECIDED
+    )
     planned = [obligation for obligation in missed if not _is_unqueued(obligation, coverage)]
     timeless = [
         o for o in missed if aspect is Aspect.TIMEDOUT and campaign.model.operation(o.subject).deadline_ns is None

@@ -1,0 +1,118 @@
+"""`--certificates` and `--waivers`: what decides the statuses of obligations beside the visits of cases.
+
+The date of today is read here: the core has no clock. `SOURCE_DATE_EPOCH` sets it, as for reproducible builds.
+"""
+
+from __future__ import annotations
+
+import os
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from scbm.cases.coverage import COVERABLE, WaiverReview
+from scbm.cli.options.help_sections import HelpSection
+from scbm.cli.output.terminal import errors
+from scbm.closing.certificate_files import CheckedCertificate, certificates_below, check_file, open_certificate
+from scbm.closing.proved_statuses import StatusEvidence
+from scbm.files import load_waivers
+from scbm.model import Diagnostic, InputError, Place, Severity, Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from scbm.cases.coverage import Threshold
+    from scbm.model import BehaviorModel, Waiver
+
+Certificates = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--certificates",
+        metavar="DIRECTORY",
+        help="Check these certificates, and count what they prove.",
+        rich_help_panel=HelpSection.VERDICTS,
+    ),
+]
+WaiversFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--waivers",
+        metavar="FILE",
+        help="Waivers, in addition to those of the model.",
+        rich_help_panel=HelpSection.VERDICTS,
+    ),
+]
+
+_EPOCH = "SOURCE_DATE_EPOCH"
+
+
+def today() -> str:
+    """Return the date of today in UTC, such as `2026-11-23`; `SOURCE_DATE_EPOCH` sets it, in seconds since 1970."""
+    text = os.environ.get(_EPOCH, "")
+    seconds = int(text) if text.isascii() and text.isdigit() and len(text) < len("100000000000") else None
+    moment = datetime.now(UTC) if seconds is None else datetime.fromtimestamp(seconds, UTC)
+    return moment.date().isoformat()
+
+
+def read_waivers_of(model: BehaviorModel, file: Path | None) -> WaiverReview:
+    """Return the waivers of a model and of a file, as of today. Raise `InputError` with all errors of the file."""
+    beside = () if file is None else load_waivers(file, model)
+    known = {waiver.obligation for waiver in model.waivers}
+    twice = [waiver for waiver in beside if waiver.obligation in known]
+    if twice:
+        raise InputError([_waived_twice(waiver, str(file)) for waiver in twice])
+    return WaiverReview.on(today(), (*model.waivers, *beside))
+
+
+def _waived_twice(waiver: Waiver, file: str) -> Diagnostic:
+    message = f"`{waiver.obligation}` has a waiver in the model already"
+    return Diagnostic(Slug.DUPLICATE_VALUE, message, waiver.place or Place(file), "leave out one of the two")
+
+
+def read_evidence(
+    model: BehaviorModel, model_file: Path, certificates: Sequence[Path] | None, waivers: Path | None
+) -> tuple[StatusEvidence, tuple[CheckedCertificate, ...]]:
+    """Check certificates and read waivers; print a warning for each certificate that does not count.
+
+    Raises:
+        InputError: a file is no certificate, or the waivers have errors.
+    """
+    review = read_waivers_of(model, waivers)
+    files = [open_certificate(path) for path in _certificate_files(certificates or ())]
+    checked = tuple(check_file(file, model) for file in files)
+    for each in checked:
+        found = each.diagnostics(model_file)[:_MAX_FLAWS]
+        errors().diagnostics([replace(one, severity=Severity.WARNING) for one in found])  # the command goes on
+    return StatusEvidence.of(checked, review), checked
+
+
+def _certificate_files(paths: Sequence[Path]) -> tuple[Path, ...]:
+    """Return the certificates of paths: files as they are, and all certificates below directories, if there are any.
+
+    Where all obligations are covered, closing writes no certificate.
+    """
+    found: dict[Path, None] = {}
+    for path in paths:
+        found |= dict.fromkeys(certificates_below(path) if path.is_dir() else (path,))
+    return tuple(found)
+
+
+def read_asked_evidence(
+    model: BehaviorModel,
+    model_file: Path,
+    certificates: Sequence[Path] | None,
+    waivers: Path | None,
+    thresholds: Sequence[Threshold],
+) -> StatusEvidence | None:
+    """Return the evidence as `read_evidence` does; `None` if neither options nor the model ask for statuses."""
+    is_asked = any(threshold.kind == COVERABLE for threshold in thresholds)
+    if not (is_asked or certificates or waivers or model.waivers):
+        return None
+    return read_evidence(model, model_file, certificates, waivers)[0]
+
+
+_MAX_FLAWS = 5
+"""Maximum number of flaws of a certificate that are shown; one is enough to refuse it."""

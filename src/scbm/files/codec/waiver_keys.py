@@ -1,0 +1,124 @@
+"""The keys of waivers, in a model file and in a file of their own, and what they mean for one model."""
+
+from __future__ import annotations
+
+import re
+from datetime import date
+from typing import TYPE_CHECKING
+
+from scbm.files.codec.key_types import NAME_NODE, MappingListType, ScalarType
+from scbm.files.codec.keys import Key, Keys
+from scbm.files.spelling import suggestion
+from scbm.model import Slug, Waiver
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from scbm.files.codec.value_reader import ValueReader
+    from scbm.files.yaml.document import YamlNode
+    from scbm.model.behavior import BehaviorModel
+
+_DATE = re.compile(r"\d{4}-\d{2}-\d{2}", re.ASCII)
+
+
+def _read_date(reader: ValueReader, node: YamlNode, text: str) -> str | None:
+    """Return a date as it is written; note a text that is no date."""
+    try:
+        is_date = _DATE.fullmatch(text) is not None and date.fromisoformat(text) is not None
+    except ValueError:
+        is_date = False
+    if is_date:
+        return text
+    reader.add(Slug.BAD_DATE, f"`{text}` is not a date", node.place, "write year, month and day: `2026-11-23`")
+    return None
+
+
+def _read_sentence(reader: ValueReader, node: YamlNode, text: str) -> str | None:
+    """Return a text with something in it; note one without."""
+    if text.strip():
+        return " ".join(text.split())
+    reader.add(Slug.MISSING_KEY, "a text is missing here", node.place, "write it for the readers of reports")
+    return None
+
+
+_TEXT = ScalarType("text", "a text", {"type": "string", "minLength": 1}, _read_sentence)
+_DATE_TYPE = ScalarType("date", "a date such as `2026-11-23`", {"type": "string", "format": "date"}, _read_date)
+
+
+class WaiverKeys(Keys):
+    """An obligation that need not be covered, and why."""
+
+    obligation = Key(
+        NAME_NODE,
+        "The obligation: `<operation>/<state>`, `<operation>/queued` or `automatic/<transition>`.",
+        required=True,
+    )
+    reason = Key(_TEXT, "Why it need not be covered.", required=True)
+    author = Key(_TEXT, "Who decided that.", required=True)
+    date = Key(_DATE_TYPE, "When that was decided.", required=True)
+    expires = Key(_DATE_TYPE, "The last day on which the waiver counts.", absent="it does not expire")
+
+    def waiver(self, known: Iterable[str]) -> Waiver | None:
+        """Return the waiver; `None` if something in it is wrong, which is noted.
+
+        Args:
+            known: the names of the obligations of the model.
+        """
+        node, names = self.obligation, list(known)
+        if node is not None and node.text not in names:
+            remedy = suggestion(node.text or "", names, "the obligations are")
+            message = f"the model has no obligation `{node.text}`"
+            self.reader.add(Slug.UNKNOWN_OBLIGATION, message, node.place, remedy)
+        reason, author, day, expires = self.reason, self.author, self.date, self.expires
+        if day is not None and expires is not None and expires < day:
+            message = f"the waiver expires on {expires}, before its date {day}"
+            self.reader.add(Slug.CONTRADICTION, message, self.node.items["expires"].place, "write a later day")
+        if node is None or node.text is None or reason is None or author is None or day is None:
+            return None
+        return Waiver(node.text, reason, author, day, expires, node.place)
+
+
+WAIVER_LIST = MappingListType(WaiverKeys, "list of waivers")
+
+
+def waivers_of(entries: Iterable[WaiverKeys], model: BehaviorModel) -> tuple[Waiver, ...]:
+    """Return the waivers of a list, in its order; note unknown obligations, and obligations with two waivers."""
+    return tuple(_checked(entries, model))
+
+
+def _checked(entries: Iterable[WaiverKeys], model: BehaviorModel) -> Iterator[Waiver]:
+    from scbm.cases.coverage import Obligations  # noqa: PLC0415 - few models have waivers
+
+    known = [str(obligation) for obligation in Obligations.of(model)]
+    first: dict[str, Waiver] = {}
+    for entry in entries:
+        waiver = entry.waiver(known)
+        if waiver is None:
+            continue
+        if waiver.obligation in first and waiver.place is not None:
+            before = first[waiver.obligation].place
+            message = f"`{waiver.obligation}` has a waiver already, in line {before.line if before is not None else 0}"
+            entry.reader.add(Slug.DUPLICATE_VALUE, message, waiver.place, "leave out one of the two")
+            continue
+        first[waiver.obligation] = waiver
+        yield waiver
+
+
+class WaiversKeys(Keys):
+    """Waivers for a model, in a file of their own."""
+
+    waivers_of = Key(NAME_NODE, "The name of the model.", required=True)
+    waivers = Key(WAIVER_LIST, "The waivers, as under `waivers` in a model file.", required=True)
+
+    def read(self, model: BehaviorModel) -> tuple[Waiver, ...]:
+        """Return the waivers for a model; valid only if no error is noted."""
+        node = self.waivers_of
+        if node is not None and node.text != model.name:
+            message = f"these are waivers for `{node.text}`, and the model is `{model.name}`"
+            self.reader.add(Slug.WRONG_SHAPE, message, node.place, "name the waivers of this model")
+            self.reader.report.raise_any()
+        return waivers_of(self.waivers or (), model)
+
+
+WAIVERS_OWNERS: tuple[tuple[type[Keys], str], ...] = ((WaiverKeys, "a waiver"), (WaiversKeys, "the file"))
+"""What messages call the mappings of a waivers file."""

@@ -1,0 +1,161 @@
+"""Certificates and waivers in `scbm test` and `scbm close`."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from conftest import Ran
+
+    Scbm = Callable[..., Ran]
+
+MODEL = """
+behavior_model: lamp
+variables: {on: {domain: bool, initial: false}}
+operations:
+  switch: {pre: {g: on == false}, post: {g: true, a: [on <- true]}}
+goals: {lit: on == true}
+"""
+WAIVERS = """
+waivers:
+  - {obligation: switch/failed, reason: it is a lamp, author: Ada, date: 2026-11-20, expires: 2026-11-30}
+"""
+ON_THE_23RD, IN_DECEMBER = "1795392000", "1796083200"
+
+
+@pytest.fixture
+def lamp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", ON_THE_23RD)
+    path = tmp_path / "lamp.yaml"
+    path.write_text(MODEL)
+    return path
+
+
+@pytest.fixture
+def closed(lamp: Path, scbm: Scbm) -> Path:
+    assert scbm("close", lamp, "--out", lamp.parent / "closed").code == 0
+    return lamp.parent / "closed"
+
+
+def _json(ran: Ran) -> Any:  # noqa: ANN401 - as `json.loads`
+    return json.loads(ran.out)
+
+
+def test_a_test_reaches_what_closing_reached(lamp: Path, closed: Path, scbm: Scbm) -> None:
+    ran = scbm("test", lamp, closed, "--certificates", closed, "--fail-under", "coverable=100")
+    assert ran.code == 0
+    assert "SCBM-IAS: 40.00 %" in ran.out
+    assert "Of what can be covered: 100.00 %, 2 of 2" in ran.out
+    assert scbm("test", lamp, closed, "--certificates", closed, "--fail-under", "100").code == 1
+
+
+def test_closing_names_the_command_that_reaches_its_figure(lamp: Path, scbm: Scbm) -> None:
+    out = lamp.parent / "closed"
+    ran = scbm("close", lamp, "--out", out)
+    command = f"scbm test {lamp} {out} --certificates {out} --fail-under coverable=100"
+    assert command in ran.out
+    assert scbm(*command.split()[1:]).code == 0
+
+
+def test_without_certificates_the_threshold_is_missed(lamp: Path, closed: Path, scbm: Scbm) -> None:
+    ran = scbm("test", lamp, closed, "--fail-under", "coverable=100")
+    assert (ran.code, ran.err) == (1, "Of what can be covered, 40.00 % is covered, under 100 %.\n")
+
+
+def test_a_directory_without_certificates_proves_nothing(lamp: Path, closed: Path, scbm: Scbm) -> None:
+    assert scbm("test", lamp, closed, "--certificates", closed / "cases").code == 0
+
+
+def test_certificates_of_another_model_do_not_count(lamp: Path, closed: Path, scbm: Scbm) -> None:
+    lamp.write_text(MODEL.replace("g: true", "g: on == false"))
+    ran = scbm("test", lamp, closed, "--certificates", closed, "--fail-under", "coverable=100")
+    assert ran.code == 1
+    assert "warning[certificate-wrong]: this certificate is for another version of the model" in ran.err
+    assert "Certificate that does not count" in ran.out
+
+
+def test_certificates_with_flaws_do_not_count(lamp: Path, closed: Path, scbm: Scbm) -> None:
+    (certificate,) = sorted(closed.rglob("structure.json"))
+    certificate.write_text(certificate.read_text().replace("switch/failed", "switch/completed"))
+    ran = scbm("test", lamp, closed, "--certificates", closed, "--json")
+    assert f"{certificate}: warning[certificate-wrong]: " in ran.err
+    assert "close it again" in ran.err
+    statuses = _json(ran)["statuses"]
+    assert statuses["counts"]["uncoverable"] == 0
+    assert "migrate-to-the-open-world" in statuses["ignored_certificates"][0]
+
+
+def test_a_file_that_is_no_certificate_is_an_error(lamp: Path, scbm: Scbm) -> None:
+    ran = scbm("test", lamp, "--certificates", lamp)
+    assert ran.code == 2
+    assert "error[bad-certificate]" in ran.err
+
+
+def test_waivers_of_the_model_count_in_both_commands(lamp: Path, scbm: Scbm) -> None:
+    lamp.write_text(MODEL + WAIVERS.replace("failed", "disabled"))
+    ran = scbm("test", lamp, "--json")
+    statuses = _json(ran)["statuses"]
+    assert statuses["counts"]["waived"] == 1
+    assert statuses["obligations"] == [
+        {
+            "name": "switch/disabled",
+            "status": "waived",
+            "reason": "it is a lamp (Ada, 2026-11-20, until 2026-11-30)",
+            "certificate": None,
+        }
+    ]
+
+
+def test_a_proof_goes_before_a_waiver(lamp: Path, closed: Path, scbm: Scbm) -> None:
+    beside = lamp.parent / "waivers.yaml"
+    beside.write_text("waivers_of: lamp" + WAIVERS)
+    ran = scbm("test", lamp, closed, "--certificates", closed, "--waivers", beside, "--json")
+    counts = _json(ran)["statuses"]["counts"]
+    assert (counts["uncoverable"], counts["waived"]) == (2, 0)
+    assert _json(scbm("close", lamp, "--waivers", beside, "--json"))["decisions"]["waived"] == 0
+
+
+def test_an_expired_waiver_does_not_count(lamp: Path, scbm: Scbm, monkeypatch: pytest.MonkeyPatch) -> None:
+    lamp.write_text(MODEL + WAIVERS)
+    assert _json(scbm("test", lamp, "--json"))["statuses"]["counts"]["waived"] == 1
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", IN_DECEMBER)
+    assert _json(scbm("test", lamp, "--json"))["statuses"]["counts"]["waived"] == 0
+    assert "Expired waiver, which does not count: switch/failed" in scbm("test", lamp).out
+    assert "Expired waiver, which does not count: switch/failed" in scbm("close", lamp).out
+
+
+def test_a_waiver_of_a_visited_obligation_is_reported(lamp: Path, scbm: Scbm) -> None:
+    lamp.write_text(MODEL + WAIVERS.replace("failed", "completed"))
+    assert "Waived, but a case visits it: switch/completed" in scbm("test", lamp).out
+    report = _json(scbm("close", lamp, "--json"))
+    assert [waiver["obligation"] for waiver in report["waivers"]["visited"]] == ["switch/completed"]
+
+
+def test_closing_waives_what_it_cannot_decide(lamp: Path, scbm: Scbm) -> None:
+    undecided = ("--max-states", "1", "--max-planning", "1", "--max-random", "0", "--max-changes", "0")
+    model = Path("examples/robot_in_the_air/before.yaml").read_text()
+    lamp.write_text(model)
+    before = _json(scbm("close", lamp, *undecided, "--json"))
+    names = [each["name"] for each in before["obligations"] if each["decision"] == "undecided"]
+    names += [each["name"] for each in before["queued"] if each["decision"] == "undecided"]
+    assert names
+    entries = [f"  - {{obligation: {name}, reason: tested by hand, author: Ada, date: 2026-11-20}}" for name in names]
+    lamp.write_text(model + "\nwaivers:\n" + "\n".join(entries))
+    ran = scbm("close", lamp, *undecided, "--json")
+    assert ran.code == 0
+    assert _json(ran)["decisions"]["undecided"] == 0
+    assert "Waived: " in scbm("close", lamp, *undecided).out
+
+
+def test_one_obligation_has_one_waiver_in_both_files(lamp: Path, scbm: Scbm) -> None:
+    lamp.write_text(MODEL + WAIVERS)
+    beside = lamp.parent / "waivers.yaml"
+    beside.write_text("waivers_of: lamp" + WAIVERS)
+    ran = scbm("test", lamp, "--waivers", beside)
+    assert ran.code == 2
+    assert f"{beside}:3:18: error[duplicate-value]: `switch/failed` has a waiver in the model already" in ran.err
