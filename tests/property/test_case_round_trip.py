@@ -8,13 +8,13 @@ from hypothesis import strategies as st
 from scbm.files import read_case, read_network, write_case, write_network
 from support.case_strategies import cases, networks
 from support.profiles import examples
-from support.strategies import running_models
+from support.strategies import open_models, running_models
 
 
 @given(st.data())
 @examples(150, usual=5)
 def test_cases(data: st.DataObject) -> None:
-    model = data.draw(running_models())
+    model = data.draw(st.one_of(running_models(), open_models()))
     case = data.draw(cases(model))
     written = write_case(case, model, "cell.yaml", ["drawn"])
     again = read_case(written, model)

@@ -14,6 +14,7 @@ from scbm.cases import (
     Case,
     CaseLimits,
     Condition,
+    EnvironmentChange,
     Expectations,
     Injection,
     Network,
@@ -27,6 +28,7 @@ from scbm.cases import (
 from scbm.cases.coverage import Obligations
 from scbm.cases.trace import End
 from scbm.model import BehaviorModel, Outcome, Requirement, Resource, Role, State, Variable
+from scbm.model.sources import outside_values
 from support.strategies import SECOND_NS, predicates, sentences
 
 if TYPE_CHECKING:
@@ -57,7 +59,7 @@ def cases(draw: DrawFn, model: BehaviorModel) -> Case:
     goal, predicate = draw(_goals(model))
     everything = tuple(model.running_space)
     requirements = [Requirement(f"own{index}", draw(sentences(everything))) for index in range(draw(st.integers(0, 2)))]
-    origin = draw(optional(st.builds(Origin, st.integers(-(10**20), 10**20), st.integers(1, 10**6))))
+    origin = draw(optional(st.builds(Origin, st.integers(-(10**20), 10**20), st.integers(1, 10**6), st.booleans())))
     return Case(
         draw(st.from_regex(r"[A-Za-z_][A-Za-z0-9_.-]{0,20}", fullmatch=True)),
         goal,
@@ -71,7 +73,21 @@ def cases(draw: DrawFn, model: BehaviorModel) -> Case:
         draw(_expectations(model)),
         origin,
         draw(optional(st.builds(RecordedRun, st.sampled_from(ENDS).map(str), DIGESTS))),
+        environment=draw(optional(environment_changes(model))),
     )
+
+
+@st.composite
+def environment_changes(draw: DrawFn, model: BehaviorModel) -> tuple[EnvironmentChange, ...]:
+    """What the environment of a model can do; now and then by a transition, if it has some."""
+    known = outside_values(model)
+    names = ["", *(each.name for each in model.environment)]
+    changes = []
+    for _ in range(draw(st.integers(0, 2))):
+        chosen = draw(st.lists(st.sampled_from(sorted(known)), unique=True, max_size=2)) if known else []
+        assign = tuple((name, draw(st.sampled_from(known[name]))) for name in chosen)
+        changes.append(EnvironmentChange(draw(TIMES_NS), assign, draw(st.sampled_from(names))))
+    return tuple(changes)
 
 
 @st.composite

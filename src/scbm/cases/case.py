@@ -13,7 +13,7 @@ from scbm.model import FIRST_PLANNER, PlannerIdentity
 
 if TYPE_CHECKING:
     from scbm.cases.coverage import Obligation
-    from scbm.cases.injections import Injection
+    from scbm.cases.injections import EnvironmentChange, Injection
     from scbm.cases.trace import Changes, End
     from scbm.model import Outcome, Predicate, Requirement, State
 
@@ -97,10 +97,17 @@ _NOTHING = Expectations()
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """The random streams that a case draws from: those of case `number` (from 1) of the campaign with this seed."""
+    """The random streams that a case draws from: those of case `number` (from 1) of the campaign with this seed.
+
+    Attributes:
+        seed: the seed.
+        number: the number of the case.
+        moves_inputs: whether inputs and published values that no environment transition changes are moved as well.
+    """
 
     seed: int
     number: int = 1
+    moves_inputs: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,6 +169,8 @@ class Case:
         origin: the random streams for choices that the case leaves open; `None` draws nothing.
         recorded: the result of the run that the case was saved from.
         plans: the answers of the planner, in the order of the questions; without them the planner is asked.
+        environment: all changes that the environment makes, by their time. For `None` it acts at the rates of the model
+            if the case has an origin, and not at all otherwise.
     """
 
     name: str
@@ -177,3 +186,4 @@ class Case:
     origin: Origin | None = None
     recorded: RecordedRun | None = None
     plans: tuple[RecordedPlan, ...] = ()
+    environment: tuple[EnvironmentChange, ...] | None = None

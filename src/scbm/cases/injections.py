@@ -1,4 +1,4 @@
-"""Injections: changes that a tester makes during a run (paper, Section VI; semantics 7.2).
+"""Changes during a run: injections of a tester (paper, Section VI; semantics 7.2), and what the environment does.
 
 An injection assigns variables, or changes the condition of a simulated resource.
 """
@@ -140,3 +140,18 @@ class Injection:
     resource: str | None = None
     condition: Condition | None = None
     after_ns: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class EnvironmentChange:
+    """One change that the environment makes at a settled moment of a run (semantics 9.4).
+
+    Attributes:
+        at_ns: the time of the run.
+        assign: the variables that change from outside, each with its new value.
+        by: the name of the environment transition; empty for a change that no transition makes.
+    """
+
+    at_ns: int
+    assign: tuple[tuple[str, Value], ...]
+    by: str = ""

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from scbm.cases import Case, CaseLimits, Origin
+from scbm.cli.options.campaign_options import Inputs, read_inputs
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_values import (
     allowed_state,
@@ -59,6 +60,7 @@ def command(
             rich_help_panel=HelpSection.CASES,
         ),
     ] = None,
+    inputs: Inputs = None,
     require: Annotated[
         list[str] | None,
         typer.Option(
@@ -90,7 +92,7 @@ def command(
     writer.refuse_clashes({} if trace is None else {"--trace": trace})
     loaded = PlannerOptions(planner, max_length, max_expanded).applied(load_model(model))
     faults = read_faults(network, loaded)
-    asked = _case(loaded, str(model), goal, state, Origin(seed, case or 1), drawn=case is not None)
+    asked = _case(loaded, str(model), goal, state, Origin(seed, case or 1, read_inputs(inputs)), drawn=case is not None)
     asked = replace(
         asked,
         network=draw_network(loaded, Origin(seed, case or 1)) if faults is None else faults,
@@ -109,7 +111,7 @@ def _case(
     if drawn:
         if goal is not None or state:
             raise _bad("`--case` draws goal and initial state, so `--goal` and `--state` do not go with it", "--case")
-        return RandomCases(model, file).case(origin.seed, origin.number)
+        return RandomCases(model, file, moves_inputs=origin.moves_inputs).case(origin.seed, origin.number)
     if goal is None:
         names = ", ".join(name for name, _ in model.goals) or "none in this model"
         raise _bad("a run needs a goal", "--goal", f"goals: {names}; or write a predicate; or draw a case: `--case 1`")

@@ -18,6 +18,7 @@ from scbm.cli.options.campaign_options import (
     Cluster,
     FailUnder,
     Files,
+    Inputs,
     Jobs,
     Json,
     Missing,
@@ -62,6 +63,7 @@ def command(
     cases: Cases = None,
     seed: Seed = 0,
     network: Network = None,
+    inputs: Inputs = None,
     jobs: Jobs = None,
     cluster: Cluster = None,
     until_dry: Annotated[
@@ -151,7 +153,9 @@ def command(
 ) -> int:
     """Run case files and random cases, judge them, and report their coverage of the model."""
     options = PlannerOptions(planner, max_length, max_expanded)
-    wanted = CampaignOptions(model, files or [], cases, seed, network, require or [], time_limit, options, until_dry)
+    wanted = CampaignOptions(
+        model, files or [], cases, seed, network, require or [], time_limit, options, until_dry, inputs
+    )
     suite = wanted.suite({"--save": save, "--until-dry": until_dry})
     figures = read_thresholds(fail_under or [])
     refuse_selection(until_dry, {"-k": select, "--lf": last_failed or None})
@@ -171,7 +175,7 @@ def command(
             }
         )
         return simulate(suite, output, read_executor(jobs, cluster))
-    refuse_with_nodes({"-j": jobs, "--cluster": cluster, "--until-dry": until_dry})
+    refuse_with_nodes({"-j": jobs, "--cluster": cluster, "--until-dry": until_dry, "--inputs": inputs})
     refuse_in_one_process(transport, {"--real": real, "--via": via, "--bindings": bindings, "--domain": domain})
     bound = load_bound(model, bindings)
     chosen = read_real(real or [], bound)

@@ -9,6 +9,7 @@ from typing import Annotated, Any, BinaryIO
 import typer
 
 from scbm.cli.campaigns.rerun import AskedRun, rerun
+from scbm.cli.options.campaign_options import Inputs, read_inputs
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_values import read_faults, read_requirements, read_time_limit
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
@@ -85,6 +86,7 @@ def command(
             rich_help_panel=HelpSection.CASES,
         ),
     ] = None,
+    inputs: Inputs = None,
     require: Annotated[
         list[str] | None,
         typer.Option(
@@ -112,7 +114,11 @@ def command(
     files = {output.option: output.path for output in outputs}
     options = PlannerOptions(planner, max_length, max_expanded)
     if case is None:
-        _refuse({"--seed": seed, "--network": network}, "this is for random cases", "add for example `--case 1`")
+        _refuse(
+            {"--seed": seed, "--network": network, "--inputs": inputs},
+            "this is for random cases",
+            "add for example `--case 1`",
+        )
         done = rerun(AskedRun(file, model, require or [], time_limit, files, options))
         loaded, execution, writer = done.model, done.execution, done.writer
     else:
@@ -120,7 +126,8 @@ def command(
         writer = FileWriter([(file, "the model")])
         writer.refuse_clashes(files)
         loaded = options.applied(load_model(file))
-        drawn = RandomCases(loaded, str(file), read_faults(network, loaded)).case(seed or 0, case)
+        cases = RandomCases(loaded, str(file), read_faults(network, loaded), moves_inputs=read_inputs(inputs))
+        drawn = cases.case(seed or 0, case)
         requirements = read_requirements(require or [], loaded)
         execution = Tester(loaded).execute(complete(drawn, requirements, read_time_limit(time_limit), loaded))
     counts = [_write(output, loaded, execution, writer) for output in outputs]

@@ -135,7 +135,7 @@ class BehaviorModel:
         goals: the goals of runs, by name.
         requirements: the requirements that hold during runs.
         planner: the planner of its runs; it is how plans are found, and no part of what the model means.
-        environment: the changes that something outside the model makes; planners ignore them (semantics 9.2).
+        environment: the changes that something outside the model makes; planners ignore them (semantics 9.4).
         waivers: the obligations that need not be covered; they are no part of what the model means either.
     """
 

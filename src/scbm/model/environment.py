@@ -1,4 +1,4 @@
-"""Environment transitions: how inputs change, and how often they do in a simulation (semantics 9.2)."""
+"""Environment transitions: how inputs change, and how often they do in a simulation (semantics 9.4)."""
 
 from __future__ import annotations
 

@@ -87,9 +87,10 @@ class ReplyArrived(Struct, frozen=True):
 
 
 class Measured(Struct, frozen=True):
-    """A resource published measured values without a request."""
+    """A resource published values without a request, or the environment changed them by transition `by`."""
 
     values: Changes
+    by: str = ""
 
 
 class InjectionGiven(Struct, frozen=True):

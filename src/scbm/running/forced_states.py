@@ -1,8 +1,9 @@
 """Forced states: from which record on a run shows what no cell could have done (semantics 9.10).
 
 An injection forces the state if no source of the variables that it changes could have changed them at that moment. Only
-inputs and published values change unasked, and only at settled moments. Whatever follows a forced state counts as
-forced, too. The condition of a resource decides about replies alone, so it forces nothing.
+inputs and published values change unasked, and only at settled moments; those that environment transitions assign
+change by these alone. Other users occupy and leave shared resources. Whatever follows a forced state counts as forced,
+too. The condition of a resource decides about replies alone, so it forces nothing.
 """
 
 from __future__ import annotations
@@ -23,12 +24,12 @@ from scbm.cases.trace import (
     RunStarted,
 )
 from scbm.model import OperationState
-from scbm.model.sources import outside_groups
+from scbm.model.sources import free_groups
 from scbm.running.events import PlanStatus
 from scbm.running.micro_steps import PlanStep, RunTurn, next_in_plan
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from scbm.cases.trace import Record
     from scbm.model import Predicate, Value
@@ -60,7 +61,8 @@ class _TraceFollower:
     def __init__(self, program: Program, initial: Mapping[str, Value], goals: Sequence[Predicate]) -> None:
         self._program = program
         self._lines = {line.resource.name: line for line in program.requests}
-        self._outside = tuple(sum(program.packing[name].mask for name in g) for g in outside_groups(program.model))
+        groups = free_groups(program.model)
+        self._outside = tuple(sum(program.packing[name].mask for name in group.names) for group in groups)
         self._goals = list(goals)
         self._state = program.begin(initial)
         self._steps = program.micro_steps(None)
@@ -113,8 +115,19 @@ class _TraceFollower:
             return True
         if not self._is_settled(state):
             return False
-        following = (state & ~mask | target & mask for mask in self._outside)
-        return any(self._can_become(each, target) for each in following if each != state)
+        return any(self._can_become(each, target) for each in self._following(state, target) if each != state)
+
+    def _following(self, state: int, target: int) -> Iterator[int]:
+        """Yield the states that one change from outside leads to, as far as they are nearer to the target."""
+        yield from (state & ~mask | target & mask for mask in self._outside)
+        for step in self._program.environment:
+            after = step.update(state) if step.test(state) else None
+            if after is not None and not (after ^ state) & (after ^ target):
+                yield after
+        for line in self._program.shared:
+            if line.resource.name not in self._in_flight:
+                nearer = (after for after in line.used_by_others(state) if not (after ^ state) & (after ^ target))
+                yield from nearer
 
     def _is_settled(self, state: int) -> bool:
         """Return whether no micro-step is left in a packed state. A deadline may pass later in the same instant."""

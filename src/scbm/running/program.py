@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from scbm.cases import ConditionKind
 from scbm.model import (
     Action,
     Assign,
@@ -38,7 +39,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from scbm.cases import Injection
-    from scbm.model import Value
+    from scbm.model import EnvironmentTransition, Value
     from scbm.model.packing import Test, Update
 
 
@@ -110,6 +111,17 @@ class RequestLine:
     cleared: tuple[int, int]
     occupied: int
 
+    def used_by_others(self, state: int) -> tuple[int, ...]:
+        """Return the state after another user has occupied or left the resource; none if neither can happen.
+
+        The resource is shared, and no request of the controller to it is in flight (semantics 9.5).
+        """
+        keep, bits = self.idle
+        free = state & keep | bits
+        keep, bits = self.executing
+        used = state & keep | bits
+        return (used,) if state == free else (free,) if state == used else ()
+
     def given_up(self, state: int) -> int:
         """Return the state once the run has ended: a request that was triggered or answered is cleared.
 
@@ -145,7 +157,9 @@ class Program:
         operations: the compiled operations by name, in the order of the model.
         automatic: the compiled automatic transitions, in the order of the model.
         automatic_cubes: the same, each after its mask and its bits.
+        environment: the compiled environment transitions, in the order of the model.
         requests: the request variables of each resource, in the order of the model.
+        shared: those of the resources that others use, too.
         triggers: the bits of all triggers.
         plan_states: for each value of `plan.state`, `(keep, bits)` that set it.
         aborted: `(mask, bits)` with `state & mask == bits` where `plan.state` is `aborted`.
@@ -166,7 +180,9 @@ class Program:
         self._world = tuple(v.name for v in model.running_space if not v.role.is_runner)
         self.automatic = tuple(self._automatic(transition) for transition in model.automatic_transitions)
         self.automatic_cubes = tuple((*step.cube, step) for step in self.automatic)
+        self.environment = tuple(self._environment(transition) for transition in model.environment)
         self.requests = tuple(self._request_line(*numbered) for numbered in enumerate(model.resources))
+        self.shared = tuple(line for line in self.requests if line.resource.shared)
         self.triggers = sum(line.trigger for line in self.requests)
         self.plan_states = {s: self.packing.assignment({PLAN_STATE: s.value}) for s in PlanState}
         self.aborted = self.packing.cube(Equal(Reference(PLAN_STATE), Constant(PlanState.ABORTED.value)))
@@ -230,6 +246,12 @@ class Program:
         when = None if injection.after_ns is not None else injection.when
         return self._automatic(Transition(injection.name, when or Truth(True), a=assign))
 
+    def occupied_by(self, injection: Injection) -> RequestLine | None:
+        """Return the shared resource that another user occupies by an injection; `None` if there is none."""
+        if injection.condition is None or injection.condition.kind is not ConditionKind.OCCUPIED:
+            return None
+        return next((line for line in self.shared if line.resource.name == injection.resource), None)
+
     def planner_reads(self, goal: Predicate) -> int:
         """Return the bits of the variables that decide whether a plan for `goal` exists; memoized.
 
@@ -287,6 +309,11 @@ class Program:
     def _step(self, transition: Transition) -> CompiledStep:
         guard = transition.running_guard
         update = self.packing.update(transition.running_actions)
+        return CompiledStep(transition.name, self.packing.test(guard), update, self.packing.cube(guard))
+
+    def _environment(self, transition: EnvironmentTransition) -> CompiledStep:
+        guard = transition.guard
+        update = self.packing.update(transition.actions)
         return CompiledStep(transition.name, self.packing.test(guard), update, self.packing.cube(guard))
 
     def _automatic(self, transition: Transition) -> CompiledStep:

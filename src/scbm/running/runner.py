@@ -88,12 +88,14 @@ class _Armed:
         injection: the injection.
         step: what it does; with `after` its guard is only what every such assignment needs.
         trigger: the predicate after which the time of `after` runs; `None` without `after`.
+        occupies: the shared resource that another user occupies by it, if that is what it does.
         due_ns: when that time is over; `None` until the predicate has been true.
     """
 
     injection: Injection
     step: CompiledStep
     trigger: Test | None
+    occupies: RequestLine | None = None
     due_ns: int | None = None
 
     def acts(self, now_ns: int, state: int) -> bool:
@@ -128,15 +130,24 @@ class _Held:
         injection: the injection.
         until_ns: when it is put back.
         before: the earlier values of its variables, without those that something else has changed since.
+        occupies: the shared resource that another user occupies by it, if that is what it does.
     """
 
     injection: Injection
     until_ns: int
     before: dict[str, Value]
+    occupies: RequestLine | None = None
 
 
 class Runner:
-    """The runner of one model: pursues one goal after the other."""
+    """The runner of one model: pursues one goal after the other.
+
+    Attributes:
+        program: the compiled model.
+        options: its limits.
+        changes_pending: whether the caller will report a change from outside if nothing but time passes. Then a run for
+            which no plan exists waits (semantics 5.6).
+    """
 
     def __init__(
         self, program: Program, state: Mapping[str, Value], options: RunnerOptions | None = None, now_ns: int = 0
@@ -151,6 +162,7 @@ class Runner:
         """
         self.program = program
         self.options = options or RunnerOptions()
+        self.changes_pending = False
         self._now_ns = now_ns
         self._at_once = 0
         self._time_passes = False
@@ -215,6 +227,16 @@ class Runner:
         return self.program.packing.values(self._state)
 
     @property
+    def packed_state(self) -> int:
+        """The state as `program.packing` packs it."""
+        return self._state
+
+    @property
+    def awaits_change(self) -> bool:
+        """Whether the run waits for a change, as no plan exists."""
+        return self._awaits_change
+
+    @property
     def dropped_replies(self) -> dict[str, int]:
         """How many replies were dropped, by the reason: `late`, `repeated`, `unknown`."""
         return dict(self._requests.dropped)
@@ -232,9 +254,9 @@ class Runner:
                 self._waiting.append(event)
                 if self._goal is None:  # at once, so that all that follows from the goal belongs to its run
                     self._start_next_goal()
-            case Measured(values):
+            case Measured(values, by):
                 changes = self._set(self._with_measured(values, self.program.unasked))
-                self._effects.append(MeasurementReceived(self._now_ns, changes))
+                self._effects.append(MeasurementReceived(self._now_ns, changes, by))
             case InjectionGiven(injection):
                 return self._arm(injection)
             case TimePassed():
@@ -246,10 +268,10 @@ class Runner:
     def _arm(self, injection: Injection) -> bool:
         """Arm an injection; return whether it acts now. One that does not act changes nothing (semantics 7.2)."""
         trigger = None if injection.after_ns is None else self.program.test(injection.when or TRUE)
-        armed = _Armed(injection, self.program.injection(injection), trigger)
+        armed = _Armed(injection, self.program.injection(injection), trigger, self.program.occupied_by(injection))
         self._armed.append(armed)
         self._at_once -= 1  # an injection that is given is no event of the run
-        return armed.acts(self._now_ns, self._state)
+        return armed.acts(self._now_ns, self._state) and self._is_free(armed.occupies)
 
     def _receive_reply(self, reply: ReplyArrived) -> None:
         line = self._requests.answer(reply.request)
@@ -297,7 +319,7 @@ class Runner:
 
     def _may_still_change(self) -> bool:
         """Return whether a change is pending that needs nothing but time (semantics 5.6)."""
-        if self._requests.in_flight or self._held or self.options.awaits_measurements:
+        if self._requests.in_flight or self._held or self.options.awaits_measurements or self.changes_pending:
             return True
         return any(armed.acts_later(self._now_ns, self._state) for armed in self._armed)
 
@@ -312,8 +334,7 @@ class Runner:
         self._taken = []
         is_simple = not (self._armed or self._held or self._time_passes or self._requests.in_flight)
         if not (is_simple and self._take_macro_step()):
-            while self._micro_step():
-                pass
+            self._take_micro_steps()
         while self._goal is not None:
             if self._has_passed(self._goal_deadline_ns):
                 self._end(End.TIME_LIMIT)
@@ -321,8 +342,12 @@ class Runner:
                 self._end(End.LIVELOCK, (NO_TIME_PASSES,))
             else:
                 return
-            while self._micro_step():
-                pass
+            self._take_micro_steps()
+
+    def _take_micro_steps(self) -> None:
+        """Take micro-steps until none applies; other users of resources act in between, where the runner is settled."""
+        while self._micro_step() or ((self._armed or self._held) and self._let_others_act()):
+            pass
 
     def _has_passed(self, deadline_ns: int) -> bool:
         """Return whether a deadline has passed. Other events than `TimePassed` are in time at that moment."""
@@ -425,7 +450,7 @@ class Runner:
 
     def _inject(self) -> bool:
         for index, armed in enumerate(self._armed):
-            if armed.acts(self._now_ns, self._state):
+            if armed.occupies is None and armed.acts(self._now_ns, self._state):
                 del self._armed[index]
                 self._apply(armed)
                 return True
@@ -436,12 +461,15 @@ class Runner:
         before = self._state
         after = armed.step.update(before)
         assert after is not None  # noqa: S101 - constants never leave a domain
-        failed = None
+        failed, names = None, [name for name, _ in injection.assign]
+        if armed.occupies is not None:
+            keep, bits = armed.occupies.executing
+            after, names = after & keep | bits, [armed.occupies.resource.request_state]
         if armed.step.fails_operation:
             operation, after = self.program.fail_current(after)
             failed, self._timer_ns = operation.name, None
         changes = self._set(after)
-        if injection.assign:
+        if names:
             self._effects.append(InjectionApplied(self._now_ns, injection.name, failed, changes))
         if injection.resource is not None:
             self._conditions.setdefault(injection.resource, []).append(injection)
@@ -449,9 +477,8 @@ class Runner:
         if injection.hold_ns is not None:
             packing = self.program.packing
             # States of operations and plans are never put back: the runner continues from the injected ones.
-            names = [name for name, _ in injection.assign if not packing.space[name].role.is_runner]
-            was = {name: packing.value(before, name) for name in names}
-            self._held.append(_Held(injection, self._now_ns + injection.hold_ns, was))
+            was = {name: packing.value(before, name) for name in names if not packing.space[name].role.is_runner}
+            self._held.append(_Held(injection, self._now_ns + injection.hold_ns, was, armed.occupies))
 
     def _change_resource(self, injection: Injection, resource: str) -> None:
         """Record the condition of a resource after an injection, and report it to the caller.
@@ -465,7 +492,7 @@ class Runner:
 
     def _put_back(self) -> bool:
         for index, held in enumerate(self._held):
-            if self._now_ns >= held.until_ns:
+            if held.occupies is None and self._now_ns >= held.until_ns:
                 del self._held[index]
                 self._release(held)
                 return True
@@ -474,7 +501,7 @@ class Runner:
     def _release(self, held: _Held) -> None:
         """Put back the variables of an injection that nothing else has changed since."""
         injection, packing = held.injection, self.program.packing
-        if injection.assign:
+        if injection.assign or held.occupies is not None:
             keep, bits = packing.assignment(held.before)
             self._effects.append(PutBack(self._now_ns, injection.name, self._set(self._state & keep | bits)))
         if injection.resource is not None:
@@ -483,6 +510,30 @@ class Runner:
             in_force[:] = [other for other in in_force if other is not injection]
             if decided:
                 self._change_resource(injection, injection.resource)
+
+    # other users of shared resources
+
+    def _let_others_act(self) -> bool:
+        """Let another user leave a shared resource, or occupy a free one (semantics 9.5); return whether one does."""
+        for index, held in enumerate(self._held):
+            if held.occupies is not None and self._now_ns >= held.until_ns:
+                del self._held[index]
+                self._release(held)
+                return True
+        for index, armed in enumerate(self._armed):
+            is_other = armed.occupies is not None and self._is_free(armed.occupies)
+            if is_other and armed.acts(self._now_ns, self._state):
+                del self._armed[index]
+                self._apply(armed)
+                return True
+        return False
+
+    def _is_free(self, line: RequestLine | None) -> bool:
+        """Return whether a shared resource can be occupied, as nothing uses it; `None` is no such resource."""
+        if line is None:
+            return True
+        keep, bits = line.idle
+        return self._state & keep | bits == self._state and line not in self._requests.in_flight
 
     # 5.1: automatic transitions
 

@@ -30,7 +30,7 @@ class Size:
 
     Attributes:
         operations: how many operations start until it fails.
-        faults: injections and faults of the network.
+        faults: injections, faults of the network, and changes of the environment.
         outcomes: requests that are made to end otherwise than in a plain success.
         requests: requests with a rule.
         details: the details of the case, and the length of its times.
@@ -60,7 +60,7 @@ def size_of(execution: Execution, failure: Failure, model: BehaviorModel) -> Siz
     is_named = model.goal(case.goal) == case.predicate
     return Size(
         _operations(execution, failure),
-        len(case.injections) + sum(1 for _ in case.network.windows()),
+        len(case.injections) + len(case.environment or ()) + sum(1 for _ in case.network.windows()),
         len(outcomes),
         len(case.outcomes),
         _details(case),
@@ -94,6 +94,7 @@ def _details(case: Case) -> int:
         times = (injection.at_ns, injection.hold_ns, injection.after_ns)
         size += sum(part is not None for part in (injection.when, *times))
         size += injection.condition is not None and injection.condition.factor != 1
+    size += sum(len(change.assign) + _length(change.at_ns) for change in case.environment or ())
     size += sum(_length(window.at_ns) + _length(window.for_ns) for _, _, window in case.network.windows())
     size += 2 * sum(can_be_left_out(fault) for fault, _ in case.network.faults())
     return size + (case.limits.time_ns is not None) + (case.limits.plans is not None)
@@ -138,6 +139,9 @@ def choices_of(case: Case, model: BehaviorModel) -> Iterator[tuple[Choice, Case]
     for index, injection in enumerate(case.injections):
         choice = Choice(f"injection {injection.name}", "without it")
         yield choice, replace(case, injections=_without(case.injections, index))
+    for index, change in enumerate(case.environment or ()):
+        choice = Choice(f"environment {change.by} at {format_duration(change.at_ns)}", "without it")
+        yield choice, replace(case, environment=_without(case.environment or (), index))
     for index, rule in enumerate(case.outcomes):
         yield Choice(_rule_words(rule), "without it"), replace(case, outcomes=_without(case.outcomes, index))
     if case.limits.time_ns is not None:

@@ -111,6 +111,8 @@ class RandomCases:
         model: BehaviorModel,
         file: str | None = None,
         network: Network | None = _PERFECT,
+        *,
+        moves_inputs: bool = False,
     ) -> None:
         """Raises `InputError` if the model has no goals.
 
@@ -118,9 +120,11 @@ class RandomCases:
             model: the model under test.
             file: the name of the model in errors; by default the name that it has.
             network: how messages travel in every case; `None` draws another network for each.
+            moves_inputs: whether inputs and published values without environment transitions are moved, too.
         """
         self.model = model
         self._network = network
+        self._moves_inputs = moves_inputs
         self._place = Place(file or model.name)
         self._initial = InitialStates(model)
         if not model.goals:
@@ -133,7 +137,7 @@ class RandomCases:
 
     def case(self, seed: int, number: int) -> Case:
         """Case `number`, counted from 1. Raises `InputError` if no allowed initial state is found."""
-        origin = Origin(seed, number)
+        origin = Origin(seed, number, self._moves_inputs)
         random = case_stream(origin)
         network = draw_network(self.model, origin) if self._network is None else self._network
         goal, predicate = self.model.goals[int(random.random() * len(self.model.goals))]

@@ -33,5 +33,10 @@ def message_stream(origin: Origin) -> Random:
     return _stream("messages", origin)
 
 
+def environment_stream(origin: Origin) -> Random:
+    """Return the stream that draws what the environment changes."""
+    return _stream("environment", origin)
+
+
 def _stream(purpose: str, origin: Origin) -> Random:
     return Random(f"scbm {purpose} {origin.seed} {origin.number}")

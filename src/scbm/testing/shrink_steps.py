@@ -29,6 +29,8 @@ def _plainest(case: Case, _: BehaviorModel) -> Iterator[Case]:
     yield replace(case, outcomes=())
     yield replace(case, injections=())
     yield replace(case, network=Network())
+    if case.environment:
+        yield replace(case, environment=())
 
 
 def _without_parts(case: Case, _: BehaviorModel) -> Iterator[Case]:
@@ -38,6 +40,8 @@ def _without_parts(case: Case, _: BehaviorModel) -> Iterator[Case]:
     for fault, value in case.network.faults():
         for kept_windows in _fewer(value) if isinstance(fault, WindowFault) else ():
             yield replace(case, network=case.network.with_value(fault, kept_windows))
+    for kept_changes in _fewer(case.environment or ()):
+        yield replace(case, environment=kept_changes)
     for kept_rules in _fewer(case.outcomes):
         yield replace(case, outcomes=kept_rules)
 
@@ -118,6 +122,14 @@ def _plainer(injection: Injection) -> Iterator[Injection]:
         yield replace(injection, after_ns=after_ns or None)
 
 
+def _rounder_changes(case: Case, _: BehaviorModel) -> Iterator[Case]:
+    """Round the times of what the environment changes."""
+    changes = case.environment or ()
+    for index, change in enumerate(changes):
+        for at_ns in _rounder(change.at_ns):
+            yield replace(case, environment=_replaced(changes, index, replace(change, at_ns=at_ns)))
+
+
 def _plainer_faults(case: Case, _: BehaviorModel) -> Iterator[Case]:
     """Leave out one network fault, or round the times of its windows."""
     network = case.network
@@ -185,6 +197,7 @@ STEPS: tuple[Step, ...] = (
     _plainer_rules,
     _rounder_latencies,
     _plainer_injections,
+    _rounder_changes,
     _plainer_faults,
 )
 """In the order in which they are tried."""

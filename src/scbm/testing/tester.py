@@ -19,22 +19,31 @@ from scbm.cases.trace import (
 )
 from scbm.planning import PLANNERS
 from scbm.running.forced_states import first_forced
-from scbm.running.simulation import Choices, DrawnReactions, PlainReactions, Simulator, leave_nothing_open
+from scbm.running.simulation import (
+    Choices,
+    DrawnMoves,
+    DrawnReactions,
+    PlainReactions,
+    RecordedMoves,
+    Simulator,
+    leave_nothing_open,
+)
 from scbm.testing.campaign import CaseResult
-from scbm.testing.random_streams import message_stream, reaction_stream
+from scbm.testing.random_streams import environment_stream, message_stream, reaction_stream
 from scbm.testing.requirement_monitors import find_violations
 from scbm.testing.verdicts import Outcomes, Verdict, find_unused, judge, lost
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from scbm.cases import Case, Reaction
+    from scbm.cases import Case, EnvironmentChange, Reaction
     from scbm.cases.trace import Record, Sentence
     from scbm.model import BehaviorModel, PlannerIdentity, Value
     from scbm.nodes.log.event_log import EventLog
     from scbm.planning import PlanLimits, PlanSource
     from scbm.running import RunnerOptions
     from scbm.running.simulation import Simulated
+    from scbm.running.simulation.environment_moves import EnvironmentMoves
     from scbm.testing.requirement_monitors import Violation
 
 
@@ -54,6 +63,7 @@ class Execution:
         log: of a real run what happened to the runner; the case alone does not give that run again.
         forced: of what it visited the obligations that it visited only after its state was forced, as bits.
         forced_by: the index in the trace of the record from which on the state is forced; `None` if it never is.
+        moves: what the environment changed; `None` if nothing decided about it.
     """
 
     case: Case
@@ -67,6 +77,7 @@ class Execution:
     log: EventLog | None = None
     forced: int = 0
     forced_by: int | None = None
+    moves: tuple[EnvironmentChange, ...] | None = None
 
     @property
     def result(self) -> CaseResult:
@@ -110,7 +121,9 @@ class Execution:
         of requests.
         """
         outcomes = leave_nothing_open(self.reactions)
-        return replace(self.case, outcomes=outcomes, network=self.case.network.kept, plans=self.plans_to_keep)
+        moves = self.case.environment if self.moves is None else self.moves
+        kept = replace(self.case, outcomes=outcomes, network=self.case.network.kept, plans=self.plans_to_keep)
+        return kept if moves is None else replace(kept, environment=moves)
 
     @property
     def plans_to_keep(self) -> tuple[RecordedPlan, ...]:
@@ -196,7 +209,18 @@ class Tester:
         forced_by = self._forced_by(case, run.records)
         forced = 0 if forced_by is None else visited & ~visited_by(run.records[:forced_by], self.obligations)
         return Execution(
-            case, tuple(reactions), trace, verdict, run.ended_ns, violations, visited, unused, log, forced, forced_by
+            case,
+            tuple(reactions),
+            trace,
+            verdict,
+            run.ended_ns,
+            violations,
+            visited,
+            unused,
+            log,
+            forced,
+            forced_by,
+            run.moves,
         )
 
     def _forced_by(self, case: Case, records: Sequence[Record]) -> int | None:
@@ -232,10 +256,21 @@ class Tester:
 
     def choices_of(self, case: Case) -> Choices:
         """Return the choices for the requests of a case; made anew for every run."""
+        moves = self._moves_of(case)
         if case.origin is None:
-            return Choices(self._plain, case.outcomes, case.network)
+            return Choices(self._plain, case.outcomes, case.network, environment=moves)
         messages = message_stream(case.origin) if case.network.draws else None
-        return Choices(DrawnReactions(reaction_stream(case.origin)), case.outcomes, case.network, messages)
+        return Choices(DrawnReactions(reaction_stream(case.origin)), case.outcomes, case.network, messages, moves)
+
+    def _moves_of(self, case: Case) -> EnvironmentMoves | None:
+        """Return what decides about the environment: the case, or rates; `None` where nothing can change."""
+        if case.environment is not None:
+            return RecordedMoves(case.environment)
+        if case.origin is None or not (self.model.environment or case.origin.moves_inputs):
+            return None
+        moves_inputs = case.origin.moves_inputs
+        drawn = DrawnMoves(self._simulator.program, environment_stream(case.origin), moves_inputs=moves_inputs)
+        return None if drawn.is_idle else drawn
 
     def results(self, cases: Iterable[Case]) -> Iterator[CaseResult]:
         """Runs cases one by one and measures what each visits."""

@@ -212,12 +212,13 @@ class ReplyDropped(Struct, frozen=True):
 
 
 class MeasurementReceived(Struct, frozen=True):
-    """A resource published measured values."""
+    """A resource published values, or the environment changed them; `by` is its transition, if there is one."""
 
     kind: ClassVar[str] = "measurement"
     severity: ClassVar[RecordSeverity] = RecordSeverity.INFO
     at_ns: int
     changes: Changes
+    by: str = ""
 
 
 class MeasurementRefused(Struct, frozen=True):

@@ -95,8 +95,8 @@ def sentence_of(record: Record, nominal: Mapping[str, Value]) -> Sentence:  # no
             return Sentence(f"{reply}: {outcome}", reply, outcome, record.request)
         case ReplyDropped(why=why):
             return _same(f"reply {NUMBER} dropped: {why}", record.request)
-        case MeasurementReceived():
-            return _same("measured")
+        case MeasurementReceived(by=by):
+            return Sentence(f"environment {by}", f"environment {by}") if by else _same("measured")
         case MeasurementRefused(variable=variable, value=value):
             return _same(f"measured value refused: {variable} = {format_value(value)}")
         case InjectionApplied(injection=name, failed=failed):

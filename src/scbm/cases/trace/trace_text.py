@@ -17,6 +17,9 @@ FORMAT_VERSION = 2
 PAIRED = ("changes", "state", "payload")
 """The fields that hold variables and their values; they are written as JSON objects."""
 
+_LEFT_OUT = "by"
+"""The field that is left out where it is empty, so that traces without it stay the same."""
+
 
 def write_trace(trace: Trace) -> str:
     """Return `trace` as JSON Lines; each line ends with a line feed."""
@@ -48,6 +51,8 @@ def _record(record: Record) -> dict[str, Any]:
     written: dict[str, Any] = {"kind": record.kind}
     for name in record.__struct_fields__:
         value = getattr(record, name)
+        if name == _LEFT_OUT and not value:
+            continue
         written[name] = dict(value) if name in PAIRED else value
     return written
 
@@ -85,7 +90,7 @@ def _read_record(line: str, place: Place) -> Record:
     kind = _CLASSES.get(str(written.pop("kind", None)))
     if kind is None:
         raise _bad("a record of an unknown kind", place)
-    names = kind.__struct_fields__
+    names = [name for name in kind.__struct_fields__ if name != _LEFT_OUT or name in written]
     if sorted(written) != sorted(names):
         raise _bad(f"a {kind.kind} record has the fields {', '.join(names)}", place)
     try:

@@ -45,6 +45,7 @@ class Suite:
         numbers: the numbers of the random cases to run, from 1; all of them without a selection.
         planner_option: the options for the planner as the command line has them, with a blank before each; `model` has
             the planner itself.
+        moves_inputs: whether random cases move inputs and published values without environment transitions, too.
     """
 
     model: BehaviorModel
@@ -59,6 +60,7 @@ class Suite:
     time_limit_ns: int | None = None
     numbers: Sequence[int] = ()
     planner_option: str = ""
+    moves_inputs: bool = False
 
     @staticmethod
     def load(
@@ -103,13 +105,15 @@ class Suite:
         """The cases, with what the command line adds to them, as a campaign that any process can run."""
         written = tuple(written.case for written in self.written)
         added = (self.requirements, self.time_limit_ns)
-        return CampaignWork(self.model, written, self.numbers, self.seed, self.network, *added, str(self.file))
+        return CampaignWork(
+            self.model, written, self.numbers, self.seed, self.network, *added, str(self.file), self.moves_inputs
+        )
 
     def drawn(self) -> Iterable[Case]:
         """Yield the random cases, without additions of the command line."""
         if not self.numbers:
             return ()
-        cases = RandomCases(self.model, str(self.file), self.network)
+        cases = RandomCases(self.model, str(self.file), self.network, moves_inputs=self.moves_inputs)
         return (cases.case(self.seed, number) for number in self.numbers)
 
     def run(self, executor: Executor | None = None) -> Campaign:
@@ -187,8 +191,9 @@ class Suite:
 
     @property
     def network_option(self) -> str:
-        """The option for the network of the random cases, with a leading blank."""
-        return f" --network {quote(self.network_text)}" if self.network_text else ""
+        """The options for the network and the inputs of the random cases, each with a leading blank."""
+        network = f" --network {quote(self.network_text)}" if self.network_text else ""
+        return network + (" --inputs drawn" if self.moves_inputs else "")
 
     @property
     def test_options(self) -> str:

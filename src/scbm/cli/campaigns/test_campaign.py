@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from scbm.cli.campaigns.campaign_loop import CampaignEnd, carry_out, finished_batches, finished_executions
 from scbm.cli.campaigns.suite import Suite
 from scbm.cli.main import INTERRUPTED
-from scbm.cli.options.campaign_options import meets_thresholds
+from scbm.cli.options.campaign_options import meets_thresholds, read_inputs
 from scbm.cli.options.case_selection import LastFailed, name_filter, select_last_failed
 from scbm.cli.options.option_values import read_faults, read_requirements, read_time_limit
 from scbm.cli.options.planner_options import NO_PLANNER_OPTIONS, PlannerOptions
@@ -58,6 +58,7 @@ class CampaignOptions:
     time_limit: str | None
     planner: PlannerOptions = NO_PLANNER_OPTIONS
     dry: int | None = None
+    inputs: str | None = None
 
     def suite(self, options: Mapping[str, object]) -> Suite:
         """Return the suite. Raise `InputError`.
@@ -68,7 +69,7 @@ class CampaignOptions:
         loaded = self.planner.applied(load_model(self.model))
         default = 0 if self.files else _RANDOM
         random = (default if self.dry is None else MAX_RANDOM) if self.cases is None else self.cases
-        refuse_without_random_cases(random, {"--network": self.network, **options})
+        refuse_without_random_cases(random, {"--network": self.network, "--inputs": self.inputs, **options})
         suite = Suite(
             loaded,
             self.model,
@@ -82,6 +83,7 @@ class CampaignOptions:
             read_time_limit(self.time_limit),
             range(1, random + 1),
             self.planner.text,
+            read_inputs(self.inputs),
         )
         suite.refuse_equal_names()
         return suite
@@ -125,6 +127,9 @@ def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
         executor: where the cases run.
     """
     _refuse_store_that_is_read(suite, output)
+    if output.store is not None and suite.moves_inputs:
+        message = "a store keeps the seeds of random cases, and not whether their inputs are drawn"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--inputs"), "save the cases with `--save`")])
     rule = StopRule(output.stop, output.dry)
     steps = run_steps(suite.work, executor, rule, keeps_all=output.store is not None)
     done = carry_out(suite, output.store, lambda _: finished_batches(suite, steps), None, stop=output.stop)

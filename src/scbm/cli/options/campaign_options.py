@@ -134,6 +134,15 @@ Network = Annotated[
         rich_help_panel=HelpSection.CASES,
     ),
 ]
+Inputs = Annotated[
+    str | None,
+    typer.Option(
+        "--inputs",
+        metavar="drawn",
+        help="Move inputs and published values without environment transitions, too: `drawn`.",
+        rich_help_panel=HelpSection.CASES,
+    ),
+]
 Require = Annotated[
     list[str] | None,
     typer.Option(
@@ -155,6 +164,14 @@ FailUnder = Annotated[
     typer.Option(FAIL_UNDER, metavar="PERCENT", help=FAIL_UNDER_HELP, rich_help_panel=HelpSection.VERDICTS),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)]
+
+
+def read_inputs(text: str | None) -> bool:
+    """Return whether `--inputs` asks for inputs that are drawn. Raise `InputError` for any other text."""
+    if text not in (None, "drawn"):
+        message = f"there is no way `{text}` to move inputs"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--inputs"), "write `--inputs drawn`")])
+    return text is not None
 
 
 def read_executor(jobs: int | None, cluster: str | None = None) -> Executor:

@@ -6,10 +6,20 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from scbm.cases import Case, CaseLimits, Expectations, Injection, Network, Origin, RecordedPlan, RecordedRun
+from scbm.cases import (
+    Case,
+    CaseLimits,
+    EnvironmentChange,
+    Expectations,
+    Injection,
+    Network,
+    Origin,
+    RecordedPlan,
+    RecordedRun,
+)
 from scbm.cases.coverage import Obligation, Obligations
 from scbm.cases.trace import End
-from scbm.files.codec.injection_keys import InjectionKeys, InjectionsReader
+from scbm.files.codec.injection_keys import MAX_CHANGES, EnvironmentChangeKeys, InjectionKeys, InjectionsReader
 from scbm.files.codec.key_types import (
     CASE_NAME_TYPE,
     COUNT,
@@ -36,6 +46,7 @@ from scbm.files.language.scope import Where
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import FIRST_PLANNER, PlannerIdentity, Slug
 from scbm.model.requirements import Requirement
+from scbm.model.sources import outside_values
 from scbm.model.values import format_value
 
 if TYPE_CHECKING:
@@ -87,6 +98,10 @@ def _read_digest(reader: ValueReader, node: YamlNode, text: str) -> str:
         message = f"expected the SHA-256 of a trace, 64 hexadecimal digits, found `{text}`"
         reader.add(Slug.WRONG_SHAPE, message, node.place, "leave out `recorded`, or save the case again")
     return text
+
+
+def _read_inputs(reader: ValueReader, node: YamlNode, text: str) -> bool:
+    return reader.word(node, text, ("drawn",), "a way to move inputs") is not None
 
 
 def _read_planner(reader: ValueReader, node: YamlNode, text: str) -> PlannerIdentity | None:
@@ -235,6 +250,17 @@ class DrawnKeys(Keys):
         required=True,
     )
     case = DefaultKey(COUNT, "The number of the case in the campaign.", default=1, source="number")
+    inputs = DefaultKey(
+        ScalarType("`drawn`", "`drawn`", {"const": "drawn"}, _read_inputs, lambda _: "drawn"),
+        "Whether inputs and published values without environment transitions are drawn, too.",
+        default=False,
+        absent="not drawn",
+        source="moves_inputs",
+    )
+
+    def origin(self) -> Origin:
+        """Return the streams; valid only if no error is noted."""
+        return Origin(self.seed or 0, self.case, self.inputs)
 
 
 class RecordedKeys(Keys):
@@ -323,6 +349,13 @@ class CaseKeys(Keys):
         "What the tester changes during the run; 1000 injections at most.",
         default=(),
     )
+    environment = Key(
+        MappingListType(EnvironmentChangeKeys, "list of changes"),
+        "All that the environment changes during the run; 100000 changes at most.",
+        absent="drawn at the rates of the model with `drawn`, else nothing",
+        source="case.environment",
+        always_written=True,
+    )
     network = Key(
         MappingType(NetworkKeys, "network"),
         "Faults of the network.",
@@ -377,12 +410,23 @@ class CaseKeys(Keys):
             CaseLimits() if self.limits is None else CaseLimits(self.limits.time, self.limits.plans),
             tuple(self._requirements(model)),
             Expectations() if self.expect is None else self.expect.expectations(model),
-            None if self.drawn is None else Origin(self.drawn.seed or 0, self.drawn.case),
+            None if self.drawn is None else self.drawn.origin(),
             None
             if self.recorded is None
             else RecordedRun(str(self.recorded.end or ""), self.recorded.trace or "", self.recorded.planner),
             self.plans,
+            self._environment(model),
         )
+
+    def _environment(self, model: BehaviorModel) -> tuple[EnvironmentChange, ...] | None:
+        if self.environment is None:
+            return None
+        if len(self.environment) > MAX_CHANGES:
+            message = f"{len(self.environment)} changes are too many: the most is {MAX_CHANGES}"
+            self.reader.add(Slug.BAD_NUMBER, message, self.environment[MAX_CHANGES].node.place)
+            return ()
+        known = outside_values(model)
+        return tuple(keys.change(model, known) for keys in self.environment)
 
     def _goal(self, model: BehaviorModel) -> tuple[str, Predicate]:
         node = self.goal
@@ -445,6 +489,7 @@ def case_owners() -> tuple[tuple[type[Keys], str], ...]:
     return (
         (OutcomeKeys, "an outcome"),
         (InjectionKeys, "an injection"),
+        (EnvironmentChangeKeys, "a change of the environment"),
         *network_owners(),
         (NetworkKeys, "the network"),
         (LimitsKeys, "the limits"),

@@ -12,9 +12,10 @@ from fractions import Fraction
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from scbm.cases import CONDITIONS, Condition, ConditionKind, Injection
+from scbm.cases import CONDITIONS, Condition, ConditionKind, EnvironmentChange, Injection
 from scbm.files.codec.key_types import (
     CASE_NAME_TYPE,
+    NAME_NODE,
     RESOURCE_NAME,
     TIME,
     VALUE,
@@ -39,11 +40,14 @@ if TYPE_CHECKING:
     from scbm.files.codec.keys import ShapeCheck, Spot
     from scbm.files.codec.value_reader import ValueReader
     from scbm.files.yaml.document import YamlNode
-    from scbm.model import Place
+    from scbm.model import BehaviorModel, Place
 
 
 MAX_INJECTIONS = 1_000
 """The maximum number of injections of a case."""
+
+MAX_CHANGES = 100_000
+"""The maximum number of changes of the environment in a case; an input that changes each second reaches it in a day."""
 
 _FACTOR = re.compile(r"\d{1,6}(\.\d{1,6})?", re.ASCII)
 
@@ -239,6 +243,54 @@ class InjectionKeys(Keys):
             else:
                 values[target] = (variable.name, value)
         return tuple(values.values())
+
+
+# what the environment does
+
+
+class EnvironmentChangeKeys(Keys):
+    """A change that the environment makes at a settled moment."""
+
+    in_flow = True
+
+    at = Key(TIME, "The time of the run.", required=True, source="at_ns")
+    by = Key(
+        NAME_NODE,
+        "The environment transition that the trace names.",
+        absent="none",
+        source=lambda change: change.by or None,
+    )
+    set = Key(
+        NamesType(VALUE, "variable → value", is_short),
+        "The variables that change, with their new values; empty for nothing but the end of a wait.",
+        required=True,
+        source="assign",
+    )
+
+    def change(self, model: BehaviorModel, known: Mapping[str, tuple[Value, ...]]) -> EnvironmentChange:
+        """Return the change; valid only if no error is noted.
+
+        Args:
+            model: the model.
+            known: for each variable that changes from outside the values that it can get there.
+        """
+        transitions = [each.name for each in model.environment]
+        if self.by is not None:
+            self.reader.word(self.by, self.by.text or "", transitions, "an environment transition of the model")
+        values = []
+        for variable, value, entry in self.reader.assignments(self.set):
+            if variable.name not in known:
+                message = f"nothing outside the model changes `{variable.name}`"
+                remedy = "use an injection, or declare `source: input` for it"
+                self.reader.add(Slug.NOT_ASSIGNABLE, message, entry.place, remedy)
+            elif value not in known[variable.name]:
+                message = f"no resource sends {format_value(value)} for `{variable.name}`"
+                remedy = f"it can get {', '.join(map(format_value, known[variable.name]))}"
+                self.reader.add(Slug.VALUE_OUTSIDE_DOMAIN, message, entry.node.place, remedy)
+            else:
+                values.append((variable.name, value))
+        name = "" if self.by is None else self.by.text or ""
+        return EnvironmentChange(self.at or 0, tuple(values), name)
 
 
 # all injections of a case

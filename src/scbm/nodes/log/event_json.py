@@ -52,8 +52,8 @@ def event_json(event: Event | Note) -> dict[str, Any]:  # noqa: PLR0911 - one fo
             return {"kind": "goal", "name": name, "predicate": str(predicate)}
         case ReplyArrived(request, succeeded, measured):
             return {"kind": "reply", "request": request, "succeeded": succeeded, "measured": _by_name(measured)}
-        case Measured(values):
-            return {"kind": "measured", "values": _by_name(values)}
+        case Measured(values, by):
+            return {"kind": "measured", "values": _by_name(values), **({"by": by} if by else {})}
         case InjectionGiven(injection):
             return {"kind": "injection", **_injection_json(injection)}
         case PlanAnswered(ask, status, plan):

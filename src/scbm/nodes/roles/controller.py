@@ -275,6 +275,10 @@ class ControllerNode:
         run.driver = driver = Driver(runner, Clock(stamp_ns, run.scale), self)
         for injection in run.case.injections:
             driver.give(InjectionGiven(injection), stamp_ns)
+        for change in run.case.environment or ():
+            driver.give(
+                InjectionGiven(Injection(change.by or "environment", change.assign, at_ns=change.at_ns)), stamp_ns
+            )
         if self._measured:  # what was measured before the run is true in it, whatever the case says
             driver.give(Measured(tuple(self._measured.items())), stamp_ns)
         driver.give(GoalGiven(run.case.goal, run.case.predicate), stamp_ns)

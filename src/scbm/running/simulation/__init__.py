@@ -4,15 +4,18 @@ The same choices give the same trace, byte for byte. Nothing here reads a clock,
 """
 
 from scbm.running.simulation.default_reactions import DrawnReactions, PlainReactions, typical_ns
+from scbm.running.simulation.environment_moves import DrawnMoves, RecordedMoves
 from scbm.running.simulation.free_choices import Choices, MessageKind, Reactions, leave_nothing_open
 from scbm.running.simulation.simulator import Simulated, Simulator, TooLongError, UnplannedError
 
 __all__ = [
     "Choices",
+    "DrawnMoves",
     "DrawnReactions",
     "MessageKind",
     "PlainReactions",
     "Reactions",
+    "RecordedMoves",
     "Simulated",
     "Simulator",
     "TooLongError",

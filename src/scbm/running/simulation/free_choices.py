@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from scbm.cases import AnyNetworkFault, Delivery
     from scbm.model import Resource
+    from scbm.running.simulation.environment_moves import EnvironmentMoves
 
 
 _MICROSECOND_NS = 1_000
@@ -114,7 +115,12 @@ class Reactions(Protocol):
 
 
 class Choices:
-    """Decides all free choices of one run."""
+    """Decides all free choices of one run.
+
+    Attributes:
+        needs_operation: whether rules ask for the operation that executes.
+        environment: decides what the environment changes; `None` if it changes nothing.
+    """
 
     def __init__(
         self,
@@ -122,6 +128,7 @@ class Choices:
         forced: Sequence[OutcomeRule] = (),
         network: Network = Network(),  # noqa: B008 - an immutable value
         random: Random | None = None,
+        environment: EnvironmentMoves | None = None,
     ) -> None:
         """Prepare the choices of one run.
 
@@ -130,6 +137,7 @@ class Choices:
             forced: the rules of the case.
             network: decides how messages travel that the case leaves open.
             random: the source of random numbers for messages; required if `network` draws.
+            environment: decides what the environment changes; `None` if it changes nothing.
 
         Raises:
             ValueError: `network` draws, and `random` is missing.
@@ -141,6 +149,7 @@ class Choices:
         self._links = Links(network, random)
         self._taken: list[Reaction] = []
         self.needs_operation = bool(forced)
+        self.environment = environment
         self._all_at_once = self._links.are_plain and self._links.are_whole and not forced
 
     @property

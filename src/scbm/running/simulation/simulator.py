@@ -21,6 +21,7 @@ from scbm.running.events import (
     Event,
     GoalGiven,
     InjectionGiven,
+    Measured,
     PlanAnswered,
     PlanStatus,
     ReplyArrived,
@@ -31,17 +32,19 @@ from scbm.running.events import (
 )
 from scbm.running.program import Program
 from scbm.running.runner import Runner
+from scbm.running.simulation.environment_moves import ClockTick
 from scbm.running.simulation.free_choices import MessageKind
 from scbm.running.simulation.simulated_resources import Job, SimulatedResource
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from scbm.cases import Case, CaseLimits, Restart
+    from scbm.cases import Case, CaseLimits, EnvironmentChange, Restart
     from scbm.cases.trace import Record
     from scbm.model import BehaviorModel
     from scbm.planning import PlanSource
     from scbm.running.events import OutwardEffect
+    from scbm.running.simulation.environment_moves import EnvironmentMoves
     from scbm.running.simulation.free_choices import Choices
 
 
@@ -53,11 +56,13 @@ class Simulated:
         end: how the run for the goal ended.
         ended_ns: the virtual time of the end.
         records: the trace.
+        moves: what the environment changed; `None` if nothing decided about it.
     """
 
     end: End
     ended_ns: int
     records: tuple[Record, ...]
+    moves: tuple[EnvironmentChange, ...] | None = None
 
 
 class TooLongError(Exception):
@@ -112,6 +117,7 @@ class Simulator:
             run.schedule(0, InjectionGiven(injection))
         run.schedule(0, GoalGiven(case.goal, case.predicate))
         run.plan_restarts(case.network.restarts_of_resources)
+        run.begin_environment()
         return run.finish(most_records)
 
     def options_for(self, limits: CaseLimits) -> RunnerOptions:
@@ -144,7 +150,10 @@ class _Restarts(Struct, frozen=True):
     is_down: bool
 
 
-_Occurrence: TypeAlias = Event | _Arrives | _Finishes | _Restarts
+_Occurrence: TypeAlias = Event | _Arrives | _Finishes | _Restarts | ClockTick
+
+_BEHIND_ALL_OTHERS = 1 << 62
+"""Added to the order of a change of the environment: at one moment it comes after all other events."""
 
 
 class _SimulationRun:
@@ -155,6 +164,8 @@ class _SimulationRun:
         self._case = case
         self._runner = runner
         self._choices = choices
+        self._environment = choices.environment
+        self._is_waiting = False
         self._order = count()
         self._heap: list[tuple[int, int, _Occurrence]] = []
         self._resources = {name: SimulatedResource(name) for name in simulator.resources}
@@ -173,11 +184,23 @@ class _SimulationRun:
             self.schedule(restart.at_ns, _Restarts(restart.resource, is_down=True))
             self.schedule(restart.at_ns + restart.for_ns, _Restarts(restart.resource, is_down=False))
 
+    def begin_environment(self) -> None:
+        """Schedule what the environment does from the beginning of the run."""
+        if self._environment is not None:
+            self._schedule_ticks(self._environment.begin())
+            self._runner.changes_pending = self._environment.is_pending
+
+    def _schedule_ticks(self, ticks: Iterable[ClockTick]) -> None:
+        for tick in ticks:
+            heapq.heappush(self._heap, (tick.at_ns, _BEHIND_ALL_OTHERS + next(self._order), tick))
+
     def finish(self, most_records: int | None) -> Simulated:
         """Process events until the run ends. Raises `TooLongError`."""
         while self._end is None:
             if most_records is not None and len(self._records) > most_records:
                 raise TooLongError
+            if self._environment is not None:
+                self._observe(self._environment)
             for effect in self._runner.handle(self._next_event(), self._now_ns):
                 if isinstance(effect, OUTWARD):
                     self._perform(effect)
@@ -185,7 +208,29 @@ class _SimulationRun:
                     self._records.append(effect)
                     if self._choices.needs_operation:
                         self._follow_operation(effect)
-        return Simulated(self._end, self._now_ns, tuple(self._records))
+        moves = None if self._environment is None else self._environment.taken(is_waiting=self._is_waiting)
+        return Simulated(self._end, self._now_ns, tuple(self._records), moves)
+
+    # the environment
+
+    def _observe(self, environment: EnvironmentMoves) -> None:
+        """Start and stop clocks in the state in which the runner is settled; end a wait for nothing."""
+        self._schedule_ticks(environment.observe(self._runner.packed_state, self._now_ns))
+        was_pending, self._runner.changes_pending = self._runner.changes_pending, environment.is_pending
+        self._is_waiting = self._runner.awaits_change
+        if self._is_waiting and was_pending and not environment.is_pending:
+            self.schedule(self._now_ns, TimePassed())
+
+    def _tick(self, tick: ClockTick) -> Event | None:
+        assert self._environment is not None  # noqa: S101 - only an environment has clocks
+        change, following = self._environment.tick(
+            tick, self._runner.packed_state, is_waiting=self._runner.awaits_change
+        )
+        if following is not None:
+            self._schedule_ticks((following,))
+        return None if change is None else Measured(change.assign, change.by)
+
+    # time
 
     def _next_event(self) -> Event:
         """Return the next event of the runner; at one moment other events precede a deadline, as they are in time."""
@@ -208,6 +253,8 @@ class _SimulationRun:
                 self._arrive(message, request, resource)
             case _Restarts(resource, is_down):
                 self._restart(resource, is_down=is_down)
+            case ClockTick():
+                return self._tick(occurrence)
             case _:
                 return occurrence
         return None

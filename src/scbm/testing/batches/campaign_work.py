@@ -80,6 +80,7 @@ class CampaignWork:
         requirements: what every case must meet beside the requirements of the model.
         time_limit_ns: for cases that have no limit of their own.
         file: the name of the model in errors; by default the name that it has.
+        moves_inputs: whether random cases move inputs and published values without environment transitions, too.
     """
 
     model: BehaviorModel
@@ -90,6 +91,7 @@ class CampaignWork:
     requirements: tuple[Requirement, ...] = ()
     time_limit_ns: int | None = None
     file: str | None = None
+    moves_inputs: bool = False
 
     @property
     def count(self) -> int:
@@ -113,7 +115,7 @@ class CampaignWork:
 
     @cached_property
     def _random(self) -> RandomCases:
-        return RandomCases(self.model, self.file, self.network)
+        return RandomCases(self.model, self.file, self.network, moves_inputs=self.moves_inputs)
 
 
 def drawn_name(seed: int, number: int) -> str:

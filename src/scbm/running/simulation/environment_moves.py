@@ -1,0 +1,236 @@
+"""The environment in a simulation: changes from outside, drawn at the rates of the model or recorded in a case.
+
+Each change is a recorded choice: its time, and the values that it gave (semantics 9.4, decision 44). At one moment
+changes of the environment come after all other events, and before deadlines. So a recorded change acts in the same
+state again.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from scbm.cases import EnvironmentChange
+from scbm.model import Latency, LatencyShape, Rate, RateKind
+from scbm.model.sources import free_groups
+from scbm.running.simulation.default_reactions import draw_time_ns
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from random import Random
+
+    from scbm.cases.trace import Changes
+    from scbm.model import Value
+    from scbm.running.program import CompiledStep, Program
+
+DRAWN_INPUT_MEAN_NS = 10_000_000_000
+"""The mean time between two changes of an input that the model gives no rate: some changes in a typical run."""
+
+
+class ClockTick(NamedTuple):
+    """The end of the time of a clock, if the clock has not been stopped or started again by then.
+
+    Attributes:
+        at_ns: when it is.
+        clock: the number of the clock, or of the recorded change.
+        start: how many times the clock had been started.
+    """
+
+    at_ns: int
+    clock: int
+    start: int = 0
+
+
+class EnvironmentMoves(Protocol):
+    """Decides what the environment changes in one run."""
+
+    @property
+    def is_pending(self) -> bool:
+        """Whether something will change if nothing but time passes."""
+        ...
+
+    def begin(self) -> Sequence[ClockTick]:
+        """Return what is scheduled at the beginning of the run."""
+        ...
+
+    def observe(self, state: int, now_ns: int) -> Sequence[ClockTick]:
+        """Return what is scheduled in addition, as the runner is settled in a packed state."""
+        ...
+
+    def tick(
+        self, tick: ClockTick, state: int, *, is_waiting: bool
+    ) -> tuple[EnvironmentChange | None, ClockTick | None]:
+        """Return the change that happens now, if there is one, and what is scheduled next.
+
+        Args:
+            tick: what was scheduled for now.
+            state: the packed state, in which the runner is settled.
+            is_waiting: whether the run waits for a change, as no plan exists.
+        """
+        ...
+
+    def taken(self, *, is_waiting: bool) -> tuple[EnvironmentChange, ...]:
+        """Return all changes of a run that has ended; `is_waiting`: it waited for a change until the end."""
+        ...
+
+
+class RecordedMoves:
+    """Repeats the changes of a case."""
+
+    def __init__(self, changes: Sequence[EnvironmentChange]) -> None:
+        self._changes = tuple(changes)
+        self._left = len(self._changes)
+
+    @property
+    def is_pending(self) -> bool:
+        """Whether a change is left."""
+        return self._left > 0
+
+    def begin(self) -> Sequence[ClockTick]:
+        """Return a tick for each change."""
+        return [ClockTick(change.at_ns, number) for number, change in enumerate(self._changes)]
+
+    def observe(self, state: int, now_ns: int) -> Sequence[ClockTick]:  # noqa: ARG002 - as the protocol says
+        """Return nothing: all changes are scheduled at the beginning."""
+        return ()
+
+    def tick(
+        self,
+        tick: ClockTick,
+        state: int,  # noqa: ARG002 - as the protocol says
+        *,
+        is_waiting: bool,  # noqa: ARG002
+    ) -> tuple[EnvironmentChange | None, ClockTick | None]:
+        """Return the change of the case."""
+        self._left -= 1
+        return self._changes[tick.clock], None
+
+    def taken(self, *, is_waiting: bool) -> tuple[EnvironmentChange, ...]:  # noqa: ARG002 - as the protocol says
+        """Return the changes of the case."""
+        return self._changes
+
+
+@dataclass(slots=True)
+class _TransitionClock:
+    """The clock of an environment transition, or of variables that change freely.
+
+    Attributes:
+        rate: when it starts, and how long it runs.
+        step: the transition; `None` for variables that change freely.
+        values: the variables that change freely, each with its values.
+        starts: how many times it was started.
+        due_ns: when it passes; `None` while it does not run.
+        held: whether the guard was true at the last settled moment.
+    """
+
+    rate: Rate
+    step: CompiledStep | None
+    values: tuple[tuple[str, tuple[Value, ...]], ...] = ()
+    starts: int = 0
+    due_ns: int | None = None
+    held: bool = False
+
+    @property
+    def name(self) -> str:
+        """The name of the transition; empty without one."""
+        return "" if self.step is None else self.step.name
+
+
+class DrawnMoves:
+    """Draws when environment transitions fire, and the values of variables that change freely.
+
+    Only `Random.random` is used: of all methods it alone promises the same numbers in every version of Python.
+    """
+
+    def __init__(self, program: Program, random: Random, *, moves_inputs: bool) -> None:
+        """Prepare one run.
+
+        Args:
+            program: the compiled model.
+            random: the source of random numbers.
+            moves_inputs: whether variables that change freely are moved as well.
+        """
+        self._program = program
+        self._random = random
+        rates = zip(program.model.environment, program.environment, strict=True)
+        self._clocks = [_TransitionClock(each.rate, step) for each, step in rates if each.rate is not None]
+        if moves_inputs:
+            rate = Rate(RateKind.EVERY, Latency(LatencyShape.EXPONENTIAL, (DRAWN_INPUT_MEAN_NS,)))
+            self._clocks += [_TransitionClock(rate, None, group.values) for group in free_groups(program.model)]
+        self._guarded = [(n, c) for n, c in enumerate(self._clocks) if c.rate.kind is RateKind.AFTER]
+        self._taken: list[EnvironmentChange] = []
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether nothing will ever change."""
+        return not self._clocks
+
+    @property
+    def is_pending(self) -> bool:
+        """Whether a clock runs."""
+        return any(clock.due_ns is not None for clock in self._clocks)
+
+    def begin(self) -> Sequence[ClockTick]:
+        """Start the clocks that need no guard."""
+        clocks = enumerate(self._clocks)
+        return [self._start(number, 0) for number, clock in clocks if clock.rate.kind is RateKind.EVERY]
+
+    def observe(self, state: int, now_ns: int) -> Sequence[ClockTick]:
+        """Start the clocks whose guards have become true, and stop those whose guards have become false."""
+        return [self._start(number, now_ns) for number, clock in self._guarded if self._has_become_true(clock, state)]
+
+    def _has_become_true(self, clock: _TransitionClock, state: int) -> bool:
+        held, clock.held = clock.held, clock.step is not None and clock.step.test(state)
+        if not clock.held:
+            clock.due_ns = None
+        return clock.held and not held
+
+    def _start(self, number: int, now_ns: int) -> ClockTick:
+        clock = self._clocks[number]
+        clock.starts += 1
+        # At least 1 ns, so that a change never precedes in a replay what had happened before it at its moment.
+        clock.due_ns = now_ns + max(1, draw_time_ns(clock.rate.time, self._random))
+        return ClockTick(clock.due_ns, number, clock.starts)
+
+    def tick(
+        self, tick: ClockTick, state: int, *, is_waiting: bool
+    ) -> tuple[EnvironmentChange | None, ClockTick | None]:
+        """Return the change that a clock leads to, and its next tick; nothing if the clock was stopped.
+
+        A clock that passes without an effect is no change. But a run that waits may end there, so it is one then.
+        """
+        clock = self._clocks[tick.clock]
+        if clock.due_ns is None or tick.start != clock.starts:
+            return None, None
+        clock.due_ns = None
+        following = self._start(tick.clock, tick.at_ns) if clock.rate.kind is RateKind.EVERY else None
+        changes = self._changes(clock, state)
+        if not changes and not is_waiting:
+            return None, following
+        self._taken.append(EnvironmentChange(tick.at_ns, changes, clock.name))
+        return self._taken[-1], following
+
+    def _changes(self, clock: _TransitionClock, state: int) -> Changes:
+        if clock.step is None:
+            return self._drawn(clock, state)
+        after = clock.step.update(state) if clock.step.test(state) else None
+        return () if after is None else self._program.packing.changes(state, after)
+
+    def _drawn(self, clock: _TransitionClock, state: int) -> Changes:
+        """Draw another value of one of the variables that change freely."""
+        name, values = clock.values[self._below(len(clock.values))]
+        others = [value for value in values if value != self._program.packing.value(state, name)]
+        return ((name, others[self._below(len(others))]),) if others else ()
+
+    def _below(self, count: int) -> int:
+        return int(self._random.random() * count)
+
+    def taken(self, *, is_waiting: bool) -> tuple[EnvironmentChange, ...]:
+        """Return the changes; for a run that waited until its end also the next one, for which it waited."""
+        return (*self._taken, *(self._next() if is_waiting else ()))
+
+    def _next(self) -> Iterator[EnvironmentChange]:
+        running = [clock for clock in self._clocks if clock.due_ns is not None]
+        if running:
+            first = min(running, key=lambda clock: clock.due_ns or 0)
+            yield EnvironmentChange(first.due_ns or 0, (), first.name)

@@ -1,0 +1,215 @@
+"""The environment in simulations, and other users of shared resources."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import pytest
+
+from scbm.cases import CONDITIONS, Case, Condition, EnvironmentChange, Injection, Origin
+from scbm.cases.trace import InjectionApplied, MeasurementReceived, PutBack, RunStarted, sentence_of, write_trace
+from scbm.files import read_case, read_model, write_case
+from scbm.model import BehaviorModel, Constant, Equal, Reference
+from scbm.testing import Execution, RandomCases, Tester
+from support.driving import SECOND_NS, Hand
+from support.models import scan_cell
+
+PRESS = """
+behavior_model: press
+variables:
+  stop: {domain: [released, pressed], initial: released}
+  door: {domain: [closed, open], initial: closed, source: input}
+  formed: {domain: bool, initial: false}
+resources:
+  ram: {simulation: {latency: 3 s}}
+operations:
+  form:
+    pre: {g: stop == released && formed == false && ram_req_state == initial, a: [ram_req_trigger <- true]}
+    post:
+      g: true
+      gr: ram_req_state == succeeded
+      a: [formed <- true, ram_req_trigger <- false, ram_req_state <- initial]
+    failed: {g: stop == pressed, a: [ram_req_trigger <- false]}
+goals: {formed: formed == true}
+environment:
+"""
+
+
+def press(*transitions: str) -> BehaviorModel:
+    return read_model(
+        PRESS
+        + "".join(f"  {transition}\n" for transition in transitions)
+        + "  none: {guard: 'false', actions: [stop <- pressed]}\n"
+    )
+
+
+def run(model: BehaviorModel, **changes: object) -> Execution:
+    case = Case("case", "formed", dict(model.goals)["formed"], model.nominal_state, origin=Origin(1))
+    return Tester(model).execute(replace(case, **changes))  # type: ignore[arg-type]
+
+
+def moves(execution: Execution) -> list[tuple[float, str, dict[str, object]]]:
+    records = (record for record in execution.trace.records if isinstance(record, MeasurementReceived))
+    return [(record.at_ns / SECOND_NS, record.by, dict(record.changes)) for record in records]
+
+
+def test_a_transition_fires_some_time_after_its_guard_became_true_and_once() -> None:
+    model = press(
+        "push: {guard: stop == released && formed == false, actions: [stop <- pressed], after: 2 s}",
+        "reset: {guard: stop == pressed, actions: [stop <- released], after: 1 s}",
+    )
+    execution = run(model, environment=None)
+    assert moves(execution)[:4] == [
+        (2.0, "push", {"stop": "pressed"}),
+        (3.0, "reset", {"stop": "released"}),
+        (5.0, "push", {"stop": "pressed"}),
+        (6.0, "reset", {"stop": "released"}),
+    ]
+
+
+def test_the_time_of_after_restarts_when_the_guard_turns_false() -> None:
+    model = press(
+        "open: {guard: true, actions: [door <- open], every: 1 s}",
+        "shut: {guard: door == open, actions: [door <- closed], after: 500 ms}",
+        "push: {guard: door == closed, actions: [stop <- pressed], after: 1.8 s}",
+    )
+    assert {by for _, by, _ in moves(run(model))} == {"open", "shut"}
+
+
+def test_every_draws_again_after_each_time() -> None:
+    model = press("swap: {guard: door == closed, actions: [door <- open], every: {uniform: [200 ms, 1 s]}}")
+    model = replace(
+        model,
+        environment=(
+            *model.environment,
+            *press("shut: {guard: true, actions: [door <- closed], every: 150 ms}").environment[:1],
+        ),
+    )
+    times = [at for at, by, _ in moves(run(model)) if by == "swap"]
+    assert len(times) > 2
+    assert len({round(later - earlier, 6) for earlier, later in pairwise(times)}) > 1
+
+
+def test_a_transition_without_a_rate_never_fires() -> None:
+    assert moves(run(press("push: {guard: true, actions: [stop <- pressed]}"))) == []
+
+
+def test_nothing_changes_in_a_plain_case() -> None:
+    model = press("push: {guard: true, actions: [stop <- pressed], every: 1 s}")
+    assert moves(run(model, origin=None)) == []
+
+
+def test_a_run_for_which_no_plan_exists_waits_for_the_environment() -> None:
+    model = press("reset: {guard: stop == pressed, actions: [stop <- released], after: 10 s}")
+    pressed = model.nominal_state.replace({"stop": "pressed"})
+    execution = run(model, initial=pressed)
+    assert (execution.verdict.end, execution.ended_ns) == ("reached", 13 * SECOND_NS)
+    forever = run(replace(model, environment=()), initial=pressed)
+    assert (forever.verdict.end, forever.ended_ns) == ("unsolvable", 0)
+
+
+def test_a_wait_ends_when_no_change_is_pending() -> None:
+    model = press("open: {guard: door == closed, actions: [door <- open], after: 4 s}")
+    execution = run(model, initial=model.nominal_state.replace({"stop": "pressed"}))
+    assert (execution.verdict.end, execution.ended_ns) == ("unsolvable", 4 * SECOND_NS)
+
+
+def test_the_trace_names_the_transition_and_is_written_and_read() -> None:
+    model = press("push: {guard: true, actions: [stop <- pressed], after: 1 s}")
+    execution = run(model)
+    (record,) = [record for record in execution.trace.records if isinstance(record, MeasurementReceived)]
+    assert sentence_of(record, model.nominal_state).text == "environment push"
+    assert '"by":"push"' in write_trace(execution.trace)
+    assert sentence_of(MeasurementReceived(0, ()), model.nominal_state).text == "measured"
+
+
+@pytest.mark.parametrize("moves_inputs", [False, True])
+def test_a_recorded_case_gives_the_same_trace(moves_inputs: bool) -> None:  # noqa: FBT001 - pytest gives it by name
+    model = press(
+        "push: {guard: stop == released, actions: [stop <- pressed], every: {exponential: 2 s}}",
+        "reset: {guard: stop == pressed, actions: [stop <- released], after: 1 s}",
+    )
+    tester, changed = Tester(model), 0
+    for case in RandomCases(model, moves_inputs=moves_inputs).first(60, 1):
+        execution = tester.execute(case)
+        text = write_case(execution.recorded_case, model, None)
+        recorded = read_case(text, model)
+        assert read_case(write_case(case, model, None), model) == case
+        assert tester.execute(replace(recorded, origin=None)).digest == execution.digest, text
+        changed += len(moves(execution))
+    assert changed > 30
+
+
+def test_drawn_inputs_move_what_no_transition_assigns() -> None:
+    model = press("push: {guard: stop == released, actions: [stop <- pressed], every: {exponential: 2 min}}")
+    drawn = [each for number in range(40) for each in moves(run(model, origin=Origin(1, number, moves_inputs=True)))]
+    assert {name for _, by, changes in drawn if not by for name in changes} == {"door"}
+
+
+def test_a_case_says_what_the_environment_does() -> None:
+    model = press("push: {guard: true, actions: [stop <- pressed]}")
+    changes = (
+        EnvironmentChange(SECOND_NS, (("stop", "pressed"),), "push"),
+        EnvironmentChange(2 * SECOND_NS, (("stop", "released"),)),
+    )
+    execution = run(model, origin=None, environment=changes)
+    assert moves(execution) == [(1.0, "push", {"stop": "pressed"}), (2.0, "", {"stop": "released"})]
+    assert execution.closed_case.environment == changes
+    assert (execution.forced, execution.forced_by) == (0, None)
+
+
+# shared resources
+
+
+OCCUPIED = Condition(CONDITIONS["occupied"])
+
+
+def shared_cell() -> BehaviorModel:
+    return scan_cell(("    request: [scan_command]\n", "    request: [scan_command]\n    shared: true\n"))
+
+
+def test_another_user_occupies_a_shared_resource_before_the_goal_and_leaves_it() -> None:
+    hand = Hand(shared_cell())
+    hand.inject(Injection("other", resource="scan", condition=OCCUPIED, hold_ns=4 * SECOND_NS))
+    hand.goal()
+    assert hand.runner.state["scan_req_state"] == "executing"
+    hand.wait(4)
+    assert hand.lifecycle == ["scan_box executing"]
+    assert [type(r) for r in hand.records if isinstance(r, (InjectionApplied, PutBack))] == [InjectionApplied, PutBack]
+    (started,) = [record for record in hand.records if isinstance(record, RunStarted)]
+    assert dict(started.state)["scan_req_state"] == "executing"
+
+
+def test_another_user_waits_while_a_request_of_the_controller_is_in_flight() -> None:
+    hand = Hand(shared_cell())
+    hand.goal()
+    hand.inject(Injection("other", at_ns=2 * SECOND_NS, resource="scan", condition=OCCUPIED))
+    hand.wait(2)
+    assert not [record for record in hand.records if isinstance(record, InjectionApplied)]
+    hand.reply(1, 5)
+    assert hand.ends == ["reached"]
+    assert hand.runner.state["scan_req_state"] == "executing"
+
+
+def test_another_user_acts_only_where_the_runner_is_settled() -> None:
+    hand = Hand(shared_cell())
+    current = Equal(Reference("current.name"), Constant("scan_box"))
+    hand.inject(Injection("other", when=current, resource="scan", condition=OCCUPIED))
+    hand.goal()
+    assert hand.lifecycle == ["scan_box executing"]
+    assert not [record for record in hand.records if isinstance(record, InjectionApplied)]
+
+
+def test_a_resource_that_is_not_shared_hides_from_the_model_that_it_is_occupied() -> None:
+    hand = Hand(scan_cell())
+    hand.inject(Injection("other", resource="scan", condition=OCCUPIED))
+    assert hand.runner.state["scan_req_state"] == "initial"
+
+
+def test_an_occupied_shared_resource_forces_nothing() -> None:
+    model = shared_cell()
+    case = Case("case", "scanned", dict(model.goals)["scanned"], model.nominal_state)
+    other = Injection("other", resource="scan", condition=OCCUPIED, hold_ns=SECOND_NS)
+    execution = Tester(model).execute(replace(case, injections=(other,)))
+    assert (execution.verdict.end, execution.ended_ns, execution.forced) == ("reached", SECOND_NS, 0)
