@@ -18,6 +18,7 @@ from scbm.cases.coverage import Cover, smallest_cover
 from scbm.cli.options.campaign_options import FAIL_UNDER, FAIL_UNDER_HELP, meets_thresholds, read_thresholds
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.registry_options import OptionPerEntry
+from scbm.cli.options.status_options import Certificates, WaiversFile, stored_evidence
 from scbm.cli.output.terminal import errors, report_columns, results, write_json
 from scbm.files import FileWriter
 from scbm.model import Diagnostic, InputError, Place, Slug
@@ -141,6 +142,8 @@ def command(
         list[str] | None,
         typer.Option(FAIL_UNDER, metavar="PERCENT", help=FAIL_UNDER_HELP, rich_help_panel=HelpSection.VERDICTS),
     ] = None,
+    certificates: Certificates = None,
+    waivers: WaiversFile = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
 ) -> int:
     """Report what the cases of a coverage store visited, in any format."""
@@ -151,6 +154,9 @@ def command(
             [Diagnostic(Slug.BAD_OPTION, "only the smallest suite can be saved", Place("--save"), "add --minimize")]
         )
     history = read_history(store)
+    evidence = stored_evidence(history, certificates, waivers, wanted_figures)
+    if evidence is not None:
+        history = replace(history, decided=evidence.statuses(history.coverage))
     writer = wanted.writer(store, history)
     cover = _smallest(history) if minimize else None
     if json:
@@ -158,7 +164,11 @@ def command(
     else:
         columns = report_columns()
         parts: list[Iterable[Text]] = []
-        parts += [missing_lines(history.model, history.coverage, history.source.path, columns)] if missing else []
+        parts += (
+            [missing_lines(history.model, history.coverage, history.source.path, columns, history.decided)]
+            if missing
+            else []
+        )
         parts += [contexts_report(history)] if contexts else []
         parts += [smallest_report(history, cover)] if cover is not None else []
         results().lines(_apart(parts or [stored_report(history, str(store), columns)]))
@@ -166,7 +176,8 @@ def command(
     written = write_formats(wanted, history, writer)
     if written:
         errors().line(f"Written: {', '.join(written)}")
-    return 0 if meets_thresholds(history.coverage, wanted_figures) and is_saved else 1
+    coverable = None if history.decided is None else history.decided.coverable
+    return 0 if meets_thresholds(history.coverage, wanted_figures, coverable) and is_saved else 1
 
 
 def _smallest(history: History) -> Cover:

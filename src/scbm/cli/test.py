@@ -1,5 +1,6 @@
 """`scbm test`: runs case files and random cases, judges them, and prints the coverability report."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -160,8 +161,8 @@ def command(
     figures = read_thresholds(fail_under or [])
     refuse_selection(until_dry, {"-k": select, "--lf": last_failed or None})
     suite = select_cases(suite, select, failures if last_failed else None)
-    evidence = read_asked_evidence(suite.model, model, certificates, waivers, figures)
-    output = CampaignOutput(figures, missing, json, store, save, failures, shrink, stop, until_dry, evidence)
+    suite = replace(suite, evidence=read_asked_evidence(suite.model, model, certificates, waivers, figures))
+    output = CampaignOutput(figures, missing, json, store, save, failures, shrink, stop, until_dry)
     if transport is None:
         refuse_without_transport(
             {

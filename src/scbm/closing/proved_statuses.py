@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from scbm.cases.coverage import Decision, Statuses, StatusProof, WaiverReview
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Iterator
 
     from scbm.cases.coverage import Coverage
     from scbm.closing.certificate_files import CheckedCertificate
@@ -29,35 +29,46 @@ class StatusEvidence:
         proofs: the claims of sound certificates of this version of the model, by the names of their obligations.
         waivers: the waivers, on the day of the report.
         ignored: the certificates that do not count, one sentence each.
+        sound: the certificates that count.
     """
 
     proofs: dict[str, StatusProof]
     waivers: WaiverReview
     ignored: tuple[str, ...] = ()
+    sound: tuple[CheckedCertificate, ...] = ()
 
     @staticmethod
     def of(checked: Iterable[CheckedCertificate], waivers: WaiverReview) -> StatusEvidence:
         """Return the evidence of checked certificates and of waivers."""
-        proofs: dict[str, StatusProof] = {}
-        ignored = []
-        for each in checked:
-            if each.is_sound:
-                for name, proof in _claims(each):
-                    known = proofs.get(name)
-                    if known is None or known.decision is Decision.EXCLUDED:
-                        proofs[name] = proof
-            else:
-                ignored.append(each.why_ignored)
-        return StatusEvidence(proofs, waivers, tuple(ignored))
+        known = tuple(checked)
+        sound = tuple(each for each in known if each.is_sound)
+        ignored = tuple(each.why_ignored for each in known if not each.is_sound)
+        return StatusEvidence({}, waivers, ignored, sound).with_proofs(
+            pair for each in sound for pair in claims_of(each)
+        )
+
+    def with_proofs(self, proofs: Iterable[tuple[str, StatusProof]]) -> StatusEvidence:
+        """Return the evidence with more proofs by the names of obligations; a proof for any plans goes first."""
+        united = dict(self.proofs)
+        for name, proof in proofs:
+            if name not in united or united[name].decision is Decision.EXCLUDED:
+                united[name] = proof
+        return replace(self, proofs=united)
 
     def statuses(self, coverage: Coverage) -> Statuses:
         """Return the statuses of the obligations of a coverage."""
         return Statuses.of(coverage, self.proofs, self.waivers, self.ignored)
 
 
-def _claims(checked: CheckedCertificate) -> Iterable[tuple[str, StatusProof]]:
-    status, name = proved_status(checked.file.certificate), str(checked.file.path)
-    for claim in checked.file.certificate.claims:
+def claims_of(checked: CheckedCertificate) -> Iterator[tuple[str, StatusProof]]:
+    """Yield what a sound certificate proves: the names of obligations, each with its proof."""
+    yield from proofs_of(checked.file.certificate, str(checked.file.path))
+
+
+def proofs_of(certificate: Certificate, name: str) -> Iterator[tuple[str, StatusProof]]:
+    """Yield what a certificate proves if it is sound; `name` is its file or its name."""
+    status = proved_status(certificate)
+    for claim in certificate.claims:
         yield claim.obligation, StatusProof(status, claim.reason, name)
 
 

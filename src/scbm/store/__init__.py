@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from scbm.store.store_tables import read_history
     from scbm.store.store_union import Combined, combine_stores
     from scbm.store.store_writer import StoreWriter, begin_run, write_store
+    from scbm.store.stored_evidence import StoredCertificate
 
 __all__ = [
     "Combined",
@@ -27,6 +28,7 @@ __all__ = [
     "Replays",
     "StoreWriter",
     "StoredCase",
+    "StoredCertificate",
     "StoredRun",
     "Written",
     "begin_run",
@@ -49,6 +51,7 @@ __getattr__ = lazy_exports(
         "replays": "Replays drawn_recipe network_words written_recipe",
         "store_tables": "read_history",
         "store_union": "Combined combine_stores",
+        "stored_evidence": "StoredCertificate",
         "store_writer": "StoreWriter begin_run write_store",
     },
 )

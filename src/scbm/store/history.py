@@ -14,13 +14,14 @@ from typing import TYPE_CHECKING, TypeAlias
 from zlib import compress, decompressobj
 from zlib import error as damaged
 
-from scbm.cases.coverage import Coverage, Obligations
+from scbm.cases.coverage import Coverage, Obligations, Statuses
 from scbm.cases.trace import End
 from scbm.model import FIRST_PLANNER
 
 if TYPE_CHECKING:
     from scbm.cases.coverage import Obligation
-    from scbm.model import BehaviorModel
+    from scbm.model import BehaviorModel, Waiver
+    from scbm.store.stored_evidence import StoredCertificate
     from scbm.testing import Verdict
 
 
@@ -56,6 +57,7 @@ class StoredRun:
         is_finished: whether it came to its end.
         nodes: where its cases ran, in words: `over DDS domain 0`; `None` for simulation.
         planner: the name and the version of the planner.
+        waivers: the waivers that counted in it, those of the model file and those beside it.
         order_time: its place among the runs, as a time, if that is not `started`: a store orders runs by when they were
             added, whatever the clock said.
     """
@@ -72,6 +74,7 @@ class StoredRun:
     nodes: str | None = None
     planner: str = str(FIRST_PLANNER)
     order_time: str | None = None
+    waivers: tuple[Waiver, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,12 +183,26 @@ class History:
         runs: in the order in which they were added, and after `combine` in that of their times.
         cases: in the order of their runs, and of their places there.
         outdated: how many cases are left out, as a later run had another version of their file.
+        certificates: the certificates that were added, those of earlier versions of the model included.
+        decided: the statuses of obligations, as the command line found them; `None` if visits alone decide them.
     """
 
     model: BehaviorModel
     runs: tuple[StoredRun, ...]
     cases: tuple[StoredCase, ...]
     outdated: int = 0
+    certificates: tuple[StoredCertificate, ...] = ()
+    decided: Statuses | None = None
+
+    @property
+    def waivers(self) -> tuple[Waiver, ...]:
+        """The waivers of the last run of this model."""
+        return next(run.waivers for run in reversed(self.runs) if not run.is_earlier)
+
+    @cached_property
+    def statuses(self) -> Statuses:
+        """The statuses of obligations; without certificates and waivers visits alone decide them."""
+        return self.decided or Statuses.of(self.coverage)
 
     @property
     def source(self) -> ModelSource:

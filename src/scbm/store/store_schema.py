@@ -10,6 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from scbm.store.stored_evidence import waivers_text
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -46,11 +48,13 @@ class StoreTable:
         comment: what its rows are.
         columns: in their order.
         without_rowid: whether rows are kept in the order of their primary key.
+        since: the first version of the tables that has it.
     """
 
     comment: str
     columns: tuple[StoreColumn, ...]
     without_rowid: bool = False
+    since: int = 1
 
     @property
     def computed(self) -> dict[str, Callable[[Any], object]]:
@@ -63,7 +67,9 @@ class StoreTable:
         return f"CREATE TABLE {name} (\n{columns}\n    ){' WITHOUT ROWID' if self.without_rowid else ''}"
 
     def newer(self, version: int) -> tuple[StoreColumn, ...]:
-        """Return the columns that tables of an older version lack."""
+        """Return the columns that tables of an older version lack, if they have the table."""
+        if self.since > version:
+            return ()
         return tuple(column for column in self.columns if column.since > version)
 
 
@@ -133,6 +139,13 @@ TABLES: dict[str, StoreTable] = {
                 since=4,
                 value=lambda run: run.order_time,
             ),
+            StoreColumn(
+                "waivers",
+                "TEXT",
+                "JSON, if there were any: its waivers, each with `obligation`, `reason`, `author`, `date`, `expires`",
+                since=5,
+                value=lambda run: waivers_text(run.waivers),
+            ),
         ),
     ),
     "setting": StoreTable(
@@ -177,6 +190,19 @@ TABLES: dict[str, StoreTable] = {
         ),
         without_rowid=True,
     ),
+    "certificate": StoreTable(
+        "Certificates that were sound when they were added.",
+        (
+            StoreColumn("key", "BLOB PRIMARY KEY", "16 bytes of the SHA-256 of `text`, before it was compressed"),
+            StoreColumn("model", "INTEGER NOT NULL REFERENCES model", "the model that it is about: a row of `model`"),
+            StoreColumn("name", "TEXT NOT NULL", "its file, as the command line named it"),
+            StoreColumn("checked_by", "TEXT NOT NULL", "the version of `scbm` that checked it"),
+            StoreColumn("claims", "TEXT NOT NULL", "JSON: a list of obligation, status and reason"),
+            StoreColumn("text", "BLOB NOT NULL", "the certificate, compressed as by zlib"),
+        ),
+        without_rowid=True,
+        since=5,
+    ),
 }
 """The tables by name, each behind those that it refers to."""
 
@@ -194,7 +220,8 @@ _VIEWS = (
 
 def newest_version() -> int:
     """Return the version of these tables, which SQLite keeps in the header as `user_version`."""
-    return max(column.since for table in TABLES.values() for column in table.columns)
+    columns = (column.since for table in TABLES.values() for column in table.columns)
+    return max(*columns, *(table.since for table in TABLES.values()))
 
 
 def creation() -> list[str]:
@@ -203,8 +230,9 @@ def creation() -> list[str]:
 
 
 def upgrade(version: int) -> list[str]:
-    """Return the SQL that adds the columns which tables of an older version lack."""
-    return [
+    """Return the SQL that adds the columns which tables of an older version lack, and the tables that are missing."""
+    missing = [table.statement(name) for name, table in TABLES.items() if table.since > version]
+    return missing + [
         f"ALTER TABLE {name} ADD COLUMN {column.name} {column.type}"
         + ("" if column.default == "NULL" else f" DEFAULT {column.default}")
         for name, table in TABLES.items()
@@ -217,11 +245,13 @@ def shown_as_newest(version: int) -> list[str]:
 
     The names of a connection stand before those of the file.
     """
+    missing = {name: table for name, table in TABLES.items() if table.since > version}
+    empty = {name: ", ".join(f"NULL AS {column.name}" for column in table.columns) for name, table in missing.items()}
     added = {
         name: "".join(f", {column.default} AS {column.name}" for column in table.newer(version))
         for name, table in TABLES.items()
     }
-    return [
+    return [f"CREATE TEMP VIEW {name} AS SELECT {columns} WHERE 0" for name, columns in empty.items()] + [
         f"CREATE TEMP VIEW {name} AS SELECT *{more} FROM main.{name}"  # noqa: S608 - our own names
         for name, more in added.items()
         if more

@@ -29,6 +29,7 @@ from scbm.store.history import (
 )
 from scbm.store.store_file import open_for_reading, understood
 from scbm.store.store_schema import TABLES
+from scbm.store.stored_evidence import StoredCertificate, read_certificate_row, read_waivers_text
 from scbm.testing import Failure, FailureKind, Verdict
 
 if TYPE_CHECKING:
@@ -113,7 +114,7 @@ class Tables:
         count = self._obligations()
         rows = self._connection.execute(
             "SELECT run.id, model, is_current, token, started, command, path, source.text,"
-            " visited, cases, failed, is_finished, nodes, planner, order_time"
+            " visited, cases, failed, is_finished, nodes, planner, order_time, waivers"
             " FROM run JOIN source ON source.id = run.source JOIN model ON model.id = run.model"
             " ORDER BY coalesce(order_time, started), token"
         )
@@ -134,6 +135,7 @@ class Tables:
                     nodes=None if more[0] is None else _text(more[0]),
                     planner=_planner(more[1]),
                     order_time=None if more[2] is None else _moment(more[2]),
+                    waivers=read_waivers_text(more[3]),
                 ),
             )
             for id_, model, current, token, began, command, path, text, visited, cases, failed, finished, *more in rows
@@ -156,6 +158,16 @@ class Tables:
                 key, _text(name), _text(goal), model, run, _number(position), recipe,
                 verdict, _number(ended_ns), _number(requests), bits, log,
             )  # fmt: skip
+
+    def certificates(self) -> Iterator[tuple[int, StoredCertificate]]:
+        """Yield each certificate with the id of its model, in the order of their names."""
+        rows = self._connection.execute(
+            "SELECT model, is_current, certificate.name, certificate.text, checked_by, claims"
+            " FROM certificate JOIN model ON model.id = certificate.model ORDER BY certificate.name, key"
+        )
+        for model, is_current, name, packed, checked_by, claims in rows:
+            row = (_text(name), packed, _text(checked_by), _text(claims))
+            yield model, read_certificate_row(row, is_earlier=not is_current)
 
     def visits(self) -> Iterator[tuple[bytes, str, int]]:
         """Yield key, name and visited obligations of each case, in the order of runs and of positions in them.
@@ -254,6 +266,17 @@ class Tables:
             "INSERT OR IGNORE INTO source (digest, path, text) VALUES (?, ?, ?)", (digest, source.path, source.text)
         )
         return self._id("source", "digest", digest)
+
+    def put_certificate(self, certificate: StoredCertificate, model: int) -> None:
+        """Adds a certificate of a model. If it is there, the check by the later version counts."""
+        row = (certificate.name, certificate.checked_by, certificate.claims_text, certificate.packed)
+        self._connection.execute(
+            "INSERT INTO certificate (key, model, name, checked_by, claims, text) VALUES (?, ?, ?, ?, ?, ?)"
+            " ON CONFLICT (key) DO UPDATE SET"
+            " claims = CASE WHEN excluded.checked_by > checked_by THEN excluded.claims ELSE claims END,"
+            " name = min(name, excluded.name), checked_by = max(checked_by, excluded.checked_by)",
+            (certificate.key, model, *row),
+        )
 
     def order_time(self, run: StoredRun) -> str | None:
         """Return the order time of a run, which is added now if it is new; `None` if `started` is behind all others."""
@@ -462,7 +485,8 @@ def history_in(tables: Tables) -> History:
     if any(case.is_over_nodes and runs[case.run].run.nodes is None for case in cases):
         raise ValueError("a case over nodes of a run that was over none")
     cases.sort(key=lambda case: (case.run, case.position, case.key))
-    return History(model, tuple(row.run for row in runs), tuple(cases), len(left_out))
+    certificates = tuple(certificate for _, certificate in tables.certificates())
+    return History(model, tuple(row.run for row in runs), tuple(cases), len(left_out), certificates)
 
 
 @dataclass(frozen=True, slots=True)

@@ -124,6 +124,8 @@ def _added(union: Tables, tables: Tables, edit: ModelEdit | None) -> tuple[Dropp
     for row in tables.runs():
         run = row.run if edit is None else replace(row.run, visited=edit.mapped(row.run.visited))
         runs[row.id] = union.put_run(run, models[row.model])
+    for model, certificate in tables.certificates():
+        union.put_certificate(certificate, models[model])
     visited = 0
     for case in tables.cases():
         bits = case.visited if edit is None else edit.mapped(case.visited)

@@ -38,12 +38,19 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from scbm.cases.coverage import Figure
-    from scbm.model import BehaviorModel, InputError, PlannerIdentity
+    from scbm.model import BehaviorModel, InputError, PlannerIdentity, Waiver
     from scbm.store.history import Recipe
+    from scbm.store.stored_evidence import StoredCertificate
     from scbm.testing import CaseResult
 
 
-def begin_run(command: Sequence[str], model_path: str, model_text: str, nodes: str | None = None) -> StoredRun:
+def begin_run(
+    command: Sequence[str],
+    model_path: str,
+    model_text: str,
+    nodes: str | None = None,
+    waivers: Sequence[Waiver] = (),
+) -> StoredRun:
     """Return a new run with a unique id and the current time.
 
     Args:
@@ -51,10 +58,11 @@ def begin_run(command: Sequence[str], model_path: str, model_text: str, nodes: s
         model_path: the path of the model file, as reports show it.
         model_text: the content of the model file.
         nodes: a description of the nodes that run the cases; `None` for simulation.
+        waivers: the waivers that count in the run.
     """
-    return StoredRun(
-        uuid4().hex, _now(), sayable(shlex.join(command)), ModelSource(sayable(model_path), model_text), nodes=nodes
-    )
+    source = ModelSource(sayable(model_path), model_text)
+    words = sayable(shlex.join(command))
+    return StoredRun(uuid4().hex, _now(), words, source, nodes=nodes, waivers=tuple(waivers))
 
 
 def _now() -> str:
@@ -98,6 +106,7 @@ class StoreWriter:
         self._obligations = Obligations.of(model)
         self._tables = Tables(connection)
         self._ids: tuple[int, int] | None = None
+        self._certificates: tuple[StoredCertificate, ...] = ()
         self._is_whole = True
         self.lost = 0
         with store_errors(path), understood(path), snapshot(connection):
@@ -115,6 +124,10 @@ class StoreWriter:
         show_as_newest(self._connection)
         runs = [row.run for row in self._tables.runs() if row.run.is_finished and row.run.id != self._run.id]
         return runs[-1] if runs else None
+
+    def keep_certificates(self, certificates: Sequence[StoredCertificate]) -> None:
+        """Add certificates of the model with the first case of the run."""
+        self._certificates = tuple(certificates)
 
     def add(
         self,
@@ -173,6 +186,8 @@ class StoreWriter:
         if known is not None and known.digest != self._digest:
             raise self._of_another_model(known)  # another process was faster
         model = self._tables.put_model(self._model)
+        for certificate in self._certificates:
+            self._tables.put_certificate(certificate, model)
         run = replace(self._run, planner=str(planner), order_time=self._tables.order_time(self._run))
         return model, self._tables.put_run(run, model)
 

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+import sqlite3
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+
+from scbm.proofcheck import CertificateFlaw
 
 if TYPE_CHECKING:
     from conftest import Ran
@@ -159,3 +163,78 @@ def test_one_obligation_has_one_waiver_in_both_files(lamp: Path, scbm: Scbm) -> 
     ran = scbm("test", lamp, "--waivers", beside)
     assert ran.code == 2
     assert f"{beside}:3:18: error[duplicate-value]: `switch/failed` has a waiver in the model already" in ran.err
+
+
+# stores
+
+
+@pytest.fixture
+def stored(lamp: Path, closed: Path, scbm: Scbm) -> Path:
+    lamp.write_text(MODEL + WAIVERS.replace("switch/failed", "switch/disabled"))
+    store = lamp.parent / "cov.db"
+    assert scbm("test", lamp, closed, "--certificates", closed, "--store", store).code == 0
+    return store
+
+
+def test_a_store_keeps_certificates_and_waivers(stored: Path, closed: Path, scbm: Scbm) -> None:
+    for path in closed.rglob("*.json"):
+        path.unlink()
+    ran = scbm("report", stored, "--fail-under", "coverable=100")
+    assert ran.code == 0
+    assert "Of what can be covered: 100.00 %, 2 of 2" in ran.out
+    assert scbm("report", stored, "--fail-under", "100").code == 1
+
+
+def test_a_store_gives_statuses_as_json(stored: Path, scbm: Scbm) -> None:
+    report = _json(scbm("report", stored, "--json"))
+    assert report["statuses"]["counts"]["covered"] == 2
+    assert report["statuses"]["coverable"] == {"visited": 2, "of": 2, "percent": 100.0}
+
+
+def test_a_waiver_of_a_store_can_expire(lamp: Path, scbm: Scbm, monkeypatch: pytest.MonkeyPatch) -> None:
+    lamp.write_text(MODEL + WAIVERS)
+    store = lamp.parent / "cov.db"
+    scbm("test", lamp, "--store", store)
+    assert _json(scbm("report", store, "--json"))["statuses"]["counts"]["waived"] == 1
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", IN_DECEMBER)
+    statuses = _json(scbm("report", store, "--json"))["statuses"]
+    assert statuses["counts"]["waived"] == 0
+    assert [waiver["obligation"] for waiver in statuses["expired_waivers"]] == ["switch/failed"]
+
+
+def test_certificates_of_an_earlier_model_stop_counting(lamp: Path, stored: Path, scbm: Scbm) -> None:
+    lamp.write_text(MODEL.replace("g: true", "g: on == false"))
+    new, united = lamp.parent / "new.db", lamp.parent / "all.db"
+    scbm("test", lamp, "--store", new)
+    assert scbm("combine", stored, new, "-o", united, "--across-edits").code == 0
+    ran = scbm("report", united)
+    assert "0 uncoverable" in ran.out
+    assert "it is for another version of the model" in ran.out
+
+
+def test_a_store_checks_certificates_again_after_an_upgrade(
+    stored: Path, scbm: Scbm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("scbm.cli.options.status_options.__version__", "9.9.9")
+    assert scbm("report", stored, "--fail-under", "coverable=100").code == 0
+    flaws = (CertificateFlaw("switch/failed", "an input can do it"),)
+    monkeypatch.setattr("scbm.cli.options.status_options.check_certificate", lambda *_: flaws)
+    ran = scbm("report", stored, "--fail-under", "coverable=100")
+    assert ran.code == 1
+    assert "an input can do it; after an upgrade of scbm, see" in " ".join(ran.out.split())
+
+
+def test_a_store_without_tables_of_certificates_is_read(stored: Path, scbm: Scbm) -> None:
+    with closing(sqlite3.connect(stored)) as connection:
+        connection.execute("DROP TABLE certificate")
+        connection.execute("ALTER TABLE run DROP COLUMN waivers")
+        connection.execute("PRAGMA user_version = 4")
+        connection.commit()
+    assert _json(scbm("report", stored, "--json"))["statuses"]["counts"]["waived"] == 0
+
+
+def test_a_report_takes_certificates_and_waivers_too(lamp: Path, closed: Path, scbm: Scbm) -> None:
+    store = lamp.parent / "plain.db"
+    scbm("test", lamp, closed, "--store", store)
+    assert scbm("report", store, "--fail-under", "coverable=100").code == 1
+    assert scbm("report", store, "--certificates", closed, "--fail-under", "coverable=100").code == 0

@@ -170,7 +170,7 @@ def _store(path: Path | None, suite: Suite, where: str | None) -> AbstractContex
         return nullcontext()
     from scbm.cli.campaigns.store_keeper import keeping  # noqa: PLC0415 - a database, which few runs need
 
-    return keeping(path, suite.model, suite.file, where)
+    return keeping(path, suite.model, suite.file, where, suite.evidence)
 
 
 def _progress(suite: Suite, where: str | None) -> AbstractContextManager[CampaignProgress]:

@@ -11,11 +11,13 @@ from rich.text import Text
 
 from scbm.cases.trace import End
 from scbm.cli.output.terminal import errors
+from scbm.closing.certificate_files import MAX_BYTES
+from scbm.closing.proved_statuses import claims_of
 from scbm.files import read_file
 from scbm.model import InputError
 from scbm.reports import counted
 from scbm.reports.terminal.store_report import clock_warning, in_all, since_last_run
-from scbm.store import begin_run, drawn_recipe, network_words, sayable, write_store, written_recipe
+from scbm.store import StoredCertificate, begin_run, drawn_recipe, network_words, sayable, write_store, written_recipe
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping
@@ -23,6 +25,8 @@ if TYPE_CHECKING:
 
     from scbm.cases import Case, Network
     from scbm.cases.coverage import Coverage, Figure
+    from scbm.closing.certificate_files import CheckedCertificate
+    from scbm.closing.proved_statuses import StatusEvidence
     from scbm.model import BehaviorModel
     from scbm.nodes.log.event_log import EventLog
     from scbm.store import Recipe, StoreWriter
@@ -30,7 +34,13 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def keeping(path: Path, model: BehaviorModel, model_file: Path, where: str | None = None) -> Iterator[Keeper]:
+def keeping(
+    path: Path,
+    model: BehaviorModel,
+    model_file: Path,
+    where: str | None = None,
+    evidence: StatusEvidence | None = None,
+) -> Iterator[Keeper]:
     """Return a keeper that adds the results of this command to a store. Raise `InputError` if it cannot.
 
     Args:
@@ -38,12 +48,21 @@ def keeping(path: Path, model: BehaviorModel, model_file: Path, where: str | Non
         model: the model under test.
         model_file: its file.
         where: a description of the nodes that run the cases; `None` for simulation.
+        evidence: the certificates and waivers that count; those of the model alone by default.
     """
-    run = begin_run(["scbm", *sys.argv[1:]], str(model_file), read_file(model_file), where)
+    waivers = model.waivers if evidence is None else (*evidence.waivers.counting, *evidence.waivers.expired)
+    run = begin_run(["scbm", *sys.argv[1:]], str(model_file), read_file(model_file), where, waivers)
     with ExitStack() as store:
-        keeper = Keeper(store.enter_context(write_store(path, model, run)), path, model)
+        writer = store.enter_context(write_store(path, model, run))
+        writer.keep_certificates([] if evidence is None else list(map(_stored, evidence.sound)))
+        keeper = Keeper(writer, path, model)
         yield keeper
         keeper.finish(store)
+
+
+def _stored(checked: CheckedCertificate) -> StoredCertificate:
+    path = checked.file.path
+    return StoredCertificate.of(sayable(str(path)), read_file(path, MAX_BYTES), dict(claims_of(checked)))
 
 
 class Keeper:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from scbm.cases import Case
+    from scbm.closing.proved_statuses import StatusEvidence
     from scbm.model import BehaviorModel, Requirement
     from scbm.testing.batches.campaign_runs import Executor
 
@@ -46,6 +47,7 @@ class Suite:
         planner_option: the options for the planner as the command line has them, with a blank before each; `model` has
             the planner itself.
         moves_inputs: whether random cases move inputs and published values without environment transitions, too.
+        evidence: the certificates and waivers that count; `None` if statuses are not asked for.
     """
 
     model: BehaviorModel
@@ -61,6 +63,7 @@ class Suite:
     numbers: Sequence[int] = ()
     planner_option: str = ""
     moves_inputs: bool = False
+    evidence: StatusEvidence | None = None
 
     @staticmethod
     def load(

@@ -103,7 +103,6 @@ class CampaignOutput:
         shrink: whether to search for small failing cases.
         stop: whether the first failure ends the campaign.
         dry: after how many random cases in a row that visited nothing new it ends; `None` for never.
-        evidence: the certificates and waivers that count; `None` if statuses are not asked for.
     """
 
     thresholds: Sequence[Threshold]
@@ -115,7 +114,6 @@ class CampaignOutput:
     shrink: bool
     stop: bool
     dry: int | None = None
-    evidence: StatusEvidence | None = None
 
 
 def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
@@ -142,7 +140,7 @@ def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
     saved = [_save_small(suite, finding, output.failures) for finding in findings]
     _remember_failed(suite, done.campaign, output.failures)
     commands = tuple(_again(suite, finding, path) for finding, path in zip(findings, saved, strict=True))
-    code = _report(done, _setting(suite, findings, commands), output)
+    code = _report(done, _setting(suite, findings, commands), output, suite.evidence)
     return code if is_saved else max(2, code)
 
 
@@ -175,7 +173,7 @@ def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, com
     logs = (nodes.logs.files.get(finding.names[0]) for finding in findings)
     commands = tuple(command if log is None else f"scbm replay {shown_path(str(log))}" for log in logs)
     setting = replace(_setting(suite, findings, commands), where=asked.words, answers=nodes.answers)
-    code = _report(done, setting, output)
+    code = _report(done, setting, output, suite.evidence)
     if nodes.logs.words is not None and not output.json:
         errors().line(f"scbm: {nodes.logs.words}")
     for complaint in nodes.complaints:
@@ -185,9 +183,9 @@ def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, com
     return code if nodes.logs.is_whole else max(2, code)
 
 
-def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput) -> int:
+def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput, evidence: StatusEvidence | None) -> int:
     campaign, since = done.campaign, done.since
-    statuses = None if output.evidence is None else output.evidence.statuses(campaign.coverage)
+    statuses = None if evidence is None else evidence.statuses(campaign.coverage)
     if output.json:
         stored = {} if since is None else {"store": since.as_json}
         early = {"ended_early": done.words} if done.words else {}

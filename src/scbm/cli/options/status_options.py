@@ -13,19 +13,28 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from scbm import __version__
 from scbm.cases.coverage import COVERABLE, WaiverReview
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.output.terminal import errors
-from scbm.closing.certificate_files import CheckedCertificate, certificates_below, check_file, open_certificate
+from scbm.closing.certificate_files import (
+    UPGRADED,
+    CheckedCertificate,
+    certificates_below,
+    check_file,
+    open_certificate,
+)
 from scbm.closing.proved_statuses import StatusEvidence
 from scbm.files import load_waivers
 from scbm.model import Diagnostic, InputError, Place, Severity, Slug
+from scbm.proofcheck import check_certificate, read_certificate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from scbm.cases.coverage import Threshold
     from scbm.model import BehaviorModel, Waiver
+    from scbm.store import History, StoredCertificate
 
 Certificates = Annotated[
     list[Path] | None,
@@ -112,6 +121,41 @@ def read_asked_evidence(
     if not (is_asked or certificates or waivers or model.waivers):
         return None
     return read_evidence(model, model_file, certificates, waivers)[0]
+
+
+def stored_evidence(
+    history: History, certificates: Sequence[Path] | None, waivers: Path | None, thresholds: Sequence[Threshold]
+) -> StatusEvidence | None:
+    """Return the evidence of a store and of options; `None` if neither has any and no threshold asks for statuses.
+
+    A certificate of the store that another version of scbm has checked is checked again.
+
+    Raises:
+        InputError: a file is no certificate, or the waivers have errors.
+    """
+    model = replace(history.model, waivers=history.waivers)
+    file = Path(history.source.path)
+    is_asked = any(threshold.kind == COVERABLE for threshold in thresholds)
+    if not (is_asked or certificates or waivers or model.waivers or history.certificates):
+        return None
+    evidence, _ = read_evidence(model, file, certificates, waivers)
+    for stored in history.certificates:
+        why = _why_ignored(stored, model)
+        if why:
+            evidence = replace(evidence, ignored=(*evidence.ignored, f"{stored.name}: {why}"))
+        else:
+            evidence = evidence.with_proofs(stored.proofs.items())
+    return evidence
+
+
+def _why_ignored(stored: StoredCertificate, model: BehaviorModel) -> str:
+    """Return why a certificate of a store does not count; empty if it does."""
+    if stored.is_earlier:
+        return "it is for another version of the model"
+    if stored.checked_by == __version__:
+        return ""
+    flaws = check_certificate(read_certificate(stored.text, stored.name), model)
+    return f"{flaws[0]}; {UPGRADED}" if flaws else ""
 
 
 _MAX_FLAWS = 5

@@ -27,17 +27,18 @@ _MARGIN = 6
 
 def badge(history: History) -> str:
     """Return the badge for all cases of a store."""
-    return badge_svg(history.coverage.figure)
+    return badge_svg(history.coverage.figure, coverable=None if history.decided is None else history.decided.coverable)
 
 
-def badge_svg(figure: Figure, label: str = "SCBM-IAS") -> str:
+def badge_svg(figure: Figure, label: str = "SCBM-IAS", coverable: Figure | None = None) -> str:
     """Return a badge, 20 pixels high: a label, and the figure on the colour for its percentage.
 
     Args:
         figure: the figure to show.
         label: the text before it.
+        coverable: the figure of what can be covered, which stands behind it and does not decide the colour.
     """
-    value = str(figure)
+    value = str(figure) if coverable is None else f"{figure}, {coverable} of what can be covered"
     left, right = _width(label), _width(value)
     name = escape(visible(f"{label}: {value}"))
     return f"""\

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement
 
 from scbm import __version__
-from scbm.cases.coverage import Figure
+from scbm.cases.coverage import Decision, Figure
 from scbm.reports.ci.marked_lines import as_code, mark_file
 from scbm.reports.ci.xml_text import is_absolute, portable, xml_text
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
+    from scbm.cases.coverage import Obligation
     from scbm.reports.ci.marked_lines import MarkedFile, MarkedLine, MarkedPart
     from scbm.store import History
 
@@ -43,8 +44,9 @@ def cobertura_xml(history: History) -> str:
     file = SubElement(SubElement(package, "classes"), "class", _rates(marked.measured))
     file.set("name", posixpath.basename(name))
     file.set("filename", name)
-    _add_parts(file, marked)
-    _add_lines(file, marked.measured)
+    kinds = _kinds(history)
+    _add_parts(file, marked, kinds)
+    _add_lines(file, marked.measured, kinds)
     return xml_text(root)
 
 
@@ -58,7 +60,16 @@ def _located(path: str) -> tuple[str, str]:
     return (posixpath.dirname(name), posixpath.basename(name)) if is_absolute(name) else (".", name)
 
 
-def _add_parts(file: Element, marked: MarkedFile) -> None:
+def _kinds(history: History) -> dict[Obligation, str]:
+    """Return the type of the condition of each obligation: its aspect, with a status that visits alone do not show."""
+    kinds = {obligation: obligation.aspect.value for obligation in history.obligations}
+    for entry in history.statuses.entries:
+        if entry.decision not in (Decision.COVERED, Decision.UNDECIDED):
+            kinds[entry.obligation] = f"{entry.obligation.aspect.value}, {entry.decision.words}"
+    return kinds
+
+
+def _add_parts(file: Element, marked: MarkedFile, kinds: Mapping[Obligation, str]) -> None:
     """Add operations and automatic transitions as the methods of the class."""
     by_number = {line.number: line for line in marked.measured}
     methods = SubElement(file, "methods")
@@ -67,10 +78,12 @@ def _add_parts(file: Element, marked: MarkedFile) -> None:
         method = SubElement(methods, "method", _rates(lines, part))
         method.set("name", part.name)
         method.set("signature", "")
-        _add_lines(method, lines, part)
+        _add_lines(method, lines, kinds, part)
 
 
-def _add_lines(owner: Element, lines: Sequence[MarkedLine], part: MarkedPart | None = None) -> None:
+def _add_lines(
+    owner: Element, lines: Sequence[MarkedLine], kinds: Mapping[Obligation, str], part: MarkedPart | None = None
+) -> None:
     group = SubElement(owner, "lines")
     for line in lines:
         element = SubElement(group, "line", {"number": str(line.number), "hits": str(line.hits)})
@@ -82,14 +95,15 @@ def _add_lines(owner: Element, lines: Sequence[MarkedLine], part: MarkedPart | N
         element.set("branch", "true")
         element.set("condition-coverage", f"{100 * visited // len(branches)}% ({visited}/{len(branches)})")
         conditions = SubElement(element, "conditions")
-        for number, (kind, count) in enumerate(branches):
+        for number, (obligation, count) in enumerate(branches):
             coverage = "100%" if count else "0%"
-            SubElement(conditions, "condition", {"number": str(number), "type": kind, "coverage": coverage})
+            attributes = {"number": str(number), "type": kinds[obligation], "coverage": coverage}
+            SubElement(conditions, "condition", attributes)
 
 
-def _branches(line: MarkedLine, part: MarkedPart | None) -> list[tuple[str, int]]:
+def _branches(line: MarkedLine, part: MarkedPart | None) -> list[tuple[Obligation, int]]:
     """Return the branches of a line: all, or those of one part if several parts share the line."""
-    return [(o.aspect.value, count) for o, count in line.obligations if part is None or part.owns(o)]
+    return [(o, count) for o, count in line.obligations if part is None or part.owns(o)]
 
 
 def _rates(lines: Sequence[MarkedLine], part: MarkedPart | None = None) -> dict[str, str]:

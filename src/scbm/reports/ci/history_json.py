@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 from scbm.cases.coverage import bits_of, only_by, visitors_of_each
 from scbm.reports.stored_cases import again
 from scbm.store import Written
-from scbm.testing.campaign import coverage_json
+from scbm.testing.campaign import coverage_json, statuses_json
 
 if TYPE_CHECKING:
     from scbm.cases.coverage.set_cover import Cover
     from scbm.store import History, Recipe, StoredCase, StoredRun
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 
 
 def history_json(history: History) -> dict[str, Any]:
@@ -27,6 +27,7 @@ def history_json(history: History) -> dict[str, Any]:
         "model_text": history.source.text,
         "passed": not history.failed,
         "coverage": coverage_json(history.coverage),
+        "statuses": statuses_json(history.statuses),
         "simulated_seconds": history.ended_ns / 1e9,
         "over_nodes_seconds": history.over_nodes_ns / 1e9,
         "outdated": history.outdated,

@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from scbm.reports.ci.xml_text import portable, xml_text
 from scbm.reports.figure_table import counted
+from scbm.reports.status_lines import status_warnings
 from scbm.reports.stored_cases import again, again_words, place_of
 from scbm.store import Drawn
 
@@ -54,6 +55,12 @@ def _properties(history: History) -> Iterator[tuple[str, str]]:
     yield "scbm_ias", str(figure)
     yield "obligations_visited", str(figure.visited)
     yield "obligations", str(figure.of)
+    if history.decided is not None:
+        yield "of_what_can_be_covered", str(history.decided.coverable)
+        for status, count in history.decided.counts.items():
+            yield f"obligations_{status.value}", str(count)
+        for warning in status_warnings(history.decided):
+            yield "warning", warning
 
 
 def _add_case(suite: Element, label: str, case: StoredCase, history: History) -> None:

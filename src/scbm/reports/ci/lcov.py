@@ -5,8 +5,10 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING
 
+from scbm.cases.coverage import Decision, status_counts_in_words
 from scbm.reports.ci.marked_lines import as_code, mark_file
 from scbm.reports.ci.xml_text import portable, visible
+from scbm.reports.status_lines import status_warnings
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,6 +32,7 @@ def lcov_info(history: History) -> str:
 
 
 def _records(history: History, marked: MarkedFile) -> Iterator[str]:
+    yield from (f"# {visible(comment)}" for comment in _comments(history))
     yield f"TN:{_NO_WORD.sub('_', history.model.name)}"
     yield f"SF:{visible(portable(history.source.path))}"
     yield from (f"FN:{part.number},{part.name}" for part in marked.parts)
@@ -44,6 +47,19 @@ def _records(history: History, marked: MarkedFile) -> Iterator[str]:
     yield f"LF:{len(marked.measured)}"
     yield f"LH:{sum(bool(line.hits) for line in marked.measured)}"
     yield "end_of_record"
+
+
+def _comments(history: History) -> Iterator[str]:
+    """Yield the statuses as comments, for people: the format has no place for them, and tools skip comments."""
+    statuses = history.decided
+    if statuses is None:
+        return
+    yield f"SCBM-IAS {history.coverage.figure}; {statuses.coverable} of what can be covered"
+    yield status_counts_in_words(statuses.counts)
+    for entry in statuses.entries:
+        if entry.decision not in (Decision.COVERED, Decision.UNDECIDED):
+            yield f"{entry.obligation}: {entry.decision.words}{f': {entry.reason}' if entry.reason else ''}"
+    yield from status_warnings(statuses)
 
 
 def _branches(line: MarkedLine) -> Iterator[str]:

@@ -6,10 +6,11 @@ import re
 from html import escape
 from typing import TYPE_CHECKING
 
-from scbm.cases.coverage import STATE_ASPECTS, Aspect, Figure
+from scbm.cases.coverage import STATE_ASPECTS, Aspect, Decision, Figure, status_counts_in_words
 from scbm.reports.ci.xml_text import visible
 from scbm.reports.figure_table import counted
 from scbm.reports.missed_reasons import close_command, missed_reasons
+from scbm.reports.status_lines import status_warnings
 from scbm.reports.stored_cases import again, causes_of, durations
 
 if TYPE_CHECKING:
@@ -48,8 +49,11 @@ def markdown(history: History, missed: Sequence[Missed] | None = None, most_char
         most_characters: the maximum length; a sentence replaces the parts at the end that do not fit.
     """
     file = history.source.path
-    all_missed = missed_reasons(history.model, history.coverage, file) if missed is None else missed
-    blocks = [_headline(history), *_failed(causes_of(history), history), _figures(history), *_missing(all_missed, file)]
+    all_missed = missed_reasons(history.model, history.coverage, file, history.decided) if missed is None else missed
+    undecided = [each for each in all_missed if each.status is Decision.UNDECIDED]
+    others = [each for each in all_missed if each.status is not Decision.UNDECIDED]
+    blocks = [_headline(history), *_statuses(history), *_failed(causes_of(history), history), _figures(history)]
+    blocks += [*_missing(undecided, file), *_not_needed(others)]
     return _joined(blocks, most_characters)
 
 
@@ -78,6 +82,29 @@ def _headline(history: History) -> str:
         f"{bar}{figure.visited} of {figure.of} obligations visited\n\n"
         f"{failed}{cases}; {durations(history)}\n"
     )
+
+
+def _statuses(history: History) -> Iterator[str]:
+    """Yield the figure of what can be covered, the number of obligations of each status, and warnings."""
+    statuses = history.decided
+    if statuses is None:
+        return
+    figure = statuses.coverable
+    counts = status_counts_in_words(statuses.counts)
+    yield f"**{figure} of what can be covered** ({figure.visited} of {figure.of}): {_plain(counts)}\n"
+    warnings = [f"- ⚠️ {_plain(warning)}\n" for warning in status_warnings(statuses)]
+    if warnings:
+        yield "".join(warnings)
+
+
+def _not_needed(missed: Sequence[Missed]) -> Iterator[str]:
+    """Yield the missed obligations that need not be covered, or cannot be, with the reasons; folded."""
+    if not missed:
+        return
+    rows = [_row(_cell(str(each.obligation)), _plain(each.reason)) for each in missed[:_MAX_ROWS]]
+    more = f"\nand {len(missed) - _MAX_ROWS} more\n" if len(missed) > _MAX_ROWS else ""
+    table = _table(("obligation", "status and reason"), rows)
+    yield f"<details><summary><b>{len(missed)} with another status</b></summary>\n\n{table}{more}\n</details>\n"
 
 
 def _ends(history: History) -> Iterator[str]:

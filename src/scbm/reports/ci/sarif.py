@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 from scbm import __version__
+from scbm.cases.coverage import Decision
 from scbm.files import read_located
 from scbm.model import Place
 from scbm.reports.ci.xml_text import is_absolute, portable
@@ -61,15 +62,92 @@ def _run(history: History) -> dict[str, Any]:
             "driver": {
                 "name": "scbm",
                 "semanticVersion": __version__,
-                "rules": [_rule(kind, *words) for kind, words in _RULES.items()],
+                "rules": _rules(history),
             }
         },
         "automationDetails": {"id": f"scbm/{history.model.name}/"},
         "invocations": [{"commandLine": history.runs[-1].command, "executionSuccessful": True}],
         "columnKind": "unicodeCodePoints",
         "artifacts": [{"location": _artifact(file)} for file in files],
-        "results": results,
+        "results": [*results, *_status_results(history, places)],
+        **_status_properties(history),
     }
+
+
+_STATUS_RULES = {
+    "waived": ("A waived obligation", "A person decided that this obligation need not be covered."),
+    "visited_waiver": ("A waiver that is not needed", "A case visits an obligation although a waiver excuses it."),
+    "expired_waiver": ("An expired waiver", "A waiver does not count any more."),
+    "ignored_certificate": ("A certificate that does not count", "It has flaws, or is about another model."),
+}
+"""The title and the description of what statuses add; the level of waived obligations is `note`, else `warning`."""
+
+
+def _status_rule(rule: str, title: str, sentence: str) -> dict[str, Any]:
+    return {
+        "id": rule,
+        "name": rule.title().replace("_", ""),
+        "shortDescription": {"text": title},
+        "fullDescription": {"text": sentence},
+        "help": {"text": f"{sentence} `scbm report STORE` shows the status of each obligation."},
+        "defaultConfiguration": {"level": _level(rule)},
+    }
+
+
+def _level(rule: str) -> str:
+    return "note" if rule == "waived" else "warning"
+
+
+def _status_properties(history: History) -> dict[str, Any]:
+    """Return both figures and the number of obligations of each status, if statuses are known."""
+    statuses = history.decided
+    if statuses is None:
+        return {}
+    counts = {status.value: count for status, count in statuses.counts.items()}
+    figures = {"scbmIas": history.coverage.figure.percent, "ofWhatCanBeCovered": statuses.coverable.percent}
+    return {"properties": {**figures, "statuses": counts}}
+
+
+def _status_results(history: History, places: Places) -> Iterator[dict[str, Any]]:
+    """Yield a result for each waived obligation, which is suppressed, and for what does not count."""
+    statuses = history.decided
+    if statuses is None:
+        return
+    for entry in statuses.with_status(Decision.WAIVED):
+        name = str(entry.obligation)
+        result = _status_result("waived", f"{name} is waived: {entry.reason}", name, places)
+        yield result | {"suppressions": [{"kind": "external", "justification": entry.reason}]}
+    for waiver in statuses.visited_waivers:
+        message = f"a case visits {waiver.obligation}, so its waiver is not needed: {waiver}"
+        yield _status_result("visited_waiver", message, waiver.obligation, places)
+    for waiver in statuses.expired_waivers:
+        message = f"the waiver of {waiver.obligation} has expired: {waiver}"
+        yield _status_result("expired_waiver", message, waiver.obligation, places)
+    for sentence in statuses.ignored:
+        yield _status_result("ignored_certificate", f"a certificate does not count: {sentence}", "", places)
+
+
+def _status_result(rule: str, message: str, obligation: str, places: Places) -> dict[str, Any]:
+    subject, _, aspect = obligation.partition("/")
+    path = ("automatic_transitions", aspect) if subject == "automatic" else ("operations", subject)
+    place, _ = places.find(path if obligation else ("behavior_model",))
+    fingerprint = sha256(f"{rule}\0{obligation or message}".encode()).hexdigest()[:16]
+    return {
+        "ruleId": rule,
+        "ruleIndex": len(_RULES) + list(_STATUS_RULES).index(rule),
+        "level": _level(rule),
+        "message": {"text": message},
+        "locations": [{"physicalLocation": _location(place)}],
+        "partialFingerprints": {"scbmCause/v1": fingerprint, "primaryLocationLineHash": f"{fingerprint}:1"},
+    }
+
+
+def _rules(history: History) -> list[dict[str, Any]]:
+    """Return the rules: those about statuses only if statuses are known."""
+    rules = [_rule(kind, *words) for kind, words in _RULES.items()]
+    if history.decided is not None:
+        rules += [_status_rule(rule, *words) for rule, words in _STATUS_RULES.items()]
+    return rules
 
 
 def _rule(kind: FailureKind, title: str, sentence: str) -> dict[str, Any]:

@@ -541,8 +541,9 @@
   /** Returns an obligation with a link to its cases, or to the reason why it has none. */
   function foundObligation(obligation, bit) {
     const name = nameOf(obligation);
-    if (columns().visitors[bit]) return [`● ${name}`, casesThatVisit(name)];
-    return [`○ ${name}`, obligation[1] === "taken" ? "#/missing" : `#/operation/${encodeURIComponent(obligation[0])}`];
+    const mark = columns().marks[bit];
+    if (columns().visitors[bit]) return [`${mark} ${name}`, casesThatVisit(name)];
+    return [`${mark} ${name}`, obligation[1] === "taken" ? "#/missing" : `#/operation/${encodeURIComponent(obligation[0])}`];
   }
 
   function search() {

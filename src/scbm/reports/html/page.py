@@ -13,7 +13,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from scbm.cases.coverage import only_by, visitors_of_each
-from scbm.reports.figure_table import counted
+from scbm.reports.figure_table import STATUS_MARKS, counted
 from scbm.reports.html.diagrams import growth_svg
 from scbm.reports.html.timelines import pack_timelines
 from scbm.reports.html.views import ReportView, breakable, fragment, prose
@@ -36,6 +36,7 @@ def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
     - `places`: where cases ran, in short and in full; the full text is empty for simulation;
     - `sets`: the visited obligations as hexadecimal digits, lowest first; digit i is for obligations 4 i to 4 i + 3;
     - `visits`, `only`: number of obligations in the figure that a case visits, and of those that no other case visits;
+    - `marks`: one character for the status of each obligation;
     - `visitors`: number of cases that visit each obligation;
     - `failures`: `[kind, subject, message, number of the cause]` for each failure, by the index of the case as text.
     """
@@ -66,6 +67,7 @@ def case_columns(history: History, visitors: Visitors) -> dict[str, Any]:
         "ended_ns": [case.ended_ns for case in cases],
         "requests": [case.requests for case in cases],
         "visits": [(case.visited & counted).bit_count() for case in cases],
+        "marks": [STATUS_MARKS[entry.decision] for entry in history.statuses.entries],
         "visitors": [len(cases) for cases in visitors.by_bit],
         "only": [(alone & counted).bit_count() for alone in only_by(history.coverage)],
         "failures": {

@@ -10,16 +10,18 @@ from urllib.parse import quote
 
 from markupsafe import Markup, escape
 
-from scbm.cases.coverage import STATE_ASPECTS, Aspect, Obligation, growth
+from scbm.cases.coverage import STATE_ASPECTS, Aspect, Decision, Obligation, growth, status_counts_in_words
 from scbm.reports.ci.marked_lines import mark_lines
+from scbm.reports.figure_table import STATUS_MARKS
 from scbm.reports.html.diagrams import lifecycle_svg
 from scbm.reports.missed_reasons import close_command, missed_reasons
+from scbm.reports.status_lines import status_warnings
 from scbm.reports.stored_cases import again, causes_of, durations, place_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scbm.cases.coverage import Figure, GrowthStep
+    from scbm.cases.coverage import Figure, GrowthStep, Statuses
     from scbm.model import Operation, Transition
     from scbm.reports.ci.marked_lines import MarkedLine
     from scbm.reports.html.page import Visitors
@@ -168,12 +170,52 @@ class ReportView:
     def missed(self) -> tuple[Missed, ...]:
         """The missing obligations with reasons; those that the figure does not count are last."""
         history = self.history
-        return tuple(missed_reasons(history.model, history.coverage, history.source.path))
+        return tuple(missed_reasons(history.model, history.coverage, history.source.path, history.decided))
+
+    @property
+    def undecided(self) -> tuple[Missed, ...]:
+        """The missing obligations that a case may visit, or whose status is not known."""
+        return tuple(each for each in self.missed if each.status is Decision.UNDECIDED)
+
+    @property
+    def not_needed(self) -> tuple[Missed, ...]:
+        """The missing obligations that are proved, waived, or excluded by the planner."""
+        return tuple(each for each in self.missed if each.status is not Decision.UNDECIDED)
+
+    @property
+    def statuses(self) -> Statuses | None:
+        """The statuses of obligations; `None` if visits alone decide them."""
+        return self.history.decided
+
+    @property
+    def status_words(self) -> str:
+        """The number of obligations of each status, in words."""
+        return status_counts_in_words(self.history.statuses.counts)
+
+    @property
+    def status_warnings(self) -> tuple[str, ...]:
+        """A sentence for each waiver and each certificate that does not do what its author meant."""
+        return tuple(status_warnings(self.history.statuses))
+
+    @cached_property
+    def legend(self) -> tuple[Decision, ...]:
+        """The statuses that occur beside covered and undecided, in their order."""
+        found = {entry.decision for entry in self.history.statuses.entries}
+        return tuple(each for each in Decision if each in found and each not in (Decision.COVERED, Decision.UNDECIDED))
+
+    def status(self, obligation: Obligation) -> Decision:
+        """Return the status of an obligation."""
+        return self.history.statuses.decision(obligation)
+
+    @staticmethod
+    def mark(status: Decision) -> str:
+        """Return the character for a status."""
+        return STATUS_MARKS[status]
 
     @property
     def missed_count(self) -> int:
-        """The number of missing obligations in the figure."""
-        return self.figure.of - self.figure.visited
+        """The number of missing obligations in the figure that a case may visit."""
+        return sum(each.obligation.counts for each in self.undecided)
 
     @property
     def close_command(self) -> str:

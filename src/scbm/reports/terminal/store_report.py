@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
 
+from scbm.cases.coverage import Decision
 from scbm.reports.figure_table import (
     DEFAULT_COLUMNS,
     command_text,
@@ -20,6 +21,7 @@ from scbm.reports.figure_table import (
     shown_path,
 )
 from scbm.reports.missed_reasons import close_command
+from scbm.reports.status_lines import status_lines
 from scbm.reports.stored_cases import again, again_words, durations, place_counts, place_of
 from scbm.testing import coverage_json
 
@@ -128,6 +130,8 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     yield Text("Coverability report: ", style="bold").append(history.model.name)
     yield Text()
     yield headline(coverage.figure, columns)
+    if history.decided is not None:
+        yield from status_lines(history.decided, columns)
     yield Text(f"  Testing duration: {durations(history)}, {_cases(history)}")
     for place in place_counts(history):
         yield Text(f"  Over nodes: {place}")
@@ -139,8 +143,8 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     yield Text()
     yield from figures(coverage, columns)
     yield from _failed(history)
-    yield from missed_table(history.model, coverage, columns)
-    if coverage.missed():
+    yield from missed_table(history.model, coverage, columns, history.decided)
+    if any(status.obligation.counts for status in history.statuses.with_status(Decision.UNDECIDED)):
         yield Text()
         yield Text("How to cover the rest", style="bold")
         yield command_text("  ", f"scbm report {shown_path(store)} --missing", "shows why each is missing")

@@ -289,7 +289,7 @@ def test_texts_have_enough_contrast_in_all_themes() -> None:
     for theme in themes:
         backgrounds = theme.pop("bg"), theme.pop("surface")
         theme.pop("line")
-        assert len(theme) == 9
+        assert len(theme) == 13
         for name, colour in theme.items():
             for background in backgrounds:
                 assert contrast(colour, background) >= 4.5, (name, colour, background)

@@ -1,0 +1,105 @@
+"""Certificates and waivers as stores keep them: what decides statuses of obligations beside visits."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from hashlib import sha256
+from typing import TYPE_CHECKING
+
+from scbm import __version__
+from scbm.cases.coverage import Decision, StatusProof
+from scbm.model import Waiver
+from scbm.model.json_reader import convert_json, read_json
+from scbm.store.history import packed_log, unpacked_log
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+_KEY_BYTES = 16
+
+_MAX_JSON_CHARACTERS = 64 * 1024 * 1024
+"""The maximum length of a JSON text in a column; a store that holds a longer one is damaged."""
+
+
+@dataclass(frozen=True, slots=True)
+class StoredCertificate:
+    """A certificate that was sound when it was added.
+
+    Attributes:
+        name: its file, as the command line named it.
+        packed: its text, compressed.
+        checked_by: the version of scbm that checked it.
+        proofs: what it proves, by the names of the obligations.
+        is_earlier: whether it is of an earlier version of the model.
+    """
+
+    name: str
+    packed: bytes
+    checked_by: str
+    proofs: Mapping[str, StatusProof]
+    is_earlier: bool = False
+
+    @staticmethod
+    def of(name: str, text: str, proofs: Mapping[str, StatusProof]) -> StoredCertificate:
+        """Return a certificate that this version of scbm has checked. Raises `ValueError` if its text is too large."""
+        return StoredCertificate(name, packed_log(text), __version__, proofs)
+
+    @property
+    def text(self) -> str:
+        """The text of the certificate. Raises `ValueError` if it is damaged."""
+        return unpacked_log(self.packed)
+
+    @property
+    def key(self) -> bytes:
+        """The identity of the certificate: 16 bytes of the SHA-256 of its text."""
+        return sha256(self.text.encode()).digest()[:_KEY_BYTES]
+
+    @property
+    def claims_text(self) -> str:
+        """The proofs as JSON."""
+        claims = [[name, proof.decision.value, proof.reason] for name, proof in self.proofs.items()]
+        return json.dumps(claims, ensure_ascii=False)
+
+
+def read_certificate_row(row: tuple[str, bytes, str, str], *, is_earlier: bool) -> StoredCertificate:
+    """Return the certificate of a row: name, packed text, version of the checker, claims. Raises `ValueError`."""
+    name, packed, checked_by, claims = row
+    unpacked_log(packed)  # refuses damage
+    listed = convert_json(read_json(claims, _MAX_JSON_CHARACTERS), list[tuple[str, Decision, str]])
+    proofs = {obligation: StatusProof(status, reason, name) for obligation, status, reason in listed}
+    return StoredCertificate(name, packed, checked_by, proofs, is_earlier)
+
+
+@dataclass(frozen=True, slots=True)
+class _WrittenWaiver:
+    """A waiver as the JSON of a run has it."""
+
+    obligation: str
+    reason: str
+    author: str
+    date: str
+    expires: str | None
+
+
+def waivers_text(waivers: Iterable[Waiver]) -> str | None:
+    """Return waivers as JSON; `None` for none."""
+    listed = [
+        {
+            "obligation": waiver.obligation,
+            "reason": waiver.reason,
+            "author": waiver.author,
+            "date": waiver.date,
+            "expires": waiver.expires,
+        }
+        for waiver in waivers
+    ]
+    return json.dumps(listed, ensure_ascii=False) if listed else None
+
+
+def read_waivers_text(text: str | None) -> tuple[Waiver, ...]:
+    """Return the waivers of a JSON text that `waivers_text` has written. Raises `ValueError` for any other text."""
+    if text is None:
+        return ()
+    written = convert_json(read_json(text, _MAX_JSON_CHARACTERS), list[_WrittenWaiver])
+    return tuple(Waiver(each.obligation, each.reason, each.author, each.date, each.expires) for each in written)
