@@ -11,15 +11,16 @@ from __future__ import annotations
 
 import copy
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import TypeAlias
 
+from scbm.cases import CONDITIONS, Condition, Injection
 from scbm.cases.coverage import Obligations, visited_by
 from scbm.cases.trace import Changes
 from scbm.model import BehaviorModel, InitialStates, Predicate, Resource, Role, State, Transition
-from scbm.model.sources import outside_groups
+from scbm.model.sources import free_groups
 from scbm.planning import Planner, Solved
 from scbm.running import (
     AskPlan,
@@ -28,6 +29,7 @@ from scbm.running import (
     Effect,
     Event,
     GoalGiven,
+    InjectionGiven,
     Measured,
     PlanAnswered,
     PlanStatus,
@@ -146,8 +148,7 @@ class _Explorer:
         self._planner = Planner(model)
         self._answers: dict[tuple[Predicate, int], tuple[PlanStatus, tuple[str, ...]]] = {}
         packing = self._program.packing
-        groups = outside_groups(model) if is_open else ()
-        self._outside = [each for group in groups for each in self._choices_of(group) if each]
+        self._outside = _Outside(model) if is_open else ()
         self._after_ends: dict[int, Path] = {}
         self._kept = sum(packing[name].mask for name in matters(model))
 
@@ -208,9 +209,9 @@ class _Explorer:
             if before._state & self._kept in self._after_ends:
                 continue
             self._after_ends[before._state & self._kept] = way
-            for changes in self._outside:
-                runner, path = fork(before), (way, f"{_written(changes)} after the end")
-                effects = runner.handle(Measured(changes), runner._now_ns)
+            for label, event in self._changes_from_outside(before):
+                runner, path = fork(before), (way, f"{label} after the end")
+                effects = runner.handle(event, runner._now_ns)
                 visited |= self._visit(effects, path, self.visited | self.cut_off | visited)
                 todo.append((runner, path))
         return visited
@@ -286,18 +287,50 @@ class _Explorer:
                 yield f"{name} fails {_written(measured)}".strip(), ReplyArrived(request, False, measured), now_ns
         if runner._timer_ns is not None:
             yield "deadline", TimePassed(), runner._timer_ns
-        for changes in self._outside:
-            yield _written(changes), Measured(changes), now_ns
+        for label, event in self._changes_from_outside(runner):
+            yield label, event, now_ns
+
+    def _changes_from_outside(self, runner: Runner) -> Iterator[tuple[str, Event]]:
+        return iter(()) if isinstance(self._outside, tuple) else self._outside.events(runner)
 
     def _measurements(self, resource: Resource) -> Iterator[Changes]:
-        """Each choice of measured values."""
-        return self._choices_of(resource.measures)
-
-    def _choices_of(self, names: Sequence[str]) -> Iterator[Changes]:
-        """Each choice of values: for each variable nothing, or a value of its domain."""
+        """Each choice of measured values: for each variable nothing, or a value that the resource sends."""
         space = self._model.space
-        choices = [[(), *(((name, value),) for value in space[name].domain.values)] for name in names]
+        choices = [[(), *(((name, value),) for value in resource.sends(space[name]))] for name in resource.measures]
         return (tuple(pair for chosen in choice for pair in chosen) for choice in product(*choices))
+
+
+class _Outside:
+    """What changes from outside: free variables, environment transitions, other users of shared resources."""
+
+    def __init__(self, model: BehaviorModel) -> None:
+        self._model = model
+        self._free = [c for group in free_groups(model) for c in group.changes(group.names)]
+        self._shared = [resource for resource in model.resources if resource.shared]
+
+    def __bool__(self) -> bool:
+        return bool(self._free or self._model.environment or self._shared)
+
+    def events(self, runner: Runner) -> Iterator[tuple[str, Event]]:
+        """Everything that can happen where a runner is settled, in words and as an event."""
+        for changes in self._free:
+            yield _written(changes), Measured(changes)
+        state, space = runner.state, self._model.space
+        for each in self._model.environment:
+            assigned = tuple((action.target, action.value(state)) for action in each.actions)
+            if each.guard.holds(state) and all(value in space[name].domain for name, value in assigned):
+                yield f"{each.name}: {_written(assigned)}", Measured(assigned, each.name)
+        in_flight = [line.resource.name for line in runner._requests.in_flight]
+        for resource in self._shared:
+            name = resource.request_state
+            if resource.name in in_flight:
+                continue
+            if state[name] == "initial":
+                occupied = Injection("other", resource=resource.name, condition=Condition(CONDITIONS["occupied"]))
+                yield f"{resource.name} is occupied", InjectionGiven(occupied)
+            elif state[name] == "executing":
+                left = Injection("other", ((name, "initial"),))
+                yield f"{resource.name} is left", InjectionGiven(left)
 
 
 def matters(model: BehaviorModel) -> tuple[str, ...]:
@@ -310,7 +343,9 @@ def matters(model: BehaviorModel) -> tuple[str, ...]:
     steps = [t for o in model.operations for t in (o.pre, o.post, o.failed) if t is not None] + list(automatic)
     actions = [action for step in steps for action in step.running_actions]
     actions += [action for operation in model.operations for action in operation.timedout]
-    read = {name for step in steps for name in _reads(step)} | {name for action in actions for name in action.reads()}
+    actions += [action for each in model.environment for action in each.actions]
+    read = {name for each in model.environment for name in each.guard.reads()}
+    read |= {name for step in steps for name in _reads(step)} | {name for action in actions for name in action.reads()}
     read |= {name for _, goal in model.goals for name in goal.reads()}
     read |= {action.target for transition in automatic for action in transition.running_actions}
     return tuple(v.name for v in model.running_space if v.role is not Role.DECLARED or v.name in read)

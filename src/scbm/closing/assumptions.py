@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.model.sources import inputs, published_by, still
+from scbm.model import format_value
+from scbm.model.sources import inputs, moved, outside_groups, published_by, still
 from scbm.planning import DEFAULT_PLANNER
 
 if TYPE_CHECKING:
@@ -24,15 +25,28 @@ def _sentences(model: BehaviorModel, certificates: tuple[Certificate, ...]) -> I
     yield "Each run starts in an allowed initial state, and pursues one goal of the model."
     if not all(certificate.is_for_any_plan for certificate in certificates):
         yield f"Plans are those of the planner {DEFAULT_PLANNER}, where all runs were explored."
-    free = inputs(model)
-    if free:
-        yield f"Inputs change to any value, whenever the runner is settled: {', '.join(free)}."
-    for resource in model.resources:
-        published = published_by(resource, model)
-        if published:
-            yield f"The resource {resource.name} changes these unasked: {', '.join(published)}."
-    if not free and not any(published_by(resource, model) for resource in model.resources):
+    yield from _changes_from_outside(model)
+    if not outside_groups(model):
         yield "Only the model and replies to its requests change variables."
+    for resource in model.resources:
+        for name, values in resource.values:
+            yield f"The resource {resource.name} sends only these for {name}: {', '.join(map(format_value, values))}."
     unchanged = still(model)
     if unchanged:
         yield f"Nothing changes these: {', '.join(unchanged)}."
+
+
+def _changes_from_outside(model: BehaviorModel) -> Iterator[str]:
+    guarded = dict.fromkeys(moved(model))
+    free = [name for name in inputs(model) if name not in guarded]
+    if free:
+        yield f"Inputs change to any value, whenever the runner is settled: {', '.join(free)}."
+    if guarded:
+        yield f"Of what is outside the model, only environment transitions change these: {', '.join(guarded)}."
+    for resource in model.resources:
+        published = [name for name in published_by(resource, model) if name not in guarded]
+        if published:
+            yield f"The resource {resource.name} changes these unasked: {', '.join(published)}."
+    shared = [resource.name for resource in model.resources if resource.shared]
+    if shared:
+        yield f"Others use these resources, while no request to them is in flight: {', '.join(shared)}."

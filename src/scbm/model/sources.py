@@ -19,12 +19,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from scbm.model.behavior import BehaviorModel
+    from scbm.model.environment import EnvironmentTransition
     from scbm.model.operations import Action
     from scbm.model.resources import Resource
     from scbm.model.values import Value
-
-OutsideGroup: TypeAlias = "tuple[str, ...]"
-"""Variables that something outside the model changes, all or some of them at one moment."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +48,10 @@ class FreeGroup:
             found = tuple((name, value) for (name, _), value in zip(values, chosen, strict=True) if value is not None)
             if found:
                 yield found
+
+
+OutsideGroup: TypeAlias = "FreeGroup | EnvironmentTransition | Resource"
+"""What changes from outside: variables that change freely, an environment transition, or a shared resource."""
 
 
 def is_triggered(resource: Resource, model: BehaviorModel) -> bool:
@@ -121,13 +123,14 @@ def free_groups(model: BehaviorModel) -> tuple[FreeGroup, ...]:
 
 
 def outside_groups(model: BehaviorModel) -> tuple[OutsideGroup, ...]:
-    """Return the variables of each group that changes freely, then each that environment transitions assign."""
-    return (*(group.names for group in free_groups(model)), *((name,) for name in moved(model)))
+    """Return everything that changes from outside at settled moments: groups, transitions, shared resources."""
+    return (*free_groups(model), *model.environment, *(resource for resource in model.resources if resource.shared))
 
 
 def changed_from_outside(model: BehaviorModel) -> tuple[str, ...]:
     """Return the variables that change from outside at settled moments, each once; no request states."""
-    return tuple(dict.fromkeys(name for group in outside_groups(model) for name in group))
+    free = (name for group in free_groups(model) for name in group.names)
+    return tuple(dict.fromkeys((*free, *moved(model))))
 
 
 def outside_values(model: BehaviorModel) -> dict[str, tuple[Value, ...]]:

@@ -6,17 +6,27 @@ Everything in a model that has a guard or actions, in one list.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
 
-from scbm.model import Constant, Equal, OperationState, Reference, Role, Truth, conjunction
-from scbm.model.sources import outside_groups
+from scbm.model import Constant, Equal, OperationState, Reference, RequestState, Role, Truth, conjunction
+from scbm.model.sources import free_groups
 from scbm.model.variables import operation_state_name
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Collection, Iterable, Iterator, Sequence
 
-    from scbm.model import Action, BehaviorModel, Domain, Operation, Predicate, Resource, StateSpace, Transition, Value
+    from scbm.model import (
+        Action,
+        BehaviorModel,
+        Domain,
+        EnvironmentTransition,
+        Operation,
+        Predicate,
+        Resource,
+        StateSpace,
+        Transition,
+        Value,
+    )
 
     Values: TypeAlias = dict[str, Value]
 
@@ -39,11 +49,13 @@ class GuardedPart:
 
 
 def parts_of(model: BehaviorModel) -> Iterator[GuardedPart]:
-    """Yield the parts of all operations, then the automatic transitions, in the order of the model."""
+    """Yield the parts of all operations, then automatic and environment transitions, in the order of the model."""
     for operation in model.operations:
         yield from _parts_of_operation(operation)
     for transition in model.automatic_transitions:
         yield GuardedPart(f"automatic transition {transition.name}", *_both(transition), is_automatic=True)
+    for change in model.environment:
+        yield GuardedPart(f"environment transition {change.name}", change.guard, change.actions)
 
 
 def _parts_of_operation(operation: Operation) -> Iterator[GuardedPart]:
@@ -128,6 +140,44 @@ class OperationRules:
     timed: tuple[str, ...]
 
 
+class OutsideRules:
+    """The changes from outside of a model, restricted to some variables; false if there are none."""
+
+    def __init__(self, model: BehaviorModel, variables: Sequence[str], guarded: Sequence[GuardedRule]) -> None:
+        """Prepare the changes.
+
+        Args:
+            model: the model.
+            variables: the variables that are kept.
+            guarded: the environment transitions.
+        """
+        self._free = [changes for group in free_groups(model) for changes in group.changes(variables)]
+        self._guarded = [rule for rule in guarded if rule.actions]
+        self._shared = [resource for resource in model.resources if resource.shared]
+
+    def __bool__(self) -> bool:
+        return bool(self._free or self._guarded or self._shared)
+
+    def changes(self, values: Values, in_flight: Collection[str]) -> Iterator[tuple[tuple[str, Value], ...]]:
+        """Yield every change that is possible: of variables that change freely some at once (semantics 9.2).
+
+        Args:
+            values: the values where the runner is settled.
+            in_flight: the resources with a request of the controller in flight.
+        """
+        yield from self._free
+        for rule in self._guarded:
+            after = rule.taken(values)
+            if after is not None and after != values:
+                yield tuple((name, value) for name, value in after.items() if value != values[name])
+        for resource in self._shared:
+            name = resource.request_state
+            if resource.name not in in_flight and values[name] == RequestState.INITIAL:
+                yield ((name, RequestState.EXECUTING.value),)
+            elif resource.name not in in_flight and values[name] == RequestState.EXECUTING:
+                yield ((name, RequestState.INITIAL.value),)
+
+
 class GuardedRules:
     """The rules of a model.
 
@@ -135,7 +185,7 @@ class GuardedRules:
         model: the model.
         variables: the variables of the certificate, in order.
         at_rest: the states of all operations when none is current.
-        outside: every change from outside that can happen at a settled moment.
+        outside: the changes from outside that can happen at settled moments; false if there are none.
     """
 
     def __init__(self, model: BehaviorModel, variables: Sequence[str]) -> None:
@@ -145,19 +195,12 @@ class GuardedRules:
         self.at_rest: Values = {operation_state_name(operation.name): initial for operation in model.operations}
         self.operations = {operation.name: self._operation(operation) for operation in model.operations}
         self.resources: dict[str, Resource] = {resource.name: resource for resource in model.resources}
-        self.outside = tuple(self._outside())
+        self.outside = OutsideRules(model, self.variables, [self._outside(each) for each in model.environment])
         self._automatic_rules = tuple(self._automatic(transition) for transition in model.automatic_transitions)
         self._known: dict[tuple[Value, ...], tuple[GuardedRule, Values] | None] = {}
 
-    def _outside(self) -> Iterator[tuple[tuple[str, Value], ...]]:
-        """Yield every change from outside: of each group some variables at once (semantics 9.1)."""
-        for group in outside_groups(self.model):
-            names = [name for name in group if name in self.variables]
-            domains = [(None, *self.model.space[name].domain.values) for name in names]
-            for values in product(*domains):
-                changes = tuple((name, value) for name, value in zip(names, values, strict=True) if value is not None)
-                if changes:
-                    yield changes
+    def _outside(self, transition: EnvironmentTransition) -> GuardedRule:
+        return self._acting(transition.name, transition.guard, transition.actions)
 
     def next_automatic(self, values: Values) -> tuple[GuardedRule, Values] | None:
         """Return the first automatic transition that changes the values, and the values afterwards (5.1).

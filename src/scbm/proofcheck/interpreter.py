@@ -67,7 +67,7 @@ class Interpreter:
             yield DeadlineEvent()
         if situation.awaits in (Awaits.PLAN, Awaits.UNSOLVABLE, Awaits.STALE):
             yield PlannerAnswer()
-        yield from map(OutsideEvent, self._rules.outside)
+        yield from map(OutsideEvent, self._rules.outside.changes(values, situation.in_flight))
         if self._rules.outside and situation.awaits is Awaits.CHANGE and not situation.in_flight:
             yield GivingUp()
 
@@ -94,11 +94,18 @@ class Interpreter:
         return self._after_end(self._values(situation), situation.in_flight)
 
     def _measured(self, resource: Resource) -> Iterator[tuple[tuple[str, Value], ...]]:
-        """Yield every choice of measured values. Not to measure a variable is the same as to measure its old value."""
+        """Yield every choice of measured values.
+
+        Not to measure a variable is the same as to measure its old value, if the resource can send that.
+        """
         names = [name for name in resource.measures if name in self._rules.variables]
-        domains = [self._rules.model.space[name].domain.values for name in names]
-        for values in product(*domains):
-            yield tuple(zip(names, values, strict=True))
+        sent = [resource.sends(self._rules.model.space[name]) for name in names]
+        narrow = [
+            len(values) < len(self._rules.model.space[name].domain) for name, values in zip(names, sent, strict=True)
+        ]
+        choices = [(None, *values) if is_narrow else values for values, is_narrow in zip(sent, narrow, strict=True)]
+        for values in product(*choices):
+            yield tuple((name, value) for name, value in zip(names, values, strict=True) if value is not None)
 
     # between situations and runs
 
@@ -183,6 +190,7 @@ class Interpreter:
                 settled = tuple(run.values.values())
                 if settled not in reached:
                     reached[settled] = None
-                    todo += [{**run.values, **dict(changes)} for changes in self._rules.outside]
+                    changes = self._rules.outside.changes(run.values, ())
+                    todo += [{**run.values, **dict(each)} for each in changes]
             self._after_ends[start] = tuple(visited)
         return self._after_ends[start]

@@ -26,7 +26,7 @@ from scbm.model import (
     Truth,
     format_value,
 )
-from scbm.model.sources import changed_from_outside
+from scbm.model.sources import free_groups
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
 from scbm.proofcheck.certificate import CertificateFlaw, ClaimedAspect, ClaimedObligation
 from scbm.proofcheck.guarded_parts import fails_operation
@@ -90,6 +90,7 @@ def all_possible(sets: Sets, model: BehaviorModel) -> Iterator[Possible]:
             yield _request(resource, model)
     for operation in model.operations:
         yield _become_current(operation)
+    yield from _environment_transitions(_at_rest(sets, model), model)
     for moment in _moments(sets, model):
         yield from _automatic_transitions(moment, model)
         if moment.operation is not None:
@@ -107,11 +108,21 @@ def _begin(model: BehaviorModel) -> Possible:
 
 
 def _change_from_outside(model: BehaviorModel) -> Possible:
-    """Return that inputs and published values change within their domains (semantics 9.1)."""
-    names = changed_from_outside(model)
-    return Possible(
-        "a change from outside", tuple((name, v) for name in names for v in model.space[name].domain.values)
-    )
+    """Return that inputs and published values change freely, and that others use shared resources (9.2, 9.5)."""
+    given = [(name, value) for group in free_groups(model) for name, values in group.values for value in values]
+    used = (RequestState.INITIAL, RequestState.EXECUTING)
+    given += [
+        (resource.request_state, state.value) for resource in model.resources if resource.shared for state in used
+    ]
+    return Possible("a change from outside", tuple(given))
+
+
+def _environment_transitions(moment: _Moment, model: BehaviorModel) -> Iterator[Possible]:
+    """Yield the environment transitions that are possible; they read no variable of the runner (9.4)."""
+    for transition in model.environment:
+        given = _given(transition.guard, transition.actions, moment)
+        if given is not None:
+            yield Possible(f"the environment transition {transition.name}", given)
 
 
 def _end(model: BehaviorModel) -> Possible:
@@ -131,7 +142,7 @@ def _request(resource: Resource, model: BehaviorModel) -> Possible:
     """Return a request and its reply. A cancelled request is initial again, which adds no value."""
     states = (RequestState.EXECUTING, RequestState.SUCCEEDED, RequestState.FAILED)
     given: list[tuple[str, Value]] = [(resource.request_state, state.value) for state in states]
-    given += [(name, value) for name in resource.measures for value in model.space[name].domain.values]
+    given += [(name, value) for name in resource.measures for value in resource.sends(model.space[name])]
     return Possible(f"a request to {resource.name}", tuple(given))
 
 

@@ -73,7 +73,7 @@ def test_a_resource_that_gets_no_requests_publishes_what_it_measures() -> None:
 
 def test_the_values_of_one_message_change_together() -> None:
     text = CELL.replace("measures: [curtain]", "publishes: [curtain, note]") % ("", "", "")
-    assert outside_groups(read_model(text)) == (("estop",), ("count",), ("curtain", "note"))
+    assert [group.names for group in free_groups(read_model(text))] == [("estop",), ("count",), ("curtain", "note")]
     assert changed_from_outside(read_model(text)) == ("estop", "count", "curtain", "note")
 
 
@@ -119,3 +119,11 @@ def test_values_that_resources_never_send_do_not_come_from_outside() -> None:
     assert outside_values(model)["curtain"] == ("broken",)
     assert model.resources[1].sends(model.space["curtain"]) == ("broken",)
     assert model.resources[1].sends(model.space["note"]) == ("x", "y")
+
+
+def test_transitions_and_shared_resources_change_something_from_outside() -> None:
+    text = CELL.replace("measures: [item]%s}", "measures: [item], shared: true}") % ("", "") + MOVED
+    model = read_model(text)
+    scanner, _ = model.resources
+    assert outside_groups(model) == (*free_groups(model), *model.environment, scanner)
+    assert scanner.request_state not in changed_from_outside(model)

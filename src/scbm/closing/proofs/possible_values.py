@@ -35,7 +35,7 @@ from scbm.model import (
 from scbm.model.normal_form import bits_of, indices_of, normal_form
 from scbm.model.packing import value_table
 from scbm.model.satisfiability import satisfiable
-from scbm.model.sources import changed_from_outside
+from scbm.model.sources import free_groups
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, operation_state_name
 from scbm.planning.engines.delete_relaxation import Effect, RelaxedRule, relaxed_values
 from scbm.running.lifecycle import LIFECYCLE, OperationPart
@@ -52,12 +52,15 @@ _MAX_LISTED = 5
 def possible_values(model: BehaviorModel) -> dict[str, tuple[Value, ...]]:
     """Return, for each variable of the running space, a superset of the values that it has in runs.
 
-    What changes from outside has all values from the beginning (semantics 9.1). Variables are in the order of the
+    What changes freely has all its values from the beginning (semantics 9.2). Variables are in the order of the
     space, values in the order of the domain.
     """
     space = model.running_space
-    free = changed_from_outside(model)
-    starts = [bits_of(map(v.domain.index, v.domain.values if v.name in free else _at_first(v))) for v in space]
+    free: dict[str, list[Value]] = {}
+    for group in free_groups(model):
+        for name, values in group.values:
+            free.setdefault(name, []).extend(values)
+    starts = [bits_of(map(v.domain.index, (*_at_first(v), *free.get(v.name, ())))) for v in space]
     found = relaxed_values((_relaxed(rule, space) for rule in _rules(model)), starts)
     return {v.name: tuple(v.domain.values[i] for i in indices_of(bits)) for v, bits in zip(space, found, strict=True)}
 
@@ -98,12 +101,12 @@ class _ValueRule:
     Attributes:
         guard: where the step can be taken.
         actions: what it does; all actions have to stay in their domains.
-        measured: variables that it may give any value.
+        measured: variables that it may give any of some values.
     """
 
     guard: Predicate
     actions: tuple[Action, ...]
-    measured: tuple[str, ...] = ()
+    measured: tuple[tuple[str, tuple[Value, ...]], ...] = ()
 
 
 def _rules(model: BehaviorModel) -> Iterator[_ValueRule]:
@@ -111,8 +114,10 @@ def _rules(model: BehaviorModel) -> Iterator[_ValueRule]:
         yield from _operation_rules(operation)
     for transition in model.automatic_transitions:
         yield from _automatic_rules(transition, model)
+    for change in model.environment:
+        yield _ValueRule(change.guard, change.actions)
     for resource in model.resources:
-        yield from _request_rules(resource)
+        yield from _request_rules(resource, model)
 
 
 def _operation_rules(operation: Operation) -> Iterator[_ValueRule]:
@@ -173,14 +178,19 @@ def _is_operation_state(action: Action, model: BehaviorModel) -> bool:
     return model.running_space[action.target].role in (Role.OPERATION_STATE, Role.CURRENT_STATE)
 
 
-def _request_rules(resource: Resource) -> Iterator[_ValueRule]:
+def _request_rules(resource: Resource, model: BehaviorModel) -> Iterator[_ValueRule]:
     """Yield the rules of a request: sent and answered (semantics 6.2). Cancelling restores an earlier value."""
     trigger, state = resource.trigger, resource.request_state
     executing = _is(state, RequestState.EXECUTING.value)
     sent = And((_is(trigger, True), _is(state, RequestState.INITIAL.value)))
     yield _ValueRule(sent, (_assign(state, RequestState.EXECUTING.value),))
-    yield _ValueRule(executing, (_assign(state, RequestState.SUCCEEDED.value),), resource.measures)
+    measured = tuple((name, resource.sends(model.space[name])) for name in resource.measures)
+    yield _ValueRule(executing, (_assign(state, RequestState.SUCCEEDED.value),), measured)
     yield _ValueRule(executing, (_assign(state, RequestState.FAILED.value),))
+    if resource.shared:
+        free = _is(state, RequestState.INITIAL.value)
+        yield _ValueRule(free, (_assign(state, RequestState.EXECUTING.value),))
+        yield _ValueRule(executing, (_assign(state, RequestState.INITIAL.value),))
 
 
 def _waits(operation: Operation) -> Predicate:
@@ -218,7 +228,7 @@ def _assign(name: str, value: Value) -> Action:
 
 def _relaxed(rule: _ValueRule, space: StateSpace) -> RelaxedRule:
     effects = [_effect(action, space) for action in rule.actions]
-    effects += [_any_value(name, space) for name in rule.measured]
+    effects += [_any_value(name, values, space) for name, values in rule.measured]
     return RelaxedRule(normal_form(rule.guard, space), tuple(effects))
 
 
@@ -240,8 +250,8 @@ def _effect(action: Action, space: StateSpace) -> Effect:
     )
 
 
-def _any_value(name: str, space: StateSpace) -> Effect:
-    position, everything = space.position(name), (1 << len(space[name].domain)) - 1
+def _any_value(name: str, values: tuple[Value, ...], space: StateSpace) -> Effect:
+    position, everything = space.position(name), bits_of(map(space[name].domain.index, values))
     return Effect(position, position, lambda bits: everything if bits else 0)
 
 

@@ -257,6 +257,7 @@ def _steps(model: BehaviorModel) -> TransitionSystem:
     """Return everything that changes variables in runs, each as a move of its own."""
     parts = [MovePart(transition.running_guard, transition.running_actions) for transition in model.transitions]
     parts += [MovePart(Truth(True), operation.timedout) for operation in model.operations]
+    parts += [MovePart(transition.guard, transition.actions) for transition in model.environment]
     return TransitionSystem(model.running_space, tuple(Move(str(number), (part,)) for number, part in enumerate(parts)))
 
 

@@ -9,11 +9,10 @@ automatic transitions follow every end. Property tests compare these steps with 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from itertools import product
-from math import prod
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias, assert_never
 
 from scbm.cases.coverage import Aspect
+from scbm.closing.runs.outside_changes import OutsideChanges, choices
 from scbm.closing.runs.situations import (
     ANSWER,
     DEADLINE,
@@ -25,7 +24,6 @@ from scbm.closing.runs.situations import (
     PlanningTooLargeError,
     Position,
     RunStep,
-    TooManyRepliesError,
 )
 from scbm.model import OperationState, PlanState
 from scbm.planning import Solved, Unsolvable
@@ -43,9 +41,8 @@ from scbm.running.micro_steps import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
-    from scbm.cases.trace import Changes
     from scbm.closing.runs.run_graph import Relevance
     from scbm.closing.runs.situations import Queues, Visits
     from scbm.model.packing import Test
@@ -57,8 +54,6 @@ if TYPE_CHECKING:
     Plan: TypeAlias = Callable[[int], Answer]
     """The planner's answer in a packed state."""
 
-_MAX_REPLIES = 4_096
-"""Maximum number of combinations of values that one reply can measure."""
 _MAX_MEMOIZED = 2_000_000
 """Maximum number of packed states whose micro-step is memoized: more than a graph of runs has."""
 _LONG = 16
@@ -181,10 +176,7 @@ class RunSteps:
         replies = [_replies(line, relevance) for line in program.requests]
         self._replies = tuple(map(tuple, replies))
         self._changes = {reply: changes for each in replies for reply, changes in each.items()}
-        changes = _outside(outside, relevance)
-        self._changes |= changes
-        self._outside = tuple(changes)
-        self._outside_bits = tuple(changes.values())
+        self._outside = OutsideChanges(outside, program, relevance)
         self._taken = {transition.name: visits.bit(transition.name, Aspect.TAKEN) for transition in program.automatic}
         self._entered = {name: _entered(name, visits) for name in program.operations}
         self._current = tuple(map(visits.current, program.operations))
@@ -208,10 +200,7 @@ class RunSteps:
         if current is not None and current.has_timer:
             yield DEADLINE
         yield from (reply for reply in replies if reply.succeeded)
-        for change in self._outside:
-            keep, bits = self._changes[change]
-            if position.state & keep | bits != position.state:
-                yield change
+        yield from (change for change, _ in self._outside.following(position.state, position.in_flight))
         if self._outside and position.awaits is Awaits.CHANGE and not position.in_flight:
             yield GIVE_UP
         if self._end(position.state, self._lines(position), PlanState.ABORTED):
@@ -232,7 +221,9 @@ class RunSteps:
             case HappeningKind.REPLY:
                 run.in_flight = tuple(line for line in run.in_flight if line.resource.name != happening.resource)
             case HappeningKind.OUTSIDE:
-                pass
+                keep, bits = self._outside.bits(happening)
+                run.state = run.state & keep | bits
+                return self._settle(run)
             case _:
                 assert_never(happening.kind)
         keep, bits = self._changes[happening]
@@ -427,8 +418,8 @@ class RunSteps:
         reached, todo = {settled: None}, [settled]
         while todo:
             before = todo.pop()
-            for keep, bits in self._outside_bits:
-                more, settled = self._idle(before & keep | bits)
+            for _, after in self._outside.following(before, ()):
+                more, settled = self._idle(after)
                 visits |= more
                 if settled not in reached:
                     reached[settled] = None
@@ -457,37 +448,15 @@ def _entered(name: str, visits: Visits) -> dict[OperationState, int]:
     return {initial: 0} | {s: visits.bit(name, Aspect(s.value)) for s in OperationState if s is not initial}
 
 
-def _outside(groups: Sequence[OutsideGroup], relevance: Relevance) -> dict[Happening, tuple[int, int]]:
-    """Return all changes from outside that differ in their effect, each with `(keep, bits)`.
-
-    Of a group all or some variables change at once. Raises `TooManyRepliesError`.
-    """
-    found = {}
-    for group in groups:
-        for changes in _choices([name for name in group if name in relevance.names], relevance):
-            if changes:
-                happening = Happening(HappeningKind.OUTSIDE, measured=changes)
-                found[happening] = relevance.packing.assignment(dict(changes))
-    return found
-
-
-def _choices(names: Sequence[str], relevance: Relevance) -> Iterator[Changes]:
-    """Yield each choice of values of some of these variables. Raises `TooManyRepliesError`."""
-    space = relevance.packing.space
-    if prod(len(space[name].domain) + 1 for name in names) > _MAX_REPLIES:
-        raise TooManyRepliesError
-    for values in product(*((None, *space[name].domain.values) for name in names)):
-        yield tuple((name, value) for name, value in zip(names, values, strict=True) if value is not None)
-
-
 def _replies(line: RequestLine, relevance: Relevance) -> dict[Happening, tuple[int, int]]:
     """Return all replies of a resource that differ in their effect, each with `(keep, bits)`.
 
     These are a successful and a failing one for each choice of measured values. Raises `TooManyRepliesError`.
     """
-    measured = [name for name in line.resource.measures if name in relevance.names]
+    resource, space = line.resource, relevance.packing.space
+    measured = [(name, resource.sends(space[name])) for name in resource.measures if name in relevance.names]
     replies = {}
-    for changes in _choices(measured, relevance):
+    for changes in choices(measured):
         keep, bits = relevance.packing.assignment(dict(changes))
         reply = Happening(HappeningKind.REPLY, line.resource.name, succeeded=True, measured=changes)
         replies[reply] = (keep & line.succeeded[0], bits & line.succeeded[0] | line.succeeded[1])

@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, assert_never
 
-from scbm.cases import Case, CaseLimits, Injection, OutcomeRule
+from scbm.cases import Case, CaseLimits, Condition, ConditionKind, Injection, OutcomeRule
 from scbm.cases.trace import BecameCurrent, OperationStepped
 from scbm.closing.runs.situations import MAX_ANSWERS, Happening, HappeningKind
-from scbm.model import OperationState, Outcome, State
+from scbm.model import OperationState, Outcome, RequestState, State
 from scbm.planning import PlanLimits, Solved
 from scbm.running import (
     AskPlan,
@@ -45,6 +45,8 @@ _A_MOMENT_NS = 1_000_000
 _A_WHILE_NS = 100_000_000
 _AT_ONCE_PLANS = 10**9
 _DEFAULTS = RunnerOptions()
+_OCCUPIED = RequestState.EXECUTING.value
+_TAKEN = Condition(ConditionKind.OCCUPIED)
 
 
 @dataclass(slots=True)
@@ -107,13 +109,18 @@ class _ScriptedRun:
         self._asked: AskPlan | None = None
         self._plans = 0
         self._events = 0
+        self._request_states = {each.request_state: each.name for each in scripts.model.resources if each.shared}
         self._ends_ns: int | None = None
         self.injections: list[Injection] = []
         self._perform(self._runner.handle(GoalGiven(*goal), 0))
 
     def follow(self, happenings: Iterable[Happening]) -> None:
         """Let all events happen, in order."""
-        for happening in happenings:
+        path = tuple(happenings)
+        outside = sum(happening.kind is HappeningKind.OUTSIDE for happening in path)
+        for happening in path:
+            self._runner.changes_pending = outside > 0
+            outside -= happening.kind is HappeningKind.OUTSIDE
             self._answer_if_alone()
             self._events += 1
             match happening.kind:
@@ -209,13 +216,30 @@ class _ScriptedRun:
         return max(min(self._now_ns + _A_MOMENT_NS // 2, (self._now_ns + deadline_ns) // 2), 1)
 
     def _inject(self, happening: Happening) -> None:
-        """Let the environment change an input."""
+        """Let the environment change an input, or another user occupy or leave a shared resource."""
         deadline_ns = self._runner.deadline_ns
-        assert deadline_ns is not None  # noqa: S101 - a goal is pursued
+        if deadline_ns is None:
+            return  # the run has ended earlier than that of the path
         self._now_ns = min(self._now_ns + _A_WHILE_NS, (self._now_ns + deadline_ns) // 2)
         name = f"input_{len(self.injections) + 1}"
-        self.injections.append(Injection(name, happening.measured, at_ns=self._now_ns))
-        self._perform(self._runner.handle(InjectionGiven(self.injections[-1]), self._now_ns))
+        given = Injection(name, happening.measured, at_ns=self._now_ns)
+        if any(happening.measured == ((state, _OCCUPIED),) for state in self._request_states):
+            given = replace(
+                given, name=f"other_user_{name[6:]}", assign=(), resource=happening.resource, condition=_TAKEN
+            )
+            self.injections.append(given)
+        elif happening.resource in self._request_states.values():
+            self._leave(happening.resource)
+        else:
+            self.injections.append(given)
+        self._perform(self._runner.handle(InjectionGiven(given), self._now_ns))
+
+    def _leave(self, resource: str) -> None:
+        """Let the injection that occupies a resource end now."""
+        for number, injection in enumerate(self.injections):
+            if injection.resource == resource and injection.hold_ns is None:
+                held_ns = self._now_ns - (injection.at_ns or 0)
+                self.injections[number] = replace(injection, hold_ns=held_ns)
 
     def _pass(self) -> None:
         deadline_ns = self._runner.deadline_ns

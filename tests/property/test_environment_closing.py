@@ -1,0 +1,121 @@
+"""What closing decides about random models whose environment acts and whose resources are shared, beside all runs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from random import Random
+
+import pytest
+
+from scbm.closing import Closer, Closing, Decision
+from scbm.files import read_case, write_case
+from scbm.model import (
+    Assign,
+    BehaviorModel,
+    Constant,
+    EnvironmentTransition,
+    Equal,
+    Latency,
+    LatencyShape,
+    Predicate,
+    Rate,
+    RateKind,
+    Reference,
+    Resource,
+    Variable,
+)
+from scbm.proofcheck import check_certificate
+from scbm.testing import RandomCases, Tester
+from support.enumeration import Enumeration, enumerate_runs
+from support.profiles import share
+from support.random_models import random_model
+
+SMALL = (2, 9, 12, 25, 40, 18, 31, 35, 37, 43, 47, 49, 58, 59, 67, 72, 73, 81, 85, 86)
+"""Models that are enumerated and closed in a moment, the fastest first."""
+
+SECOND_NS = 1_000_000_000
+MOST = 60_000
+
+
+@cache
+def model_of(number: int) -> BehaviorModel:
+    """A random model in which others use resources, values are ruled out, and the environment moves some variables."""
+    model, random = random_model(number), Random(f"environment {number}")
+    declared = [variable for variable in model.variables if len(variable.domain) > 1]
+    transitions = [_transition(f"moves_{index}", random, declared) for index in range(random.randint(1, 3)) if declared]
+    resources = tuple(_open(resource, random, model) for resource in model.resources)
+    return replace(model, environment=tuple(transitions), resources=resources)
+
+
+def _transition(name: str, random: Random, declared: list[Variable]) -> EnvironmentTransition:
+    target = random.choice(declared)
+    guard: Predicate = _is(random.choice(declared), random)
+    rate = Rate(random.choice(list(RateKind)), Latency(LatencyShape.UNIFORM, (SECOND_NS // 10, 3 * SECOND_NS)))
+    actions = (Assign(target.name, Constant(random.choice(target.domain.values))),)
+    return EnvironmentTransition(name, guard, actions, rate)
+
+
+def _is(variable: Variable, random: Random) -> Predicate:
+    return Equal(Reference(variable.name), Constant(random.choice(variable.domain.values)))
+
+
+def _open(resource: Resource, random: Random, model: BehaviorModel) -> Resource:
+    values = []
+    for name in resource.measures:
+        domain = model.space[name].domain.values
+        kept = tuple(value for value in domain if random.random() < 0.7)
+        values += [(name, kept)] if 0 < len(kept) < len(domain) else []
+    sent = dict(values)
+    measured = tuple((n, sent.get(n, drawn)) for n, drawn in resource.simulation.measured)
+    simulation = replace(resource.simulation, measured=measured)
+    return replace(resource, shared=random.random() < 0.6, values=tuple(values), simulation=simulation)
+
+
+@cache
+def closing_of(number: int) -> Closing:
+    return Closer(model_of(number)).close()
+
+
+@cache
+def runs_of(number: int) -> Enumeration:
+    return enumerate_runs(model_of(number), MOST, is_open=True)
+
+
+@pytest.mark.parametrize("number", SMALL[: share(len(SMALL), least=6)])
+def test_no_proof_is_wrong(number: int) -> None:
+    proved = [d for d in closing_of(number).decided if d.decision is Decision.UNCOVERABLE]
+    assert [str(d.obligation) for d in proved if runs_of(number).visits(str(d.obligation))] == []
+
+
+@pytest.mark.parametrize("number", SMALL[: share(len(SMALL), least=6)])
+def test_cases_without_forced_states_are_runs(number: int) -> None:
+    for each in closing_of(number).cases:
+        if each.case.limits.time_ns is None and runs_of(number).complete:
+            never = each.execution.visited_freely & ~runs_of(number).visited & ~runs_of(number).cut_off
+            assert runs_of(number).obligations.names(never) == (), each.case
+
+
+@pytest.mark.parametrize("number", SMALL[: share(len(SMALL), least=6)])
+def test_certificates_hold_and_replays_visit_what_they_promise(number: int) -> None:
+    model, closing = model_of(number), closing_of(number)
+    for kind, certificate in closing.certificates:
+        assert [str(flaw) for flaw in check_certificate(certificate, model)] == [], kind
+    tester, obligations = Tester(model), closing.after.obligations
+    for each in closing.cases:
+        promised = sum(obligations.bit(d.obligation) for d in closing.decided if d.case == each.case.name)
+        again = tester.execute(read_case(write_case(each.case, model, None), model))
+        assert promised & ~again.visited == 0
+        assert again.verdict.failures == ()
+
+
+@pytest.mark.parametrize("number", SMALL[: share(len(SMALL), least=6)])
+def test_random_cases_visit_nothing_that_no_run_visits_and_replay_alike(number: int) -> None:
+    model, tester = model_of(number), Tester(model_of(number))
+    runs = runs_of(number)
+    for case in RandomCases(model, moves_inputs=True).first(25, 1):
+        execution = tester.execute(case)
+        never = execution.visited & ~runs.visited & ~runs.cut_off
+        assert not runs.complete or runs.obligations.names(never) == ()
+        recorded = read_case(write_case(execution.recorded_case, model, None), model)
+        assert tester.execute(replace(recorded, origin=None)).digest == execution.digest
