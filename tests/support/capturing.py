@@ -52,7 +52,8 @@ class _CapturingSimulator(Simulator):
         run._records = tape
         for injection in case.injections:
             run.schedule(0, InjectionGiven(injection))
-        run.schedule(0, GoalGiven(case.goal, case.predicate))
+        for goal in case.goals:
+            run.schedule(0, GoalGiven(goal.name, goal.predicate, goal.when))
         run.plan_restarts(case.network.restarts)
         return run.finish(most_records)
 

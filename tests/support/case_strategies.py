@@ -12,6 +12,7 @@ from scbm.cases import (
     NETWORK_FAULTS,
     AnyNetworkFault,
     Case,
+    CaseGoal,
     CaseLimits,
     Condition,
     EnvironmentChange,
@@ -74,7 +75,19 @@ def cases(draw: DrawFn, model: BehaviorModel) -> Case:
         origin,
         draw(optional(st.builds(RecordedRun, st.sampled_from(ENDS).map(str), DIGESTS))),
         environment=draw(optional(environment_changes(model))),
+        may_end=draw(MAY_END),
+        later=tuple(draw(_later_goal(model)) for _ in range(draw(st.integers(0, 2)))),
     )
+
+
+MAY_END = st.lists(st.sampled_from([End.ABORTED, End.UNSOLVABLE, End.NOT_STARTED]), unique=True, max_size=2).map(tuple)
+
+
+@st.composite
+def _later_goal(draw: DrawFn, model: BehaviorModel) -> CaseGoal:
+    name, predicate = draw(_goals(model))
+    when = draw(optional(predicates(tuple(model.running_space), 2)))
+    return CaseGoal(name, predicate, when, draw(_expectations(model)), draw(MAY_END))
 
 
 @st.composite

@@ -5,13 +5,15 @@ Part of the inputs are reactions to requests: the reply of a resource, and the d
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias
 
 from scbm.cases.network import Network
 from scbm.model import FIRST_PLANNER, PlannerIdentity
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from scbm.cases.coverage import Obligation
     from scbm.cases.injections import EnvironmentChange, Injection
     from scbm.cases.trace import Changes, End
@@ -96,6 +98,26 @@ _NOTHING = Expectations()
 
 
 @dataclass(frozen=True, slots=True)
+class CaseGoal:
+    """One goal of a case.
+
+    Attributes:
+        name: the name of the goal, or its predicate if it has no name.
+        predicate: the goal as a predicate.
+        when: the predicate that must hold for the runner to begin; `None` begins as soon as the run before has ended.
+            The first goal of a case has none.
+        expect: the expected results of the run for this goal.
+        may_end: the ends that excuse a missed goal.
+    """
+
+    name: str
+    predicate: Predicate
+    when: Predicate | None = None
+    expect: Expectations = _NOTHING
+    may_end: tuple[End, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Origin:
     """The random streams that a case draws from: those of case `number` (from 1) of the campaign with this seed.
 
@@ -155,22 +177,26 @@ class RecordedRun:
 class Case:
     """One test case. A choice that it leaves open has its default, or is drawn if it has an origin (decision 11).
 
+    Most cases have one goal. `goal`, `predicate`, `expect` and `may_end` are those of the first one.
+
     Attributes:
         name: its name in reports.
-        goal: the name of the goal, or its predicate if it has no name.
-        predicate: the goal as a predicate.
+        goal: the name of the first goal, or its predicate if it has no name.
+        predicate: the first goal as a predicate.
         initial: the state in which the run begins.
         outcomes: the reactions of resources and network to requests.
         injections: the injections, in the order in which they are armed.
         network: how messages travel where `outcomes` does not decide it.
         limits: the limits of the run.
         requirements: requirements beside those of the model.
-        expect: the expected results.
+        expect: the expected results of the run for the first goal.
         origin: the random streams for choices that the case leaves open; `None` draws nothing.
         recorded: the result of the run that the case was saved from.
         plans: the answers of the planner, in the order of the questions; without them the planner is asked.
         environment: all changes that the environment makes, by their time. For `None` it acts at the rates of the model
             if the case has an origin, and not at all otherwise.
+        may_end: the ends that excuse a missed first goal.
+        later: the goals after the first one, in order.
     """
 
     name: str
@@ -187,3 +213,26 @@ class Case:
     recorded: RecordedRun | None = None
     plans: tuple[RecordedPlan, ...] = ()
     environment: tuple[EnvironmentChange, ...] | None = None
+    may_end: tuple[End, ...] = ()
+    later: tuple[CaseGoal, ...] = ()
+
+    @property
+    def goals(self) -> tuple[CaseGoal, ...]:
+        """All goals, in order."""
+        return (CaseGoal(self.goal, self.predicate, None, self.expect, self.may_end), *self.later)
+
+    def with_goals(self, goals: Sequence[CaseGoal]) -> Case:
+        """Return the case with other goals, at least one; the `when` of the first one is left out."""
+        first, *later = goals
+        changed = replace(self, goal=first.name, predicate=first.predicate, expect=first.expect, later=tuple(later))
+        return replace(changed, may_end=first.may_end)
+
+    @property
+    def goal_names(self) -> str:
+        """The names of all goals for reports, in order."""
+        return ", then ".join((self.goal, *(goal.name for goal in self.later)))
+
+    @property
+    def predicates(self) -> str:
+        """The predicates of all goals for reports, in order."""
+        return ", then ".join((str(self.predicate), *(str(goal.predicate) for goal in self.later)))

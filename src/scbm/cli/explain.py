@@ -139,7 +139,7 @@ def _visit(visit: Visit, model: BehaviorModel) -> dict[str, Any]:
     case, execution = visit.execution.case, visit.execution
     nominal = model.nominal_state
     return {
-        "goal": case.goal,
+        "goal": case.goal_names,
         "initial": {name: value for name, value in case.initial.items() if value != nominal[name]},
         "plan": list(visit.plan),
         "wrong": list(visit.wrong),

@@ -89,7 +89,7 @@ def _case(made: ClosingCase, output: ClosingFiles | None) -> dict[str, Any]:
     verdict = made.execution.verdict
     return {
         "name": made.case.name,
-        "goal": made.case.goal,
+        "goal": made.case.goal_names,
         "verdict": verdict.end.value,
         "passed": verdict.passed,
         "failures": [str(failure) for failure in verdict.failures],

@@ -137,6 +137,8 @@ class BehaviorModel:
         planner: the planner of its runs; it is how plans are found, and no part of what the model means.
         environment: the changes that something outside the model makes; planners ignore them (semantics 9.4).
         waivers: the obligations that need not be covered; they are no part of what the model means either.
+        may_end: the ends of runs that excuse a missed goal, whichever goal it is (semantics 7.4).
+        goals_may_end: by the name of a goal, further ends that excuse missing this goal.
     """
 
     name: str
@@ -150,6 +152,8 @@ class BehaviorModel:
     planner: PlannerChoice = PlannerChoice()
     environment: tuple[EnvironmentTransition, ...] = ()
     waivers: tuple[Waiver, ...] = ()
+    may_end: tuple[str, ...] = ()
+    goals_may_end: tuple[tuple[str, tuple[str, ...]], ...] = ()
 
     @cached_property
     def space(self) -> StateSpace:
@@ -183,6 +187,10 @@ class BehaviorModel:
     def goal(self, name: str) -> Predicate | None:
         """Return the goal with this name; `None` if there is none."""
         return dict(self.goals).get(name)
+
+    def may_end_of(self, goal: str) -> tuple[str, ...]:
+        """Return the ends that excuse missing the goal with this name, without those that excuse missing any goal."""
+        return dict(self.goals_may_end).get(goal, ())
 
     def operation(self, name: str) -> Operation:
         """Return the operation with this name. Raises `KeyError` if there is none."""

@@ -144,7 +144,9 @@ _MAX_VALIDATED = 200_000
 """Maximum number of states to plan from, for each goal, whose valid plans are remembered."""
 
 
-def recorded_answer(case: Case, ask: int, planner: Planner, state: Mapping[str, Value]) -> RecordedPlan:
+def recorded_answer(
+    case: Case, ask: int, planner: Planner, state: Mapping[str, Value], goal: Predicate
+) -> RecordedPlan:
     """Return the answer that a case has to question `ask` of its run, from 1; the planner is not asked.
 
     Raises `InputError` if the case has no such answer, or its plan is not valid in this state: the model was changed.
@@ -154,7 +156,7 @@ def recorded_answer(case: Case, ask: int, planner: Planner, state: Mapping[str, 
         message = f"the run asks for {ask} plans, and the case has {len(case.plans)}"
     else:
         answer = case.plans[ask - 1]
-        flaw = planner.find_flaw(state, case.predicate, answer.plan) if answer.status == Solved.status else None
+        flaw = planner.find_flaw(state, goal, answer.plan) if answer.status == Solved.status else None
         if flaw is None:
             return answer
         message = f"plan {ask} of the case has a flaw at step {flaw.step + 1}: {flaw.reason}"

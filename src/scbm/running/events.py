@@ -72,10 +72,11 @@ def records_of(effects: Iterable[Effect]) -> tuple[Record, ...]:
 
 
 class GoalGiven(Struct, frozen=True):
-    """A goal is given; it is queued while the runner pursues another one."""
+    """A goal is given; it is queued while the runner pursues another one, and until its predicate `when` holds."""
 
     name: str
     predicate: Predicate
+    when: Predicate | None = None
 
 
 class ReplyArrived(Struct, frozen=True):

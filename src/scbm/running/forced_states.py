@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cases.trace import (
     BecameCurrent,
+    End,
     InjectionApplied,
     OperationStepped,
     PlanAsked,
@@ -44,7 +45,7 @@ def first_forced(
     Args:
         program: the compiled model.
         initial: the state in which the runner starts.
-        goals: the goals of the runs in `records`, in their order.
+        goals: the goals of the case, in their order; one that was not begun has no run in `records`.
         records: the trace.
     """
     follower = _TraceFollower(program, initial, goals)
@@ -70,13 +71,16 @@ class _TraceFollower:
         self._queued = 0
         self._asked_in: int | None = None
         self._unsolvable_in: int | None = None
+        self._planner_reads = 0
 
     def follow(self, record: Record) -> None:
         """Update the situation with the next record."""
         match record:
             case RunStarted():
                 self._state = self._program.packing.pack(dict(record.state))
-                self._steps = self._program.micro_steps(self._goals.pop(0))
+                goal = self._goals.pop(0)
+                self._steps = self._program.micro_steps(goal)
+                self._planner_reads = self._program.planner_reads(goal)
             case PlanReceived():
                 self._queued = len(record.plan)
                 is_unsolvable = record.status == PlanStatus.UNSOLVABLE
@@ -90,6 +94,8 @@ class _TraceFollower:
                 self._in_flight[record.resource] = self._lines[record.resource]
             case RequestCancelled() | ReplyReceived():
                 self._in_flight.pop(record.resource, None)
+            case RunEnded(end=End.NOT_STARTED.value):
+                self._goals.pop(0)
             case RunEnded():
                 self._steps = self._program.micro_steps(None)
                 self._queued, self._asked_in, self._unsolvable_in = 0, None, None
@@ -134,10 +140,11 @@ class _TraceFollower:
         step = self._steps.first(state, tuple(self._in_flight.values()), timer_passed=False)
         if step is not RunTurn.FOLLOW_PLAN:
             return step is None
+        unsolvable_in = self._unsolvable_in
         following = next_in_plan(
             is_queued=self._queued > 0,
             is_asking=self._asked_in is not None,
-            is_unsolvable=self._unsolvable_in == state,
+            is_unsolvable=unsolvable_in is not None and not (unsolvable_in ^ state) & self._planner_reads,
             may_change=True,
         )
         return following in (PlanStep.AWAIT_ANSWER, PlanStep.AWAIT_CHANGE)

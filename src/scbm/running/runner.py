@@ -71,7 +71,7 @@ if TYPE_CHECKING:
 
     from scbm.cases import Injection
     from scbm.cases.trace import Changes
-    from scbm.model import Domain, Value
+    from scbm.model import Domain, Predicate, Value
     from scbm.model.packing import Test
     from scbm.running.macro_steps import PlanQueue
     from scbm.running.program import CompiledStep, Program, RequestLine
@@ -170,6 +170,7 @@ class Runner:
         self._effects: list[Effect] = []
         self._requests = Requests()
         self._waiting: deque[GoalGiven] = deque()
+        self._wait_deadline_ns: int | None = None
         self._armed: list[_Armed] = []
         self._held: list[_Held] = []
         self._conditions: dict[str, list[Injection]] = {}
@@ -213,7 +214,9 @@ class Runner:
     def deadline_ns(self) -> int | None:
         """The time at which `TimePassed` is due unless another event comes first; `None` if the runner has no timer."""
         timer_ns = self._timer_ns
-        if self._goal is not None and (timer_ns is None or self._goal_deadline_ns < timer_ns):
+        if self._goal is None:
+            timer_ns = self._wait_deadline_ns
+        elif timer_ns is None or self._goal_deadline_ns < timer_ns:
             timer_ns = self._goal_deadline_ns
         if not self._armed and not self._held:
             return timer_ns
@@ -233,8 +236,8 @@ class Runner:
 
     @property
     def awaits_change(self) -> bool:
-        """Whether the run waits for a change, as no plan exists."""
-        return self._awaits_change
+        """Whether the runner waits for a change: no plan exists, or `when` of the next goal does not hold."""
+        return self._awaits_change or self._wait_deadline_ns is not None
 
     @property
     def dropped_replies(self) -> dict[str, int]:
@@ -572,9 +575,14 @@ class Runner:
     # 5.5: the goals, the plan, the operation
 
     def _start_next_goal(self) -> bool:
+        """Begin the next goal, or give it up before it began; return `False` if there is none, or it has to wait."""
         if not self._waiting:
             return False
-        self._goal = goal = self._waiting.popleft()
+        goal = self._waiting[0]
+        if goal.when is not None and not self.program.test(goal.when)(self._state):
+            return self._give_up_unless_pending(goal, goal.when)
+        self._goal = self._waiting.popleft()
+        self._wait_deadline_ns = None
         self._taken = []
         self._steps = self.program.micro_steps(goal.predicate)
         self._planner_reads = self.program.planner_reads(goal.predicate)
@@ -582,6 +590,21 @@ class Runner:
         before = tuple(self.state.items())
         changes = self._set(self._in_plan_state(PlanState.PLANNING))
         self._effects.append(RunStarted(self._now_ns, goal.name, str(goal.predicate), before, changes))
+        return True
+
+    def _give_up_unless_pending(self, goal: GoalGiven, when: Predicate) -> bool:
+        """Wait for the predicate of a goal while a change is pending, at most for the time limit (semantics 5.7).
+
+        Return whether the goal is given up.
+        """
+        if self._wait_deadline_ns is None:
+            self._wait_deadline_ns = self._now_ns + self.options.time_limit_ns
+        if self._may_still_change() and not self._has_passed(self._wait_deadline_ns):
+            return False
+        self._waiting.popleft()
+        self._wait_deadline_ns = None
+        self._effects.append(RunEnded(self._now_ns, goal.name, End.NOT_STARTED.value, (str(when),), ()))
+        self._effects.append(RunFinished(goal.name, End.NOT_STARTED))
         return True
 
     def _follow_plan(self) -> bool:

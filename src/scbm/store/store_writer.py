@@ -164,7 +164,7 @@ class StoreWriter:
             ids = self._ids or self._begun(planner)
             key, case = key_of(recipe, self._digest, planner.words), result.case
             row = CaseRow(
-                key, case.name, case.goal, *ids, position, recipe,
+                key, case.name, case.goal_names, *ids, position, recipe,
                 result.verdict, result.ended_ns, result.requests, result.visited, packed,
             )  # fmt: skip
             self._tables.put_case(row)

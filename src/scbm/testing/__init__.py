@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from scbm.testing.requirement_monitors import Violation, find_violations
     from scbm.testing.shrinking import Shrinker, Shrunk
     from scbm.testing.tester import Execution, Tester
-    from scbm.testing.verdicts import Failure, FailureKind, Outcomes, Verdict, judge
+    from scbm.testing.verdicts import Excuse, ExcuseRules, Failure, FailureKind, Outcomes, Verdict, judge
     from scbm.testing.written_cases import WrittenCase, case_texts, find_case_files, load_suite
 
 __all__ = [
@@ -31,6 +31,8 @@ __all__ = [
     "CampaignWork",
     "CaseResult",
     "Choice",
+    "Excuse",
+    "ExcuseRules",
     "Execution",
     "Failure",
     "FailureKind",
@@ -74,7 +76,7 @@ __getattr__ = lazy_exports(
         "requirement_monitors": "Violation find_violations",
         "shrinking": "Shrinker Shrunk",
         "tester": "Execution Tester",
-        "verdicts": "Failure FailureKind Outcomes Verdict judge",
+        "verdicts": "Excuse ExcuseRules Failure FailureKind Outcomes Verdict judge",
         "written_cases": "WrittenCase case_texts find_case_files load_suite",
     },
 )

@@ -159,6 +159,7 @@ def campaign_json(
         **real,
         "forecast": None if campaign.forecast is None else asdict(campaign.forecast),
         "case_count": campaign.count,
+        "excused": {excuse.value: count for excuse, count in campaign.summary.excuses},
         "cases": [_case(result, campaign) for result in campaign.results],
     }
 
@@ -184,7 +185,7 @@ def _small(small: Shrunk) -> dict[str, Any]:
     return {
         "case": small.execution.case.name,
         "failure": str(small.failure),
-        "goal": small.execution.case.goal,
+        "goal": small.execution.case.goal_names,
         "size": asdict(small.after),
         "size_before": asdict(small.before),
         "runs": small.runs,
@@ -252,9 +253,10 @@ def _case(result: CaseResult, campaign: Campaign) -> dict[str, Any]:
         "name": case.name,
         "verdict": result.verdict.end.value,
         "passed": result.verdict.passed,
+        "excused": [excuse.value for excuse in result.verdict.excuses],
         "failures": [str(failure) for failure in result.verdict.failures],
         "unused": list(result.unused),
-        "goal": case.goal,
+        "goal": case.goal_names,
         "initial": {variable.name: case.initial[variable.name] for variable in campaign.model.variables},
         "simulated_seconds": result.ended_ns / 1e9,
         "requests": result.requests,

@@ -35,7 +35,8 @@ class Size:
         requests: requests with a rule.
         details: the details of the case, and the length of its times.
         differences: variables that differ from the nominal state.
-        goal: 0 for a goal of the model, else the variables that its predicate names.
+        goal: 0 for one goal of the model. Another predicate counts the variables that it names, a further goal 1 more,
+            and its `when` 1 more.
     """
 
     operations: int
@@ -57,7 +58,6 @@ def size_of(execution: Execution, failure: Failure, model: BehaviorModel) -> Siz
     case = execution.case
     outcomes = [rule for rule in case.outcomes if _says_more_than_success(rule)]
     differences = sum(case.initial[v.name] != v.initial for v in model.space)
-    is_named = model.goal(case.goal) == case.predicate
     return Size(
         _operations(execution, failure),
         len(case.injections) + len(case.environment or ()) + sum(1 for _ in case.network.windows()),
@@ -65,8 +65,14 @@ def size_of(execution: Execution, failure: Failure, model: BehaviorModel) -> Siz
         len(case.outcomes),
         _details(case),
         differences,
-        0 if is_named else len(case.predicate.reads()) + 1,
+        _goals_size(case, model),
     )
+
+
+def _goals_size(case: Case, model: BehaviorModel) -> int:
+    own = (goal.predicate for goal in case.goals if model.goal(goal.name) != goal.predicate)
+    waits = sum(goal.when is not None for goal in case.later)
+    return sum(len(predicate.reads()) + 1 for predicate in own) + len(case.later) + waits
 
 
 def _operations(execution: Execution, failure: Failure) -> int:

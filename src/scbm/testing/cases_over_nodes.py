@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
-from scbm.cases.trace import End, PlanningSpan, RequestOutcome, spans_of
+from scbm.cases.trace import End, PlanningSpan, RequestOutcome, ends_of, spans_of
 from scbm.model import format_duration
 from scbm.nodes import LostError
 
@@ -117,7 +117,8 @@ class NodeTester:
             partial = error.partial
             return self._tester.lost(case, str(error), *(() if partial is None else (partial.run, partial.log)))
         late = too_late(done.run.records, self._tester.model, done.log.time_scale)
-        if late is not None and done.run.end is not End.REACHED:
+        is_missed = any(ended.end != End.REACHED.value for ended in ends_of(done.run.records))
+        if late is not None and is_missed:
             return self._tester.lost(case, late, done.run, replace(done.log, end=End.LOST))
         return self._tester.judged(case, done.run, done.log.reactions, done.log)
 

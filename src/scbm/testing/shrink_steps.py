@@ -170,14 +170,26 @@ def _plainer_state(case: Case, model: BehaviorModel) -> Iterator[Case]:
                 yield replace(case, initial=case.initial.replace({variable.name: value}))
 
 
+def _fewer_goals(case: Case, _: BehaviorModel) -> Iterator[Case]:
+    """Leave out goals, or what a goal waits for."""
+    for kept in _fewer(case.goals):
+        if kept:
+            yield case.with_goals((replace(kept[0], when=None), *kept[1:]))
+    for index, goal in enumerate(case.later):
+        if goal.when is not None:
+            yield replace(case, later=_replaced(case.later, index, replace(goal, when=None)))
+
+
 def _other_goals(case: Case, model: BehaviorModel) -> Iterator[Case]:
-    """Pursue another goal of the model, or a part of one."""
-    for name, goal in model.goals:
-        if goal != case.predicate:
-            yield replace(case, goal=name, predicate=goal)
-    for goal in dict.fromkeys((case.predicate, *(goal for _, goal in model.goals))):
-        for part in goal.operands if isinstance(goal, And) else ():
-            yield replace(case, goal=_name(part, model), predicate=part)
+    """Pursue another goal of the model in place of one, or a part of one."""
+    for index, pursued in enumerate(case.goals):
+        for name, goal in model.goals:
+            if goal != pursued.predicate:
+                yield case.with_goals(_replaced(case.goals, index, replace(pursued, name=name, predicate=goal)))
+        for goal in dict.fromkeys((pursued.predicate, *(goal for _, goal in model.goals))):
+            for part in goal.operands if isinstance(goal, And) else ():
+                other = replace(pursued, name=_name(part, model), predicate=part)
+                yield case.with_goals(_replaced(case.goals, index, other))
 
 
 def _name(goal: Predicate, model: BehaviorModel) -> str:
@@ -190,6 +202,7 @@ def _replaced(parts: tuple[_Part, ...], index: int, part: _Part) -> tuple[_Part,
 
 STEPS: tuple[Step, ...] = (
     _plainest,
+    _fewer_goals,
     _without_parts,
     _plainer_state,
     _other_goals,

@@ -94,6 +94,7 @@ class Shrinker:
             origin=None,
             recorded=None,
             expect=Expectations(),
+            later=tuple(replace(goal, expect=Expectations()) for goal in execution.case.later),
             requirements=tuple(r for r in execution.case.requirements if _is_needed(r.name, failure)),
         )
         best = search.start(case)

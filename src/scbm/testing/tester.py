@@ -13,6 +13,7 @@ from scbm.cases.trace import (
     RunSpans,
     Trace,
     connection_sentence,
+    ranges_of_goals,
     sentence_of,
     spans_of,
     trace_digest,
@@ -31,7 +32,7 @@ from scbm.running.simulation import (
 from scbm.testing.campaign import CaseResult
 from scbm.testing.random_streams import environment_stream, message_stream, reaction_stream
 from scbm.testing.requirement_monitors import find_violations
-from scbm.testing.verdicts import Outcomes, Verdict, find_unused, judge, lost
+from scbm.testing.verdicts import ExcuseRules, Outcomes, Verdict, find_unused, judge, lost
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -176,6 +177,7 @@ class Tester:
         self.obligations = Obligations.of(model)
         self._simulator = Simulator(model, options, plan_limits, plans)
         self._plain = PlainReactions()
+        self._excuses = ExcuseRules.of(model)
 
     def execute(self, case: Case, most_records: int | None = None) -> Execution:
         """Run one case. Open choices are drawn from its origin, or take their defaults if it has none.
@@ -203,7 +205,10 @@ class Tester:
         violations = find_violations((*self.model.requirements, *case.requirements), run.records)
         visited = visited_by(run.records, self.obligations)
         names = self.obligations.names(visited) if case.expect.visits else ()
-        verdict = judge(case, Outcomes(run.end, run.records, reactions, violations, names, log.real if log else ()))
+        by_goal = self._visited_by_goal(run.records) if case.later else ()
+        real = log.real if log else ()
+        outcomes = Outcomes(run.end, run.records, reactions, violations, names, real, by_goal)
+        verdict = judge(case, outcomes, self._excuses)
         trace = Trace(self.model.name, case.name, run.records, self._planner_of(case, log))
         unused = find_unused(case, run.records)
         forced_by = self._forced_by(case, run.records)
@@ -226,7 +231,12 @@ class Tester:
     def _forced_by(self, case: Case, records: Sequence[Record]) -> int | None:
         if not any(injection.assign for injection in case.injections):
             return None
-        return first_forced(self._simulator.program, case.initial, (case.predicate,), records)
+        return first_forced(self._simulator.program, case.initial, [goal.predicate for goal in case.goals], records)
+
+    def _visited_by_goal(self, records: Sequence[Record]) -> tuple[Sequence[str], ...]:
+        """Return the names of the obligations that the run for each goal visited."""
+        runs = (records[indices.start : indices.stop] for indices in ranges_of_goals(records))
+        return tuple(self.obligations.names(visited_by(run, self.obligations)) for run in runs)
 
     def _planner_of(self, case: Case, log: EventLog | None) -> PlannerIdentity:
         """Return the planner that made the plans of a run; it need not be installed if the case has the plans."""

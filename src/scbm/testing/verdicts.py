@@ -5,9 +5,9 @@ A clause is without effect if its injection never acted, or if the request of it
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 from scbm.cases import Network
 from scbm.cases.trace import (
@@ -18,18 +18,22 @@ from scbm.cases.trace import (
     PlanReceived,
     RequestSent,
     ResourceChanged,
+    RunEnded,
+    ends_of,
+    ranges_of_goals,
     run_end,
     state_after,
 )
 from scbm.model import OperationState, Outcome, format_duration, format_moment, format_value
+from scbm.model.sources import inputs
 from scbm.running import describe_cycle
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.cases import Case, Expectations, Reaction
+    from scbm.cases import Case, CaseGoal, Expectations, Reaction
     from scbm.cases.trace import Record
-    from scbm.model import Predicate, Value
+    from scbm.model import BehaviorModel, Predicate, Value
     from scbm.testing.requirement_monitors import Violation
 
 
@@ -37,9 +41,21 @@ _ARROW = " → "
 
 
 def find_unmet(
-    expect: Expectations, end: End, records: Sequence[Record], visited: Sequence[str]
+    expect: Expectations,
+    end: End,
+    records: Sequence[Record],
+    visited: Sequence[str],
+    until: Sequence[Record] | None = None,
 ) -> Iterator[tuple[str, str]]:
-    """Yield the key of each expectation that is not met, with the difference between expectation and run."""
+    """Yield the key of each expectation that is not met, with the difference between expectation and run.
+
+    Args:
+        expect: the expectations.
+        end: how the run for the goal ended.
+        records: the records of that run.
+        visited: the names of the obligations that it visited.
+        until: these records behind all earlier ones of the case; by default `records`.
+    """
     if expect.verdict not in (None, end):
         yield "verdict", f"expected the run to end {_words(expect.verdict)}, and it ended {_words(end)}"
     if expect.plan is not None:
@@ -47,7 +63,7 @@ def find_unmet(
     if expect.order:
         yield from (("order", message) for message in _order(expect.order, records))
     if expect.final:
-        state = state_after(records)
+        state = state_after(records if until is None else until)
         yield from (("final", _final(predicate, state)) for predicate in expect.final if not predicate.holds(state))
     for obligation in expect.visits:
         if str(obligation) not in visited:
@@ -140,17 +156,72 @@ class Failure:
         return self.kind is other.kind and self.subject == other.subject
 
 
+class Excuse(StrEnum):
+    """Why a missed goal does not fail its case (semantics 7.4)."""
+
+    FAULT = "fault"
+    """Something was made to go wrong."""
+    MAY_END = "may_end"
+    """`may_end` of the goal or of the model lists the end."""
+    INPUT = "input"
+    """An input was away from its nominal value as the run ended."""
+
+    @property
+    def words(self) -> str:
+        """The excuse behind "excused by"."""
+        match self:
+            case Excuse.FAULT:
+                return "a fault"
+            case Excuse.MAY_END:
+                return "`may_end`"
+            case Excuse.INPUT:
+                return "an input away from nominal"
+            case _:
+                assert_never(self)
+
+
+@dataclass(frozen=True, slots=True)
+class ExcuseRules:
+    """The excuses that a model gives for missed goals.
+
+    Attributes:
+        inputs: each input of the model with its nominal value.
+        may_end: the ends that excuse missing any goal.
+        goals_may_end: by the name of a goal, further ends that excuse missing this goal.
+    """
+
+    inputs: tuple[tuple[str, Value], ...] = ()
+    may_end: tuple[str, ...] = ()
+    goals_may_end: tuple[tuple[str, tuple[str, ...]], ...] = ()
+
+    @staticmethod
+    def of(model: BehaviorModel) -> ExcuseRules:
+        """Return the rules of a model."""
+        nominal = tuple((name, model.nominal_state[name]) for name in inputs(model))
+        return ExcuseRules(nominal, model.may_end, model.goals_may_end)
+
+    def may_end_of(self, goal: CaseGoal) -> tuple[str, ...]:
+        """Return all ends that excuse missing a goal of a case."""
+        return (*goal.may_end, *self.may_end, *dict(self.goals_may_end).get(goal.name, ()))
+
+
+_NO_RULES = ExcuseRules()
+
+
 @dataclass(frozen=True, slots=True)
 class Verdict:
     """How a case ended, and why it failed if it did.
 
     Attributes:
-        end: the end of the run.
+        end: the end of the run for the last goal.
         failures: the reasons to call the case failed; none if it passed.
+        excuses: for each missed goal that does not fail the case the reason, in the order of the goals. A case that
+            expects the verdict of a goal needs no excuse for it. Verdicts that differ in excuses alone are equal.
     """
 
     end: End
     failures: tuple[Failure, ...] = ()
+    excuses: tuple[Excuse, ...] = field(default=(), compare=False)  # stores do not keep them
 
     @property
     def passed(self) -> bool:
@@ -163,12 +234,13 @@ class Outcomes:
     """The parts of a run that its verdict depends on.
 
     Attributes:
-        end: how it ended.
+        end: how the run for the last goal ended.
         records: what happened.
         reactions: what happened to its requests.
         violations: the requirements that were broken.
         visited: the names of the obligations that it visited.
         real: the real resources, whose behaviour the tester did not cause.
+        visited_by_goal: of a case with several goals, the names of the obligations that the run for each visited.
     """
 
     end: End
@@ -177,6 +249,7 @@ class Outcomes:
     violations: Sequence[Violation]
     visited: Sequence[str]
     real: Sequence[str] = ()
+    visited_by_goal: Sequence[Sequence[str]] = ()
 
 
 def lost(why: str) -> Verdict:
@@ -184,35 +257,128 @@ def lost(why: str) -> Verdict:
     return Verdict(End.LOST, (Failure(FailureKind.LOST, End.LOST.value, f"the run was not finished: {why}"),))
 
 
-def judge(case: Case, run: Outcomes) -> Verdict:
-    """Return the verdict on a run, from its end, its violations, and the faults that were caused."""
-    return Verdict(run.end, tuple(_failures(case, run)))
+def judge(case: Case, run: Outcomes, rules: ExcuseRules = _NO_RULES) -> Verdict:
+    """Return the verdict on a run, from the ends of its goals, its violations, and the faults that were caused.
+
+    Args:
+        case: the case.
+        run: what happened.
+        rules: the excuses that the model gives.
+    """
+    failures = [Failure(FailureKind.REQUIREMENT, v.requirement, str(v)) for v in run.violations]
+    excuses: list[Excuse] = []
+    for each in _runs_of_goals(case, run):
+        failures += each.failures_of_expectations()
+        if each.goal.expect.verdict is not None or each.end is End.REACHED:
+            continue  # how the run ends is expected, or complained of already
+        excuse = each.excuse(case, rules)
+        if excuse is None:
+            failures.append(each.failure())
+        else:
+            excuses.append(excuse)
+    return Verdict(run.end, tuple(failures), tuple(excuses))
 
 
-def _failures(case: Case, run: Outcomes) -> Iterator[Failure]:
-    for violation in run.violations:
-        yield Failure(FailureKind.REQUIREMENT, violation.requirement, str(violation))
-    for key, message in find_unmet(case.expect, run.end, run.records, run.visited):
-        yield Failure(FailureKind.EXPECTATION, key, message)
-    if case.expect.verdict is not None:
-        return  # how it ends is expected, or complained of already
-    if run.end in (End.LIVELOCK, End.MODEL_ERROR):
-        yield Failure(FailureKind(run.end.value), run.end.value, _described(run.end, run.records))
-    elif run.end is not End.REACHED and not _disturbed(case, run):
-        ended = run.end.replace("_", " ")
-        message = f"the goal was not reached ({ended}), and no fault was injected{_but_for_real(run)}"
-        yield Failure(FailureKind.NOT_REACHED, run.end.value, message)
+@dataclass(frozen=True, slots=True)
+class _GoalRun:
+    """The run for one goal of a case.
+
+    Attributes:
+        goal: the goal.
+        number: its number, from 1; `None` if the case has only one.
+        end: how its run ended.
+        records: the records of its run.
+        run: all that happened up to its end.
+        visited: the names of the obligations that its run visited.
+    """
+
+    goal: CaseGoal
+    number: int | None
+    end: End
+    records: Sequence[Record]
+    run: Outcomes
+    visited: Sequence[str]
+
+    @property
+    def words(self) -> str:
+        return "the goal" if self.number is None else f"goal {self.number}, {self.goal.name},"
+
+    def failures_of_expectations(self) -> Iterator[Failure]:
+        """Yield a failure for each expectation that is not met."""
+        where = "" if self.number is None else f"goal {self.number}, {self.goal.name}: "
+        for key, message in find_unmet(self.goal.expect, self.end, self.records, self.visited, self.run.records):
+            yield Failure(FailureKind.EXPECTATION, key, f"{where}{message}")
+
+    def excuse(self, case: Case, rules: ExcuseRules) -> Excuse | None:
+        """Return why missing the goal does not fail the case; `None` if it does."""
+        if self.end in _NEVER_EXCUSED:
+            return None
+        is_begun = self.end is not End.NOT_STARTED  # else the case has tested nothing, whatever went wrong
+        if is_begun and _disturbed(case, self.run):
+            return Excuse.FAULT
+        if self.end.value in rules.may_end_of(self.goal):
+            return Excuse.MAY_END
+        return Excuse.INPUT if is_begun and self._is_input_away(rules) else None
+
+    def _is_input_away(self, rules: ExcuseRules) -> bool:
+        """Whether an input was away from its nominal value as the run ended."""
+        if not rules.inputs:
+            return False
+        records = self.run.records
+        ended = max((i for i, record in enumerate(records) if isinstance(record, RunEnded)), default=len(records))
+        state = state_after(records[: ended + 1])
+        return any(state.get(name, nominal) != nominal for name, nominal in rules.inputs)
+
+    def failure(self) -> Failure:
+        """Return the failure of a case that missed this goal without an excuse."""
+        if self.end in _NEVER_EXCUSED:
+            described = _described(self.end, self.records)
+            message = described if self.number is None else f"goal {self.number}, {self.goal.name}: {described}"
+            return Failure(FailureKind(self.end.value), self.end.value, message)
+        if self.end is End.NOT_STARTED:
+            message = f"{self.words} did not begin: {self.goal.when} never held after the run before had ended"
+        else:
+            ended = self.end.replace("_", " ")
+            message = f"{self.words} was not reached ({ended}), and no fault was injected{_but_for_real(self.run)}"
+        return Failure(FailureKind.NOT_REACHED, self.end.value, message)
+
+
+_NEVER_EXCUSED = (End.LIVELOCK, End.MODEL_ERROR)
+
+
+def _runs_of_goals(case: Case, run: Outcomes) -> Iterator[_GoalRun]:
+    if not case.later:
+        yield _GoalRun(case.goals[0], None, run.end, run.records, run, run.visited)
+        return
+    ranges = ranges_of_goals(run.records)
+    ends = ends_of(run.records)
+    for number, (goal, indices, ended) in enumerate(zip(case.goals, ranges, ends, strict=True), start=1):
+        until = run.records[: indices.stop]
+        sent = sum(isinstance(record, RequestSent) for record in until)
+        so_far = replace(run, records=until, reactions=run.reactions[:sent])
+        records = run.records[indices.start : indices.stop]
+        visited = run.visited_by_goal[number - 1] if run.visited_by_goal else run.visited
+        yield _GoalRun(goal, number, End(ended.end), records, so_far, visited)
 
 
 def _disturbed(case: Case, run: Outcomes) -> bool:
-    """Whether a fault was caused: an injection, a fault of the network, a failure, or a missing reply.
+    """Whether a fault was caused: an injection that acted, a fault of the network, a failure, or a missing reply.
 
     Over nodes, one that simulates a resource may be lost and come back, though the case does not say so. That a message
     or a slow reaction is no fault. A real resource has no caused faults (decision 30).
     """
-    if case.injections or case.network.kept != Network():
+    if case.network.kept != Network() or _acted(case, run.records):
         return True
     return any(name not in run.real for name in _went_wrong(run))
+
+
+def _acted(case: Case, records: Sequence[Record]) -> frozenset[str]:
+    """Return the names of the injections that acted."""
+    if not case.injections:
+        return frozenset()
+    return frozenset(r.injection for r in records if isinstance(r, (InjectionApplied, ResourceChanged))) & frozenset(
+        injection.name for injection in case.injections
+    )
 
 
 def _went_wrong(run: Outcomes) -> Iterator[str]:
@@ -252,7 +418,7 @@ def find_unused(case: Case, records: Sequence[Record]) -> tuple[str, ...]:
 
 
 def _injections(case: Case, records: Sequence[Record]) -> Iterator[str]:
-    acted = [r.injection for r in records if isinstance(r, (InjectionApplied, ResourceChanged))]
+    acted = _acted(case, records)
     for injection in case.injections:
         if injection.name not in acted:
             yield f"injection {injection.name} never acted"

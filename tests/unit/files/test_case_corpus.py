@@ -78,6 +78,8 @@ def facts(case: Case) -> str:
     parts = [
         f"case {case.name}",
         f"goal {case.goal}: {case.predicate}",
+        *(f"then {goal.name}: {goal.predicate}, {goal.when}, {goal.may_end}, {goal.expect}" for goal in case.later),
+        *([f"may end {case.may_end}"] if case.may_end else []),
         f"initial {case.initial}",
         *map(repr, case.outcomes),
         *map(repr, case.injections),

@@ -103,6 +103,7 @@ def test_the_schema_is_one() -> None:
         "environment",
         "initial_states",
         "goals",
+        "may_end",
         "requirements",
         "planner",
         "waivers",

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from itertools import pairwise
 from typing import TYPE_CHECKING, ClassVar, TypeAlias
 
 from msgspec import Struct
@@ -27,7 +28,8 @@ class End(StrEnum):
 
     A planner that reaches a limit, or whose incomplete search finds nothing, has not proved its problem unsolvable. So
     `planner_limit` and `no_plan_found` are ends of their own. A run is `lost` if a node disappeared: it has no trace,
-    and the tester reports this end in place of the runner.
+    and the tester reports this end in place of the runner. A later goal of a case is `not_started` if its `when` never
+    holds.
     """
 
     REACHED = "reached"
@@ -39,11 +41,12 @@ class End(StrEnum):
     NO_PLAN_FOUND = "no_plan_found"
     LIVELOCK = "livelock"
     MODEL_ERROR = "model_error"
+    NOT_STARTED = "not_started"
     LOST = "lost"
 
     @property
     def plan_state(self) -> PlanState:
-        """The value of `plan.state` after a run with this end."""
+        """The value of `plan.state` after a run with this end; a goal that was not started leaves it as it is."""
         match self:
             case End.REACHED:
                 return PlanState.COMPLETED
@@ -283,7 +286,10 @@ class MessageDisturbed(Struct, frozen=True):
 
 
 class RunEnded(Struct, frozen=True):
-    """The run for a goal ended; `end` is the value of an `End`, and `detail` has the names that explain it."""
+    """The run for a goal ended; `end` is the value of an `End`, and `detail` has the names that explain it.
+
+    A later goal that was never begun ends as `not_started` without a `RunStarted`; `detail` has its `when`.
+    """
 
     kind: ClassVar[str] = "run_ended"
     at_ns: int
@@ -352,6 +358,27 @@ def state_after(records: Iterable[Record]) -> dict[str, Value]:
         if state:  # the state at the start of a run has all earlier changes
             state.update(record.changes)
     return state
+
+
+def ends_of(records: Iterable[Record]) -> tuple[RunEnded, ...]:
+    """Return the ends of the runs in `records`, one for each goal that has ended."""
+    return tuple(record for record in records if isinstance(record, RunEnded))
+
+
+def ranges_of_goals(records: Sequence[Record]) -> tuple[range, ...]:
+    """Return for each goal of a trace the indices of its records, in order; together they are all indices.
+
+    The records before the first goal belong to it. What follows the end of a run belongs to that run, until the next
+    goal begins, or is given up before it began.
+    """
+    begins = [0]
+    has_ended = False
+    for index, record in enumerate(records):
+        if has_ended and isinstance(record, (RunStarted, RunEnded)):
+            begins.append(index)
+            has_ended = False
+        has_ended = has_ended or isinstance(record, RunEnded)
+    return tuple(range(begin, end) for begin, end in pairwise((*begins, len(records))))
 
 
 def run_end(records: Sequence[Record]) -> RunEnded | None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple, assert_never
 from scbm.cases.trace.records import (
     AutomaticTaken,
     BecameCurrent,
+    End,
     InjectionApplied,
     MeasurementReceived,
     MeasurementRefused,
@@ -108,6 +109,8 @@ def sentence_of(record: Record, nominal: Mapping[str, Value]) -> Sentence:  # no
         case MessageDisturbed(resource=resource, message=message, copies=copies):
             fate = f"arrives {copies} times" if copies else "is lost on the way"
             return _same(f"{message} {NUMBER} of {resource} {fate}", record.request)
+        case RunEnded(end=End.NOT_STARTED.value, goal=goal, detail=detail):
+            return Sentence(f"goal {goal} does not begin: {', '.join(detail)} never held", "not started", goal)
         case RunEnded(end=end, detail=detail):
             words = end.replace("_", " ")
             return Sentence(f"{words}: {', '.join(detail)}" if detail else words, words)

@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 
 _START = "a case begins with `case: <name>`"
 _CASE = re.compile(r"""^\ufeff?(?:\{\s*)?["']?case["']?[ \t]*:(?=\s|$)""", re.MULTILINE | re.IGNORECASE)
-_GOAL = re.compile(r"""^\ufeff?["']?goal["']?[ \t]*:(?=\s|$)""", re.MULTILINE)
+_GOAL = re.compile(r"""^\ufeff?["']?goals?["']?[ \t]*:(?=\s|$)""", re.MULTILINE)
 _ITS_MODEL = re.compile(r"""^\ufeff?["']?model["']?[ \t]*:(?=\s|$)""", re.MULTILINE)
 _MODEL = re.compile(r"""^\ufeff?["']?behavior_model["']?[ \t]*:(?=\s|$)""", re.MULTILINE)
 
 
 def is_case_text(text: str) -> bool:
-    """Return whether a text looks like a case: it has a line with the key `case`, or with `goal` and with `model`."""
+    """Return whether a text looks like a case: it has the key `case`, or `model` with `goal` or `goals`."""
     return bool(_CASE.search(text) or (_GOAL.search(text) and _ITS_MODEL.search(text)))
 
 

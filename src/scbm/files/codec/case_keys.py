@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from scbm.cases import (
     Case,
+    CaseGoal,
     CaseLimits,
     EnvironmentChange,
     Expectations,
@@ -18,11 +19,12 @@ from scbm.cases import (
     RecordedRun,
 )
 from scbm.cases.coverage import Obligation, Obligations
-from scbm.cases.trace import End
 from scbm.files.codec.injection_keys import MAX_CHANGES, EnvironmentChangeKeys, InjectionKeys, InjectionsReader
 from scbm.files.codec.key_types import (
     CASE_NAME_TYPE,
     COUNT,
+    MAY_END,
+    MAY_END_HELP,
     PREDICATE_SCHEMA,
     REQUIREMENTS,
     TIME,
@@ -37,6 +39,8 @@ from scbm.files.codec.key_types import (
     names_type,
     node_of,
     predicate_data,
+    predicate_type,
+    verdict_type,
 )
 from scbm.files.codec.keys import Data, DefaultKey, Definitions, Key, Keys, KeyType, ShapeCheck, Spot
 from scbm.files.codec.network_keys import NetworkKeys, network_owners, random_keys
@@ -45,6 +49,7 @@ from scbm.files.codec.value_reader import NAME, ValueReader
 from scbm.files.language.scope import Where
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import FIRST_PLANNER, PlannerIdentity, Slug
+from scbm.model.predicates import TRUE, Predicate
 from scbm.model.requirements import Requirement
 from scbm.model.sources import outside_values
 from scbm.model.values import format_value
@@ -54,15 +59,14 @@ if TYPE_CHECKING:
 
     from scbm.files.yaml.document import YamlNode
     from scbm.model.behavior import BehaviorModel
-    from scbm.model.predicates import Predicate
     from scbm.model.variables import State
 
 _DIGEST = re.compile(r"[0-9a-f]{64}", re.ASCII)
 _WORD = re.compile(rf"(?!true$|false$){NAME.pattern}", re.ASCII)
 """What can only be meant as the name of a goal: no predicate is a word, except two."""
 
-_VERDICT_WORDS = tuple(end.value for end in End if end is not End.LOST)
-"""How a run can be expected to end, and be recorded; a lost run has not ended."""
+MAX_GOALS = 1_000
+"""The maximum number of goals of a case."""
 
 
 # types
@@ -156,16 +160,6 @@ class RecordedPlanType(KeyType[tuple[RecordedPlan, ...]]):
         return {"type": "array", "items": {"anyOf": [operations, {"enum": list(_NO_PLAN)}]}}
 
 
-def _verdict_type(what: str) -> ScalarType[End]:
-    """Return the type of the ends of runs, which messages call `what`."""
-
-    def read(reader: ValueReader, node: YamlNode, text: str) -> End | None:
-        word = reader.word(node, text, _VERDICT_WORDS, what)
-        return None if word is None else End(word)
-
-    return ScalarType("end of a run", "a verdict such as `reached`", {"enum": list(_VERDICT_WORDS)}, read, str)
-
-
 _FINAL = ScalarOrListType(
     "predicate, or list of them", "a predicate", PREDICATE_SCHEMA, "a predicate", _read_final, _final_data
 )
@@ -184,11 +178,11 @@ _GOAL = ScalarOrListType(
 
 
 class LimitsKeys(Keys):
-    """When the runner gives up."""
+    """When the runner gives up; the limits are for each goal."""
 
     time = Key(
         replace(TIME, reader=_read_time_limit),
-        "How long the runner may pursue the goal.",
+        "How long the runner may pursue a goal, and wait for the `when` of a goal.",
         absent="that of the command",
         source="time_ns",
     )
@@ -198,7 +192,7 @@ class LimitsKeys(Keys):
 class ExpectationsKeys(Keys):
     """What must be true of the run."""
 
-    verdict = Key(_verdict_type("a verdict"), "How the run ends.", absent="not checked")
+    verdict = Key(verdict_type("a verdict"), "How the run ends.", absent="not checked")
     plan = Key(
         _OPERATIONS,
         "All operations of the first plan; `[]` is the empty plan.",
@@ -239,6 +233,40 @@ class ExpectationsKeys(Keys):
         return tuple(visits)
 
 
+class CaseGoalKeys(Keys):
+    """One of several goals of a case."""
+
+    goal = Key(_GOAL, "The name of a goal of the model, or a predicate over the world.", required=True)
+    when: Key[Predicate] = Key(
+        predicate_type(Where.GUARD),
+        "The runner begins with this goal when the run before has ended and this holds; not for the first goal.",
+        absent="it begins as soon as the run before has ended",
+    )
+    may_end = DefaultKey(MAY_END, MAY_END_HELP, default=())
+    expect = Key(MappingType(ExpectationsKeys), "What must be true of the run for this goal.")
+
+    def case_goal(self, model: BehaviorModel) -> CaseGoal:
+        """Return the goal; valid only if no error is noted."""
+        name, predicate = read_goal(self.goal, self.reader, model)
+        expect = Expectations() if self.expect is None else self.expect.expectations(model)
+        return CaseGoal(name, predicate, self.when, expect, self.may_end)
+
+
+def read_goal(node: YamlNode | None, reader: ValueReader, model: BehaviorModel) -> tuple[str, Predicate]:
+    """Return the name and the predicate of a goal, by its name in the model or as a predicate; note unknown names."""
+    text = None if node is None else node.text
+    named = None if text is None else model.goal(text)
+    if text is not None and named is not None:
+        return text, named
+    if node is not None and isinstance(node.plain, str) and _WORD.fullmatch(node.plain):
+        known = [name for name, _ in model.goals]
+        remedy = suggestion(node.plain, known, "its goals are") or "write a predicate, such as `robot_at == home`"
+        reader.add(Slug.UNKNOWN_GOAL, f"the model has no goal `{node.plain}`", node.place, remedy)
+        node = None
+    predicate = reader.predicate(node, Where.WORLD)
+    return str(predicate), predicate
+
+
 class DrawnKeys(Keys):
     """The random streams that the case draws from."""
 
@@ -266,7 +294,7 @@ class DrawnKeys(Keys):
 class RecordedKeys(Keys):
     """The result of the run that the case was saved from."""
 
-    end = Key(_verdict_type("the end of a run"), "How the run ended.", required=True)
+    end = Key(verdict_type("the end of a run"), "How the run for the last goal ended.", required=True)
     trace = Key(
         ScalarType(
             "SHA-256",
@@ -287,6 +315,15 @@ class RecordedKeys(Keys):
 # the case
 
 
+class GoalToWrite(NamedTuple):
+    """One of several goals of a case to be written; attributes as in `CaseGoal`."""
+
+    goal: object
+    when: Predicate | None
+    may_end: tuple[str, ...]
+    expect: Expectations
+
+
 class CaseToWrite(NamedTuple):
     """A case to be written.
 
@@ -302,9 +339,27 @@ class CaseToWrite(NamedTuple):
 
     @property
     def goal(self) -> object:
-        """The goal: its name, if the model has it, else the predicate."""
-        is_named = self.model.goal(self.case.goal) == self.case.predicate
-        return self.case.goal if is_named else predicate_data(self.case.predicate)
+        """The only goal: its name, if the model has it, else the predicate; `None` if there are several."""
+        return None if self.case.later else self._goal_data(self.case.goal, self.case.predicate)
+
+    @property
+    def goals(self) -> tuple[GoalToWrite, ...]:
+        """The goals, if there are several."""
+        goals = self.case.goals if self.case.later else ()
+        return tuple(GoalToWrite(self._goal_data(g.name, g.predicate), g.when, g.may_end, g.expect) for g in goals)
+
+    @property
+    def may_end(self) -> tuple[str, ...]:
+        """The ends that excuse the only goal."""
+        return () if self.case.later else self.case.may_end
+
+    @property
+    def expect(self) -> Expectations | None:
+        """What is expected of the run for the only goal."""
+        return None if self.case.later else self.case.expect
+
+    def _goal_data(self, name: str, predicate: Predicate) -> object:
+        return name if self.model.goal(name) == predicate else predicate_data(predicate)
 
     @property
     def injections(self) -> tuple[Injection, ...]:
@@ -333,7 +388,18 @@ class CaseKeys(Keys):
         "The model file, relative to the directory of the case file.",
         source="model_path",
     )
-    goal = Key(_GOAL, "The name of a goal of the model, or a predicate over the world.", required=True)
+    goal = Key(
+        _GOAL,
+        "The name of a goal of the model, or a predicate over the world.",
+        absent="required without `goals`",
+        always_written=True,
+    )
+    goals = DefaultKey(
+        MappingListType(CaseGoalKeys, "list of goals"),
+        "Several goals in order, in place of `goal`; 1000 at most. Each has `may_end` and `expect` of its own.",
+        default=(),
+    )
+    may_end = DefaultKey(MAY_END, MAY_END_HELP, default=())
     initial = Key(
         NamesType(VALUE, "variable → value", is_short),
         "The variables whose initial values differ from the nominal state.",
@@ -376,8 +442,7 @@ class CaseKeys(Keys):
     )
     expect = Key(
         MappingType(ExpectationsKeys, "expectations"),
-        "What must be true of the run.",
-        source="case.expect",
+        "What must be true of the run; not with `goals`.",
     )
     drawn = Key(
         MappingType(DrawnKeys),
@@ -398,24 +463,26 @@ class CaseKeys(Keys):
     def case_for(self, model: BehaviorModel) -> Case:
         """Return the case, whose names are those of a model; valid only if no error is noted."""
         _ = self.model  # read for its own errors
-        goal, predicate = self._goal(model)
+        first, *later = self._goals(model)
         return Case(
             self.case or "",
-            goal,
-            predicate,
+            first.name,
+            first.predicate,
             self._initial(model),
             RuleReader(self.reader).rules(self.outcomes),
             InjectionsReader(self.reader).injections(self.injections),
             self._network(),
             CaseLimits() if self.limits is None else CaseLimits(self.limits.time, self.limits.plans),
             tuple(self._requirements(model)),
-            Expectations() if self.expect is None else self.expect.expectations(model),
+            first.expect,
             None if self.drawn is None else self.drawn.origin(),
             None
             if self.recorded is None
             else RecordedRun(str(self.recorded.end or ""), self.recorded.trace or "", self.recorded.planner),
             self.plans,
             self._environment(model),
+            first.may_end,
+            tuple(later),
         )
 
     def _environment(self, model: BehaviorModel) -> tuple[EnvironmentChange, ...] | None:
@@ -428,19 +495,39 @@ class CaseKeys(Keys):
         known = outside_values(model)
         return tuple(keys.change(model, known) for keys in self.environment)
 
-    def _goal(self, model: BehaviorModel) -> tuple[str, Predicate]:
-        node = self.goal
-        text = None if node is None else node.text
-        named = None if text is None else model.goal(text)
-        if text is not None and named is not None:
-            return text, named
-        if node is not None and isinstance(node.plain, str) and _WORD.fullmatch(node.plain):
-            known = [name for name, _ in model.goals]
-            remedy = suggestion(node.plain, known, "its goals are") or "write a predicate, such as `robot_at == home`"
-            self.reader.add(Slug.UNKNOWN_GOAL, f"the model has no goal `{node.plain}`", node.place, remedy)
-            node = None
-        predicate = self.reader.predicate(node, Where.WORLD)
-        return str(predicate), predicate
+    @classmethod
+    def check(cls, spot: Spot, check: ShapeCheck) -> None:
+        """Note also a case without a goal."""
+        super().check(spot, check)
+        if isinstance(spot.node.plain, dict) and not {"goal", "goals"} & spot.node.items.keys():
+            check.missing_key("goal", spot, list(cls.declared))
+
+    @classmethod
+    def schema(cls, definitions: Definitions) -> dict[str, Data]:
+        """Return the JSON Schema; a case has `goal` or `goals`."""
+        return {**super().schema(definitions), "oneOf": [{"required": ["goal"]}, {"required": ["goals"]}]}
+
+    def _goals(self, model: BehaviorModel) -> tuple[CaseGoal, ...]:
+        """Return the goals in order, at least one; valid only if no error is noted."""
+        several = tuple(keys.case_goal(model) for keys in self.goals[:MAX_GOALS])
+        if not self.has("goals"):
+            name, predicate = read_goal(self.goal, self.reader, model)
+            expect = Expectations() if self.expect is None else self.expect.expectations(model)
+            return (CaseGoal(name, predicate, None, expect, self.may_end),)
+        add, place = self.reader.add, self.place("goals")
+        if self.node.items["goals"].plain == []:
+            add(Slug.WRONG_SHAPE, "`goals` is empty, and a case has a goal", place, "write for example `goal: done`")
+        if len(self.goals) > MAX_GOALS:
+            message = f"{len(self.goals)} goals are too many: the most is {MAX_GOALS}"
+            add(Slug.BAD_NUMBER, message, self.goals[MAX_GOALS].node.place)
+        for key in ("goal", "may_end", "expect"):
+            if self.has(key):
+                message = f"a case with `goals` has no `{key}` of its own"
+                add(Slug.CONTRADICTION, message, self.place(key), f"write `{key}` in the elements of `goals`")
+        if self.goals and self.goals[0].has("when"):
+            message = "the first goal begins at once, so it has no `when`"
+            add(Slug.CONTRADICTION, message, self.goals[0].place("when"), "leave out `when`")
+        return several or (CaseGoal(str(TRUE), TRUE),)
 
     def _initial(self, model: BehaviorModel) -> State:
         values = {}
@@ -497,4 +584,5 @@ def case_owners() -> tuple[tuple[type[Keys], str], ...]:
         (DrawnKeys, "`drawn`"),
         (RecordedKeys, "`recorded`"),
         (CaseKeys, "the case"),
+        (CaseGoalKeys, "a goal of the case"),
     )

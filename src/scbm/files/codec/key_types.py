@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
+from scbm.cases.trace import End
 from scbm.files.codec.keys import Data, Definitions, Keys, KeyType, ShapeCheck, Spot
 from scbm.files.codec.value_reader import ValueReader
 from scbm.files.language.quantities import DURATION_PATTERN
 from scbm.files.yaml.yaml_writer import FlowList, FlowMapping
+from scbm.model import Slug
 from scbm.model.durations import format_duration
 from scbm.model.predicates import Predicate, Truth
 from scbm.model.requirements import FORMS, RequirementForm
@@ -331,3 +333,50 @@ def flow_list(words: Iterable[str]) -> list[Any]:
 def is_short(values: dict[str, Value]) -> bool:
     """Return whether a mapping of values fits one line."""
     return sum(len(name) + len(format_value(value)) + 4 for name, value in values.items()) <= _MAX_COLUMNS
+
+
+# the ends of runs
+
+_VERDICT_WORDS = tuple(end.value for end in End if end is not End.LOST)
+"""How a run can be expected to end, and be recorded; a lost run has not ended."""
+
+_FAULTS_OF_MODELS = (End.LIVELOCK.value, End.MODEL_ERROR.value)
+_EXCUSING = tuple(word for word in _VERDICT_WORDS if word not in (End.REACHED.value, *_FAULTS_OF_MODELS))
+
+
+def verdict_type(what: str) -> ScalarType[End]:
+    """Return the type of the ends of runs, which messages call `what`."""
+
+    def read(reader: ValueReader, node: YamlNode, text: str) -> End | None:
+        word = reader.word(node, text, _VERDICT_WORDS, what)
+        return None if word is None else End(word)
+
+    return ScalarType("end of a run", "a verdict such as `reached`", {"enum": list(_VERDICT_WORDS)}, read, str)
+
+
+def _read_may_end(reader: ValueReader, node: YamlNode) -> tuple[End, ...]:
+    found: dict[str, None] = {}
+    for element in node.elements:
+        text = element.text
+        if text is None or element.plain is None:
+            continue
+        if text in _FAULTS_OF_MODELS:
+            message = f"`{text}` is an error of the model, which `may_end` cannot excuse"
+            remedy = "correct the model; one case can expect this end with `verdict`"
+            reader.add(Slug.CONTRADICTION, message, element.place, remedy)
+        elif text in found:
+            reader.add(Slug.DUPLICATE_VALUE, f"`{text}` is listed twice", element.place)
+        elif reader.word(element, text, _EXCUSING, "an end that `may_end` can list") is not None:
+            found[text] = None
+    return tuple(map(End, found))
+
+
+MAY_END = ScalarListType(
+    "list of ends",
+    "a list of ends",
+    {"type": "array", "items": {"enum": list(_EXCUSING)}},
+    "an end of a run",
+    _read_may_end,
+    lambda ends: flow_list(map(str, ends)),
+)
+MAY_END_HELP = "Ends that excuse a missed goal, such as `aborted`; not `livelock` and `model_error`."

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from scbm.files.codec.binding_keys import BindingReader, RosKeys
 from scbm.files.codec.key_types import (
     COUNT,
+    MAY_END,
+    MAY_END_HELP,
     MODEL_NAME,
     REQUIREMENTS,
     MappingType,
@@ -16,7 +18,7 @@ from scbm.files.codec.key_types import (
     ScalarType,
     predicate_type,
 )
-from scbm.files.codec.keys import DefaultKey, Key, Keys
+from scbm.files.codec.keys import Data, DefaultKey, Definitions, Key, Keys, KeyType, ShapeCheck, Spot
 from scbm.files.codec.operation_keys import AutomaticKeys, EnvironmentKeys, OperationKeys, TransitionKeys
 from scbm.files.codec.resource_keys import ResourceKeys, SimulationKeys
 from scbm.files.codec.value_reader import NAME, ValueReader
@@ -104,6 +106,56 @@ _PLANNER = ScalarOrMappingType(
 )
 
 
+class ModelGoal(NamedTuple):
+    """A goal of a model: its predicate, and the ends that excuse missing it."""
+
+    goal: Predicate | None
+    may_end: tuple[str, ...] = ()
+
+
+class GoalKeys(Keys):
+    """A goal with more than its predicate."""
+
+    in_flow = True
+
+    goal: Key[Predicate] = Key(_WORLD, "The predicate.", required=True)
+    may_end = DefaultKey(MAY_END, MAY_END_HELP, default=())
+
+
+class GoalType(KeyType[ModelGoal]):
+    """A goal: a predicate, or a mapping."""
+
+    words = "predicate, or goal"
+
+    def check(self, spot: Spot, check: ShapeCheck) -> None:
+        """Note what is wrong in a mapping, or anything but a predicate."""
+        if isinstance(spot.node.plain, dict):
+            GoalKeys.check(spot, check)
+        else:
+            _WORLD.check(spot, check)
+
+    def read(self, node: YamlNode, reader: ValueReader) -> ModelGoal:
+        """Return the goal; its predicate is `None` if that is wrong."""
+        if isinstance(node.plain, dict):
+            keys = GoalKeys(node, reader)
+            return ModelGoal(keys.goal, keys.may_end)
+        predicate: Predicate | None = _WORLD.read(node, reader)
+        return ModelGoal(predicate)
+
+    def write(self, value: object) -> Data:
+        """Return the predicate, or the mapping if it has more."""
+        goal: Any = value
+        return GoalKeys.write(goal) if goal.may_end else _WORLD.write(goal.goal)
+
+    def schema(self, definitions: Definitions) -> dict[str, Data]:
+        """Return the JSON Schema."""
+        return {"anyOf": [_WORLD.schema(definitions), definitions.reference(GoalKeys)]}
+
+    def mappings(self) -> tuple[type[Keys], ...]:
+        """Return the mapping."""
+        return (GoalKeys,)
+
+
 class ModelKeys(Keys):
     """A behavior model."""
 
@@ -144,8 +196,12 @@ class ModelKeys(Keys):
         _WORLD, "What every initial state satisfies.", default=TRUE, always_written=True
     )
     goals = DefaultKey(
-        NamesType(_WORLD, "name → predicate"), "The goals of runs; a random case draws one of them.", default=()
+        NamesType(GoalType(), "name → predicate, or goal"),
+        "The goals of runs; a random case draws one of them.",
+        default=(),
+        source=lambda model: {name: ModelGoal(goal, model.may_end_of(name)) for name, goal in model.goals},
     )
+    may_end = DefaultKey(MAY_END, MAY_END_HELP, default=())
     requirements = DefaultKey(
         REQUIREMENTS,
         "What must hold during every run.",
@@ -177,10 +233,12 @@ class ModelKeys(Keys):
             resources=tuple(resources),
             automatic_transitions=tuple(entry.value.automatic(entry.name, entry.place) for entry in automatic),
             initial_states=self.initial_states,
-            goals=tuple((entry.name, entry.value or TRUE) for entry in self._named(self.goals)),
+            goals=tuple((entry.name, entry.value.goal or TRUE) for entry in self._named(self.goals)),
             requirements=tuple(Requirement(name, sentence) for name, sentence in requirements if sentence is not None),
             planner=PlannerChoice() if self.planner is None else self.planner.choice(),
             environment=tuple(entry.value.environment(entry.name) for entry in self._named(self.environment)),
+            may_end=self.may_end,
+            goals_may_end=tuple((entry.name, entry.value.may_end) for entry in self.goals if entry.value.may_end),
         )
         self._refuse_false_sources(model)
         if self.waivers:
@@ -310,6 +368,7 @@ MODEL_OWNERS: tuple[tuple[type[Keys], str], ...] = (
     (EnvironmentKeys, "an environment transition"),
     (PlannerKeys, "the planner"),
     (WaiverKeys, "a waiver"),
+    (GoalKeys, "a goal"),
     (ModelKeys, "the model"),
 )
 """What messages call the mappings of a model file; an unknown key belongs to the first that declares it."""

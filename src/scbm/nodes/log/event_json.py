@@ -48,8 +48,9 @@ _FACTOR = re.compile(r"[1-9]\d{0,11}(/[1-9]\d{0,11})?", re.ASCII)
 def event_json(event: Event | Note) -> dict[str, Any]:  # noqa: PLR0911 - one for each kind
     """An event or a note as data that `json` can write, without its time. Raises `ValueError` if no JSON says it."""
     match event:
-        case GoalGiven(name, predicate):
-            return {"kind": "goal", "name": name, "predicate": str(predicate)}
+        case GoalGiven(name, predicate, when):
+            waits = {} if when is None else {"when": str(when)}
+            return {"kind": "goal", "name": name, "predicate": str(predicate), **waits}
         case ReplyArrived(request, succeeded, measured):
             return {"kind": "reply", "request": request, "succeeded": succeeded, "measured": _by_name(measured)}
         case Measured(values, by):
@@ -165,6 +166,10 @@ class _JsonFields:
     def __getitem__(self, name: str) -> object:
         return self._data[name]
 
+    def has(self, name: str) -> bool:
+        """Return whether an optional field is there."""
+        return name in self._data
+
     def _wrong(self, name: str, expected: str) -> ValueError:
         return ValueError(f"`{name}` of {self._what} is not {expected}")
 
@@ -244,7 +249,8 @@ def _is_encodable(text: str) -> bool:
 
 
 def _goal(fields: _JsonFields, _: int) -> Event:
-    return GoalGiven(fields.text("name", most=None), fields.predicate("predicate", Where.WORLD))
+    when = fields.predicate("when", Where.GUARD) if fields.has("when") else None
+    return GoalGiven(fields.text("name", most=None), fields.predicate("predicate", Where.WORLD), when)
 
 
 def _reply(fields: _JsonFields, _: int) -> Event:

@@ -15,7 +15,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from scbm.cases.trace import End, run_end
+from scbm.cases.trace import End, ends_of
 from scbm.files import open_input, read_case, write_case
 from scbm.model import FIRST_PLANNER, Diagnostic, InputError, Place, PlannerIdentity, Slug
 from scbm.model.json_reader import JsonError, convert_json, read_json_object
@@ -140,10 +140,10 @@ def rerun(log: EventLog, program: Program) -> Simulated:
     records = replay(log, program)
     if log.end is End.LOST:
         return Simulated(End.LOST, log.ended_ns, records)
-    ended = run_end(records)
-    if ended is None:
+    ends = ends_of(records)
+    if len(ends) != len(log.case.goals):
         raise ValueError("the run does not end with these events")
-    return Simulated(End(ended.end), ended.at_ns, records)
+    return Simulated(End(ends[-1].end), ends[-1].at_ns, records)
 
 
 # writing

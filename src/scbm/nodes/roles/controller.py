@@ -272,7 +272,8 @@ class ControllerNode:
 
     def _go(self, run: _ControlledRun, stamp_ns: int) -> None:
         runner = Runner(self._program, run.case.initial, run.options)
-        run.driver = driver = Driver(runner, Clock(stamp_ns, run.scale), self)
+        goals = run.case.goals
+        run.driver = driver = Driver(runner, Clock(stamp_ns, run.scale), self, len(goals))
         for injection in run.case.injections:
             driver.give(InjectionGiven(injection), stamp_ns)
         for change in run.case.environment or ():
@@ -281,7 +282,8 @@ class ControllerNode:
             )
         if self._measured:  # what was measured before the run is true in it, whatever the case says
             driver.give(Measured(tuple(self._measured.items())), stamp_ns)
-        driver.give(GoalGiven(run.case.goal, run.case.predicate), stamp_ns)
+        for goal in goals:
+            driver.give(GoalGiven(goal.name, goal.predicate, goal.when), stamp_ns)
         for name, link in self._links.items():
             if not link.is_there:
                 self.on_presence(name, is_there=False)
@@ -304,7 +306,8 @@ class ControllerNode:
         run = self._run
         if run is not None and run.driver is not None:
             injection = Injection(GIVEN_UP, assign=(("plan.state", "aborted"),))
-            run.driver.give(InjectionGiven(injection), self._now_ns())
+            for _ in run.case.goals:  # the next goal begins as soon as one is aborted
+                run.driver.give(InjectionGiven(injection), self._now_ns())
             run.driver.close()
         if self._planning is not None:
             self._planning.cancel()  # the next run does not wait for a plan that has not been begun
@@ -346,7 +349,7 @@ class ControllerNode:
 
     def _answer(self, asked: AskPlan, should_continue: Callable[[], bool]) -> PlanAnswered:
         if self._run is not None and self._run.case.plans:
-            known = recorded_answer(self._run.case, asked.ask, self._planner, asked.state)
+            known = recorded_answer(self._run.case, asked.ask, self._planner, asked.state, asked.goal)
             return PlanAnswered(asked.ask, PlanStatus(known.status), known.plan)
         answer = plan_guarded(self._plans, asked.state, asked.goal, self._plan_limits, should_continue)
         plan = answer.plan if isinstance(answer, Solved) else ()

@@ -51,8 +51,11 @@ class Surroundings(Protocol):
 class Driver:
     """Gives events to one runner, and arms one timer for the deadline that it answers."""
 
-    def __init__(self, runner: Runner, clock: Clock, surroundings: Surroundings) -> None:
-        """Start, on the running event loop. The runner is new, and its time is that of `clock`."""
+    def __init__(self, runner: Runner, clock: Clock, surroundings: Surroundings, goals: int = 1) -> None:
+        """Start, on the running event loop. The runner is new, and its time is that of `clock`.
+
+        The run is over once `goals` goals have ended.
+        """
         self._runner = runner
         self._clock = clock
         self._surroundings = surroundings
@@ -60,6 +63,7 @@ class Driver:
         self._timer: asyncio.Handle | None = None
         self._now_ns = 0
         self._is_over = False
+        self._goals = goals
 
     def give(self, event: Event | Note, stamp_ns: int) -> None:
         """Handle an event at a reading of `time.monotonic_ns`; ignore it once the run is over."""
@@ -91,7 +95,7 @@ class Driver:
         effects = self._runner.handle(event, at_ns)
         records = records_of(effects)
         self._surroundings.stepped(at_ns, event, records)
-        finished = None
+        finished: RunFinished | None = None
         for effect in effects:
             match effect:
                 case SendRequest():
@@ -102,9 +106,10 @@ class Driver:
                     self._surroundings.plan(effect)
                 case RunFinished():
                     finished = effect
+                    self._goals -= 1
                 case _:
                     pass  # records; and the conditions of simulated resources, which are the tester's
-        if finished is not None:  # last of all: automatic transitions may still send something behind the end
+        if finished is not None and self._goals <= 0:  # last of all: what follows the end belongs to the run
             self.close()
             self._surroundings.finished(finished)
 

@@ -408,7 +408,7 @@ class _File:
 
 def _show(case: Case, printer: RepresentationPrinter, cycle: bool) -> None:  # noqa: ARG001, FBT001 - as the printer calls it
     """A case in the report of Hypothesis, which shows its file."""
-    printer.text(f"<case {case.name}: goal {case.goal}>")
+    printer.text(f"<case {case.name}: goal {case.goal_names}>")
 
 
 for_type_by_name(Case.__module__, Case.__name__, _show)

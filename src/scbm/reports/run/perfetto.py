@@ -123,7 +123,8 @@ def write_perfetto(model: BehaviorModel, execution: Execution, stream: BinaryIO)
 def _about(execution: Execution) -> dict[str, str]:
     case = execution.case
     failures = "; ".join(map(str, execution.verdict.failures))
-    about = {"model": execution.trace.model, "case": case.name, "goal": case.goal, "predicate": str(case.predicate)}
+    about = {"model": execution.trace.model, "case": case.name, "goal": case.goal_names}
+    about["predicate"] = case.predicates
     return about | {"verdict": execution.verdict.end.value, "failures": failures}
 
 

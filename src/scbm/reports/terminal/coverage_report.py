@@ -157,6 +157,7 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     yield from _statuses(setting)
     duration = f"{campaign.simulated_ns / 1e9:.2f} s {setting.where or 'simulated'}"
     yield Text(f"  Testing duration: {duration}, {_cases(campaign, setting)}")
+    yield from _excused(campaign)
     yield from _early(setting)
     yield from _forecast(campaign, setting)
     yield Text()
@@ -166,6 +167,15 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     yield from unused_lines(campaign)
     yield from missed_table(campaign.model, coverage, setting.columns, setting.statuses)
     yield from _reasons(campaign, setting)
+
+
+def _excused(campaign: Campaign) -> Iterator[Text]:
+    """Yield how many missed goals were excused, by the reason; nothing if there are none."""
+    excuses = campaign.summary.excuses
+    if excuses:
+        count = sum(count for _, count in excuses)
+        parts = ", ".join(f"{number} by {excuse.words}" for excuse, number in excuses)
+        yield Text(f"  Excused: {counted(count, 'missed goal')}, {parts}")
 
 
 def missing_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:

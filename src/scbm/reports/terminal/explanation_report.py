@@ -170,8 +170,8 @@ def _beginning(case: Case, model: BehaviorModel) -> str:
 
 
 def _goal(case: Case) -> str:
-    predicate = str(case.predicate)
-    return predicate if case.goal == predicate else f"{case.goal}: {predicate}"
+    goals = ((goal.name, str(goal.predicate)) for goal in case.goals)
+    return ", then ".join(text if name == text else f"{name}: {text}" for name, text in goals)
 
 
 def _wrong(visit: Visit) -> Iterator[Text]:

@@ -53,7 +53,7 @@ class Simulated:
     """The result of a simulated run.
 
     Attributes:
-        end: how the run for the goal ended.
+        end: how the run for the last goal ended.
         ended_ns: the virtual time of the end.
         records: the trace.
         moves: what the environment changed; `None` if nothing decided about it.
@@ -100,7 +100,7 @@ class Simulator:
         self.resources = {resource.name: resource for resource in model.resources}
 
     def run(self, case: Case, choices: Choices, most_records: int | None = None) -> Simulated:
-        """Run a case until its goal is reached or given up.
+        """Run a case until each of its goals is reached or given up.
 
         Args:
             case: the case.
@@ -116,6 +116,8 @@ class Simulator:
         for injection in case.injections:
             run.schedule(0, InjectionGiven(injection))
         run.schedule(0, GoalGiven(case.goal, case.predicate))
+        for goal in case.later:
+            run.schedule(0, GoalGiven(goal.name, goal.predicate, goal.when))
         run.plan_restarts(case.network.restarts_of_resources)
         run.begin_environment()
         return run.finish(most_records)
@@ -173,6 +175,7 @@ class _SimulationRun:
         self._records: list[Record] = []
         self._now_ns = 0
         self._end: End | None = None
+        self._goals = 1 + len(case.later)
 
     def schedule(self, at_ns: int, occurrence: _Occurrence) -> None:
         """Schedule an event; events of one moment happen in the order in which they were scheduled."""
@@ -195,8 +198,8 @@ class _SimulationRun:
             heapq.heappush(self._heap, (tick.at_ns, _BEHIND_ALL_OTHERS + next(self._order), tick))
 
     def finish(self, most_records: int | None) -> Simulated:
-        """Process events until the run ends. Raises `TooLongError`."""
-        while self._end is None:
+        """Process events until the run for the last goal ends. Raises `TooLongError`."""
+        while self._goals:
             if most_records is not None and len(self._records) > most_records:
                 raise TooLongError
             if self._environment is not None:
@@ -208,6 +211,7 @@ class _SimulationRun:
                     self._records.append(effect)
                     if self._choices.needs_operation:
                         self._follow_operation(effect)
+        assert self._end is not None  # noqa: S101 - a case has a goal, and its run has ended
         moves = None if self._environment is None else self._environment.taken(is_waiting=self._is_waiting)
         return Simulated(self._end, self._now_ns, tuple(self._records), moves)
 
@@ -274,6 +278,7 @@ class _SimulationRun:
                 self._plan(effect)
             case RunFinished():
                 self._end = effect.end
+                self._goals -= 1
             case _:
                 assert_never(effect)
 
@@ -337,7 +342,7 @@ class _SimulationRun:
         """Plan at once: planning takes no time in a simulation."""
         simulator = self._simulator
         if self._case.plans:
-            known = recorded_answer(self._case, asked.ask, simulator.planner, asked.state)
+            known = recorded_answer(self._case, asked.ask, simulator.planner, asked.state, asked.goal)
             self.schedule(self._now_ns, PlanAnswered(asked.ask, PlanStatus(known.status), known.plan))
             return
         try:

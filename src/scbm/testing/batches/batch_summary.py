@@ -7,7 +7,7 @@ batches nor on the process that ran each of them (decision 37).
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias, TypeVar
 
 from scbm.cases.coverage import bits_of
 from scbm.testing.verdicts import FailureKind
@@ -16,7 +16,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from scbm.cases.trace import End
-    from scbm.testing.verdicts import Failure, Verdict
+    from scbm.testing.verdicts import Excuse, Failure, Verdict
+
+_Counted = TypeVar("_Counted")
+_Counts: TypeAlias = "tuple[tuple[_Counted, int], ...]"
 
 MAX_LISTED = 10_000
 """Maximum number of random cases that are listed one by one; of more, a summary lists only the notable ones.
@@ -91,6 +94,7 @@ class BatchSummary:
         unused: position and sentence of clauses without effect, at most ten.
         unused_count: how many there are.
         outcomes: the listed cases: all, or the notable ones.
+        excuses: how many missed goals were excused for which reason, in the order of the first case of each.
     """
 
     written: int = 0
@@ -106,6 +110,7 @@ class BatchSummary:
     unused: tuple[tuple[int, str], ...] = ()
     unused_count: int = 0
     outcomes: tuple[CaseOutcome, ...] = ()
+    excuses: tuple[tuple[Excuse, int], ...] = ()
 
     @property
     def last(self) -> int:
@@ -164,15 +169,16 @@ def merge(left: BatchSummary, right: BatchSummary) -> BatchSummary:
         (*left.unused, *right.unused)[:_MAX_UNUSED],
         left.unused_count + right.unused_count,
         (*left.outcomes, *right.outcomes),
+        _added(left.excuses, right.excuses),
     )
     is_short = merged.last - merged.written <= MAX_LISTED and left.is_whole and right.is_whole
     return merged if is_short else merged.notable()
 
 
-def _added(left: tuple[tuple[End, int], ...], right: tuple[tuple[End, int], ...]) -> tuple[tuple[End, int], ...]:
+def _added(left: tuple[tuple[_Counted, int], ...], right: tuple[tuple[_Counted, int], ...]) -> _Counts[_Counted]:
     counts = dict(left)
-    for end, count in right:
-        counts[end] = counts.get(end, 0) + count
+    for each, count in right:
+        counts[each] = counts.get(each, 0) + count
     return tuple(counts.items())
 
 
@@ -220,6 +226,7 @@ class SummaryBuilder:
     _ended_ns: int = 0
     _union: int = 0
     _ends: dict[End, int] = field(default_factory=dict)
+    _excuses: dict[Excuse, int] = field(default_factory=dict)
     _sets: dict[int, int] = field(default_factory=dict)
     _news: list[tuple[int, int]] = field(default_factory=list)
     _causes: list[FailureCause] = field(default_factory=list)
@@ -234,6 +241,8 @@ class SummaryBuilder:
         self._ended_ns += outcome.ended_ns
         end, visited = outcome.verdict.end, outcome.visited
         self._ends[end] = self._ends.get(end, 0) + 1
+        for excuse in outcome.verdict.excuses:
+            self._excuses[excuse] = self._excuses.get(excuse, 0) + 1
         self._sets[visited] = self._sets.get(visited, 0) + 1
         self._unused += [(outcome.position, sentence) for sentence in outcome.unused]
         is_new = bool(visited & ~self._union)
@@ -263,6 +272,7 @@ class SummaryBuilder:
             tuple(self._unused[:_MAX_UNUSED]),
             len(self._unused),
             tuple(self._outcomes),
+            tuple(self._excuses.items()),
         )
         return built if self.lists_all else built.notable()
 
