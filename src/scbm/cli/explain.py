@@ -19,10 +19,12 @@ from scbm.cli.options.closing_options import (
 )
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
+from scbm.cli.options.status_options import WaiversFile, read_waivers_of
 from scbm.cli.output.terminal import activity_display, results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.closing_json import decided_json, suggestion_json
 from scbm.closing.explanations import Explanation, Visit, explain
+from scbm.closing.proved_statuses import with_waivers
 from scbm.files import load_model, suggestion, write_case
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
 from scbm.reports.figure_table import shown_path
@@ -47,6 +49,7 @@ def command(
             rich_help_panel=HelpSection.CASES,
         ),
     ] = None,
+    waivers: WaiversFile = None,
     max_states: MaxStates = DEFAULT_LIMITS.situations,
     max_planning: MaxPlanning = DEFAULT_LIMITS.planning,
     max_random: MaxRandom = DEFAULT_LIMITS.random,
@@ -60,12 +63,13 @@ def command(
     options = PlannerOptions(planner, max_length, max_expanded)
     loaded = options.applied(load_model(model))
     asked = _read_obligation(obligation, loaded)
+    review = read_waivers_of(loaded, waivers)
     given = Suite.load(loaded, model, tuple(suite or ()), planner_option=options.text)
     limits = CloseLimits(max_states, planning=max_planning, random=max_random, changes=max_changes)
     with activity_display(given.activity) as show:
         campaign = given.run()
         show(f"exploring {loaded.name}")
-        closing = Closer(loaded, limits, show).close(campaign, asked)
+        closing = with_waivers(Closer(loaded, limits, show).close(campaign, asked), review)
     explanations = explain(closing, asked, _executions(closing, given))
     if json:
         write_json(_json(explanations, given))

@@ -156,7 +156,7 @@ def command(
     history = read_history(store)
     evidence = stored_evidence(history, certificates, waivers, wanted_figures)
     if evidence is not None:
-        history = replace(history, decided=evidence.statuses(history.coverage))
+        history = replace(history, decided=evidence.statuses(history.coverage, history.forced))
     writer = wanted.writer(store, history)
     cover = _smallest(history) if minimize else None
     if json:

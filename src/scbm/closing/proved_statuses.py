@@ -55,9 +55,9 @@ class StatusEvidence:
                 united[name] = proof
         return replace(self, proofs=united)
 
-    def statuses(self, coverage: Coverage) -> Statuses:
-        """Return the statuses of the obligations of a coverage."""
-        return Statuses.of(coverage, self.proofs, self.waivers, self.ignored)
+    def statuses(self, coverage: Coverage, forced: int = 0) -> Statuses:
+        """Return the statuses of the obligations of a coverage; `forced` are those that only forced states visit."""
+        return Statuses.of(coverage, self.proofs, self.waivers, self.ignored, forced)
 
 
 def claims_of(checked: CheckedCertificate) -> Iterator[tuple[str, StatusProof]]:

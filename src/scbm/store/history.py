@@ -143,6 +143,7 @@ class StoredCase:
         visited: the obligations of the store's model that it visited, as bits.
         is_earlier: whether it was run on an earlier version of the model; it cannot be run again then.
         log: if it ran over nodes, the log of that, packed: see `packed_log`.
+        forced: of the visited obligations those that it visited only after its state was forced, as bits.
     """
 
     key: bytes
@@ -157,6 +158,7 @@ class StoredCase:
     visited: int
     is_earlier: bool = False
     log: bytes | None = None
+    forced: int = 0
 
     @property
     def is_over_nodes(self) -> bool:
@@ -202,7 +204,15 @@ class History:
     @cached_property
     def statuses(self) -> Statuses:
         """The statuses of obligations; without certificates and waivers visits alone decide them."""
-        return self.decided or Statuses.of(self.coverage)
+        return self.decided or Statuses.of(self.coverage, forced=self.forced)
+
+    @cached_property
+    def forced(self) -> int:
+        """The obligations that cases visit only after their states were forced, as bits."""
+        freely = 0
+        for case in self.cases:
+            freely |= case.visited & ~case.forced
+        return self.coverage.visited & ~freely
 
     @property
     def source(self) -> ModelSource:

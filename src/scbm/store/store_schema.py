@@ -185,6 +185,12 @@ TABLES: dict[str, StoreTable] = {
             StoreColumn("requests", "INTEGER NOT NULL", "the number of requests that it sent"),
             StoreColumn("visited", "BLOB NOT NULL", "the set of obligations that it visited"),
             StoreColumn(
+                "forced",
+                "BLOB",
+                "of `visited` the set of obligations that it visited only after its state was forced; null for none",
+                since=5,
+            ),
+            StoreColumn(
                 "log", "BLOB", "of a run over nodes: its log, compressed as by zlib; null for simulation", since=2
             ),
         ),

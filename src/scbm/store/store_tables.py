@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 _CASE_COLUMNS = (
     "key, name, goal, model, run, position, setting, seed, number, text, path,"
-    " ended, failures, ended_ns, requests, visited, log"
+    " ended, failures, ended_ns, requests, visited, log, forced"
 )
 
 _MAX_JSON_CHARACTERS = 16 * 1024 * 1024
@@ -92,6 +92,7 @@ class CaseRow:
     requests: int
     visited: int
     log: bytes | None
+    forced: int = 0
 
 
 class Tables:
@@ -151,12 +152,12 @@ class Tables:
         for row in rows:
             key, name, goal, model, run, position, setting, seed, number, text, path, *result = row
             recipe = _recipe(settings[setting], seed, number, text, path)
-            ended, failures, ended_ns, requests, visited, log = result
+            ended, failures, ended_ns, requests, visited, log, forced = result
             verdict, bits = Verdict(End(ended), _failures(failures)), _known(visited, count)
             _refuse_another_log(log, recipe)
             yield CaseRow(
                 key, _text(name), _text(goal), model, run, _number(position), recipe,
-                verdict, _number(ended_ns), _number(requests), bits, log,
+                verdict, _number(ended_ns), _number(requests), bits, log, _known(forced or b"", count),
             )  # fmt: skip
 
     def certificates(self) -> Iterator[tuple[int, StoredCertificate]]:
@@ -307,7 +308,7 @@ class Tables:
     def put_case(self, case: CaseRow) -> None:
         """Adds a case. If it is there, what both visited counts, and else what the later run says."""
         query = (
-            "SELECT test_case.visited, coalesce(order_time, started), token, position FROM test_case"
+            "SELECT test_case.visited, forced, coalesce(order_time, started), token, position FROM test_case"
             " JOIN run ON run.id = test_case.run WHERE key = ?"
         )
         known = self._connection.execute(query, (case.key,)).fetchone()
@@ -315,9 +316,11 @@ class Tables:
             self._insert(case)
             self._compute("test_case", "key", case.key, case)
             return
-        visited, *before = known
-        union = self._bytes(_set(visited) | case.visited)
-        self._connection.execute("UPDATE test_case SET visited = ? WHERE key = ?", (union, case.key))
+        visited, forced, *before = known
+        freely = _set(visited) & ~_set(forced or b"") | case.visited & ~case.forced
+        union = _set(visited) | case.visited
+        row = (self._bytes(union), self._some_bytes(union & ~freely), case.key)
+        self._connection.execute("UPDATE test_case SET visited = ?, forced = ? WHERE key = ?", row)
         query = "SELECT coalesce(order_time, started), token FROM run WHERE id = ?"
         moment = self._connection.execute(query, (case.run,)).fetchone()
         if (*moment, case.position) > tuple(before):
@@ -331,7 +334,7 @@ class Tables:
         else:
             how = (self._setting(recipe.network, recipe), str(recipe.seed), recipe.number, None, None)
         place = (case.key, case.name, case.goal, case.model, case.run, case.position)
-        result = (*_ended(case), self._bytes(case.visited), case.log)
+        result = (*_ended(case), self._bytes(case.visited), case.log, self._some_bytes(case.forced))
         marks = ", ".join("?" * len((*place, *how, *result)))
         self._connection.execute(
             f"INSERT INTO test_case ({_CASE_COLUMNS}) VALUES ({marks})",  # noqa: S608 - our own columns
@@ -370,6 +373,10 @@ class Tables:
 
     def _bytes(self, bits: int) -> bytes:
         return bits.to_bytes(self._width, "little")
+
+    def _some_bytes(self, bits: int) -> bytes | None:
+        """Return a set; `None` for the empty one."""
+        return self._bytes(bits) if bits else None
 
 
 def _set(stored: bytes) -> int:
@@ -477,7 +484,7 @@ def history_in(tables: Tables) -> History:
     cases = [
         StoredCase(
             row.key, row.name, row.recipe, row.goal, order[row.run], row.position,
-            row.verdict, row.ended_ns, row.requests, row.visited, row.model != current.id, row.log,
+            row.verdict, row.ended_ns, row.requests, row.visited, row.model != current.id, row.log, row.forced,
         )
         for row in tables.cases()
         if row.key not in left_out

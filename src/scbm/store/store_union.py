@@ -129,6 +129,7 @@ def _added(union: Tables, tables: Tables, edit: ModelEdit | None) -> tuple[Dropp
     visited = 0
     for case in tables.cases():
         bits = case.visited if edit is None else edit.mapped(case.visited)
+        forced = case.forced if edit is None else edit.mapped(case.forced)
         visited |= case.visited
-        union.put_case(replace(case, model=models[case.model], run=runs[case.run], visited=bits))
+        union.put_case(replace(case, model=models[case.model], run=runs[case.run], visited=bits, forced=forced))
     return () if edit is None else edit.dropped(visited)

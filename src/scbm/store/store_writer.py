@@ -165,7 +165,7 @@ class StoreWriter:
             key, case = key_of(recipe, self._digest, planner.words), result.case
             row = CaseRow(
                 key, case.name, case.goal_names, *ids, position, recipe,
-                result.verdict, result.ended_ns, result.requests, result.visited, packed,
+                result.verdict, result.ended_ns, result.requests, result.visited, packed, result.forced,
             )  # fmt: skip
             self._tables.put_case(row)
             self._tables.add_to_run(ids[1], result.visited, failed=not result.verdict.passed)

@@ -108,6 +108,14 @@ class Campaign:
         _, verdict, ended_ns, requests, visited, unused, forced = outcome
         return CaseResult(case, requests, verdict, ended_ns, visited, unused, forced)
 
+    @cached_property
+    def forced(self) -> int:
+        """The obligations that listed cases visit only after their states were forced, as bits."""
+        freely = 0
+        for outcome in self.summary.outcomes:
+            freely |= outcome.visited & ~outcome.forced
+        return self.coverage.visited & ~freely
+
     @property
     def forecast(self) -> Forecast | None:
         """What ten times as many random cases would visit; `None` where that is not estimated."""
@@ -153,7 +161,7 @@ def campaign_json(
         "seed": seed,
         "passed": not campaign.failed_count,
         "coverage": coverage_json(campaign.coverage),
-        "statuses": statuses_json(Statuses.of(campaign.coverage)),
+        "statuses": statuses_json(Statuses.of(campaign.coverage, forced=campaign.forced)),
         "simulated_seconds": campaign.simulated_ns / 1e9,
         "findings": [_finding(*pair) for pair in zip(findings, commands, strict=True)],
         **real,

@@ -228,6 +228,7 @@ def test_a_store_without_tables_of_certificates_is_read(stored: Path, scbm: Scbm
     with closing(sqlite3.connect(stored)) as connection:
         connection.execute("DROP TABLE certificate")
         connection.execute("ALTER TABLE run DROP COLUMN waivers")
+        connection.execute("ALTER TABLE test_case DROP COLUMN forced")
         connection.execute("PRAGMA user_version = 4")
         connection.commit()
     assert _json(scbm("report", stored, "--json"))["statuses"]["counts"]["waived"] == 0
@@ -238,3 +239,33 @@ def test_a_report_takes_certificates_and_waivers_too(lamp: Path, closed: Path, s
     scbm("test", lamp, closed, "--store", store)
     assert scbm("report", store, "--fail-under", "coverable=100").code == 1
     assert scbm("report", store, "--certificates", closed, "--fail-under", "coverable=100").code == 0
+
+
+# forced states
+
+
+LOCKED = MODEL.replace("}}\noperations", "}, ok: {domain: bool, initial: true, source: constant}}\noperations").replace(
+    "pre: {g: on == false}", "pre: {g: on == false, gr: ok == true}"
+)
+FORCED = """
+case: forced
+model: lamp.yaml
+goal: lit
+injections:
+  - {name: broken, when: plan.state == executing, set: {ok: false}, hold: 1 s}
+"""
+
+
+def test_an_obligation_that_only_a_forced_state_visits_is_not_covered(lamp: Path, scbm: Scbm) -> None:
+    lamp.write_text(LOCKED)
+    case = lamp.parent / "forced.yaml"
+    case.write_text(FORCED)
+    store = lamp.parent / "cov.db"
+    statuses = _json(scbm("test", lamp, case, "--store", store, "--json"))["statuses"]
+    names = [entry["name"] for entry in statuses["obligations"] if entry["status"] == "forced"]
+    assert names == ["switch/disabled", "switch/executing", "switch/completed"]
+    assert statuses["coverable"] == {"visited": 0, "of": 5, "percent": 0.0}
+    assert _json(scbm("report", store, "--json"))["statuses"] == statuses
+    assert scbm("test", lamp, "--store", store).code == 0
+    names = [entry["name"] for entry in _json(scbm("report", store, "--json"))["statuses"]["obligations"]]
+    assert names == ["switch/disabled"]

@@ -354,6 +354,7 @@ def test_the_cases_of_a_store_of_version_2_were_planned_by_the_canonical_planner
     changed(path, "ALTER TABLE run DROP COLUMN planner")
     changed(path, "ALTER TABLE run DROP COLUMN order_time")
     changed(path, "ALTER TABLE run DROP COLUMN waivers")
+    changed(path, "ALTER TABLE test_case DROP COLUMN forced")
     changed(path, "DROP TABLE certificate")
     changed(path, "PRAGMA user_version = 2")
     assert [run.planner for run in read_history(path).runs] == ["canonical 1"]

@@ -185,7 +185,7 @@ def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, com
 
 def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput, evidence: StatusEvidence | None) -> int:
     campaign, since = done.campaign, done.since
-    statuses = None if evidence is None else evidence.statuses(campaign.coverage)
+    statuses = None if evidence is None else evidence.statuses(campaign.coverage, campaign.forced)
     if output.json:
         stored = {} if since is None else {"store": since.as_json}
         early = {"ended_early": done.words} if done.words else {}
