@@ -29,6 +29,8 @@ def status_lines(statuses: Statuses, columns: int = DEFAULT_COLUMNS) -> Iterator
 
 def status_warnings(statuses: Statuses) -> Iterator[str]:
     """Yield a sentence for each waiver and each certificate that does not do what its author meant."""
+    for name, proof in statuses.contradicted:
+        yield f"Proved never to happen, but a case visits it: {name}; {proof.certificate} is not true of these runs"
     yield from waiver_warnings(statuses.visited_waivers, statuses.expired_waivers)
     yield from (f"Certificate that does not count: {sentence}" for sentence in statuses.ignored)
 

@@ -248,6 +248,10 @@ def statuses_json(statuses: Statuses) -> dict[str, Any]:
         "visited_waivers": [waiver_json(waiver) for waiver in statuses.visited_waivers],
         "expired_waivers": [waiver_json(waiver) for waiver in statuses.expired_waivers],
         "ignored_certificates": list(statuses.ignored),
+        "contradicted": [
+            {"obligation": name, "certificate": proof.certificate, "reason": proof.reason}
+            for name, proof in statuses.contradicted
+        ],
     }
 
 

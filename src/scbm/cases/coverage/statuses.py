@@ -126,12 +126,15 @@ class Statuses:
         visited_waivers: the waivers that count although cases visit their obligations.
         expired_waivers: the waivers that do not count any more.
         ignored: the certificates that do not count, each with the reason, one sentence each.
+        contradicted: the proofs for any plans of obligations that cases visit, by the names of the obligations: the
+            cell does what its model excludes.
     """
 
     entries: tuple[ObligationStatus, ...]
     visited_waivers: tuple[Waiver, ...] = ()
     expired_waivers: tuple[Waiver, ...] = ()
     ignored: tuple[str, ...] = ()
+    contradicted: tuple[tuple[str, StatusProof], ...] = ()
 
     @staticmethod
     def of(
@@ -150,10 +153,19 @@ class Statuses:
             ignored: the certificates that do not count, one sentence each.
             forced: the obligations that only forced states visit, as bits.
         """
-        rules = _StatusRules(coverage.obligations, coverage.visited, forced, proofs or {}, waivers or WaiverReview())
+        review = waivers or WaiverReview()
+        by_name = {waiver.obligation: waiver for waiver in review.counting}
+        rules = _StatusRules(coverage.obligations, coverage.visited, forced, proofs or {}, by_name)
         entries = tuple(map(rules.status, coverage.obligations))
-        visited = tuple(each for each in rules.waivers.counting if rules.is_visited(each.obligation))
-        return Statuses(entries, visited, rules.waivers.expired, tuple(ignored))
+        names = coverage.obligations.names(coverage.visited)
+        visited = tuple(each for each in review.counting if each.obligation in names)
+        covered = (str(entry.obligation) for entry in entries if entry.decision is Decision.COVERED)
+        contradicted = tuple(
+            (name, rules.proofs[name])
+            for name in covered
+            if name in rules.proofs and rules.proofs[name].decision is Decision.UNCOVERABLE
+        )
+        return Statuses(entries, visited, review.expired, tuple(ignored), contradicted)
 
     @cached_property
     def counts(self) -> dict[Decision, int]:
@@ -178,7 +190,7 @@ class Statuses:
     def are_plain(self) -> bool:
         """Whether visits alone decide all statuses, and nothing else is to be reported."""
         is_special = any(entry.decision not in (Decision.COVERED, Decision.UNDECIDED) for entry in self.entries)
-        return not (is_special or self.visited_waivers or self.expired_waivers or self.ignored)
+        return not (is_special or self.visited_waivers or self.expired_waivers or self.ignored or self.contradicted)
 
     def with_status(self, *decisions: Decision) -> tuple[ObligationStatus, ...]:
         """Return the obligations with one of these statuses, in the order of the model."""
@@ -193,10 +205,7 @@ class _StatusRules:
     visited: int
     forced: int
     proofs: Mapping[str, StatusProof]
-    waivers: WaiverReview
-
-    def is_visited(self, name: str) -> bool:
-        return any(str(each) == name and self.visited & self.obligations.bit(each) for each in self.obligations)
+    waivers: Mapping[str, Waiver]
 
     def status(self, obligation: Obligation) -> ObligationStatus:
         bit = self.obligations.bit(obligation)
@@ -205,7 +214,7 @@ class _StatusRules:
         proof = self.proofs.get(str(obligation))
         if proof is not None:
             return ObligationStatus(obligation, proof.decision, proof.reason, proof.certificate)
-        waiver = self.waivers.of(obligation)
+        waiver = self.waivers.get(str(obligation))
         if waiver is not None:
             return ObligationStatus(obligation, Decision.WAIVED, str(waiver))
         return ObligationStatus(obligation, Decision.FORCED if self.visited & bit else Decision.UNDECIDED)

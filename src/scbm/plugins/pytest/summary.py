@@ -43,7 +43,8 @@ def keep(config: pytest.Config, parts: Sequence[SessionPart], file: str) -> tupl
 
 
 def _kept(config: pytest.Config, part: SessionPart, file: str) -> list[str]:
-    run = begin_run(["pytest", *config.invocation_params.args], part.file, read_file(part.path))
+    command = ["pytest", *config.invocation_params.args]
+    run = begin_run(command, part.file, read_file(part.path), waivers=part.campaign.model.waivers)
     coverage = part.campaign.coverage
     with write_store(config.invocation_params.dir / file, part.campaign.model, run) as writer:
         for position, entry in enumerate(part.entries, start=1):

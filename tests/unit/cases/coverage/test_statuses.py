@@ -107,3 +107,11 @@ def test_visits_alone_give_plain_statuses() -> None:
     assert statuses_of(visited=(DISABLED,)).are_plain
     assert statuses_of().coverable == Figure(0, 6)
     assert not statuses_of(waivers=(waiver(FAILED, "2026-01-01"),)).are_plain
+
+
+def test_a_proof_that_a_case_contradicts_is_reported() -> None:
+    proofs = {FAILED: Decision.UNCOVERABLE, TAKEN: Decision.UNCOVERABLE, DISABLED: Decision.EXCLUDED}
+    statuses = statuses_of(visited=(FAILED, DISABLED), proofs=proofs, forced=(TAKEN,))
+    assert statuses.decision(FAILED) is Decision.COVERED
+    assert [name for name, _ in statuses.contradicted] == ["scan/failed"]
+    assert not statuses.are_plain
