@@ -15,6 +15,7 @@ from scbm.cases import (
     CONDITIONS,
     NETWORK_FAULTS,
     Case,
+    CaseGoal,
     Condition,
     ConditionKind,
     FaultAction,
@@ -336,6 +337,7 @@ def cases(  # noqa: PLR0913 - the parts of a case
     injections: bool | SearchStrategy[tuple[Injection, ...]] = False,
     network: bool | SearchStrategy[Network] = False,
     requirements: Mapping[str, str] | None = None,
+    max_goals: int = 1,
 ) -> SearchStrategy[Case]:
     """Return a strategy for cases of a model. Hypothesis shows a failing one as a case file, which can be saved.
 
@@ -349,6 +351,7 @@ def cases(  # noqa: PLR0913 - the parts of a case
         injections: what is changed on the way: drawn or nothing, or a strategy of your own.
         network: how messages travel: drawn or at once, or a strategy of your own.
         requirements: further requirements, by name, as in a case file.
+        max_goals: the maximum number of goals of a case; each begins where the one before ended.
 
     Raises:
         InputError: a requirement is wrong, or the model has no goals or no initial state.
@@ -359,6 +362,7 @@ def cases(  # noqa: PLR0913 - the parts of a case
     drawn_injections = _either(injections, _any_injections(model), ())
     drawn_network = _either(network, networks(model), Network())
     asked = _read(requirements or {}, model)
+    later_goals = st.lists(drawn_goal, max_size=max_goals - 1) if max_goals > 1 else st.just([])
 
     @st.composite
     def case(draw: DrawFn) -> Case:
@@ -372,6 +376,7 @@ def cases(  # noqa: PLR0913 - the parts of a case
             draw(drawn_injections),
             draw(drawn_network),
             requirements=asked,
+            later=tuple(CaseGoal(*each) for each in draw(later_goals)),
         )
         if drawn.network.draws:
             drawn = replace(drawn, origin=Origin(draw(_SEEDS)))

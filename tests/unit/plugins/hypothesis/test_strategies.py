@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, find, given, settings
 from hypothesis import strategies as st
 
 from scbm.cases import Case, Network
-from scbm.cases.trace import End
+from scbm.cases.trace import End, ends_of
 from scbm.files import load_model, read_case, write_case
 from scbm.model import BehaviorModel, InitialStates, InputError, Outcome, Slug
 from scbm.planning import PlanLimits
@@ -34,15 +34,24 @@ FEW = settings(deadline=None, max_examples=500, derandomize=True, database=None)
 
 
 def _any_case(data: st.DataObject, model: BehaviorModel) -> Case:
-    return data.draw(cases(model, injections=True, network=True))
+    return data.draw(cases(model, injections=True, network=True, max_goals=3))
 
 
 @given(running_models(), st.data())
 @MANY
 def test_a_drawn_case_always_runs_to_an_end(model: BehaviorModel, data: st.DataObject) -> None:
-    execution = Tester(model, OPTIONS, LIMITS).execute(_any_case(data, model))
+    case = _any_case(data, model)
+    execution = Tester(model, OPTIONS, LIMITS).execute(case)
     assert execution.verdict.end in End
-    assert execution.ended_ns <= OPTIONS.time_limit_ns
+    assert len(ends_of(execution.trace.records)) == len(case.goals) <= 3
+    assert execution.ended_ns <= OPTIONS.time_limit_ns * len(case.goals)
+
+
+def test_cases_have_one_goal_unless_more_are_asked_for() -> None:
+    several = find(cases(BEFORE, max_goals=2), lambda case: bool(case.later), settings=FEW)
+    first = BEFORE.goals[0][0]
+    assert [goal.name for goal in several.goals] == [first, first]
+    assert all(goal.when is None for goal in several.goals)
 
 
 @given(running_models(), st.data())

@@ -45,6 +45,17 @@ def test_a_model_is_found_beside_the_test_and_runs_cases(cell: pytest.Pytester, 
     wording(printed.partition(", ")[2])
 
 
+def test_a_case_of_a_test_has_several_goals(cell: pytest.Pytester) -> None:
+    cell.makepyfile("""
+        def test_goals(scbm_model):
+            goals = [{"goal": "scanned"}, {"goal": "scanned", "when": "light == green", "expect": {"plan": []}}]
+            execution = scbm_model("cell.yaml").run(goals=goals)
+            assert len(execution.case.goals) == 2
+            assert [failure.subject for failure in execution.verdict.failures] == ["plan"]
+    """)
+    cell.runpytest().assert_outcomes(passed=1)
+
+
 def test_a_run_does_not_raise_and_a_check_does(cell: pytest.Pytester, wording: Wording) -> None:
     cell.makepyfile("""
         def test_check(scbm_model):
