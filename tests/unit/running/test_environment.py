@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import pytest
 
-from scbm.cases import CONDITIONS, Case, Condition, EnvironmentChange, Injection, Origin
+from scbm.cases import CONDITIONS, Case, CaseLimits, Condition, EnvironmentChange, Injection, Origin
 from scbm.cases.trace import InjectionApplied, MeasurementReceived, PutBack, RunStarted, sentence_of, write_trace
 from scbm.files import read_case, read_model, write_case
 from scbm.model import BehaviorModel, Constant, Equal, Reference
@@ -107,6 +107,12 @@ def test_a_run_for_which_no_plan_exists_waits_for_the_environment() -> None:
     assert (execution.verdict.end, execution.ended_ns) == ("reached", 13 * SECOND_NS)
     forever = run(replace(model, environment=()), initial=pressed)
     assert (forever.verdict.end, forever.ended_ns) == ("unsolvable", 0)
+
+
+def test_a_time_that_passes_without_an_effect_is_no_change() -> None:
+    model = press("push: {guard: stop == released, actions: [stop <- pressed], every: 1 s}")
+    execution = run(model, initial=model.nominal_state.replace({"stop": "pressed"}), limits=CaseLimits(4 * SECOND_NS))
+    assert (execution.verdict.end, moves(execution)) == ("time_limit", [])
 
 
 def test_a_wait_ends_when_no_change_is_pending() -> None:

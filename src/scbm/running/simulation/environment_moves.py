@@ -197,7 +197,8 @@ class DrawnMoves:
     ) -> tuple[EnvironmentChange | None, ClockTick | None]:
         """Return the change that a clock leads to, and its next tick; nothing if the clock was stopped.
 
-        A clock that passes without an effect is no change. But a run that waits may end there, so it is one then.
+        A clock that passes without an effect is no change. But a run that waits may end there if no other time follows:
+        then it is one.
         """
         clock = self._clocks[tick.clock]
         if clock.due_ns is None or tick.start != clock.starts:
@@ -205,7 +206,7 @@ class DrawnMoves:
         clock.due_ns = None
         following = self._start(tick.clock, tick.at_ns) if clock.rate.kind is RateKind.EVERY else None
         changes = self._changes(clock, state)
-        if not changes and not is_waiting:
+        if not changes and (following is not None or not is_waiting):
             return None, following
         self._taken.append(EnvironmentChange(tick.at_ns, changes, clock.name))
         return self._taken[-1], following
