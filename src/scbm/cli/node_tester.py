@@ -1,5 +1,6 @@
 """`scbm node tester`: runs cases in a cell whose controller and resources run in other processes."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -32,6 +33,7 @@ from scbm.cli.options.node_options import (
     read_wait,
     transport_option,
 )
+from scbm.cli.options.status_options import Certificates, WaiversFile, read_asked_evidence
 from scbm.nodes.buses.transports import DEFAULT_TRANSPORT
 from scbm.reports.figure_table import shown_path
 
@@ -56,6 +58,8 @@ def command(
     store: Store = None,
     missing: Missing = False,
     fail_under: FailUnder = None,
+    certificates: Certificates = None,
+    waivers: WaiversFile = None,
     time_limit: Annotated[
         str | None,
         typer.Option(
@@ -82,8 +86,10 @@ def command(
 ) -> int:
     """Run cases in a cell whose controller and resources run elsewhere, and report as `scbm test` does."""
     suite = CampaignOptions(model, files or [], cases, seed, network, require or [], time_limit).suite({})
+    figures = read_thresholds(fail_under or [])
+    suite = replace(suite, evidence=read_asked_evidence(suite.model, model, certificates, waivers, figures))
     output = CampaignOutput(
-        read_thresholds(fail_under or []),
+        figures,
         missing,
         json,
         store,
