@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from scbm.closing import Closer
 from scbm.closing.assumptions import assumptions
-from scbm.files import digest_of, read_model
-from scbm.model import BehaviorModel
+from scbm.files import digest_of, load_model, read_model
+from scbm.model import BehaviorModel, Outcome
 from scbm.proofcheck import check_certificate
+from scbm.testing import RandomCases, Tester
 from support.enumeration import enumerate_runs
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
 
 CELL = """
 behavior_model: cell
@@ -100,3 +104,30 @@ def test_assumptions_name_transitions_shared_resources_and_values_that_never_com
     assert "The resource scanner sends only these for item: none, box." in found
     assert "Inputs change" not in found
     assert "Only the model" not in found
+
+
+def shared_example(name: str) -> BehaviorModel:
+    model = load_model(EXAMPLE / name)
+    return replace(model, resources=tuple(replace(resource, shared=True) for resource in model.resources))
+
+
+def test_in_the_example_another_user_of_the_gripper_makes_the_robot_unmount_it() -> None:
+    model = shared_example("before.yaml")
+    closing = Closer(model).close()
+    claimed = {claim.obligation for _, certificate in closing.certificates for claim in certificate.claims}
+    assert {name.partition("/")[0] for name in claimed} == {"robot_move_to_home"}
+    assert closing.after.figure.visited == 81
+    (decided,) = [d for d in closing.decided if str(d.obligation) == "robot_unmount_gripper/executing"]
+    (made,) = [each for each in closing.cases if each.case.name == decided.case]
+    assert [(each.resource, each.assign) for each in made.case.injections] == [("gripper", ())]
+    assert Outcome.FAIL in [rule.outcome for rule in made.case.outcomes]
+    assert made.execution.forced_by is None
+    for _, certificate in closing.certificates:
+        assert check_certificate(certificate, model) == ()
+
+
+def test_random_cases_of_the_example_do_not_depend_on_whether_resources_are_shared() -> None:
+    for name in ("before.yaml", "after.yaml"):
+        model, shared = load_model(EXAMPLE / name), shared_example(name)
+        for case in RandomCases(model).first(10, 1):
+            assert Tester(shared).execute(case).digest == Tester(model).execute(case).digest
