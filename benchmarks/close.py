@@ -118,7 +118,7 @@ def close(number: int, *, enumerates: bool, checks: bool) -> Result:
 def certified(closing: Closing) -> int:
     """The situations in the certificate of runs, if there is one."""
     arguments = [c.argument for _, c in closing.certificates if isinstance(c.argument, RunsArgument)]
-    return sum(len(situations) for argument in arguments for _, situations in argument.runs)
+    return sum(len(runs.situations) for argument in arguments for runs in argument.runs)
 
 
 def summary(results: Sequence[Result]) -> str:

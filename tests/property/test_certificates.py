@@ -6,13 +6,24 @@ import json
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from itertools import product
 
 from hypothesis import assume, given, reject
 from hypothesis import strategies as st
 
 from scbm.cases.coverage import Obligations, visited_by
 from scbm.files import read_model
-from scbm.model import FIRST_PLANNER, BehaviorModel, InputError, PlannerIdentity, Role, Value
+from scbm.model import (
+    FIRST_PLANNER,
+    BehaviorModel,
+    GoalOrder,
+    InputError,
+    PlannerIdentity,
+    PlanSet,
+    Role,
+    RunsDeclaration,
+    Value,
+)
 from scbm.model.sources import changed_from_outside
 from scbm.planning import Planner, Solved
 from scbm.proofcheck import (
@@ -21,6 +32,7 @@ from scbm.proofcheck import (
     Certificate,
     Claim,
     Fact,
+    GoalRuns,
     RunsArgument,
     Situation,
     StructureArgument,
@@ -282,7 +294,7 @@ def drive(model: BehaviorModel, data: st.DataObject, state: dict[str, Value], va
     """The same random events for both."""
     goal, predicate = data.draw(st.sampled_from(model.goals))
     interpreter, real = Interpreter(model, predicate, variables), Real(model, state, variables)
-    step = interpreter.begin(state)
+    step = interpreter.begin(interpreter.initial(state))
     real.give(GoalGiven(goal, predicate))
     check_same(step, real)
     for _ in range(25):
@@ -299,7 +311,9 @@ def drive(model: BehaviorModel, data: st.DataObject, state: dict[str, Value], va
             return  # a change from outside was undone; then the interpreter asks again, and gets the same answer
         check_same(step, real)
     if step.situation is not None and real.runner.deadline_ns == TIME_LIMIT_NS:
-        expected = interpreter.cut_off(step.situation)
+        ended = interpreter.cut_off(step.situation)
+        assert ended is not None
+        expected = ended.visited
         real.give(TimePassed())
         assert set(real.visited) <= set(expected) if real.is_open else sorted(expected) == sorted(real.visited)
 
@@ -338,30 +352,52 @@ class Explored:
     others: tuple[str, ...]
 
 
-def explore(model: BehaviorModel, variables: tuple[str, ...]) -> Explored:
+KINDS = tuple(product(GoalOrder, PlanSet))
+"""The goals and plans that arguments about all runs are about."""
+
+
+def explore(
+    model: BehaviorModel,
+    variables: tuple[str, ...],
+    goals: GoalOrder = GoalOrder.SINGLE,
+    plans: PlanSet = PlanSet.CANONICAL,
+) -> Explored:
+    """All situations of all runs, as the interpreter finds them."""
+    interpreters = [Interpreter(model, predicate, variables, goals, plans) for _, predicate in model.goals]
     visited: dict[str, None] = {}
-    runs = []
-    for goal, predicate in model.goals:
-        found = dict.fromkeys(_situations(model, Interpreter(model, predicate, variables), variables, visited))
-        runs.append((goal, tuple(found)))
+    situations: list[dict[Situation, None]] = [{} for _ in interpreters]
+    rests: dict[tuple[Value, ...], None] = {}
+    todo = [interpreters[0].initial(state) for state in initial_states(variables, model)]
+    while todo:
+        rest = todo.pop()
+        if tuple(rest.values()) in rests:
+            continue
+        rests[tuple(rest.values())] = None
+        steps = list(interpreters[0].at_rest(rest)) if goals is GoalOrder.SEQUENCE else []
+        for interpreter, found in zip(interpreters, situations, strict=True):
+            steps += _all_steps(interpreter, rest, found)
+        for step in steps:
+            visited |= dict.fromkeys((*step.visited, *step.cut_off))
+            todo += step.rests
+    runs = zip(model.goals, situations, interpreters, strict=True)
+    named = tuple(GoalRuns(goal, tuple(found), each.planned) for (goal, _), found, each in runs)
     names = [str(obligation) for obligation in Obligations.of(model)]
     others = tuple(name for name in names if name not in visited)
-    return Explored(RunsArgument(variables, tuple(runs)), tuple(visited), others)
+    return Explored(RunsArgument(variables, named, goals, plans), tuple(visited), others)
 
 
-def _situations(
-    model: BehaviorModel, interpreter: Interpreter, variables: tuple[str, ...], visited: dict[str, None]
-) -> Iterator[Situation]:
-    steps = deque(interpreter.begin(state) for state in initial_states(variables, model))
-    seen: dict[Situation, None] = {}
+def _all_steps(interpreter: Interpreter, rest: dict[str, Value], seen: dict[Situation, None]) -> Iterator[CheckedStep]:
+    """The steps of all runs for one goal from a runner at rest, but for those that were seen."""
+    steps = deque([interpreter.begin(rest)])
     while steps:
         step = steps.popleft()
-        visited.update(dict.fromkeys((*step.visited, *step.cut_off)))
+        yield step
         if step.situation is None or step.situation in seen:
             continue
         seen[step.situation] = None
-        yield step.situation
-        visited.update(dict.fromkeys(interpreter.cut_off(step.situation)))
+        ended = interpreter.cut_off(step.situation)
+        if ended is not None:
+            yield ended
         steps.extend(interpreter.after(step.situation, event) for event in interpreter.events(step.situation))
         if len(seen) > MAX_SITUATIONS:
             reject()
@@ -373,17 +409,20 @@ def certificate(model: BehaviorModel, argument: Argument, *names: str) -> Certif
 
 
 def planner_for(argument: Argument) -> PlannerIdentity | None:
-    return FIRST_PLANNER if isinstance(argument, RunsArgument) else None
+    is_canonical = isinstance(argument, RunsArgument) and argument.plans is PlanSet.CANONICAL
+    return FIRST_PLANNER if is_canonical else None
 
 
-@given(cells(), st.data(), st.booleans())
+@given(cells(), st.data(), st.booleans(), st.sampled_from(KINDS))
 @examples(60)
 def test_all_situations_prove_what_they_do_not_visit_and_nothing_else(
     model: BehaviorModel,
     data: st.DataObject,
     leave_out: bool,  # noqa: FBT001
+    kind: tuple[GoalOrder, PlanSet],
 ) -> None:
-    explored = explore(model, variables_that_matter(model) if leave_out else all_variables(model))
+    model = replace(model, runs=RunsDeclaration(kind[0]))
+    explored = explore(model, variables_that_matter(model) if leave_out else all_variables(model), *kind)
     assume(explored.others)
     sound = certificate(model, explored.argument, *explored.others)
     assert read_certificate(certificate_text(sound)) == sound
@@ -397,15 +436,16 @@ def test_all_situations_prove_what_they_do_not_visit_and_nothing_else(
 @given(cells(), st.data())
 @examples(60)
 def test_without_one_of_its_situations_an_argument_is_refused(model: BehaviorModel, data: st.DataObject) -> None:
+    model = replace(model, runs=RunsDeclaration(GoalOrder.SINGLE))
     explored = explore(model, variables_that_matter(model))
     assume(explored.others)
     runs = list(explored.argument.runs)
-    places = [(goal, index) for goal, (_, listed) in enumerate(runs) for index in range(len(listed))]
+    places = [(goal, index) for goal, each in enumerate(runs) for index in range(len(each.situations))]
     assume(places)
     goal, index = data.draw(st.sampled_from(places))
-    name, listed = runs[goal]
+    listed = runs[goal].situations
     other = data.draw(changed(model, listed[index]))
-    runs[goal] = (name, (*listed[:index], *other, *listed[index + 1 :]))
+    runs[goal] = replace(runs[goal], situations=(*listed[:index], *other, *listed[index + 1 :]))
     flaws = check_certificate(certificate(model, replace(explored.argument, runs=tuple(runs)), *explored.others), model)
     assert flaws
 
@@ -416,8 +456,8 @@ def changed(draw: st.DrawFn, model: BehaviorModel, situation: Situation) -> tupl
     operation, resource = model.operations[0].name, model.resources[0].name
     others = (
         (),
-        (replace(situation, queue=(*situation.queue, operation)),),
-        (replace(situation, queue=situation.queue[1:]),) if situation.queue else (),
+        (replace(situation, queue=(*(situation.queue or ()), operation)),),
+        (replace(situation, queue=situation.queue[1:] or None),) if situation.queue else (),
         (replace(situation, in_flight=situation.in_flight[1:]),) if situation.in_flight else (),
         (replace(situation, in_flight=tuple(reversed(situation.in_flight))),) if len(situation.in_flight) > 1 else (),
         (replace(situation, in_flight=(resource,)),) if situation.in_flight != (resource,) else (),
@@ -460,7 +500,7 @@ def least_values(model: BehaviorModel) -> ValuesArgument:
 @given(cells())
 @examples(60)
 def test_values_prove_nothing_that_a_run_visits(model: BehaviorModel) -> None:
-    explored = explore(model, variables_that_matter(model))
+    explored = explore(model, variables_that_matter(model), GoalOrder.SEQUENCE, PlanSet.ANY)
     argument = least_values(model)
     names = [str(obligation) for obligation in Obligations.of(model)]
     refused = [f.where.removeprefix("claim ") for f in check_values(claimable_obligations(model), argument, model)]
@@ -484,7 +524,7 @@ def test_sets_of_values_without_one_of_them_are_refused(model: BehaviorModel, da
 @given(cells())
 @examples(60)
 def test_facts_prove_nothing_that_a_run_visits(model: BehaviorModel) -> None:
-    explored = explore(model, variables_that_matter(model))
+    explored = explore(model, variables_that_matter(model), GoalOrder.SEQUENCE, PlanSet.ANY)
     for operation in model.operations:
         for fact, aspect in FACTS.items():
             claimed = f"{operation.name}/{aspect}"

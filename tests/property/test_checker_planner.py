@@ -10,7 +10,7 @@ from scbm.cases.coverage import Obligations
 from scbm.files import read_model
 from scbm.model import FIRST_PLANNER, BehaviorModel, Role
 from scbm.planning import Planner, Solved
-from scbm.proofcheck import Certificate, Claim, RunsArgument, check_certificate, checker_planner
+from scbm.proofcheck import Certificate, Claim, GoalRuns, RunsArgument, check_certificate, checker_planner
 from scbm.proofcheck.certificate import claimable_obligations
 from scbm.proofcheck.checker_planner import CanonicalPlanner, NoPlanExists, PlanFound, PlanningLimitReached
 from support.random_models import random_model
@@ -51,10 +51,11 @@ def test_the_limit_of_planning_is_an_answer_of_its_own(monkeypatch: pytest.Monke
 
 def test_a_step_that_needs_a_plan_beyond_the_limit_is_a_flaw(monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
     """Nothing is known of the plan that the runner gets, so nothing is proved."""
-    model = read_model(THREE_PLACES)
+    model = read_model(THREE_PLACES + "runs: {goals: single}\n")
     variables = tuple(v.name for v in model.running_space if v.role is not Role.OPERATION_STATE)
     claims = (Claim("to_b/failed", "nothing fails it"),)
-    certificate = Certificate(model.name, "0" * 64, claims, RunsArgument(variables, (("at_c", ()),)), FIRST_PLANNER)
+    argument = RunsArgument(variables, (GoalRuns("at_c", ()),))
+    certificate = Certificate(model.name, "0" * 64, claims, argument, FIRST_PLANNER)
     assert check_certificate(certificate, model) == ()  # all is done at one moment
     monkeypatch.setattr(checker_planner, "MAX_PLANNING_STATES", 1)
     (flaw,) = check_certificate(certificate, model)

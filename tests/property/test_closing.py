@@ -14,7 +14,7 @@ import pytest
 from scbm.cases.trace import End
 from scbm.closing import Closer, Closing, Decision
 from scbm.files import read_case, write_case
-from scbm.model import BehaviorModel
+from scbm.model import BehaviorModel, PlanSet
 from scbm.proofcheck import certificate_text, check_certificate
 from scbm.testing import Campaign, RandomCases, Tester
 from support.enumeration import Enumeration, enumerate_runs
@@ -28,6 +28,9 @@ SMALL = (
 )
 # fmt: on
 """Models that are enumerated and closed in a moment, the fastest first; benchmarks/close.py takes all."""
+
+_MOST = 3_000
+"""Maximum number of situations of sequences of goals that are enumerated; of any plans there are too many for all."""
 
 TESTS = Path(__file__).parents[1]
 
@@ -49,6 +52,12 @@ def wrong_proofs(closing: Closing, enumeration: Enumeration) -> list[str]:
     """What is called uncoverable though a run visits it; the figure's obligations and those beside it."""
     proved = (d for d in closing.decided if d.decision is Decision.UNCOVERABLE)
     return [f"{d.obligation} ({d.reason})" for d in proved if enumeration.visits(str(d.obligation))]
+
+
+def wrong_exclusions(closing: Closing, enumeration: Enumeration) -> list[str]:
+    """What is called excluded by the planner though a run with its plans visits it."""
+    excluded = (d for d in closing.decided if d.decision is Decision.EXCLUDED)
+    return [f"{d.obligation} ({d.reason})" for d in excluded if enumeration.visits(str(d.obligation))]
 
 
 def impossible_cases(closing: Closing, enumeration: Enumeration) -> list[str]:
@@ -132,7 +141,9 @@ def texts_of(closing: Closing) -> str:
 def test_no_proof_is_wrong_and_what_runs_visit_is_covered(number: int) -> None:
     closing, enumeration = closing_of(number), enumerate_runs(model_of(number))
     assert enumeration.complete
-    assert wrong_proofs(closing, enumerate_runs(model_of(number), is_open=True)) == []
+    any_plans = enumerate_runs(model_of(number), _MOST, is_open=True, is_sequence=True, plans=PlanSet.ANY)
+    assert wrong_proofs(closing, any_plans) == []
+    assert wrong_exclusions(closing, enumerate_runs(model_of(number), _MOST, is_open=True, is_sequence=True)) == []
     assert impossible_cases(closing, enumeration) == []
     assert overlooked(closing) == []
 

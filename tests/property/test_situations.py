@@ -100,9 +100,8 @@ class Led:
         resources = [resource.name for resource in self.runner.program.model.resources]
         in_flight = tuple(resources[number] for number in position.in_flight)
         is_asking = position.awaits in (Awaits.PLAN, Awaits.UNSOLVABLE, Awaits.STALE)
-        queue = runs.queues.operations(position.queue)
-        names = [operation.name for operation in self.runner.program.model.operations]
-        expected = () if is_asking else tuple(names[number] for number in queue)
+        queue = runs.queues(runs.model.goals[0][1]).content(position.queue)
+        expected = () if is_asking or queue is None else queue
         return (
             packed == position.state
             and in_flight == tuple(self.in_flight)

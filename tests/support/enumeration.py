@@ -19,7 +19,7 @@ from typing import TypeAlias
 from scbm.cases import CONDITIONS, Condition, Injection
 from scbm.cases.coverage import Obligations, visited_by
 from scbm.cases.trace import Changes
-from scbm.model import BehaviorModel, InitialStates, Predicate, Resource, Role, State, Transition
+from scbm.model import BehaviorModel, InitialStates, PlanSet, Predicate, Resource, Role, State, Transition
 from scbm.model.sources import free_groups
 from scbm.planning import Planner, Solved
 from scbm.running import (
@@ -48,6 +48,10 @@ Path: TypeAlias = "tuple[Path | None, str]"
 
 OUTWARD = (SendRequest, CancelRequest, ChangeResource, AskPlan, RunFinished)
 _FOR_EVER = 10**30
+_DETOUR = 2
+"""Any plans are enumerated up to so many operations more than a shortest one has."""
+_MAX_PLANS = 200
+"""So many plans are enumerated in one state."""
 _OPTIONS = RunnerOptions(time_limit_ns=_FOR_EVER, plan_limit=_FOR_EVER, instant_bound=_FOR_EVER)
 _WAITING = replace(_OPTIONS, awaits_measurements=True)
 
@@ -77,8 +81,14 @@ class Enumeration:
         return name in self.ways
 
 
-def enumerate_runs(
-    model: BehaviorModel, most: int = 300_000, *, simulated: bool = False, is_open: bool = False
+def enumerate_runs(  # noqa: PLR0913 - which runs
+    model: BehaviorModel,
+    most: int = 300_000,
+    *,
+    simulated: bool = False,
+    is_open: bool = False,
+    is_sequence: bool = False,
+    plans: PlanSet = PlanSet.CANONICAL,
 ) -> Enumeration:
     """Everything that all runs without injections visit, for all goals and allowed initial states.
 
@@ -88,10 +98,12 @@ def enumerate_runs(
         simulated: leaves out what a simulation cannot bring about. There planning takes no time, and deadlines pass
             last in their instant; so no reply to an earlier request comes between a deadline and the next plan.
         is_open: whether inputs and published values change at every settled moment.
+        is_sequence: whether goals follow each other, each from where the last run ended.
+        plans: the plans that the runner gets; of any plans only those that come to no state twice and are not much
+            longer than the shortest.
     """
-    explorer = _Explorer(model, most, simulated=simulated, is_open=is_open)
-    for goal, predicate in model.goals:
-        explorer.explore(goal, predicate)
+    explorer = _Explorer(model, most, simulated=simulated, is_open=is_open, plans=plans)
+    explorer.explore(is_sequence=is_sequence)
     ways = {name: _labels(path) for name, path in explorer.ways.items()}
     return Enumeration(
         explorer.obligations, explorer.visited, explorer.cut_off, explorer.situations, explorer.complete, ways
@@ -134,7 +146,7 @@ class _Situation:
 class _Explorer:
     """A breadth-first search through situations."""
 
-    def __init__(self, model: BehaviorModel, most: int, *, simulated: bool, is_open: bool) -> None:
+    def __init__(self, model: BehaviorModel, most: int, *, simulated: bool, is_open: bool, plans: PlanSet) -> None:
         self.obligations = Obligations.of(model)
         self.visited = 0
         self.cut_off = 0
@@ -146,23 +158,45 @@ class _Explorer:
         self._simulated = simulated
         self._program = Program(model)
         self._planner = Planner(model)
-        self._answers: dict[tuple[Predicate, int], tuple[PlanStatus, tuple[str, ...]]] = {}
+        self._plans = plans
+        self._answers: dict[tuple[Predicate, int], tuple[tuple[PlanStatus, tuple[str, ...]], ...]] = {}
+        self._rests: dict[int, tuple[Runner, Path]] = {}
         packing = self._program.packing
         self._outside = _Outside(model) if is_open else ()
         self._after_ends: dict[int, Path] = {}
         self._kept = sum(packing[name].mask for name in matters(model))
 
-    def explore(self, goal: str, predicate: Predicate) -> None:
-        """All runs for one goal."""
-        seen: set[object] = set()
-        todo: deque[_Situation] = deque()
+    def explore(self, *, is_sequence: bool) -> None:
+        """All runs for all goals, from initial states, and from where runs ended."""
+        runners: list[tuple[Runner, Path]] = [
+            (Runner(self._program, start, _WAITING if self._outside else _OPTIONS), (None, _differences(start)))
+            for start in self._starts()
+        ]
+        if is_sequence:
+            for runner, path in runners:
+                self.visited |= self._after_end(runner, path)
+        seen: dict[str, set[object]] = {goal: set() for goal, _ in self._model.goals}
+        begun = 0
+        while runners:
+            for goal, predicate in self._model.goals:
+                self._explore(goal, predicate, runners, seen[goal])
+            known = list(self._rests.values()) if is_sequence else []
+            runners, begun = known[begun:], len(known)
+
+    def _starts(self) -> dict[State, None]:
         nominal = self._model.nominal_state
         starts = dict.fromkeys(InitialStates(self._model).allowed(self._most))
         if self._model.initial_states.holds(nominal):
             starts[nominal] = None
-        for start in starts:
-            runner = Runner(self._program, start, _WAITING if self._outside else _OPTIONS)
-            path: Path = (None, f"{goal} from {_differences(start)}")
+        return starts
+
+    def _explore(self, goal: str, predicate: Predicate, runners: list[tuple[Runner, Path]], seen: set[object]) -> None:
+        """All runs for one goal from runners at rest."""
+        todo: deque[_Situation] = deque()
+        for rest, before in runners:
+            runner = fork(rest)
+            earlier, label = before
+            path: Path = (before, goal) if earlier is not None else (None, f"{goal} from {label}")
             self._happen(_Situation(runner, None, path), GoalGiven(goal, predicate), runner._now_ns, seen, todo)
         while todo:
             situation = todo.popleft()
@@ -209,6 +243,7 @@ class _Explorer:
             if before._state & self._kept in self._after_ends:
                 continue
             self._after_ends[before._state & self._kept] = way
+            self._rests[before._state & self._kept] = before, way
             for label, event in self._changes_from_outside(before):
                 runner, path = fork(before), (way, f"{label} after the end")
                 effects = runner.handle(event, runner._now_ns)
@@ -225,19 +260,20 @@ class _Explorer:
             self.visited |= self._after_end(runner, before.path)
             return
         asked = [effect for effect in effects if isinstance(effect, AskPlan)]
-        answer = self._answer(asked[-1]) if asked else before.answer if runner._asked is not None else None
-        situation = _Situation(runner, answer, before.path, before.at_deadline)
-        if not situation.is_instant:
-            situation = _Situation(runner, answer, before.path)
-        key = self._key(situation)
-        if key in seen:
-            return
-        seen.add(key)
-        if self.situations == self._most:
-            self.complete = False
-            return
-        self.situations += 1
-        todo.append(situation)
+        unanswered = (before.answer,) if runner._asked is not None else (None,)
+        for answer in self._answered(asked[-1]) if asked else unanswered:
+            situation = _Situation(runner, answer, before.path, before.at_deadline)
+            if not situation.is_instant:
+                situation = _Situation(runner, answer, before.path)
+            key = self._key(situation)
+            if key in seen:
+                continue
+            seen.add(key)
+            if self.situations == self._most:
+                self.complete = False
+                return
+            self.situations += 1
+            todo.append(situation)
 
     def _visit(self, effects: list[Effect], path: Path, known: int) -> int:
         """What effects visit, and the way to what is not known."""
@@ -247,13 +283,31 @@ class _Explorer:
             self.ways.update((name, path) for name in self.obligations.names(visited & ~known))
         return visited
 
-    def _answer(self, asked: AskPlan) -> PlanAnswered:
-        """The answer of the planner, which is asked once for each problem that differs to it."""
+    def _answered(self, asked: AskPlan) -> tuple[PlanAnswered, ...]:
+        """The answers of the planner, which is asked once for each problem that differs to it."""
         problem = asked.goal, self._planner.task(asked.goal).pack(asked.state)
         if problem not in self._answers:
             answer = self._planner.plan(asked.state, asked.goal)
-            self._answers[problem] = PlanStatus(answer.status), answer.plan if isinstance(answer, Solved) else ()
-        return PlanAnswered(asked.ask, *self._answers[problem])
+            plans = self._all_plans(asked, answer) if isinstance(answer, Solved) else ((),)
+            self._answers[problem] = tuple((PlanStatus(answer.status), plan) for plan in plans)
+        return tuple(PlanAnswered(asked.ask, *answer) for answer in self._answers[problem])
+
+    def _all_plans(self, asked: AskPlan, answer: Solved) -> tuple[tuple[str, ...], ...]:
+        """The plans of the set, the canonical one first."""
+        found = {answer.plan: None}
+        if self._plans is not PlanSet.CANONICAL:
+            task = self._planner.task(asked.goal)
+            most = len(answer.plan) + (_DETOUR if self._plans is PlanSet.ANY else 0)
+            is_goal = self._planner.problem(asked.goal).is_goal
+            todo: list[tuple[tuple[int, ...], tuple[str, ...]]] = [((task.pack(asked.state),), ())]
+            while todo and len(found) < _MAX_PLANS:
+                states, plan = todo.pop()
+                if is_goal(states[-1]):
+                    found[plan] = None
+                if len(plan) < most:
+                    steps = task.successors(states[-1])
+                    todo += [((*states, s), (*plan, task.operations[o])) for o, s in steps if s not in states]
+        return tuple(found)
 
     def _key(self, situation: _Situation) -> object:
         """Everything that decides what can follow.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from scbm.files import read_model
-from scbm.model import BehaviorModel, VariableSource
+from scbm.model import BehaviorModel, GoalOrder, RunsDeclaration, VariableSource
 from scbm.model.sources import is_triggered
 
 SCAN_CELL = """
@@ -54,11 +54,11 @@ def scan_cell(*replacements: tuple[str, str], more: str = "", is_open: bool = Fa
 
 
 def as_closed(model: BehaviorModel) -> BehaviorModel:
-    """The model in a world in which only the model and replies change variables."""
+    """The model in a world in which only the model and replies change variables, and each run has one goal."""
     resources = tuple(r if is_triggered(r, model) else replace(r, measures=()) for r in model.resources)
     known = dict.fromkeys(name for resource in resources for name in (*resource.measures, *resource.publishes))
     variables = (
         v if v.source is not None or v.name in known else replace(v, source=VariableSource.STATE)
         for v in model.variables
     )
-    return replace(model, variables=tuple(variables), resources=resources)
+    return replace(model, variables=tuple(variables), resources=resources, runs=RunsDeclaration(GoalOrder.SINGLE))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.model import format_value
+from scbm.model import GoalOrder, format_value
 from scbm.model.sources import inputs, moved, outside_groups, published_by, still
 from scbm.planning import DEFAULT_PLANNER
 
@@ -22,9 +22,14 @@ def assumptions(model: BehaviorModel, certificates: Iterable[Certificate]) -> tu
 
 
 def _sentences(model: BehaviorModel, certificates: tuple[Certificate, ...]) -> Iterator[str]:
-    yield "Each run starts in an allowed initial state, and pursues one goal of the model."
-    if not all(certificate.is_for_any_plan for certificate in certificates):
-        yield f"Plans are those of the planner {DEFAULT_PLANNER}, where all runs were explored."
+    if any(certificate.goals is GoalOrder.SINGLE for certificate in certificates):
+        yield "Each run starts in an allowed initial state, and pursues one goal of the model."
+    else:
+        yield "Goals of the model follow each other in any order, from an allowed initial state on."
+    if all(certificate.is_for_any_plan for certificate in certificates):
+        yield "A plan is any sequence of operations that leads to the goal by the planner's rules."
+    else:
+        yield f"What is excluded by the planner assumes plans of the planner {DEFAULT_PLANNER}; all else, any plans."
     yield from _changes_from_outside(model)
     if not outside_groups(model):
         yield "Only the model and replies to its requests change variables."

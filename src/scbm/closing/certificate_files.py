@@ -119,7 +119,7 @@ class CheckedCertificate:
         argument = self.file.certificate.argument
         if not isinstance(argument, RunsArgument):
             return None
-        return sum(len(situations) for _, situations in argument.runs)
+        return sum(len(runs.situations) for runs in argument.runs)
 
 
 def is_certificate_text(text: str) -> bool:

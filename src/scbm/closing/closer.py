@@ -18,13 +18,14 @@ from scbm.cases.coverage import Aspect, Coverage, Obligation, Obligations, visit
 from scbm.closing.advice.goal_search import GoalSearch
 from scbm.closing.advice.suggestions import Oracles, suggest
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Stage, StageEnd
-from scbm.closing.proofs.proofs import Proof, Proofs
-from scbm.closing.runs.all_runs import AllRuns, CloseLimits, ObservedStates
+from scbm.closing.proofs.explored_proofs import explored_for_proofs
+from scbm.closing.proofs.proofs import Proofs
+from scbm.closing.runs.all_runs import AllRuns, CloseLimits, ObservedStates, RunScope
 from scbm.closing.scripts.case_plans import CasePlans, PlanEffort
 from scbm.closing.scripts.case_search import CaseSearch, bounded, minimal, without_leftovers
 from scbm.closing.scripts.closing_injections import with_inputs
 from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
-from scbm.model import Diagnostic, InputError, Place, Slug, State
+from scbm.model import Diagnostic, InputError, Place, PlanSet, Slug, State
 from scbm.model.sources import outside_groups
 from scbm.planning import DEFAULT_PLANNER
 from scbm.testing import Campaign, Tester
@@ -93,7 +94,6 @@ class Closer:
         self._visited_for: dict[tuple[str, Predicate], int] = {}
         self._suggestion_states = 0
         self._outside = outside_groups(model)
-        self._open_runs: AllRuns | None = None
 
     def close(self, suite: Campaign | None = None, wanted: Sequence[Obligation] | None = None) -> Closing:
         """Decide every obligation that a suite leaves open; without a suite, every obligation.
@@ -109,7 +109,6 @@ class Closer:
         self._refuse_without_goals()
         suite = suite or Campaign.of(self.model, ())
         self._ended = []
-        self._open_runs = None
         proofs = Proofs(self.model)
         search = self._first_cases(suite, proofs, asked)
         few = replace(self._limits, situations=min(self._limits.situations, _FEW_SITUATIONS))
@@ -119,10 +118,14 @@ class Closer:
             raise InputError([Diagnostic(Slug.NO_INITIAL_STATE, message, Place(self.model.name))])
         runs, cases = self._cases(suite, search, runs, asked, short=wanted is not None)
         after = suite.coverage + Coverage(self._obligations, tuple((c.case.name, c.execution.visited) for c in cases))
-        runs = self._proving(runs)
+        missing = sum(self._obligations.bit(o) for o in asked if proofs.cheap(o) is None) & ~after.visited
+        explored = self._explored_proofs(runs, missing)
+        proofs.explored = explored
         decided = tuple(self._decide(obligation, after, cases, proofs, runs) for obligation in asked)
-        proved = [(d.obligation, Proof(d.certificate, d.reason)) for d in decided if d.certificate is not None]
-        certificates = tuple((each.argument.kind, each) for each in proofs.certificates(proved, runs))
+        found = ((d.obligation, proofs.find(d.obligation)) for d in decided if d.certificate is not None)
+        proved = [(obligation, proof) for obligation, proof in found if proof is not None]
+        certificates = tuple(proofs.certificates(proved))
+        runs = explored[-1] if explored else runs
         suggestions: tuple[Suggestion, ...] = ()
         with self._stage(Stage.SUGGESTIONS):
             proved = [] if self._is_interrupted else proved
@@ -245,7 +248,7 @@ class Closer:
         limits = self._limits
         if closed.stopped is not None:  # then all runs are too many in the open world, too
             limits = replace(limits, situations=min(_MAX_FOR_CASES, limits.situations))
-        runs = self._open_runs = AllRuns(self.model, limits, self._progress, self._outside)
+        runs = AllRuns(self.model, limits, self._progress, RunScope(self._outside))
         if runs.is_interrupted:
             raise KeyboardInterrupt
         if runs.stopped is not None and closed.stopped is None:
@@ -288,11 +291,15 @@ class Closer:
             case = replace(execution.case, name=name, expect=expected)
             yield ClosingCase(case, self._tester.execute(case), adds)
 
-    def _proving(self, runs: AllRuns) -> AllRuns:
-        """Return the runs that may prove something: those of the open world, if something changes from outside."""
-        if not self._outside or runs.stopped is not None:  # runs that were not all explored prove nothing anyway
-            return runs
-        return self._open_runs or AllRuns(self.model, self._limits, self._progress, self._outside, explores=False)
+    def _explored_proofs(self, runs: AllRuns, missing: int) -> tuple[AllRuns, ...]:
+        """Return explored runs that prove something about what is missing."""
+        if runs.stopped is not None:  # where these are too many, others are, too
+            return ()
+        try:
+            return explored_for_proofs(self.model, self._limits, self._progress, missing, runs)
+        except KeyboardInterrupt:
+            self._interrupt(Stage.GRAPH)
+            return ()
 
     # decisions
 
@@ -303,9 +310,10 @@ class Closer:
         for name, visited in after.cases:
             if visited & bit:
                 return Decided(obligation, Decision.COVERED, self._how(obligation, name, cases), case=name)
-        proof = proofs.cheap(obligation) or proofs.by_runs(obligation, runs)
+        proof = proofs.find(obligation)
         if proof is not None:
-            return Decided(obligation, Decision.UNCOVERABLE, proof.reason, certificate=proof.kind)
+            decision = Decision.UNCOVERABLE if proof.plans is PlanSet.ANY else Decision.EXCLUDED
+            return Decided(obligation, decision, proof.reason, certificate=proof.certificate)
         return Decided(obligation, Decision.UNDECIDED, _what_stopped(runs, bit))
 
     def _how(self, obligation: Obligation, name: str, cases: Sequence[ClosingCase]) -> str:

@@ -132,7 +132,7 @@ def _searched_runs(closing: Closing, decided: Decided) -> SearchedRuns | None:
     if certificate is None or not isinstance(certificate.argument, RunsArgument):
         return None
     runs = certificate.argument.runs
-    return SearchedRuns(_initial_states(closing.model), len(runs), sum(len(situations) for _, situations in runs))
+    return SearchedRuns(_initial_states(closing.model), len(runs), sum(len(each.situations) for each in runs))
 
 
 def _initial_states(model: BehaviorModel) -> int | None:

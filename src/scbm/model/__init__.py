@@ -3,7 +3,17 @@
 Every object prints itself in the notation of model files; `scbm.files` reads that notation.
 """
 
-from scbm.model.behavior import FIRST_PLANNER, BehaviorModel, InitialStates, PlannerChoice, PlannerIdentity, Waiver
+from scbm.model.behavior import (
+    FIRST_PLANNER,
+    BehaviorModel,
+    GoalOrder,
+    InitialStates,
+    PlannerChoice,
+    PlannerIdentity,
+    PlanSet,
+    RunsDeclaration,
+    Waiver,
+)
 from scbm.model.bindings import (
     SET_BOOL,
     TRIGGER,
@@ -77,6 +87,7 @@ __all__ = [
     "EnvironmentTransition",
     "Equal",
     "FieldType",
+    "GoalOrder",
     "Implies",
     "InitialStates",
     "InputError",
@@ -97,6 +108,7 @@ __all__ = [
     "Outcome",
     "Packing",
     "Place",
+    "PlanSet",
     "PlanState",
     "PlannerChoice",
     "PlannerIdentity",
@@ -112,6 +124,7 @@ __all__ = [
     "RequirementForm",
     "Resource",
     "Role",
+    "RunsDeclaration",
     "Scalar",
     "ScbmError",
     "ServiceCall",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
+from enum import StrEnum
 from functools import cached_property
 from math import prod
 from typing import TYPE_CHECKING
@@ -120,6 +121,37 @@ class Waiver:
         return f"{self.reason} ({self.author}, {self.date}{until})"
 
 
+class GoalOrder(StrEnum):
+    """The goals that one operation of a system pursues; a proof about all runs is about these (semantics 9.3)."""
+
+    SINGLE = "single"
+    """Each run starts in an allowed initial state, and has one goal."""
+    SEQUENCE = "sequence"
+    """Goals of the model follow each other in any order, each from the state in which the last run ended."""
+
+
+class PlanSet(StrEnum):
+    """The plans that a proof about all runs is about (semantics 9.3)."""
+
+    CANONICAL = "canonical"
+    """The plan of the canonical planner."""
+    SHORTEST = "shortest"
+    """Any shortest plan."""
+    ANY = "any"
+    """Any sequence of operations that leads, by the planner's rules, from the state planned in to the goal."""
+
+
+@dataclass(frozen=True, slots=True)
+class RunsDeclaration:
+    """The runs of a model.
+
+    Attributes:
+        goals: how many goals follow each other without a new beginning.
+    """
+
+    goals: GoalOrder = GoalOrder.SEQUENCE
+
+
 @dataclass(frozen=True)
 class BehaviorModel:
     """The content of a model file. All orders are those of the file, and they matter.
@@ -139,6 +171,7 @@ class BehaviorModel:
         waivers: the obligations that need not be covered; they are no part of what the model means either.
         may_end: the ends of runs that excuse a missed goal, whichever goal it is (semantics 7.4).
         goals_may_end: by the name of a goal, further ends that excuse missing this goal.
+        runs: what its runs are.
     """
 
     name: str
@@ -154,6 +187,7 @@ class BehaviorModel:
     waivers: tuple[Waiver, ...] = ()
     may_end: tuple[str, ...] = ()
     goals_may_end: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    runs: RunsDeclaration = RunsDeclaration()
 
     @cached_property
     def space(self) -> StateSpace:

@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, ClassVar, Protocol
+from typing import TYPE_CHECKING, ClassVar, Protocol, TypeAlias
+
+from scbm.model import GoalOrder, PlanSet
 
 if TYPE_CHECKING:
     from scbm.model import BehaviorModel, PlannerIdentity, Value
@@ -98,6 +100,12 @@ class Awaits(StrEnum):
     """The same, but the state has changed since the plan was requested."""
     CHANGE = "change"
     """Another state: no plan exists from the present one, and requests are in flight."""
+    NEXT = "next"
+    """Nothing: of several plans it is open how they go on. Nothing else happens until that is decided."""
+
+
+Queue: TypeAlias = "tuple[Value, ...] | None"
+"""The operations of a plan that are left, or the state that the rest of the plan starts from; `None` without a plan."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,15 +115,33 @@ class Situation:
     Attributes:
         values: of the variables of the argument, in their order. `current.name`, `current.state` and `plan.state` are
             among them; the other operation states follow from these.
-        queue: the operations after the current one; if `awaits` is `PLAN`, the plan that will be the answer.
+        queue: what is left of the plan after the current operation; if `awaits` is `PLAN`, the plan that will be the
+            answer. For canonical plans these are its operations, and `None` if none is left. For a set of plans it is
+            the state from which the rest starts, by the planner's rules: the values of the variables in `planned` of
+            its `GoalRuns`.
         in_flight: the resources with a pending request, in the order of their requests.
         awaits: what the runner waits for beside replies and deadlines.
     """
 
     values: tuple[Value, ...]
-    queue: tuple[str, ...] = ()
+    queue: Queue = None
     in_flight: tuple[str, ...] = ()
     awaits: Awaits = Awaits.NOTHING
+
+
+@dataclass(frozen=True, slots=True)
+class GoalRuns:
+    """The situations of the runs for one goal.
+
+    Attributes:
+        goal: its name.
+        situations: all of them, each once.
+        planned: for a set of plans, the variables on which plans to the goal depend; empty for canonical plans.
+    """
+
+    goal: str
+    situations: tuple[Situation, ...]
+    planned: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,12 +151,16 @@ class RunsArgument:
     Attributes:
         variables: the variables that can influence a run, in the order of the running space, without
             `<operation>.state`.
-        runs: for each goal of the model, in order, its situations.
+        runs: the runs for each goal of the model, in order.
+        goals: whether each run has one goal, or goals follow each other.
+        plans: the plans that the runner may get.
     """
 
     kind: ClassVar[str] = "runs"
     variables: tuple[str, ...]
-    runs: tuple[tuple[str, tuple[Situation, ...]], ...]
+    runs: tuple[GoalRuns, ...]
+    goals: GoalOrder = GoalOrder.SINGLE
+    plans: PlanSet = PlanSet.CANONICAL
 
 
 class Argument(Protocol):
@@ -151,7 +181,7 @@ class Certificate:
         digest: the SHA-256 of the model as `notation.write_model` writes it, so that a certificate of another version
             is recognized.
         claims: at least one.
-        planner: the planner of the runs that the claims are about; `None` if they hold whichever plans are chosen.
+        planner: the planner of the runs that the claims are about; `None` if they are not about one planner alone.
     """
 
     model: str
@@ -161,9 +191,19 @@ class Certificate:
     planner: PlannerIdentity | None = None
 
     @property
+    def goals(self) -> GoalOrder:
+        """The goals of the runs that the claims are about; facts and values hold for sequences of goals, too."""
+        return self.argument.goals if isinstance(self.argument, RunsArgument) else GoalOrder.SEQUENCE
+
+    @property
+    def plans(self) -> PlanSet:
+        """The plans of the runs that the claims are about; facts and values hold for any plans."""
+        return self.argument.plans if isinstance(self.argument, RunsArgument) else PlanSet.ANY
+
+    @property
     def is_for_any_plan(self) -> bool:
         """Whether the claims hold whichever plans are chosen."""
-        return not isinstance(self.argument, RunsArgument)
+        return self.plans is PlanSet.ANY
 
 
 @dataclass(frozen=True, slots=True)

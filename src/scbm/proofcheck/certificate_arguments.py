@@ -12,11 +12,12 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from scbm.model import FIRST_PLANNER
+from scbm.model import FIRST_PLANNER, GoalOrder, PlanSet
 from scbm.proofcheck.certificate import (
     Awaits,
     CertificateFlaw,
     Fact,
+    GoalRuns,
     RunsArgument,
     Situation,
     StructureArgument,
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
     from scbm.model import BehaviorModel, Value
     from scbm.model.json_reader import JsonPath
-    from scbm.proofcheck.certificate import Certificate, ClaimedObligation
+    from scbm.proofcheck.certificate import Certificate, ClaimedObligation, Queue
     from scbm.proofcheck.certificate_json import CertificateParts
 
 
@@ -107,23 +108,32 @@ def _write_values(argument: ValuesArgument) -> list[str]:
 
 
 def _read_runs(parts: CertificateParts, document: dict[str, Any]) -> RunsArgument:
-    def situation(value: object, path: JsonPath) -> Situation:
-        return _read_situation(parts, value, path)
+    goals = GoalOrder(document.get("goals", GoalOrder.SINGLE))
+    plans = PlanSet(document.get("plans", PlanSet.CANONICAL))
+    is_of_set = plans is not PlanSet.CANONICAL
 
-    def goal(value: object, path: JsonPath) -> tuple[str, tuple[Situation, ...]]:
-        read = parts.keys(value, ("goal", "situations"), path)
+    def situation(value: object, path: JsonPath) -> Situation:
+        return _read_situation(parts, value, path, is_of_set=is_of_set)
+
+    def runs(value: object, path: JsonPath) -> GoalRuns:
+        read = parts.keys(value, ("goal", *(["planned"] if is_of_set else []), "situations"), path)
         situations = parts.each(read["situations"], (*path, "situations"), situation)
-        return parts.word(read["goal"], (*path, "goal")), situations
+        planned = parts.each(read["planned"], (*path, "planned"), parts.word) if is_of_set else ()
+        return GoalRuns(parts.word(read["goal"], (*path, "goal")), situations, planned)
 
     variables = parts.each(document["variables"], ("variables",), parts.word)
-    return RunsArgument(variables, parts.each(document["runs"], ("runs",), goal))
+    return RunsArgument(variables, parts.each(document["runs"], ("runs",), runs), goals, plans)
 
 
-def _read_situation(parts: CertificateParts, value: object, path: JsonPath) -> Situation:
+def _read_situation(parts: CertificateParts, value: object, path: JsonPath, *, is_of_set: bool) -> Situation:
     if not isinstance(value, list) or not _MIN_PARTS <= len(value) <= _MAX_PARTS:
         parts.refuse(path, "a situation is a list of values, queue, requests in flight, and what it awaits")
     values = parts.each(value[0], (*path, 0), parts.value)
-    queue = parts.each(value[1], (*path, 1), parts.word)
+    queue: Queue = None
+    if is_of_set and value[1] is not None:
+        queue = parts.each(value[1], (*path, 1), parts.value)
+    elif not is_of_set:
+        queue = parts.each(value[1], (*path, 1), parts.word) or None
     in_flight = parts.each(value[2], (*path, 2), parts.word)
     if len(value) < _MAX_PARTS:
         return Situation(values, queue, in_flight)
@@ -133,16 +143,21 @@ def _read_situation(parts: CertificateParts, value: object, path: JsonPath) -> S
 
 
 def _write_runs(argument: RunsArgument) -> list[str]:
-    goals = (
-        f'{{"goal": {json_text(goal)}, "situations": {json_list(map(_situation_text, situations))}}}'
-        for goal, situations in argument.runs
-    )
+    is_of_set = argument.plans is not PlanSet.CANONICAL
+    goals = (_runs_text(runs, is_of_set=is_of_set) for runs in argument.runs)
     return [f'"variables": {json_text(argument.variables)}', f'"runs": {json_list(goals)}']
 
 
-def _situation_text(situation: Situation) -> str:
+def _runs_text(runs: GoalRuns, *, is_of_set: bool) -> str:
+    planned = f', "planned": {json_text(runs.planned)}' if is_of_set else ""
+    situations = (_situation_text(situation, is_of_set=is_of_set) for situation in runs.situations)
+    return f'{{"goal": {json_text(runs.goal)}{planned}, "situations": {json_list(situations)}}}'
+
+
+def _situation_text(situation: Situation, *, is_of_set: bool) -> str:
     """The values, the queue, the requests in flight, and what the situation awaits, if anything."""
-    parts: list[object] = [situation.values, situation.queue, situation.in_flight]
+    queue = situation.queue if is_of_set else situation.queue or ()
+    parts: list[object] = [situation.values, queue, situation.in_flight]
     if situation.awaits is not Awaits.NOTHING:
         parts.append(situation.awaits.value)
     return json.dumps(parts, ensure_ascii=False, separators=(",", ":"))
@@ -193,14 +208,18 @@ def _flaws(certificate: Certificate, model: BehaviorModel) -> Iterator[Certifica
 
 
 def _flaws_of_planner(certificate: Certificate, model: BehaviorModel) -> list[CertificateFlaw]:
-    """Return why the planner of a certificate does not fit its argument; only canonical plans are checked."""
-    known, used = FIRST_PLANNER.name, model.planner.name or FIRST_PLANNER.name
-    if certificate.is_for_any_plan:
-        is_named = certificate.planner is not None
-        return [CertificateFlaw("the planner", "its argument holds for any plans, so it must be `null`")] * is_named
+    """Return why the runs of a certificate are not those of the model. Of planners the canonical one is checked."""
     flaws = []
-    if certificate.planner != FIRST_PLANNER:
-        flaws.append(CertificateFlaw("the planner", f"claims about all runs are checked for `{FIRST_PLANNER}` alone"))
+    if certificate.goals is GoalOrder.SINGLE and model.runs.goals is GoalOrder.SEQUENCE:
+        reason = "it is about runs with one goal each, and goals of the model follow each other: write `goals: single`"
+        flaws.append(CertificateFlaw("the goals", f"{reason} under `runs:` if they do not"))
+    if certificate.plans is not PlanSet.CANONICAL and certificate.planner is not None:
+        flaws.append(CertificateFlaw("the planner", f"its plans are `{certificate.plans}`, so it must be `null`"))
+    if certificate.is_for_any_plan:
+        return flaws
+    known, used = FIRST_PLANNER.name, model.planner.name or FIRST_PLANNER.name
+    if certificate.plans is PlanSet.CANONICAL and certificate.planner != FIRST_PLANNER:
+        flaws.append(CertificateFlaw("the planner", f"claims about its runs are checked for `{FIRST_PLANNER}` alone"))
     if used != known:
         flaws.append(CertificateFlaw("the planner", f"the runs of the model are planned by `{used}`"))
     return flaws

@@ -9,13 +9,13 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any, NoReturn
 
-from scbm.model import FIRST_PLANNER, Diagnostic, InputError, Place, PlannerIdentity, Slug
+from scbm.model import FIRST_PLANNER, Diagnostic, GoalOrder, InputError, Place, PlannerIdentity, PlanSet, Slug
 from scbm.model.json_reader import JsonError, line_and_column, quoted, read_json, value_positions
 from scbm.proofcheck.certificate import Certificate, Claim, RunsArgument
 from scbm.proofcheck.certificate_arguments import ARGUMENTS, json_list, json_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterable
     from typing import TypeVar
 
     from scbm.model import Value
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     Part = TypeVar("Part")
 
-FORMAT_VERSION = 2
+FORMAT_VERSION = 3
 
 
 def certificate_text(certificate: Certificate, model_file: str | None = None) -> str:
@@ -36,6 +36,7 @@ def certificate_text(certificate: Certificate, model_file: str | None = None) ->
         f'"digest": {json_text(certificate.digest)}',
         f'"claims": {json_list(claims)}',
         f'"argument": {json_text(certificate.argument.kind)}, "planner": {_planner_text(certificate.planner)}',
+        f'"goals": {json_text(certificate.goals)}, "plans": {json_text(certificate.plans)}',
         *ARGUMENTS[certificate.argument.kind].write(certificate.argument),
     ]
     return "{" + ",\n".join(parts) + "}\n"
@@ -55,6 +56,8 @@ MAX_FAULTS = 100
 _HEAD = ("scbm_certificate", "model", "digest", "claims", "argument")
 _WITHOUT_PLANNER = 1
 """The last version that does not name the planner."""
+_WITHOUT_RUNS = 2
+"""The last version that does not name the goals and plans of the runs; they have one goal and canonical plans."""
 _MAX_NUMBER = 2**63
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 
@@ -115,18 +118,22 @@ class CertificateParts:
         if not isinstance(document, dict) or "scbm_certificate" not in document:
             raise _FaultError((), "this is not a certificate of scbm")
         version = document["scbm_certificate"]
-        if type(version) is not int or version not in (_WITHOUT_PLANNER, FORMAT_VERSION):
+        if type(version) is not int or not _WITHOUT_PLANNER <= version <= FORMAT_VERSION:
             shown = version if type(version) is int and abs(version) < _MAX_NUMBER else "?"
-            versions = f"{_WITHOUT_PLANNER} and {FORMAT_VERSION}"
+            versions = f"{_WITHOUT_PLANNER} to {FORMAT_VERSION}"
             message = f"version {shown} of the format of certificates; this scbm reads versions {versions}"
             raise _FaultError(("scbm_certificate",), message)
         kind = document.get("argument")
         if not isinstance(kind, str) or kind not in ARGUMENTS:
             path: JsonPath = ("argument",) if "argument" in document else ()
             raise _FaultError(path, f"the key `argument` says which one it is: {', '.join(ARGUMENTS)}")
-        is_present = {"model_file": "model_file" in document, "planner": version != _WITHOUT_PLANNER}
+        names_runs = version > _WITHOUT_RUNS
+        is_present = {"model_file": "model_file" in document, "planner": version > _WITHOUT_PLANNER}
+        is_present |= {"goals": names_runs, "plans": names_runs}
         optional = tuple(key for key, present in is_present.items() if present)
         self.keys(document, (*_HEAD, *optional, *ARGUMENTS[kind].keys), ())
+        if names_runs:
+            self._refuse_other_runs(document, kind)
         return Certificate(
             self.word(document["model"], ("model",)),
             self._digest(document["digest"], ("digest",)),
@@ -134,6 +141,17 @@ class CertificateParts:
             ARGUMENTS[kind].read(self, document),
             self._planner(document, kind, ("planner",)),
         )
+
+    def _refuse_other_runs(self, document: dict[str, Any], kind: str) -> None:
+        """Refuse goals and plans that an argument of this kind is not about."""
+        is_about_runs = kind == RunsArgument.kind
+        known: dict[str, Iterable[str]] = {
+            "goals": GoalOrder if is_about_runs else [GoalOrder.SEQUENCE],
+            "plans": PlanSet if is_about_runs else [PlanSet.ANY],
+        }
+        for key, words in known.items():
+            if document[key] not in tuple(words):
+                raise _FaultError((key,), f"here is one of: {', '.join(words)}")
 
     def _planner(self, document: dict[str, Any], kind: str, path: JsonPath) -> PlannerIdentity | None:
         """Return the planner that a certificate names; older ones of all runs are about the first planner."""

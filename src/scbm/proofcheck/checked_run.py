@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, TypeAlias, assert_never
 from scbm.model import OperationState, PlanState, RequestState, format_value
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
 from scbm.proofcheck.certificate import ClaimedAspect, ClaimedObligation
-from scbm.proofcheck.checker_planner import NoPlanExists, PlanFound, PlanningLimitReached
+from scbm.proofcheck.checker_planner import NoPlanExists, PlanningLimitReached
+from scbm.proofcheck.checker_plans import PlansFound
 
 if TYPE_CHECKING:
     from scbm.model import Predicate, Value
-    from scbm.proofcheck.certificate import Situation
-    from scbm.proofcheck.checker_planner import CanonicalPlanner
+    from scbm.proofcheck.certificate import Queue, Situation
+    from scbm.proofcheck.checker_plans import CheckedPlans, Following
     from scbm.proofcheck.guarded_parts import GuardedRule, GuardedRules, OperationRules, Values
 
 MAX_AUTOMATIC = 1_000
@@ -33,7 +34,7 @@ class Question:
     """
 
     asked_in: Values | None
-    answer: PlanFound | NoPlanExists
+    answer: PlansFound | NoPlanExists
 
 
 class UncheckableStepError(Exception):
@@ -45,27 +46,29 @@ class CheckedRun:
 
     Attributes:
         values: the values of the variables of the certificate, and the states of all operations.
-        queue: the operations after the current one.
+        queue: what is left of the plan after the current operation.
         in_flight: the resources with a pending request, in the order of their requests.
         question: the request for a plan that is open.
         unsolvable_in: the values from which the planner has answered that no plan exists.
         has_ended: whether the run has ended.
         visited: the names of the obligations visited so far.
         asked: the values and the requests in flight at each request for a plan.
+        must_choose: whether several things can follow in the plan, and it is open which one does.
     """
 
-    def __init__(self, rules: GuardedRules, goal: Predicate, planner: CanonicalPlanner, values: Values) -> None:
+    def __init__(self, rules: GuardedRules, goal: Predicate, plans: CheckedPlans, values: Values) -> None:
         self.values = values
-        self.queue: list[str] = []
+        self.queue: Queue = None
         self.in_flight: list[str] = []
         self.question: Question | None = None
         self.unsolvable_in: Values | None = None
         self.has_ended = False
         self.visited: dict[str, None] = {}
         self.asked: list[tuple[Values, tuple[str, ...]]] = []
+        self.must_choose = False
         self._rules = rules
         self._goal = goal
-        self._planner = planner
+        self._plans = plans
         self._deadline_has_passed = False
         self._automatic = 0
 
@@ -87,15 +90,21 @@ class CheckedRun:
         assert self.question is not None  # noqa: S101 - only questions are answered
         question, self.question = self.question, None
         match question.answer:
-            case PlanFound(plan):
-                self.queue = list(plan)
+            case PlansFound(queue):
+                self.queue = queue
                 self._set({PLAN_STATE: PlanState.EXECUTING.value})
-                for operation in plan:
+                for operation in self._plans.queued(queue):
                     self._visit(operation, ClaimedAspect.QUEUED)
             case NoPlanExists():
                 self.unsolvable_in = question.asked_in
             case _:
                 assert_never(question.answer)
+
+    def choose(self, following: Following) -> None:
+        """Let an operation become current, or the plan end."""
+        operation, self.queue = following
+        if operation is not None:
+            self._set({CURRENT_NAME: operation})
 
     def pass_deadline(self) -> None:
         """Let the timer of the current operation pass."""
@@ -135,9 +144,10 @@ class CheckedRun:
         return True
 
     def _livelock(self) -> bool:
-        if not self.has_ended:
-            self.end(PlanState.ABORTED)
-        return False
+        if self.has_ended:
+            return False
+        self.end(PlanState.ABORTED)
+        return True
 
     def _abort(self) -> bool:
         if self.has_ended or self.values[PLAN_STATE] != PlanState.ABORTED:
@@ -184,10 +194,11 @@ class CheckedRun:
             return False
         if self.values[CURRENT_NAME] != NO_OPERATION:
             return self._step_operation(self._rules.operations[str(self.values[CURRENT_NAME])])
-        if self.queue:
-            self._set({CURRENT_NAME: self.queue.pop(0)})
-            return True
-        return self._ask_plan()
+        following = self._plans.following(self.queue)
+        if len(following) == 1:
+            self.choose(following[0])
+        self.must_choose = len(following) > 1
+        return len(following) == 1 or (not following and self._ask_plan())
 
     def _step_operation(self, operation: OperationRules) -> bool:
         match self.values[CURRENT_STATE]:
@@ -204,7 +215,7 @@ class CheckedRun:
             case OperationState.COMPLETED:
                 return self._leave()
             case _:  # failed, timed out
-                self.queue = []
+                self.queue = None
                 return self._leave()
 
     def _take(self, rule: GuardedRule, target: OperationState) -> bool:
@@ -235,7 +246,7 @@ class CheckedRun:
         """Drop the plan if the timer of the disabled operation has passed."""
         if not self._deadline_has_passed:
             return False
-        self.queue = []
+        self.queue = None
         return self._leave()
 
     def _time_out(self, operation: OperationRules) -> bool:
@@ -257,7 +268,7 @@ class CheckedRun:
             return self.has_ended
         self.asked.append((self.values, tuple(self.in_flight)))
         self._set({PLAN_STATE: PlanState.PLANNING.value})
-        answer = self._planner.plan(self.values)
+        answer = self._plans.answer(self.values)
         if isinstance(answer, PlanningLimitReached):
             raise UncheckableStepError(
                 "a plan is requested, and the states that the checker may visit are too few to find it"
@@ -277,7 +288,8 @@ class CheckedRun:
             self._set({resource.trigger: False})
         self._leave()
         self.has_ended = True
-        self.queue, self.in_flight = [], []
+        self._automatic = 0
+        self.queue, self.in_flight = None, []
         self.question, self.unsolvable_in = None, None
 
     # inside
@@ -337,7 +349,18 @@ class PlannerAnswer:
         return "the planner answers"
 
 
-Event: TypeAlias = ReplyEvent | DeadlineEvent | PlannerAnswer | OutsideEvent | GivingUp
+@dataclass(frozen=True, slots=True)
+class NextInPlan:
+    """The plan goes on with an operation, or ends."""
+
+    following: Following
+
+    def __str__(self) -> str:
+        operation, _ = self.following
+        return "the plan ends" if operation is None else f"{operation} is next in the plan"
+
+
+Event: TypeAlias = ReplyEvent | DeadlineEvent | PlannerAnswer | OutsideEvent | GivingUp | NextInPlan
 
 
 @dataclass(frozen=True, slots=True)
@@ -349,9 +372,11 @@ class CheckedStep:
         values: the values of the variables of the certificate, and the states of all operations.
         visited: the names of the obligations that were visited.
         cut_off: those that would have been visited instead if the limit of plans had ended the run on the way.
+        rests: the values from which another goal can be pursued then, of all ends, those by a limit included.
     """
 
     situation: Situation | None
     values: dict[str, Value]
     visited: tuple[str, ...]
     cut_off: tuple[str, ...] = ()
+    rests: tuple[Values, ...] = ()

@@ -44,33 +44,68 @@ class PlanningLimitReached:
 PlanAnswer: TypeAlias = PlanFound | NoPlanExists | PlanningLimitReached
 
 
-class CanonicalPlanner:
-    """Plans of one model for one goal."""
+class PlannedStates:
+    """The states that plans of one model for one goal go through.
+
+    Attributes:
+        names: the variables on which plans depend, in the order of the model.
+    """
 
     def __init__(self, model: BehaviorModel, goal: Predicate) -> None:
         read = _planning_variables(model, goal)
-        self._names = tuple(name for name in model.space.names if name in read)
+        self.names = tuple(name for name in model.space.names if name in read)
         self._at_rest = {v.name: v.initial for v in model.running_space if v.role.is_runner}
         self._goal = goal
 
         def half(name: str, guard: Predicate, actions: tuple[Action, ...]) -> GuardedRule:
-            kept = tuple(action for action in actions if action.target in self._names)
+            kept = tuple(action for action in actions if action.target in self.names)
             return GuardedRule(name, guard, kept, tuple(model.space[action.target].domain for action in kept))
 
         self._operations = tuple(
             (o.name, half(o.name, o.pre.g, o.pre.a), half(o.name, o.post.g, o.post.a)) for o in model.operations
         )
         self._successors: dict[WorldState, tuple[tuple[str, WorldState], ...]] = {}
-        self._answers: dict[WorldState, PlanAnswer] = {}
 
-    def plan(self, values: Mapping[str, Value]) -> PlanAnswer:
-        """Return the canonical plan from a state, or why there is none. Variables of the runner are at rest (4.1).
+    def start(self, values: Mapping[str, Value]) -> WorldState:
+        """Return the state to plan from. Variables of the runner are at rest in it (4.1).
 
         Args:
             values: a value for each variable that can influence a plan, at least. Every variable that a certificate
                 may not omit is among them (`runs_check`).
         """
-        start = tuple(values[name] for name in self._names)
+        return tuple(values[name] for name in self.names)
+
+    def is_goal(self, state: WorldState) -> bool:
+        """Return whether the goal holds in a state."""
+        return self._goal.holds(self._named(state))
+
+    def _named(self, state: WorldState) -> dict[str, Value]:
+        return {**self._at_rest, **dict(zip(self.names, state, strict=True))}
+
+    def successors(self, state: WorldState) -> tuple[tuple[str, WorldState], ...]:
+        """Return the enabled operations in the order of the model, each with the state that it leads to (3.3)."""
+        if state not in self._successors:
+            before = self._named(state)
+            found = []
+            for name, pre, post in self._operations:
+                between = pre.taken(before)
+                after = None if between is None else post.taken(between)
+                if after is not None:
+                    found.append((name, tuple(after[variable] for variable in self.names)))
+            self._successors[state] = tuple(found)
+        return self._successors[state]
+
+
+class CanonicalPlanner:
+    """Plans of one model for one goal."""
+
+    def __init__(self, model: BehaviorModel, goal: Predicate) -> None:
+        self._states = PlannedStates(model, goal)
+        self._answers: dict[WorldState, PlanAnswer] = {}
+
+    def plan(self, values: Mapping[str, Value]) -> PlanAnswer:
+        """Return the canonical plan from a state, or why there is none; `values` as in `PlannedStates.start`."""
+        start = self._states.start(values)
         if start not in self._answers:
             self._search(start)
         return self._answers[start]
@@ -85,16 +120,16 @@ class CanonicalPlanner:
         """
         parents: dict[WorldState, tuple[WorldState, str] | None] = {start: None}
         frontier = deque([start])
-        if self._is_goal(start):
+        if self._states.is_goal(start):
             self._answers[start] = PlanFound(())
             return
         while frontier:
             state = frontier.popleft()
-            for operation, successor in self._successors_of(state):
+            for operation, successor in self._states.successors(state):
                 if successor in parents:
                     continue
                 parents[successor] = (state, operation)
-                if self._is_goal(successor):
+                if self._states.is_goal(successor):
                     self._answer_path(parents, successor)
                     return
                 if len(parents) > MAX_PLANNING_STATES:
@@ -111,25 +146,6 @@ class CanonicalPlanner:
             state, operation = step
             plan = (operation, *plan)
             self._answers[state] = PlanFound(plan)
-
-    def _is_goal(self, state: WorldState) -> bool:
-        return self._goal.holds(self._named(state))
-
-    def _named(self, state: WorldState) -> dict[str, Value]:
-        return {**self._at_rest, **dict(zip(self._names, state, strict=True))}
-
-    def _successors_of(self, state: WorldState) -> tuple[tuple[str, WorldState], ...]:
-        """Return the enabled operations in the order of the model, each with the state that it leads to (3.3)."""
-        if state not in self._successors:
-            before = self._named(state)
-            found = []
-            for name, pre, post in self._operations:
-                between = pre.taken(before)
-                after = None if between is None else post.taken(between)
-                if after is not None:
-                    found.append((name, tuple(after[variable] for variable in self._names)))
-            self._successors[state] = tuple(found)
-        return self._successors[state]
 
 
 def _planning_variables(model: BehaviorModel, goal: Predicate) -> dict[str, None]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from itertools import product
 from typing import TYPE_CHECKING, assert_never
 
-from scbm.model import PlanState
+from scbm.model import GoalOrder, PlanSet, PlanState
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
 from scbm.proofcheck.certificate import Awaits, Situation
 from scbm.proofcheck.checked_run import (
@@ -17,12 +17,14 @@ from scbm.proofcheck.checked_run import (
     DeadlineEvent,
     Event,
     GivingUp,
+    NextInPlan,
     OutsideEvent,
     PlannerAnswer,
     Question,
     ReplyEvent,
 )
-from scbm.proofcheck.checker_planner import CanonicalPlanner, NoPlanExists, PlanFound
+from scbm.proofcheck.checker_planner import NoPlanExists
+from scbm.proofcheck.checker_plans import PlansFound, plans_of
 from scbm.proofcheck.guarded_parts import GuardedRules
 
 if TYPE_CHECKING:
@@ -39,24 +41,61 @@ class Interpreter:
     it belong to the same step. If such a step comes back to a situation, it visits nothing new and ends there.
 
     Limits of time or of plans can end a run anywhere. `cut_off` has what is visited after such an end.
+
+    Where each run has one goal, what a runner at rest visits after the end belongs to the step that ends the run. Where
+    goals follow each other, the step has the values at the end (`CheckedStep.rests`), and `at_rest` has what follows.
+
+    Attributes:
+        model: the model.
+        planned: the variables of a queue that is a state; empty for canonical plans.
     """
 
-    def __init__(self, model: BehaviorModel, goal: Predicate, variables: Sequence[str]) -> None:
-        """`variables` are those of a certificate, without flaws by `runs_check.check_variables`."""
+    def __init__(
+        self,
+        model: BehaviorModel,
+        goal: Predicate,
+        variables: Sequence[str],
+        goals: GoalOrder = GoalOrder.SINGLE,
+        plan_set: PlanSet = PlanSet.CANONICAL,
+    ) -> None:
+        """Prepare the steps.
+
+        Args:
+            model: the model.
+            goal: the goal of the runs.
+            variables: those of a certificate, without flaws by `runs_check.check_variables`.
+            goals: whether goals follow each other.
+            plan_set: the plans that the runner may get.
+        """
+        self.model = model
         self._rules = GuardedRules(model, variables)
         self._goal = goal
-        self._planner = CanonicalPlanner(model, goal)
+        self._plans = plans_of(plan_set, model, goal)
+        self._is_sequence = goals is GoalOrder.SEQUENCE
         self._after_ends: dict[tuple[Value, ...], tuple[str, ...]] = {}
+        self.planned = self._plans.names
 
-    def begin(self, state: Mapping[str, Value]) -> CheckedStep:
-        """Return the step in which the goal is given in an initial state, which has a value for each of `variables`."""
+    def initial(self, state: Mapping[str, Value]) -> Values:
+        """Return the values of a runner at rest in an initial state, which has a value for each of `variables`."""
         space = self._rules.model.running_space
         values: Values = {v: space[v].initial if space[v].role.is_runner else state[v] for v in self._rules.variables}
-        values |= {**self._rules.at_rest, PLAN_STATE: PlanState.PLANNING.value}
-        return self._finish(self._run(values))
+        return {**values, **self._rules.at_rest}
+
+    def begin(self, rest: Values) -> CheckedStep:
+        """Return the step in which the goal is given to a runner at rest."""
+        return self._finish(self._run({**rest, PLAN_STATE: PlanState.PLANNING.value}))
+
+    def at_rest(self, rest: Values) -> Iterator[CheckedStep]:
+        """Yield what can follow while no goal is pursued: the runner settles, or something changes from outside."""
+        for changes in ((), *self._rules.outside.changes(rest, ())):
+            run = self._settled({**rest, **dict(changes)})
+            yield CheckedStep(None, run.values, tuple(run.visited), rests=(run.values,))
 
     def events(self, situation: Situation) -> Iterator[Event]:
         """Yield the events that can follow."""
+        if situation.awaits is Awaits.NEXT:
+            yield from map(NextInPlan, self._plans.following(situation.queue))
+            return
         for name in situation.in_flight:
             for measured in self._measured(self._rules.resources[name]):
                 yield ReplyEvent(name, succeeded=True, measured=measured)
@@ -85,13 +124,19 @@ class Interpreter:
                 run.change(changes)
             case GivingUp():
                 run.end(PlanState.UNSOLVABLE)
+            case NextInPlan(following):
+                run.choose(following)
             case _:
                 assert_never(event)
         return self._finish(run)
 
-    def cut_off(self, situation: Situation) -> tuple[str, ...]:
-        """Return what is visited if the time limit passes in a situation."""
-        return self._after_end(self._values(situation), situation.in_flight)
+    def cut_off(self, situation: Situation) -> CheckedStep | None:
+        """Return the step in which the time limit passes; `None` where it is decided how the plan goes on."""
+        if situation.awaits is Awaits.NEXT:
+            return None
+        values = self._values(situation)
+        visited, rests = self._after_end(values, situation.in_flight)
+        return CheckedStep(None, values, visited, rests=rests)
 
     def _measured(self, resource: Resource) -> Iterator[tuple[tuple[str, Value], ...]]:
         """Yield every choice of measured values.
@@ -110,7 +155,7 @@ class Interpreter:
     # between situations and runs
 
     def _run(self, values: Values) -> CheckedRun:
-        return CheckedRun(self._rules, self._goal, self._planner, values)
+        return CheckedRun(self._rules, self._goal, self._plans, values)
 
     def _values(self, situation: Situation) -> Values:
         values = {**dict(zip(self._rules.variables, situation.values, strict=True)), **self._rules.at_rest}
@@ -122,10 +167,10 @@ class Interpreter:
         run = self._run(self._values(situation))
         run.in_flight = list(situation.in_flight)
         match situation.awaits:
-            case Awaits.NOTHING:
-                run.queue = list(situation.queue)
+            case Awaits.NOTHING | Awaits.NEXT:
+                run.queue = situation.queue
             case Awaits.PLAN:
-                run.question = Question(None, PlanFound(situation.queue))
+                run.question = Question(None, PlansFound(situation.queue))
             case Awaits.UNSOLVABLE:
                 run.question = Question(run.values, NoPlanExists())
             case Awaits.STALE:
@@ -140,13 +185,15 @@ class Interpreter:
         """Return the situation of a run that is settled and has not ended."""
         values = tuple(run.values[name] for name in self._rules.variables)
         in_flight = tuple(run.in_flight)
+        if run.must_choose:
+            return Situation(values, run.queue, in_flight, Awaits.NEXT)
         if run.question is None:
             awaits = Awaits.CHANGE if run.values[CURRENT_NAME] == NO_OPERATION else Awaits.NOTHING
-            return Situation(values, tuple(run.queue), in_flight, awaits)
-        if isinstance(run.question.answer, PlanFound):
-            return Situation(values, run.question.answer.operations, in_flight, Awaits.PLAN)
+            return Situation(values, run.queue, in_flight, awaits)
+        if isinstance(run.question.answer, PlansFound):
+            return Situation(values, run.question.answer.queue, in_flight, Awaits.PLAN)
         awaits = Awaits.UNSOLVABLE if run.question.asked_in == run.values else Awaits.STALE
-        return Situation(values, (), in_flight, awaits)
+        return Situation(values, None, in_flight, awaits)
 
     def _finish(self, run: CheckedRun) -> CheckedStep:
         """Let the run settle, and let the planner answer if no other event can come first."""
@@ -160,22 +207,37 @@ class Interpreter:
             run.asked.append((run.values, ()))  # a limit can end the run here, too
             run.receive_answer()
             run.settle()
-        if run.has_ended and self._rules.outside:
-            run.visited |= dict.fromkeys(self._at_rest(run.values))
+        if run.has_ended and not self._is_sequence and self._rules.outside:
+            run.visited |= dict.fromkeys(self._rest_of_run(run.values))
         return self._step(run, None if run.has_ended else self._situation(run))
 
     def _step(self, run: CheckedRun, situation: Situation | None) -> CheckedStep:
-        cut_off = dict.fromkeys(name for values, sent in run.asked for name in self._after_end(values, sent))
-        return CheckedStep(situation, run.values, tuple(run.visited), tuple(cut_off))
+        cut_off: dict[str, None] = {}
+        rests: list[Values] = [run.values] if run.has_ended and self._is_sequence else []
+        for values, sent in run.asked:
+            visited, ends = self._after_end(values, sent)
+            cut_off |= dict.fromkeys(visited)
+            rests += ends
+        return CheckedStep(situation, run.values, tuple(run.visited), tuple(cut_off), tuple(rests))
 
-    def _after_end(self, values: Values, in_flight: Sequence[str]) -> tuple[str, ...]:
-        """Return what is visited after the end of a run that a limit ends with these values."""
+    def _after_end(self, values: Values, in_flight: Sequence[str]) -> tuple[tuple[str, ...], tuple[Values, ...]]:
+        """Return what is visited after the end of a run that a limit ends with these values, and the values then."""
         run = self._run(values)
         run.in_flight = list(in_flight)
         run.end(PlanState.ABORTED)
-        return self._at_rest(run.values)
+        if not self._is_sequence:
+            return self._rest_of_run(run.values), ()
+        settled = self._settled(run.values)
+        return tuple(settled.visited), (settled.values,)
 
-    def _at_rest(self, values: Values) -> tuple[str, ...]:
+    def _settled(self, values: Values) -> CheckedRun:
+        """Return a runner without a goal after it has settled."""
+        run = self._run(values)
+        run.has_ended = True
+        run.settle()
+        return run
+
+    def _rest_of_run(self, values: Values) -> tuple[str, ...]:
         """Return what is visited from these values on after the end of a run, whatever changes from outside."""
         start = tuple(values.values())
         if start not in self._after_ends:
@@ -183,9 +245,7 @@ class Interpreter:
             reached: dict[tuple[Value, ...], None] = {}
             todo = [values]
             while todo:
-                run = self._run(todo.pop())
-                run.has_ended = True
-                run.settle()
+                run = self._settled(todo.pop())
                 visited |= run.visited
                 settled = tuple(run.values.values())
                 if settled not in reached:

@@ -7,11 +7,10 @@ is never visited.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-from scbm.model import OperationState, Role, format_value
+from scbm.model import GoalOrder, OperationState, Role, format_value
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE
 from scbm.proofcheck.certificate import Awaits, CertificateFlaw
 from scbm.proofcheck.checked_run import UncheckableStepError
@@ -22,9 +21,10 @@ from scbm.proofcheck.valuations import TooManyStepsError, valuations
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from scbm.model import BehaviorModel, Value
-    from scbm.proofcheck.certificate import ClaimedObligation, RunsArgument, Situation
+    from scbm.model import BehaviorModel, Predicate, Value
+    from scbm.proofcheck.certificate import ClaimedObligation, GoalRuns, RunsArgument, Situation
     from scbm.proofcheck.checked_run import CheckedStep
+    from scbm.proofcheck.guarded_parts import Values
 
 
 def check_variables(variables: Sequence[str], model: BehaviorModel) -> Iterator[CertificateFlaw]:
@@ -80,15 +80,56 @@ def check_runs(
 ) -> Iterator[CertificateFlaw]:
     """Yield the flaws of the variables and goals, or else of the situations of each goal."""
     flaws = [*check_variables(argument.variables, model)]
-    if [goal for goal, _ in argument.runs] != [goal for goal, _ in model.goals]:
+    if [runs.goal for runs in argument.runs] != [goal for goal, _ in model.goals]:
         flaws.append(CertificateFlaw("the goals", "they are not those of the model, each once and in order"))
     yield from flaws
     if flaws:
         return
     names = tuple(str(obligation) for obligation in claimed)
-    for (goal, predicate), (_, situations) in zip(model.goals, argument.runs, strict=True):
-        interpreter = Interpreter(model, predicate, argument.variables)
-        yield from _RunsCheck(goal, interpreter, argument.variables, situations, names).check(model)
+    checks = [
+        _RunsCheck(runs, _interpreter(argument, goal, model), argument.variables, names)
+        for (_, goal), runs in zip(model.goals, argument.runs, strict=True)
+    ]
+    malformed = [flaw for check in checks for flaw in check.malformed()]
+    yield from malformed
+    if not malformed:
+        yield from _wrong_steps(checks, argument, model)
+
+
+def _interpreter(argument: RunsArgument, goal: Predicate, model: BehaviorModel) -> Interpreter:
+    return Interpreter(model, goal, argument.variables, argument.goals, argument.plans)
+
+
+def _wrong_steps(
+    checks: Sequence[_RunsCheck], argument: RunsArgument, model: BehaviorModel
+) -> Iterator[CertificateFlaw]:
+    """Yield the flaws of the steps from all states in which the runner can be at rest, and from all situations."""
+    rests: dict[tuple[Value, ...], Values] = {}
+    try:
+        for state in initial_states(argument.variables, model):
+            rest = checks[0].interpreter.initial(state)
+            rests[tuple(rest.values())] = rest
+    except TooManyStepsError:
+        yield CertificateFlaw("the initial states", "there are too many to check")
+    for check in checks:
+        for rest in rests.values():
+            yield from check.wrong_beginnings(rest)
+        yield from check.wrong_steps()
+    if argument.goals is GoalOrder.SEQUENCE:
+        yield from _wrong_rests(checks, rests)
+
+
+def _wrong_rests(checks: Sequence[_RunsCheck], rests: dict[tuple[Value, ...], Values]) -> Iterator[CertificateFlaw]:
+    """Yield the flaws of what follows while no goal is pursued: from initial states, and from all ends of runs."""
+    for rest in list(rests.values()):
+        yield from checks[0].wrong_at_rest(rest)
+    todo = [rest for check in checks for rest in check.new_rests(rests)]
+    while todo:
+        rest = todo.pop()
+        yield from checks[0].wrong_at_rest(rest)
+        for check in checks:
+            yield from check.wrong_beginnings(rest)
+            todo += check.new_rests(rests)
 
 
 def initial_states(variables: Sequence[str], model: BehaviorModel) -> Iterator[dict[str, Value]]:
@@ -111,65 +152,97 @@ def initial_states(variables: Sequence[str], model: BehaviorModel) -> Iterator[d
         yield {name: state[name] for name in random}
 
 
-@dataclass(frozen=True, slots=True)
 class _RunsCheck:
-    """The situations of one goal, and the names of the obligations that are claimed."""
+    """The check of the situations of one goal."""
 
-    goal: str
-    interpreter: Interpreter
-    variables: tuple[str, ...]
-    situations: tuple[Situation, ...]
-    claimed: tuple[str, ...]
+    def __init__(
+        self, runs: GoalRuns, interpreter: Interpreter, variables: tuple[str, ...], claimed: tuple[str, ...]
+    ) -> None:
+        """`claimed` are the names of the obligations that are claimed."""
+        self.interpreter = interpreter
+        self._model = interpreter.model
+        self._runs = runs
+        self._variables = variables
+        self._claimed = claimed
+        self._listed = dict.fromkeys(runs.situations)
+        self._ends: dict[tuple[Value, ...], Values] = {}
 
-    def check(self, model: BehaviorModel) -> Iterator[CertificateFlaw]:
-        """Yield the flaws in the form of situations, or else in the steps between them."""
-        malformed = [*self._malformed(model)]
-        yield from malformed or self._wrong_steps(model)
-
-    def _malformed(self, model: BehaviorModel) -> Iterator[CertificateFlaw]:
-        for number, situation in enumerate(self.situations, start=1):
-            reason = _what_is_malformed(situation, self.variables, model)
+    def malformed(self) -> Iterator[CertificateFlaw]:
+        """Yield what is no situation of the model."""
+        goal, planned = self._runs.goal, self.interpreter.planned
+        if self._runs.planned != planned:
+            names = ", ".join(planned) or "none"
+            yield CertificateFlaw(f"goal {goal}", f"plans to it depend on other variables than those named: {names}")
+            return
+        for number, situation in enumerate(self._runs.situations, start=1):
+            reason = _what_is_malformed(situation, self._variables, self._model, planned)
             if reason is not None:
-                yield CertificateFlaw(f"goal {self.goal}, situation {number}", reason)
+                yield CertificateFlaw(f"goal {goal}, situation {number}", reason)
 
-    def _wrong_steps(self, model: BehaviorModel) -> Iterator[CertificateFlaw]:
-        listed = dict.fromkeys(self.situations)
-        try:
-            for state in initial_states(self.variables, model):
-                where = f"goal {self.goal}, from {_shown(state)}"
-                yield from self._check(partial(self.interpreter.begin, state), listed, where)
-        except TooManyStepsError:
-            yield CertificateFlaw(f"goal {self.goal}", "there are too many initial states to check")
-        for number, situation in enumerate(self.situations, start=1):
-            where = f"goal {self.goal}, situation {number}"
+    def wrong_steps(self) -> Iterator[CertificateFlaw]:
+        """Yield the flaws of the steps from situations."""
+        for number, situation in enumerate(self._runs.situations, start=1):
+            where = f"goal {self._runs.goal}, situation {number}"
             for event in self.interpreter.events(situation):
                 step = partial(self.interpreter.after, situation, event)
-                yield from self._check(step, listed, f"{where}, {event}")
-            yield from self._check_visited(self.interpreter.cut_off(situation), f"{where}, the time limit passes")
+                yield from self._check(step, f"{where}, {event}")
+            ended = self.interpreter.cut_off(situation)
+            if ended is not None:
+                self._keep(ended)
+                yield from self._check_visited(ended.visited, f"{where}, the time limit passes")
 
-    def _check(
-        self, take: Callable[[], CheckedStep], listed: dict[Situation, None], where: str
-    ) -> Iterator[CertificateFlaw]:
+    def wrong_beginnings(self, rest: Values) -> Iterator[CertificateFlaw]:
+        """Yield the flaws of the step in which the goal is given to a runner at rest."""
+        where = f"goal {self._runs.goal}, from {self._rest_words(rest)}"
+        yield from self._check(partial(self.interpreter.begin, rest), where)
+
+    def wrong_at_rest(self, rest: Values) -> Iterator[CertificateFlaw]:
+        """Yield the flaws of what follows while no goal is pursued."""
+        for step in self.interpreter.at_rest(rest):
+            self._keep(step)
+            where = f"no goal, from {self._rest_words(rest)}"
+            yield from self._check_visited(step.visited, where)
+
+    def new_rests(self, known: dict[tuple[Value, ...], Values]) -> list[Values]:
+        """Add the values in which runs have ended so far to the known ones, and return those that are new."""
+        new = {key: values for key, values in self._ends.items() if key not in known}
+        self._ends = {}
+        known.update(new)
+        return list(new.values())
+
+    def _keep(self, step: CheckedStep) -> None:
+        for values in step.rests:
+            self._ends[tuple(values.values())] = values
+
+    def _check(self, take: Callable[[], CheckedStep], where: str) -> Iterator[CertificateFlaw]:
         try:
             step = take()
         except UncheckableStepError as error:
             yield CertificateFlaw(where, str(error))
             return
+        self._keep(step)
         yield from self._check_visited(step.visited, where)
         yield from self._check_visited(step.cut_off, f"{where}, the limit of plans is reached")
-        if step.situation is not None and step.situation not in listed:
+        if step.situation is not None and step.situation not in self._listed:
             yield CertificateFlaw(
                 where, f"leads to a situation that is not listed: {self._situation_words(step.situation)}"
             )
 
     def _check_visited(self, visited: tuple[str, ...], where: str) -> Iterator[CertificateFlaw]:
         for name in visited:
-            if name in self.claimed:
+            if name in self._claimed:
                 yield CertificateFlaw(where, f"visits {name}, which is claimed never to be visited")
 
+    def _rest_words(self, rest: Values) -> str:
+        """Return the values of a runner at rest, without its own variables that are as at the beginning."""
+        space = self._model.running_space
+        shown = [n for n in self._variables if not space[n].role.is_runner or rest[n] != space[n].initial]
+        return _shown({name: rest[name] for name in shown})
+
     def _situation_words(self, situation: Situation) -> str:
-        parts = [_shown(dict(zip(self.variables, situation.values, strict=True)))]
-        parts += [f"queue {', '.join(situation.queue)}"] if situation.queue else []
+        parts = [_shown(dict(zip(self._variables, situation.values, strict=True)))]
+        queue = ", ".join(map(format_value, situation.queue or ()))
+        parts += [f"queue {queue}"] if situation.queue is not None else []
         parts += [f"in flight {', '.join(situation.in_flight)}"] if situation.in_flight else []
         parts += [f"awaits {situation.awaits}"] if situation.awaits is not Awaits.NOTHING else []
         return "; ".join(parts)
@@ -180,20 +253,32 @@ def _shown(values: dict[str, Value]) -> str:
     return text if len(text) <= _MAX_SHOWN else f"{text[:_MAX_SHOWN]}…"
 
 
-def _what_is_malformed(situation: Situation, variables: tuple[str, ...], model: BehaviorModel) -> str | None:
+def _what_is_malformed(
+    situation: Situation, variables: tuple[str, ...], model: BehaviorModel, planned: tuple[str, ...]
+) -> str | None:
     """Return why this is no situation of the model; `None` if it is one."""
     if len(situation.values) != len(variables):
         return f"it has {len(situation.values)} values for {len(variables)} variables"
     for name, value in zip(variables, situation.values, strict=True):
         if value not in model.running_space[name].domain:
             return f"{name} cannot be {format_value(value)}"
-    operations = [operation.name for operation in model.operations]
-    if not all(name in operations for name in situation.queue):
-        return "its queue has something that is no operation"
+    reason = None if situation.queue is None else _what_is_wrong_in(situation.queue, model, planned)
+    if reason is not None:
+        return reason
     resources = [resource.name for resource in model.resources]
     if [*dict.fromkeys(n for n in situation.in_flight if n in resources)] != [*situation.in_flight]:
         return "what is in flight is not some of the resources, each once"
     return _what_contradicts(situation, dict(zip(variables, situation.values, strict=True)))
+
+
+def _what_is_wrong_in(queue: tuple[Value, ...], model: BehaviorModel, planned: tuple[str, ...]) -> str | None:
+    if not planned:
+        operations = [operation.name for operation in model.operations]
+        return None if all(name in operations for name in queue) else "its queue has something that is no operation"
+    domains = [model.space[name].domain for name in planned]
+    if len(queue) != len(planned) or not all(value in domain for value, domain in zip(queue, domains, strict=True)):
+        return "its queue is no state of the variables on which plans depend"
+    return None
 
 
 def _what_contradicts(situation: Situation, values: dict[str, Value]) -> str | None:
@@ -201,6 +286,6 @@ def _what_contradicts(situation: Situation, values: dict[str, Value]) -> str | N
         return "no operation is current, but current.state is not initial"
     if situation.awaits is not Awaits.NOTHING and values[CURRENT_NAME] != NO_OPERATION:
         return f"it awaits {situation.awaits} while an operation is current"
-    if situation.queue and situation.awaits not in (Awaits.NOTHING, Awaits.PLAN):
+    if situation.queue is not None and situation.awaits not in (Awaits.NOTHING, Awaits.PLAN, Awaits.NEXT):
         return f"it awaits {situation.awaits} while there is a queue"
     return None

@@ -16,7 +16,7 @@ from scbm.closing.certificate_files import (
     open_certificate,
 )
 from scbm.model import InputError, Slug
-from scbm.proofcheck import RunsArgument, Situation, certificate_text
+from scbm.proofcheck import GoalRuns, RunsArgument, Situation, certificate_text
 from support.closings import closing_of
 from support.models import scan_cell
 
@@ -81,6 +81,8 @@ def test_another_version_of_the_model_is_not_looked_at() -> None:
 
 def test_situations_are_counted_of_all_goals() -> None:
     situation = Situation(())
-    runs = replace(CERTIFICATE, argument=RunsArgument((), (("a", (situation,) * 2), ("b", (situation,)))))
+    runs = replace(
+        CERTIFICATE, argument=RunsArgument((), (GoalRuns("a", (situation,) * 2), GoalRuns("b", (situation,))))
+    )
     assert check_file(CertificateFile(runs, Path("x.json"), None), scan_cell(("10 s", "9 s"))).situations == 3
     assert check_file(CertificateFile(CERTIFICATE, Path("x.json"), None), CELL).situations is None

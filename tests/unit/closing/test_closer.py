@@ -12,11 +12,11 @@ from scbm.cases.trace import End
 from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.assumptions import assumptions
 from scbm.closing.decisions import Stage
-from scbm.closing.runs.all_runs import AllRuns
+from scbm.closing.runs.all_runs import AllRuns, RunScope
 from scbm.closing.runs.run_graph import Relevance
 from scbm.closing.scripts.closing_injections import distinguishing_values
 from scbm.files import load_model, read_model
-from scbm.model import InputError, Outcome, PlannerChoice, PlannerIdentity, Slug
+from scbm.model import InputError, Outcome, PlannerChoice, PlannerIdentity, PlanSet, Slug
 from scbm.model.sources import outside_groups
 from scbm.proofcheck import check_certificate
 from scbm.running import Program
@@ -66,9 +66,11 @@ def decision(closing: Closing, name: str) -> Decision:
 
 def test_the_example_before_its_repair() -> None:
     closing = Closer(load_model(EXAMPLE / "before.yaml")).close()
-    uncoverable = [d.obligation for d in closing.decided if d.decision is Decision.UNCOVERABLE and d.obligation.counts]
-    assert {o.subject for o in uncoverable} == {"robot_move_to_home", "robot_unmount_gripper"}
-    assert len(uncoverable) == 10
+    proved = [d for d in closing.decided if d.certificate is not None and d.obligation.counts]
+    assert {d.obligation.subject for d in proved} == {"robot_move_to_home", "robot_unmount_gripper"}
+    assert len(proved) == 10
+    assert {d.obligation.aspect for d in proved if d.decision is Decision.UNCOVERABLE} == {Aspect.DISABLED}
+    assert {d.certificate for d in proved if d.decision is Decision.EXCLUDED} == {"runs-canonical"}
     assert all(d.decision is not Decision.UNDECIDED for d in closing.decided)
     assert closing.after.figure.visited == 76
     assert len(closing.cases) <= 8
@@ -302,21 +304,21 @@ def test_what_can_leave_its_domain_makes_a_difference() -> None:
 
 def test_under_another_planner_only_proofs_that_hold_for_every_plan_are_kept() -> None:
     model = load_model(EXAMPLE / "before.yaml")
-    by_runs = {d.obligation for d in Closer(model).close().decided if d.certificate == "runs"}
-    assert by_runs
+    excluded = {d.obligation for d in Closer(model).close().decided if d.decision is Decision.EXCLUDED}
+    assert excluded
     closing = Closer(replace(model, planner=PlannerChoice("greedy"))).close()
-    uncoverable = [d for d in closing.decided if d.decision is Decision.UNCOVERABLE]
-    assert {d.certificate for d in uncoverable} <= {"structure", "values"}
+    assert {certificate.plans for _, certificate in closing.certificates} <= {PlanSet.ANY}
     assert {certificate.planner for _, certificate in closing.certificates} <= {None}
     open_ones = [d for d in closing.decided if d.decision is Decision.UNDECIDED]
-    assert by_runs <= {d.obligation for d in closing.decided if d.decision is not Decision.UNCOVERABLE}
+    proved = {d.obligation for d in closing.decided if d.certificate is not None}
+    assert not excluded & proved
     assert open_ones
     assert all("`--planner canonical`" in d.reason for d in open_ones)
 
 
 def test_a_proof_from_all_runs_is_none_for_a_model_with_another_planner() -> None:
     model = load_model(EXAMPLE / "before.yaml")
-    certificate = dict(Closer(model).close().certificates)["runs"]
+    certificate = dict(Closer(model).close().certificates)["runs-canonical"]
     assert certificate.planner == PlannerIdentity("canonical", "1")
     assert check_certificate(certificate, model) == ()
     other = check_certificate(certificate, replace(model, planner=PlannerChoice("greedy")))
@@ -386,7 +388,9 @@ def test_a_limit_of_the_runs_in_which_inputs_change_is_named_and_nothing_is_prov
     never = "  never_taken: {g: at == box && current.state == executing, a: [plan.state <- aborted]}\n  emergency_stop:"
     model = read_model((STOP_CELL % ("", "")).replace("  emergency_stop:", never))
     assert decision(Closer(model).close(), "automatic/never_taken") is Decision.UNCOVERABLE
-    closed, opened = (AllRuns(model, CloseLimits(), lambda _: None, groups) for groups in ((), outside_groups(model)))
+    closed, opened = (
+        AllRuns(model, CloseLimits(), lambda _: None, RunScope(groups)) for groups in ((), outside_groups(model))
+    )
     assert closed.situations < opened.situations
     closing = Closer(model, CloseLimits(situations=closed.situations)).close()
     assert decision(closing, "automatic/never_taken") is Decision.UNDECIDED

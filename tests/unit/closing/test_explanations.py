@@ -10,7 +10,7 @@ from scbm.cases.coverage import Obligations
 from scbm.closing import Closing
 from scbm.closing.explanations import SearchedRuns, explain, first_visit
 from scbm.files import read_case
-from scbm.proofcheck import RunsArgument, Situation
+from scbm.proofcheck import GoalRuns, RunsArgument, Situation
 from scbm.testing import Execution, Tester
 from support.closings import closing_of, obligation
 from support.models import scan_cell
@@ -59,7 +59,7 @@ def test_injections_resources_and_messages_are_reported(wording: Wording) -> Non
 
 def _with_runs(closing: Closing) -> Closing:
     ((name, certificate),) = closing.certificates
-    argument = RunsArgument((), (("scanned", (Situation(()),) * 5),))
+    argument = RunsArgument((), (GoalRuns("scanned", (Situation(()),) * 5),))
     return replace(closing, certificates=((name, replace(certificate, argument=argument)),))
 
 

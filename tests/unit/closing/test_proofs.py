@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from scbm.closing.proofs.proofs import Proofs, failing_transitions, structural_facts
+from scbm.closing.proofs.proofs import by_runs, failing_transitions, structural_facts
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits
 from scbm.files import load_model
 from scbm.model import BehaviorModel
@@ -77,7 +77,7 @@ def test_a_precondition_that_always_holds_never_disables(guard: str, actions: st
 
 
 def _reason(model: BehaviorModel, name: str) -> str:
-    proof = Proofs(model).by_runs(obligation(model, name), AllRuns(model, CloseLimits(), lambda _: None))
+    proof = by_runs(obligation(model, name), AllRuns(model, CloseLimits(), lambda _: None))
     assert proof is not None
     return proof.reason
 

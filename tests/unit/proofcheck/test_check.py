@@ -16,6 +16,7 @@ from scbm.proofcheck import (
     Certificate,
     Claim,
     Fact,
+    GoalRuns,
     RunsArgument,
     Situation,
     StructureArgument,
@@ -52,7 +53,7 @@ VARIABLES = (
     "current.state",
     "plan.state",
 )
-EXECUTING = Situation(("dark", "y", True, "executing", "light", "executing", "executing"), (), ("switch",))
+EXECUTING = Situation(("dark", "y", True, "executing", "light", "executing", "executing"), None, ("switch",))
 FAILED = Situation(("dark", "y", True, "failed", "light", "executing", "executing"))
 """`light` ignores a reply that says failed. It times out, and then waits for a reply that no resource will send."""
 
@@ -304,7 +305,7 @@ def test_what_waits_for_the_end_of_a_run_is_taken_behind_it(state: str, wording:
 
 
 def runs(*situations: Situation, variables: tuple[str, ...] = VARIABLES) -> RunsArgument:
-    return RunsArgument(variables, (("lit", situations),))
+    return RunsArgument(variables, (GoalRuns("lit", situations),))
 
 
 NEVER = ("light/failed", "light/disabled", "automatic/burns_out")
@@ -316,7 +317,7 @@ def test_all_situations_of_all_runs_prove_what_they_do_not_visit() -> None:
 
 def test_more_situations_than_there_are_do_no_harm() -> None:
     asked = Situation(("dark", "x", False, "initial", "none", "initial", "planning"), ("light",), (), Awaits.PLAN)
-    change = replace(asked, queue=(), awaits=Awaits.CHANGE)
+    change = replace(asked, queue=None, awaits=Awaits.CHANGE)
     assert flaws_of(lamp(), runs(asked, EXECUTING, FAILED, change, EXECUTING), *NEVER) == []
 
 
@@ -352,10 +353,10 @@ def test_what_a_step_visits_is_not_proved(wording: Wording) -> None:
 
 
 def test_the_goals_are_those_of_the_model(wording: Wording) -> None:
-    situations = runs(EXECUTING, FAILED).runs[0][1]
+    situations = runs(EXECUTING, FAILED).runs[0].situations
     others: list[tuple[str, ...]] = [(), ("dark",), ("lit", "lit"), ("lit", "dark")]
     for goals in others:
-        argument = RunsArgument(VARIABLES, tuple((goal, situations) for goal in goals))
+        argument = RunsArgument(VARIABLES, tuple(GoalRuns(goal, situations) for goal in goals))
         (flaw,) = flaws_of(lamp(), argument, *NEVER)
         wording(flaw)
 

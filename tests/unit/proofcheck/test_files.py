@@ -13,6 +13,7 @@ from scbm.proofcheck import (
     Certificate,
     Claim,
     Fact,
+    GoalRuns,
     RunsArgument,
     Situation,
     StructureArgument,
@@ -35,15 +36,17 @@ RUNS = Certificate(
     RunsArgument(
         ("at", "n", "on"),
         (
-            ("there", (Situation(("home", 1, True)), Situation(("box", 0, False), ("scan", "move"), ("robot",)))),
-            ("back", (Situation(("box", 0, True), ("scan",), ("robot", "eye"), Awaits.PLAN),)),
-            ("never", ()),
+            GoalRuns(
+                "there", (Situation(("home", 1, True)), Situation(("box", 0, False), ("scan", "move"), ("robot",)))
+            ),
+            GoalRuns("back", (Situation(("box", 0, True), ("scan",), ("robot", "eye"), Awaits.PLAN),)),
+            GoalRuns("never", ()),
         ),
     ),
     FIRST_PLANNER,
 )
 RUNS_TEXT = """\
-{"scbm_certificate": 2,
+{"scbm_certificate": 3,
 "model": "cell",
 "digest": "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef",
 "claims": [
@@ -51,6 +54,7 @@ RUNS_TEXT = """\
 {"obligation": "automatic/hook", "reason": "“hook” comes too late"}
 ],
 "argument": "runs", "planner": {"name": "canonical", "version": "1"},
+"goals": "single", "plans": "canonical",
 "variables": ["at", "n", "on"],
 "runs": [
 {"goal": "there", "situations": [
@@ -82,9 +86,9 @@ def test_a_situation_stands_on_a_line() -> None:
 
 
 def test_the_other_arguments_are_written_like_that() -> None:
-    structure = '"argument": "structure", "planner": null,\n"facts": ["cannot_fail", "no_deadline"]}\n'
+    structure = '"goals": "sequence", "plans": "any",\n"facts": ["cannot_fail", "no_deadline"]}\n'
     assert structure in certificate_text(STRUCTURE)
-    values = '"argument": "values", "planner": null,\n"values": {\n"at": ["home", "box"],\n"n": [0, 1],\n"on": [true]'
+    values = '"plans": "any",\n"values": {\n"at": ["home", "box"],\n"n": [0, 1],\n"on": [true]'
     assert values in certificate_text(VALUES)
 
 
@@ -100,13 +104,13 @@ def test_what_is_written_is_read_again(certificate: Certificate) -> None:
 def test_true_is_not_read_as_one() -> None:
     argument = read_certificate(RUNS_TEXT).argument
     assert isinstance(argument, RunsArgument)
-    assert [type(value) for value in argument.runs[0][1][0].values] == [str, int, bool]
+    assert [type(value) for value in argument.runs[0].situations[0].values] == [str, int, bool]
 
 
 def test_the_page_of_messages_shows_how_a_text_is_refused() -> None:
     page = (Path(__file__).parents[3] / "docs" / "reference" / "messages.md").read_text(encoding="utf-8")
     with pytest.raises(InputError) as caught:
-        read_certificate('{"scbm_certificate": 3}', "runs.json")
+        read_certificate('{"scbm_certificate": 4}', "runs.json")
     assert f"```text\n{caught.value}\n```" in page
 
 
@@ -116,8 +120,8 @@ def test_the_page_of_messages_shows_how_a_text_is_refused() -> None:
         (RUNS_TEXT, "", "1:1"),
         (RUNS_TEXT, "[]", "1:1"),
         (RUNS_TEXT, '{"format": "scbm-trace"}', "1:1"),
-        ('te": 2,', 'te": 3,', "1:22"),
-        ('te": 2,', 'te": true,', "1:22"),
+        ('te": 3,', 'te": 4,', "1:22"),
+        ('te": 3,', 'te": true,', "1:22"),
         ('"cell"', '""', "2:10"),
         ('"cell"', '"a\\nb"', "2:10"),
         ('"cell"', '"\\ud800"', "2:11"),
@@ -134,16 +138,18 @@ def test_the_page_of_messages_shows_how_a_text_is_refused() -> None:
         ('"runs",', '"values",', "1:1"),
         ('{"obligation": "scan/failed", ', "{", "5:1"),
         ('{"obligation": "scan/failed"', '["obligation"', "5:24"),
-        ("[],[]],", "[]],", "12:1"),
-        ("[],[]],", "[],{}],", "12:21"),
-        ("[],[]],", "[],[3]],", "12:22"),
-        ('"home",1', '"home",null', "12:10"),
-        ('"home",1', '"home",1.5', "12:10"),
-        ('"home",1', '"home",NaN', "12:10"),
-        ('"home",1', '"home",99999999999999999999', "12:10"),
+        ("[],[]],", "[]],", "13:1"),
+        ("[],[]],", "[],{}],", "13:21"),
+        ("[],[]],", "[],[3]],", "13:22"),
+        ('"home",1', '"home",null', "13:10"),
+        ('"home",1', '"home",1.5', "13:10"),
+        ('"home",1', '"home",NaN', "13:10"),
+        ('"home",1', '"home",99999999999999999999', "13:10"),
         ('"home",1', f'"home",{"9" * 5000}', "1:1"),
-        ('"plan"', '"plans"', "16:42"),
-        ('"goal": "never", ', "", "18:1"),
+        ('"plan"', '"plans"', "17:42"),
+        ('"goal": "never", ', "", "19:1"),
+        ('"single"', '"any"', "9:10"),
+        ('"plans": "canonical"', '"plans": "all"', "9:29"),
     ],
 )  # fmt: skip
 def test_what_is_wrong_is_reported_where_it_stands(old: str, new: str, place: str, wording: Wording) -> None:
@@ -153,7 +159,7 @@ def test_what_is_wrong_is_reported_where_it_stands(old: str, new: str, place: st
 
 def test_everything_that_is_wrong_is_reported_at_once_from_the_top(wording: Wording) -> None:
     text = RUNS_TEXT.replace('"plan"', "3").replace("true", "null").replace('"reason"', '"because"')
-    assert refused(text, wording) == ["5:1", "6:1", "12:12", "16:11", "16:42"]
+    assert refused(text, wording) == ["5:1", "6:1", "13:12", "17:11", "17:42"]
 
 
 def test_no_more_than_a_hundred_faults_are_reported() -> None:
@@ -163,7 +169,7 @@ def test_no_more_than_a_hundred_faults_are_reported() -> None:
     assert len(caught.value.diagnostics) == 100
 
 
-@pytest.mark.parametrize(("new", "place"), [('"facts": ["cannot_fail", "no"]', "9:26"), ('"facts": {}', "9:10")])
+@pytest.mark.parametrize(("new", "place"), [('"facts": ["cannot_fail", "no"]', "10:26"), ('"facts": {}', "10:10")])
 def test_facts_have_names(new: str, place: str, wording: Wording) -> None:
     text = certificate_text(STRUCTURE).replace('"facts": ["cannot_fail", "no_deadline"]', new)
     assert refused(text, wording) == [place]
@@ -171,10 +177,10 @@ def test_facts_have_names(new: str, place: str, wording: Wording) -> None:
 
 def test_values_stand_under_their_variables(wording: Wording) -> None:
     text = certificate_text(VALUES)
-    assert refused(text.replace('"n": [0, 1]', '"n": 0'), wording) == ["11:6"]
-    assert refused(text.replace('"n": [0, 1]', '"at": [0, 1]'), wording) == ["11:1"]
+    assert refused(text.replace('"n": [0, 1]', '"n": 0'), wording) == ["12:6"]
+    assert refused(text.replace('"n": [0, 1]', '"at": [0, 1]'), wording) == ["12:1"]
     everything = text[text.index('{\n"at"') : -2]
-    assert refused(text.replace(everything, "3"), wording) == ["9:11"]
+    assert refused(text.replace(everything, "3"), wording) == ["10:11"]
 
 
 def test_a_text_can_be_too_large(monkeypatch: pytest.MonkeyPatch, wording: Wording) -> None:
@@ -182,11 +188,13 @@ def test_a_text_can_be_too_large(monkeypatch: pytest.MonkeyPatch, wording: Wordi
     assert refused(RUNS_TEXT, wording) == ["1:1"]
 
 
-def test_a_certificate_of_version_1_is_about_canonical_plans() -> None:
-    older = RUNS_TEXT.replace('{"scbm_certificate": 2,', '{"scbm_certificate": 1,')
-    older = older.replace(', "planner": {"name": "canonical", "version": "1"}', "")
-    assert read_certificate(older).planner == PlannerIdentity("canonical", "1")
-    assert read_certificate(older) == read_certificate(RUNS_TEXT)
+def test_certificates_of_older_versions_are_about_single_goals_and_canonical_plans() -> None:
+    version_2 = RUNS_TEXT.replace('{"scbm_certificate": 3,', '{"scbm_certificate": 2,')
+    version_2 = version_2.replace('"goals": "single", "plans": "canonical",\n', "")
+    version_1 = version_2.replace('{"scbm_certificate": 2,', '{"scbm_certificate": 1,')
+    version_1 = version_1.replace(', "planner": {"name": "canonical", "version": "1"}', "")
+    assert read_certificate(version_1).planner == PlannerIdentity("canonical", "1")
+    assert read_certificate(version_1) == read_certificate(version_2) == read_certificate(RUNS_TEXT)
 
 
 def test_a_certificate_for_any_plan_names_no_planner() -> None:

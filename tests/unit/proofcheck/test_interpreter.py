@@ -37,14 +37,14 @@ def interpreter(text: str) -> tuple[Interpreter, BehaviorModel]:
 
 def begun(automatic: str, **state: Value) -> tuple[Interpreter, Situation | None, tuple[str, ...]]:
     steps, model = interpreter(LAMP + automatic)
-    step = steps.begin({**model.nominal_state, **state})
+    step = steps.begin(steps.initial({**model.nominal_state, **state}))
     return steps, step.situation, step.visited
 
 
 def test_a_reply_can_come_while_a_plan_is_awaited(wording: Wording) -> None:
     steps, asked, visited = begun(LOOKS)
     assert asked == Situation(
-        ("dark", 0, True, "executing", "none", "initial", "planning"), (), ("eye",), Awaits.UNSOLVABLE
+        ("dark", 0, True, "executing", "none", "initial", "planning"), None, ("eye",), Awaits.UNSOLVABLE
     )
     assert visited == ("automatic/looks",)
     replies = [ReplyEvent("eye", ok, measured=(("seen", value),)) for value in (0, 1, 2) for ok in (True, False)]
@@ -90,7 +90,7 @@ def test_the_rest_of_a_plan_is_given_up_when_an_operation_times_out() -> None:
         "goals:\n  lit: lamp == lit\nautomatic_transitions:\n", f"{paint}goals:\n  done: seen == 0 && lamp == lit\n"
     )
     steps, model = interpreter(text)
-    step = steps.begin({**model.nominal_state, "seen": 1})
+    step = steps.begin(steps.initial({**model.nominal_state, "seen": 1}))
     assert step.situation is not None
     assert step.situation.queue == ("paint",)
     ended = steps.after(step.situation, DeadlineEvent())  # there is no plan from where `seen` is 2
@@ -103,9 +103,11 @@ def test_the_answer_to_a_question_asked_before_something_changed_is_stale() -> N
     steps, asked, _ = begun(LOOKS + again)
     assert asked is not None
     stale = steps.after(asked, ReplyEvent("eye", succeeded=False)).situation
-    assert stale == Situation(("dark", 2, True, "executing", "none", "initial", "planning"), (), ("eye",), Awaits.STALE)
+    assert stale == Situation(
+        ("dark", 2, True, "executing", "none", "initial", "planning"), None, ("eye",), Awaits.STALE
+    )
     asked_again = steps.after(stale, PlannerAnswer()).situation
-    assert asked_again == Situation(stale.values, (), ("eye",), Awaits.UNSOLVABLE)
+    assert asked_again == Situation(stale.values, None, ("eye",), Awaits.UNSOLVABLE)
     assert steps.after(asked_again, ReplyEvent("eye", succeeded=False)).situation == asked_again  # nothing changed
 
 
@@ -119,7 +121,7 @@ def test_replans_that_lead_nowhere_go_round_and_end_for_all_that_can_be_visited(
 def test_automatic_transitions_without_end_are_a_livelock() -> None:
     blinks = "  on: {g: lamp == dark && seen == 2, a: [lamp <- lit]}\n  off: {g: lamp == lit, a: [lamp <- dark]}\n"
     steps, model = interpreter(LAMP.replace("lit: lamp == lit", "lit: lamp == lit && seen == 1") + blinks)
-    step = steps.begin({**model.nominal_state, "seen": 2})
+    step = steps.begin(steps.initial({**model.nominal_state, "seen": 2}))
     assert step.situation is None
     assert step.values["plan.state"] == "aborted"
     assert step.visited == ("automatic/on", "automatic/off")
@@ -128,7 +130,7 @@ def test_automatic_transitions_without_end_are_a_livelock() -> None:
 def test_timedout_actions_that_do_not_fit_are_a_model_error() -> None:
     text = LAMP.replace("a: [lamp <- lit]}", "gr: lamp == lit, a: [lamp <- lit]}\n    timedout: [seen += 2]")
     steps, model = interpreter(text.replace("automatic_transitions:\n", ""))
-    step = steps.begin({**model.nominal_state, "seen": 1})
+    step = steps.begin(steps.initial({**model.nominal_state, "seen": 1}))
     assert step.situation is not None
     assert list(steps.events(step.situation)) == [DeadlineEvent()]
     ended = steps.after(step.situation, DeadlineEvent())
@@ -150,7 +152,7 @@ def test_the_rest_of_a_plan_is_given_up_when_an_operation_fails() -> None:
         "goals:\n  lit: lamp == lit\nautomatic_transitions:\n", f"{paint}goals:\n  done: seen == 0 && lamp == lit\n"
     )
     steps, model = interpreter(text)
-    situation = steps.begin({**model.nominal_state, "seen": 1}).situation
+    situation = steps.begin(steps.initial({**model.nominal_state, "seen": 1})).situation
     assert situation is not None
     assert situation.queue == ("paint",)
     assert steps.after(situation, ReplyEvent("eye", succeeded=False)).visited == ("light/failed",)
@@ -184,7 +186,7 @@ def test_a_request_is_sent_before_another_one_is_cancelled() -> None:
         + "  looks: {g: plan.state == planning && eye_req_state == initial && seen == 0,"
         " a: [eye_req_trigger <- true, see_req_trigger <- true]}\n"
     )  # fmt: skip
-    asked = steps.begin(model.nominal_state).situation
+    asked = steps.begin(steps.initial(model.nominal_state)).situation
     assert asked is not None
     assert asked.in_flight == ("eye", "see")
     step = steps.after(asked, ReplyEvent("see", succeeded=True, measured=(("seen", 2),)))

@@ -12,20 +12,28 @@ from typing import TYPE_CHECKING
 from scbm.cases.coverage import Aspect, Obligation
 from scbm.closing.proofs.possible_values import possible_values, ruled_out
 from scbm.files import digest_of
-from scbm.model import Not, Role, StateSpace
+from scbm.model import GoalOrder, Not, PlanSet, Role, StateSpace
 from scbm.model.satisfiability import is_satisfiable
 from scbm.model.variables import CURRENT_STATE, operation_state_name
 from scbm.planning import planner_of
 from scbm.planning.engines import may_leave
-from scbm.proofcheck import Certificate, Claim, Fact, RunsArgument, Situation, StructureArgument, ValuesArgument
+from scbm.proofcheck import (
+    Certificate,
+    Claim,
+    Fact,
+    GoalRuns,
+    RunsArgument,
+    Situation,
+    StructureArgument,
+    ValuesArgument,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from scbm.closing.runs.all_runs import AllRuns
-    from scbm.closing.runs.run_graph import RunGraph
     from scbm.closing.runs.situations import Position
-    from scbm.model import BehaviorModel, Operation, PlannerIdentity
+    from scbm.model import BehaviorModel, Operation, PlannerIdentity, Predicate
     from scbm.proofcheck import Argument
 
 
@@ -75,18 +83,30 @@ class Proof:
     """The proof that nothing visits one obligation.
 
     Attributes:
-        kind: the kind of its argument, which is the name of its certificate.
+        kind: the kind of its argument.
         reason: one sentence.
+        plans: the plans of the runs that it is about.
     """
 
     kind: str
     reason: str
+    plans: PlanSet = PlanSet.ANY
+
+    @property
+    def certificate(self) -> str:
+        """The name of its certificate."""
+        return self.kind if self.plans is PlanSet.ANY else f"{self.kind}-{self.plans}"
 
 
 class Proofs:
-    """The proofs of a model."""
+    """The proofs of a model.
+
+    Attributes:
+        explored: the explored runs that prove something, those of any plans first.
+    """
 
     def __init__(self, model: BehaviorModel) -> None:
+        self.explored: tuple[AllRuns, ...] = ()
         self._model = model
         self._facts = {obligation: (fact, reason) for obligation, fact, reason in structural_facts(model)}
         self._values = possible_values(model)
@@ -100,26 +120,25 @@ class Proofs:
             return Proof(ValuesArgument.kind, self._ruled_out[obligation])
         return None
 
-    def by_runs(self, obligation: Obligation, runs: AllRuns) -> Proof | None:
-        """Return a proof by exploration of all runs; `None` if a run visits the obligation, or they are incomplete.
+    def find(self, obligation: Obligation) -> Proof | None:
+        """Return a proof, the strongest that there is; `None` if there is none."""
+        proof = self.cheap(obligation)
+        if proof is None:
+            proof = next((proof for runs in self.explored if (proof := by_runs(obligation, runs)) is not None), None)
+        return proof
 
-        Runs of another planner than the canonical one prove nothing: the planner may choose other plans.
-        """
-        bit = runs.visits.bit(obligation.subject, obligation.aspect)
-        if not runs.proves or (runs.visited | runs.cut_off) & bit:
-            return None
-        return Proof(RunsArgument.kind, _reason(obligation, runs))
-
-    def certificates(self, proved: Sequence[tuple[Obligation, Proof]], runs: AllRuns | None) -> Iterator[Certificate]:
-        """Yield one certificate for each kind of argument that is needed."""
+    def certificates(self, proved: Sequence[tuple[Obligation, Proof]]) -> Iterator[tuple[str, Certificate]]:
+        """Yield one certificate, with its name, for each argument that is needed; those of explored runs last."""
         digest = digest_of(self._model)
-        for kind in (StructureArgument.kind, ValuesArgument.kind, RunsArgument.kind):
-            claims = tuple((obligation, proof) for obligation, proof in proved if proof.kind == kind)
+        known: list[tuple[str, AllRuns | None]] = [(StructureArgument.kind, None), (ValuesArgument.kind, None)]
+        known += [(Proof(RunsArgument.kind, "", runs.plans).certificate, runs) for runs in self.explored]
+        for name, runs in known:
+            claims = tuple((obligation, proof) for obligation, proof in proved if proof.certificate == name)
             if claims:
-                argument = self._argument(kind, [obligation for obligation, _ in claims], runs)
+                argument = self._argument(name, [obligation for obligation, _ in claims], runs)
                 claimed = tuple(Claim(str(obligation), proof.reason) for obligation, proof in claims)
-                planner = self._planner if kind == RunsArgument.kind else None
-                yield Certificate(self._model.name, digest, claimed, argument, planner)
+                planner = self._planner if runs is not None and runs.plans is PlanSet.CANONICAL else None
+                yield name, Certificate(self._model.name, digest, claimed, argument, planner)
 
     @property
     def _planner(self) -> PlannerIdentity:
@@ -129,25 +148,37 @@ class Proofs:
     def _argument(self, kind: str, claimed: Sequence[Obligation], runs: AllRuns | None) -> Argument:
         if kind == StructureArgument.kind:
             return StructureArgument(tuple(self._facts[obligation][0] for obligation in claimed))
-        if kind == ValuesArgument.kind:
-            return ValuesArgument(tuple(self._values.items()))
-        assert runs is not None  # noqa: S101 - such proofs come from them
-        return _runs_argument(runs)
+        return ValuesArgument(tuple(self._values.items())) if runs is None else _runs_argument(runs)
+
+
+def by_runs(obligation: Obligation, runs: AllRuns) -> Proof | None:
+    """Return a proof by exploration of all runs; `None` if a run visits the obligation, or they are incomplete.
+
+    Runs of another planner than the canonical one prove nothing: the planner may choose other plans.
+    """
+    bit = runs.visits.bit(obligation.subject, obligation.aspect)
+    if not runs.proves or (runs.visited | runs.cut_off) & bit:
+        return None
+    return Proof(RunsArgument.kind, _reason(obligation, runs), runs.plans)
 
 
 def _reason(obligation: Obligation, runs: AllRuns) -> str:
     name, visits, visited = obligation.subject, runs.visits, runs.visited
-    is_only = len(runs.graphs) == 1
-    explored = f"all runs to {'the only goal' if is_only else f'the {len(runs.graphs)} goals'} were explored"
+    count = len(runs.model.goals)
+    is_only = count == 1
+    explored = f"all runs to {'the only goal' if is_only else f'the {count} goals'} were explored"
+    if runs.goals is GoalOrder.SEQUENCE:
+        explored += ", one after the other"
     if obligation.aspect is Aspect.TAKEN:
         return f"no run takes {obligation}; {explored}"
     if not visited & visits.bit(name, Aspect.QUEUED):
-        goals = "the only goal" if is_only else f"any of the {len(runs.graphs)} goals"
+        goals = "the only goal" if is_only else f"any of the {count} goals"
         return f"{name} is in no plan to {goals}"
     if not visited & visits.current(name):
         return f"{name} is planned, but every such run ends before the operation becomes current"
     if obligation.aspect is Aspect.DISABLED:
-        return f"{name} is never disabled without injections, nor by any injection that was tried"
+        which = "whichever plan it is in" if runs.plans is PlanSet.ANY else "nor by any injection that was tried"
+        return f"{name} is never disabled without injections, {which}"
     what = "becomes current, but its precondition never holds then"
     if obligation.aspect is not Aspect.EXECUTING and visited & visits.bit(name, Aspect.EXECUTING):
         what = f"executes, but it never {_ENDS[obligation.aspect]}"
@@ -160,19 +191,21 @@ _ENDS = {Aspect.FAILED: "fails", Aspect.TIMEDOUT: "times out", Aspect.COMPLETED:
 def _runs_argument(runs: AllRuns) -> RunsArgument:
     space = runs.program.packing.space
     names = tuple(name for name in runs.relevance.names if space[name].role is not Role.OPERATION_STATE)
-    situations = tuple((graph.goal[0], tuple(_situations(graph, names, runs))) for graph in runs.graphs)
-    return RunsArgument(names, situations)
+    found: list[list[Situation]] = [[] for _ in runs.model.goals]
+    for number, graph in enumerate(runs.graphs):
+        for position in graph.positions:
+            if not position.is_at_rest:
+                goal = number if runs.goals is GoalOrder.SINGLE else position.goal
+                found[goal].append(_situation(position, names, runs.model.goals[goal][1], runs))
+    parts = zip(runs.model.goals, found, strict=True)
+    named = (GoalRuns(name, tuple(situations), runs.planned_names(goal)) for (name, goal), situations in parts)
+    return RunsArgument(names, tuple(named), runs.goals, runs.plans)
 
 
-def _situations(graph: RunGraph, names: Sequence[str], runs: AllRuns) -> Iterator[Situation]:
-    operations = [operation.name for operation in runs.model.operations]
-    resources = [resource.name for resource in runs.model.resources]
-    packing = runs.program.packing
-
-    def named(position: Position) -> Situation:
-        known = packing.values(position.state)
-        values = tuple(known[name] for name in names)
-        queue = tuple(operations[number] for number in runs.queues.operations(position.queue))
-        return Situation(values, queue, tuple(resources[number] for number in position.in_flight), position.awaits)
-
-    return map(named, graph.positions)
+def _situation(position: Position, names: Sequence[str], goal: Predicate, runs: AllRuns) -> Situation:
+    known = runs.program.packing.values(position.state)
+    values = tuple(known[name] for name in names)
+    queue = runs.queues(goal).content(position.queue)
+    resources = runs.program.requests
+    in_flight = tuple(resources[number].resource.name for number in position.in_flight)
+    return Situation(values, queue, in_flight, position.awaits)

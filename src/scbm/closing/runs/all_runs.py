@@ -7,15 +7,18 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING
 
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
+from scbm.closing.runs.plan_queues import CanonicalQueues, QueuesByDistance
 from scbm.closing.runs.run_graph import Relevance, RunGraph, explore_runs, initial_states
 from scbm.closing.runs.run_steps import RunSteps
-from scbm.closing.runs.situations import PlanningTooLargeError, Queues, TooManyRepliesError, Visits
+from scbm.closing.runs.situations import PlanningTooLargeError, TooManyRepliesError, Visits
+from scbm.model import GoalOrder, PlanSet
 from scbm.planning import DEFAULT_PLANNER, PlanLimits, Planner, Solved, Unsolvable
 from scbm.running import Program
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
+    from scbm.closing.runs.plan_queues import PlanQueues
     from scbm.closing.runs.run_graph import Start
     from scbm.model import BehaviorModel, Predicate, Value
     from scbm.model.sources import OutsideGroup
@@ -54,6 +57,22 @@ _SATISFICING_SHARE = 20
 """A planner other than the canonical one evaluates a state in about the time in which that one expands so many."""
 
 
+@dataclass(frozen=True, slots=True)
+class RunScope:
+    """Which runs are explored.
+
+    Attributes:
+        outside: what something outside the model changes at settled moments; empty for a closed world.
+        goals: whether each run has one goal, or goals follow each other.
+        plans: the plans that the runner may get. For others than canonical plans the planner of the model makes no
+            difference.
+    """
+
+    outside: tuple[OutsideGroup, ...] = ()
+    goals: GoalOrder = GoalOrder.SINGLE
+    plans: PlanSet = PlanSet.CANONICAL
+
+
 class AllRuns:
     """The graphs of all runs.
 
@@ -62,8 +81,10 @@ class AllRuns:
         planner: the planner of all runs, which is that of the model.
         relevance: the variables by which situations differ.
         visits: the meaning of the bits of visits.
+        goals: whether each run has one goal, or goals follow each other.
+        plans: the plans that the runner may get.
         starts: the initial states, the nominal one first.
-        graphs: one graph for each goal.
+        graphs: one graph for each goal; one for all where goals follow each other.
         observed: the packed states in which guards were evaluated.
         stopped: why the exploration is incomplete, as a sentence; `None` if it is complete.
         other_planner: the planner of the model if that is not the canonical one. Then these are its runs, and they
@@ -72,13 +93,14 @@ class AllRuns:
         is_interrupted: whether the user ended the exploration.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - what is explored, how far, and who is interested
         self,
         model: BehaviorModel,
         limits: CloseLimits,
         progress: Callable[[str], None],
-        outside: Sequence[OutsideGroup] = (),
+        scope: RunScope = RunScope(),
         *,
+        until: int = 0,
         explores: bool = True,
     ) -> None:
         """Explore all runs.
@@ -87,15 +109,18 @@ class AllRuns:
             model: the model.
             limits: the limits of the exploration.
             progress: called with a description of each phase as it begins.
-            outside: what something outside the model changes at settled moments; empty for a closed world.
+            scope: which runs.
+            until: bits of visits: the exploration ends when it has visited all of them. 0 for no such end.
             explores: whether to explore anything; if not, that counts as interrupted.
         """
         self.model = model
         self.program = Program(model)
-        self.planner = Planner.of(model)
+        self.goals, self.plans = scope.goals, scope.plans
+        self.planner = Planner.of(model) if scope.plans is PlanSet.CANONICAL else Planner(model)
         self.relevance = Relevance(model, self.program.packing)
         self.visits = Visits(model)
-        self.queues = Queues()
+        self._canonical_queues = CanonicalQueues(operation.name for operation in model.operations)
+        self._queues: dict[Predicate, PlanQueues] = {}
         self.starts: Sequence[Start] = ()
         self.graphs: tuple[RunGraph, ...] = ()
         self.observed: dict[int, None] = {}
@@ -104,7 +129,8 @@ class AllRuns:
         self.option: str | None = None
         self.is_interrupted = False
         self._limits = limits
-        self._outside = outside
+        self._outside = scope.outside
+        self._until = until
         self._run_limits = PlanLimits.of(model)
         self.other_planner = None if self.planner.name == DEFAULT_PLANNER else self.planner.name
         if explores:
@@ -161,6 +187,8 @@ class AllRuns:
                 self.stopped = f"there are more than {limits.starts:,} combinations of initial values"
             if self.planner.entry.is_external:
                 self.stopped = f"the planner {self.planner.name} is another program, so runs are tried and not explored"
+            elif self.goals is GoalOrder.SEQUENCE:
+                self._explore_sequences(limits, progress)
             else:
                 self._explore_goals(limits, progress)
         except TooManyRepliesError:
@@ -174,15 +202,34 @@ class AllRuns:
             which = f"exploring the runs to {name} (goal {number} of {len(self.model.goals)})"
             progress(which)
             steps = self.steps(goal)
-            graph = explore_runs((name, goal), steps, self.starts, left, _Counted(which, left, progress).count)
+            count = _Counted(which, left, progress).count
+            graph = explore_runs(((name, goal),), [steps], self.starts, left, count, until=self._until)
             self.graphs = (*self.graphs, graph)
             self.observed |= steps.evaluated
             left -= len(graph.positions)
-            if graph.planning_too_large:
-                self.stopped, self.option = self._too_large(name, limits), "--max-planning"
-            elif not graph.complete:
-                self.stopped = f"runs can be in more than {limits.situations:,} situations"
-                self.option = "--max-states"
+            self._note_end(graph, name, limits)
+
+    def _explore_sequences(self, limits: CloseLimits, progress: Callable[[str], None]) -> None:
+        which = f"exploring sequences of the {len(self.model.goals)} goals"
+        progress(which)
+        steps = [self.steps(goal, number) for number, (_, goal) in enumerate(self.model.goals)]
+        count = _Counted(which, limits.situations, progress).count
+        most = limits.situations
+        graph = explore_runs(self.model.goals, steps, self.starts, most, count, is_sequence=True, until=self._until)
+        self.graphs = (graph,)
+        for each in steps:
+            self.observed |= each.evaluated
+        self._note_end(graph, "one of the goals", limits)
+
+    def _note_end(self, graph: RunGraph, goal: str, limits: CloseLimits) -> None:
+        """Note why the exploration of a graph ended early, if it did."""
+        if graph.planning_too_large:
+            self.stopped, self.option = self._too_large(goal, limits), "--max-planning"
+        elif not graph.complete and self._until and not self._until & ~(self.visited | self.cut_off):
+            self.stopped = "everything that is left to decide is visited by runs"
+        elif not graph.complete:
+            self.stopped = f"runs can be in more than {limits.situations:,} situations"
+            self.option = "--max-states"
 
     def _too_large(self, name: str, limits: CloseLimits) -> str:
         if self.other_planner is None:
@@ -190,8 +237,8 @@ class AllRuns:
         most = limits.planning // _SATISFICING_SHARE
         return f"the planner {self.other_planner} would evaluate more than {most:,} states to plan all runs to {name}"
 
-    def steps(self, goal: Predicate) -> RunSteps:
-        """Return the steps of the runs for a goal."""
+    def steps(self, goal: Predicate, number: int = 0) -> RunSteps:
+        """Return the steps of the runs for a goal, which has this number where goals follow each other."""
         if goal not in self._policies:
             whole = self._run_limits.expansions  # as many states as the planner of a run may expand
             plans = PlanLimits(_ANY_LENGTH, min(self._limits.planning, whole))
@@ -203,8 +250,38 @@ class AllRuns:
         if self.other_planner is not None:
             plan = _BoundedPlans(translation, self._limits.planning // _SATISFICING_SHARE).plan
         return RunSteps(
-            self.program, self.relevance, self.visits, self.program.test(goal), plan, self.queues, self._outside
+            self.program,
+            self.relevance,
+            self.visits,
+            self.program.test(goal),
+            plan,
+            self.queues(goal),
+            self._outside,
+            number=number,
+            is_sequence=self.goals is GoalOrder.SEQUENCE,
         )
+
+    def queues(self, goal: Predicate) -> PlanQueues:
+        """Return what is left of plans to a goal whose steps were asked for."""
+        if self.plans is PlanSet.CANONICAL:
+            return self._canonical_queues
+        if goal not in self._queues:
+            policy = self._policies[goal]
+            self._queues[goal] = QueuesByDistance(
+                policy.task.packing,
+                _Translation(self.program, policy).translate,
+                policy.plan,
+                policy.task.successors,
+                self.planner.problem(goal).is_goal,
+                is_shortest=self.plans is PlanSet.SHORTEST,
+            )
+        return self._queues[goal]
+
+    def planned_names(self, goal: Predicate) -> tuple[str, ...]:
+        """Return the variables of queues that are states; none for canonical plans."""
+        if self.plans is PlanSet.CANONICAL:
+            return ()
+        return tuple(v.name for v in self._policies[goal].task.packing.space if not v.role.is_runner)
 
 
 class _Translation:

@@ -1,7 +1,8 @@
-"""The graph of all runs for one goal: the positions of runs as nodes, and the events between them as edges.
+"""The graph of all runs for one goal, or for goals that follow each other: positions as nodes, events as edges.
 
 The graph starts in the initial states that differ in relevant variables. Other variables, such as the parameters of
-requests, would only multiply the situations.
+requests, would only multiply the situations. Where goals follow each other, the runner at rest between two runs is a
+position, too: each goal can be given there, and each end of a run leads to such a position.
 """
 
 from __future__ import annotations
@@ -14,7 +15,15 @@ from math import prod
 from operator import ne
 from typing import TYPE_CHECKING, NamedTuple
 
-from scbm.closing.runs.situations import ANSWER, PlanningTooLargeError, world_bits
+from scbm.closing.runs.situations import (
+    ANSWER,
+    PLAN_LIMIT,
+    Happening,
+    HappeningKind,
+    PlanningTooLargeError,
+    RunStep,
+    world_bits,
+)
 from scbm.model import Role, Truth
 from scbm.planning.engines import Move, MovePart, TransitionSystem, relevant
 from scbm.planning.engines.breadth_first import BreadthFirst
@@ -23,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from scbm.closing.runs.run_steps import RunSteps
-    from scbm.closing.runs.situations import Happening, Position, RunStep
+    from scbm.closing.runs.situations import Position
     from scbm.model import BehaviorModel, Packing, Predicate, Value
     from scbm.running import Program
 
@@ -54,7 +63,7 @@ class RunGraph:
     """The explored part of the graph. Node 0 is no position: its edges are the initial states.
 
     Attributes:
-        goal: the goal's name and predicate.
+        goals: the names and predicates of the goals: of the only one, or of all that follow each other.
         starts: the initial states.
         positions: node n + 1 is position n.
         complete: whether everything was explored.
@@ -63,7 +72,7 @@ class RunGraph:
         cut_offs: edges on which a limit of plans can end the run, each with its node and what is visited then.
     """
 
-    goal: tuple[str, Predicate]
+    goals: tuple[tuple[str, Predicate], ...]
     starts: Sequence[Start]
     positions: list[Position]
     complete: bool
@@ -75,6 +84,11 @@ class RunGraph:
     _visits: list[int]
     _labels: list[Happening | Start]
     _parents: Mapping[int, tuple[int, int] | None]
+
+    @property
+    def goal(self) -> tuple[str, Predicate]:
+        """The first goal, which is the only one where each run has one."""
+        return self.goals[0]
 
     @property
     def visits(self) -> int:
@@ -110,23 +124,33 @@ class RunGraph:
         return self._labels[edge]
 
 
-def explore_runs(
-    goal: tuple[str, Predicate],
-    steps: RunSteps,
+def explore_runs(  # noqa: PLR0913 - the runs, and what limits their exploration
+    goals: tuple[tuple[str, Predicate], ...],
+    steps: Sequence[RunSteps],
     starts: Sequence[Start],
     most: int,
     progress: Callable[[int], None] | None = None,
+    *,
+    is_sequence: bool = False,
+    until: int = 0,
 ) -> RunGraph:
-    """Explore all runs for a goal breadth-first, so that a limit cuts off the most distant positions.
+    """Explore all runs for goals breadth-first, so that a limit cuts off the most distant positions.
 
     Args:
-        goal: the goal's name and predicate.
-        steps: the steps of runs.
+        goals: the goal, or all goals that follow each other; each with its name and predicate.
+        steps: the steps of the runs for each goal.
         starts: the initial states.
         most: the maximum number of positions.
         progress: called at intervals with the number of positions.
+        is_sequence: whether the goals follow each other.
+        until: bits of visits; the exploration ends when it has visited all of them. 0 for no such end.
     """
-    return _RunExploration(steps, most, progress).explore(goal, starts)
+    exploration = _RunExploration(steps, most, progress, is_sequence=is_sequence, until=until)
+    return exploration.explore(goals, starts)
+
+
+class _EnoughVisitedError(Exception):
+    """Everything was visited that the exploration is about."""
 
 
 _REPORT_EVERY = 1_000
@@ -134,8 +158,19 @@ _REPORT_EVERY = 1_000
 
 
 class _RunExploration:
-    def __init__(self, steps: RunSteps, most: int, progress: Callable[[int], None] | None) -> None:
+    def __init__(
+        self,
+        steps: Sequence[RunSteps],
+        most: int,
+        progress: Callable[[int], None] | None,
+        *,
+        is_sequence: bool,
+        until: int,
+    ) -> None:
         self._steps = steps
+        self._is_sequence = is_sequence
+        self._until = until
+        self._left = until
         self._progress = progress
         self._starts: Sequence[Start] = ()
         self._most = most
@@ -151,16 +186,16 @@ class _RunExploration:
         self._complete = True
         self._planning_too_large = False
 
-    def explore(self, goal: tuple[str, Predicate], starts: Sequence[Start]) -> RunGraph:
+    def explore(self, goals: tuple[tuple[str, Predicate], ...], starts: Sequence[Start]) -> RunGraph:
         self._starts = starts
         exploration = BreadthFirst((0,), self._successors)
         try:
             exploration.expand_all()
-        except PlanningTooLargeError:
-            self._complete, self._planning_too_large = False, True
+        except (PlanningTooLargeError, _EnoughVisitedError) as error:
+            self._complete, self._planning_too_large = False, isinstance(error, PlanningTooLargeError)
             self._first.extend([len(self._targets)] * (len(self._positions) + 2 - len(self._first)))
         return RunGraph(
-            goal,
+            goals,
             starts,
             self._positions,
             self._complete,
@@ -179,39 +214,60 @@ class _RunExploration:
         if self._progress is not None and node % _REPORT_EVERY == _REPORT_EVERY - 1:
             self._progress(len(self._positions))
         for label, step in self._steps_from(node):
-            number = len(self._targets)
-            target = self._add(node, label, step)
-            if target >= 0:
-                yield number, target
+            for number, target in self._recorded(node, label, step):
+                if target >= 0:
+                    yield number, target
         self._first.append(len(self._targets))
 
     def _steps_from(self, node: int) -> Iterator[tuple[Happening | Start, RunStep]]:
         if not node:
             for start in self._starts:
-                yield start, self._steps.begin(start.packed)
+                rest = self._steps[0].initial(start.packed)
+                yield start, RunStep(rest, 0) if self._is_sequence else self._steps[0].begin(start.packed)
             return
         position = self._positions[node - 1]
-        for happening in self._steps.happenings(position):
-            yield happening, self._steps.after(position, happening)
+        if position.is_at_rest:
+            yield from self._steps[0].at_rest(position)
+            for number, steps in enumerate(self._steps):
+                yield Happening(HappeningKind.GOAL, number=number), steps.begin(position.state)
+            return
+        steps = self._steps[position.goal]
+        for happening in steps.happenings(position):
+            yield happening, steps.after(position, happening)
 
-    def _add(self, node: int, label: Happening | Start, step: RunStep) -> int:
+    def _recorded(self, node: int, label: Happening | Start, step: RunStep) -> Iterator[tuple[int, int]]:
+        """Record the edges of a step, and yield their numbers and targets: mostly one edge."""
+        number = len(self._targets)
+        yield number, self._add(label, step.visits, step.target, step.rests[:1])
+        if step.cut_off & ~self._cut_off:  # one edge of each kind is enough
+            self._cut_off |= step.cut_off
+            self._cut_offs.append((node, Edge(number, self._targets[number], step.visits), step.cut_off))
+        for rest in step.rests[1:]:
+            yield len(self._targets), self._add(label, step.visits, None, (rest,))
+        for rest in dict.fromkeys(step.cut_off_rests):
+            yield len(self._targets), self._add(PLAN_LIMIT, step.visits | step.cut_off, None, (rest,))
+        if self._until:
+            self._left &= ~(step.visits | step.cut_off)
+            if not self._left:
+                raise _EnoughVisitedError
+
+    def _add(self, label: Happening | Start, visits: int, position: Position | None, rests: tuple[int, ...]) -> int:
         """Record an edge, and return its target; -1 if the run ends, or there are too many positions."""
+        if rests:
+            position = self._steps[0].initial(rests[0])
         target = -1
-        if step.target is not None:
-            target = self._nodes.get(step.target, 0)
+        if position is not None:
+            target = self._nodes.get(position, 0)
             if not target:
                 if len(self._positions) >= self._most:
                     self._complete = False
                 else:
-                    self._positions.append(step.target)
-                    target = self._nodes[step.target] = len(self._positions)
+                    self._positions.append(position)
+                    target = self._nodes[position] = len(self._positions)
             target = target or -1
         self._targets.append(target)
-        self._visits.append(self._known.setdefault(step.visits, step.visits))
+        self._visits.append(self._known.setdefault(visits, visits))
         self._labels.append(label)
-        if step.cut_off & ~self._cut_off:  # one edge of each kind is enough
-            self._cut_off |= step.cut_off
-            self._cut_offs.append((node, Edge(len(self._targets) - 1, target, step.visits), step.cut_off))
         return target
 
 

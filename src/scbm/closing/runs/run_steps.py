@@ -3,7 +3,8 @@
 The order of micro-steps is that of `running.micro_steps`, the life of operations that of `running.lifecycle`. Here they
 are walked on packed states that keep only the variables that can influence a run. Time is left out: a deadline may pass
 whenever its timer runs, a reply may arrive whenever its request is in flight. A limit can end a run anywhere, and
-automatic transitions follow every end. Property tests compare these steps with those of the runner.
+automatic transitions follow every end. Where goals follow each other, a runner at rest is a position, too. Property
+tests compare these steps with those of the runner.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ from scbm.closing.runs.situations import (
     DEADLINE,
     GIVE_UP,
     MAX_ANSWERS,
+    NO_GOAL,
+    SETTLE,
     TIME_LIMIT,
     Happening,
     HappeningKind,
@@ -41,10 +44,11 @@ from scbm.running.micro_steps import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
+    from scbm.closing.runs.plan_queues import FollowingOperation, PlanQueues
     from scbm.closing.runs.run_graph import Relevance
-    from scbm.closing.runs.situations import Queues, Visits
+    from scbm.closing.runs.situations import Visits
     from scbm.model.packing import Test
     from scbm.model.sources import OutsideGroup
     from scbm.planning import Answer
@@ -105,6 +109,8 @@ class _SettlingRun:
         cut_off: what the run would have visited if the limit of plans had ended it on the way.
         automatic: how many automatic transitions were taken since the last answer of the planner.
         answered: the positions in which the planner answered at once.
+        goal: the number of the goal.
+        cut_off_rests: the states of the runner at rest if the limit of plans had ended the run on the way.
     """
 
     state: int
@@ -116,19 +122,33 @@ class _SettlingRun:
     cut_off: int = 0
     automatic: int = 0
     answered: dict[Position, None] = field(default_factory=dict)
+    goal: int = 0
+    cut_off_rests: tuple[int, ...] = ()
 
     def position(self, awaits: Awaits, queue: int) -> Position:
         """Return where the run is if it is settled."""
         in_flight = tuple([line.number for line in self.in_flight]) if self.in_flight else ()
-        return Position(self.state, queue, in_flight, awaits)
+        return Position(self.state, queue, in_flight, awaits, self.goal)
 
     def waiting(self, awaits: Awaits) -> RunStep:
         """Return the step that is complete here, as the run waits for an event."""
-        return RunStep(self.position(awaits, self.queue), self.visits, self.cut_off)
+        return self.complete(self.position(awaits, self.queue))
 
-    def ended(self, visits_after: int = 0) -> RunStep:
-        """Return the step with which the run ends; `visits_after` is what follows the end."""
-        return RunStep(None, self.visits | visits_after, self.cut_off)
+    def complete(self, target: Position | None, visits: int = 0, rests: tuple[int, ...] = ()) -> RunStep:
+        """Return the step that is complete here, with what it visits beside what was visited so far."""
+        return RunStep(target, self.visits | visits, self.cut_off, rests, self.cut_off_rests)
+
+
+class _RunEnd(NamedTuple):
+    """The end of a run.
+
+    Attributes:
+        visits: what follows it, until the runner is settled; where each run has one goal, what ever follows it.
+        rests: the states of the runner at rest, where goals follow each other.
+    """
+
+    visits: int
+    rests: tuple[int, ...] = ()
 
 
 class RunSteps:
@@ -145,9 +165,12 @@ class RunSteps:
         visits: Visits,
         goal: Test,
         plan: Plan,
-        queues: Queues,
+        queues: PlanQueues,
         outside: Sequence[OutsideGroup] = (),
         bound: int = RunnerOptions().livelock_bound,
+        number: int = 0,
+        *,
+        is_sequence: bool = False,
     ) -> None:
         """Prepare the steps. Raises `TooManyRepliesError`.
 
@@ -157,9 +180,11 @@ class RunSteps:
             visits: the meaning of the bits of visits.
             goal: whether the goal holds in a packed state.
             plan: the planner's answers.
-            queues: numbers queues; goals may share it.
+            queues: what is left of plans; goals may share canonical ones.
             outside: what something outside the model changes at settled moments; empty for a closed world.
             bound: maximum number of automatic transitions in one settling.
+            number: the number of the goal.
+            is_sequence: whether goals follow each other; then ends of runs lead to a runner at rest.
         """
         self.evaluated: dict[int, None] = {}
         self._program = program
@@ -167,6 +192,8 @@ class RunSteps:
         self._plan = plan
         self._queues = queues
         self._bound = bound
+        self._number = number
+        self._is_sequence = is_sequence
         self._steps = MicroSteps(program, goal, _MAX_MEMOIZED)
         self._idle_steps = MicroSteps(program, None, _MAX_MEMOIZED)
         self._planning = program.plan_states[PlanState.PLANNING]
@@ -183,15 +210,31 @@ class RunSteps:
         self._queued = tuple(visits.bit(name, Aspect.QUEUED) for name in program.operations)
         self._queued_in: dict[int, int] = {}
         self._questions: dict[int, _PlanQuestion] = {}
-        self._after_ends: dict[int, int] = {}
+        self._after_ends: dict[int, _RunEnd] = {}
 
     def begin(self, state: int) -> RunStep:
         """Return the step in which the goal is given to a runner at rest in a packed state."""
         keep, bits = self._planning
-        return self._settle(_SettlingRun((state & keep | bits) & self._kept, 0, ()))
+        return self._settle(_SettlingRun((state & keep | bits) & self._kept, 0, (), goal=self._number))
+
+    def initial(self, state: int) -> Position:
+        """Return the position of a runner at rest in a packed state."""
+        return Position(state & self._kept, 0, (), Awaits.NOTHING, NO_GOAL)
+
+    def at_rest(self, rest: Position) -> Iterator[tuple[Happening, RunStep]]:
+        """Yield everything that can happen while no goal is pursued: automatic transitions, changes from outside."""
+        visits, rests = self._idle(rest.state)
+        yield SETTLE, RunStep(None, visits, rests=rests)
+        for change, after in self._outside.following(rest.state, ()):
+            visits, rests = self._idle(after)
+            yield change, RunStep(None, visits, rests=rests)
 
     def happenings(self, position: Position) -> Iterable[Happening]:
         """Yield everything that can happen next, failures first: so walks have obstacles behind them."""
+        if position.awaits is Awaits.NEXT:
+            count = len(self._queues.following(position.queue))
+            yield from (Happening(HappeningKind.NEXT, number=number) for number in range(count))
+            return
         if position.is_asking:
             yield ANSWER
         replies = [reply for number in position.in_flight for reply in self._replies[number]]
@@ -203,36 +246,35 @@ class RunSteps:
         yield from (change for change, _ in self._outside.following(position.state, position.in_flight))
         if self._outside and position.awaits is Awaits.CHANGE and not position.in_flight:
             yield GIVE_UP
-        if self._end(position.state, self._lines(position), PlanState.ABORTED):
-            yield TIME_LIMIT  # it ends the run; of interest only if something is visited after the end
+        if self._is_sequence or self._end(position.state, self._lines(position), PlanState.ABORTED).visits:
+            yield TIME_LIMIT  # it ends the run; of interest only if something follows the end
 
     def after(self, position: Position, happening: Happening) -> RunStep:
         """Return the step that an event starts in a position."""
         run = self._resumed(position)
         match happening.kind:
-            case HappeningKind.TIME_LIMIT:
-                return run.ended(self._end(run.state, run.in_flight, PlanState.ABORTED))
-            case HappeningKind.GIVE_UP:
-                return run.ended(self._end(run.state, run.in_flight, PlanState.UNSOLVABLE))
+            case HappeningKind.TIME_LIMIT | HappeningKind.GIVE_UP:
+                is_limit = happening.kind is HappeningKind.TIME_LIMIT
+                return self._ended(run, PlanState.ABORTED if is_limit else PlanState.UNSOLVABLE)
+            case HappeningKind.NEXT:
+                self._take_next(run, self._queues.following(run.queue)[happening.number])
+                return self._settle(run)
             case HappeningKind.ANSWER:
                 return self._answer(run) or self._settle(run)
             case HappeningKind.DEADLINE:
                 return self._settle(run, timer_passed=True)
             case HappeningKind.REPLY:
                 run.in_flight = tuple(line for line in run.in_flight if line.resource.name != happening.resource)
+                keep, bits = self._changes[happening]
+                run.state = run.state & keep | bits
             case HappeningKind.OUTSIDE:
                 keep, bits = self._outside.bits(happening)
                 run.state = run.state & keep | bits
-                return self._settle(run)
+            case HappeningKind.GOAL | HappeningKind.SETTLE | HappeningKind.PLAN_LIMIT:
+                raise ValueError(f"while a goal is pursued it is no event that {happening.kind.value}")
             case _:
                 assert_never(happening.kind)
-        keep, bits = self._changes[happening]
-        run.state = run.state & keep | bits
         return self._settle(run)
-
-    def operations(self, queue: int) -> tuple[int, ...]:
-        """Return the operations of a queue, by their position in the model."""
-        return self._queues.operations(queue)
 
     def _lines(self, position: Position) -> tuple[RequestLine, ...]:
         requests = self._program.requests
@@ -243,7 +285,7 @@ class RunSteps:
         asked = self._question_in(position)
         queue = 0 if asked is not None else position.queue
         unsolvable_in = position.state if position.awaits is Awaits.CHANGE else None
-        return _SettlingRun(position.state, queue, self._lines(position), asked, unsolvable_in)
+        return _SettlingRun(position.state, queue, self._lines(position), asked, unsolvable_in, goal=self._number)
 
     # micro-steps
 
@@ -257,7 +299,7 @@ class RunSteps:
             step = first(state, run.in_flight, timer_passed=timer_passed)
             if isinstance(step, AutomaticMove):
                 if run.automatic == self._bound or state in chain:
-                    return run.ended(self._end(state, run.in_flight, PlanState.ABORTED) if self._outside else 0)
+                    return self._livelock(run, tuple(chain))
                 if run.automatic >= _LONG:
                     chain[state] = None
                 timer_passed = timer_passed and step.failed is None
@@ -283,9 +325,9 @@ class RunSteps:
             case RequestCancelling(line, after):
                 run.in_flight = tuple(other for other in run.in_flight if other is not line)
             case RunTurn.REACH_GOAL:
-                return run.ended(self._end(run.state, run.in_flight, PlanState.COMPLETED))
+                return self._ended(run, PlanState.COMPLETED)
             case RunTurn.ABORT:
-                return run.ended(self._end(run.state, run.in_flight, PlanState.ABORTED))
+                return self._ended(run, PlanState.ABORTED)
             case _:
                 return run.waiting(Awaits.NOTHING)
         run.state = after & self._kept
@@ -302,7 +344,7 @@ class RunSteps:
     def _move_operation(self, run: _SettlingRun, move: OperationMove) -> RunStep | None:
         operation, rule, _, after, _ = move
         if rule.plan is PlanEffect.MODEL_ERROR:
-            return run.ended(self._end(run.state, run.in_flight, PlanState.ABORTED))
+            return self._ended(run, PlanState.ABORTED)
         if rule.plan is PlanEffect.REPLAN:
             run.queue = 0
         run.visits |= self._entered[operation.name][rule.target]
@@ -318,22 +360,31 @@ class RunSteps:
             may_change=bool(run.in_flight or self._outside),
         )
         if following is _TAKE_NEXT:
-            number, run.queue = self._queues.pop(run.queue)
-            keep, bits = self._operations[number].take_current
-            run.state = run.state & keep | bits
-            run.visits |= self._current[number]
+            ways = self._queues.following(run.queue)
+            if len(ways) > 1:
+                return run.waiting(Awaits.NEXT)
+            self._take_next(run, ways[0])
             return None
         if following is _AWAIT_ANSWER:
             return self._await_answer(run)
         if following is _REQUEST_PLAN:
-            run.cut_off |= self._end(run.state, run.in_flight, PlanState.ABORTED)
+            self._cut_off(run)
             keep, bits = self._planning
             run.state = run.state & keep | bits
             run.asked = self._question_from(run.state)
             return None
         if following is PlanStep.AWAIT_CHANGE:
             return run.waiting(Awaits.CHANGE)
-        return run.ended(self._end(run.state, run.in_flight, PlanState.UNSOLVABLE))
+        return self._ended(run, PlanState.UNSOLVABLE)
+
+    def _take_next(self, run: _SettlingRun, way: FollowingOperation) -> None:
+        """Let the next operation of the plan become current, or the plan end."""
+        number, run.queue = way
+        if number < 0:
+            return
+        keep, bits = self._operations[number].take_current
+        run.state = run.state & keep | bits
+        run.visits |= self._current[number]
 
     # the planner
 
@@ -342,13 +393,13 @@ class RunSteps:
         assert run.asked is not None  # noqa: S101 - that is why the run waits
         position = run.position(*run.asked.awaited(run.state))
         if run.in_flight or self._outside:
-            return RunStep(position, run.visits, run.cut_off)
+            return run.complete(position)
         if position in run.answered:  # without end, until the limit of plans
-            return run.ended()
+            return run.complete(None)
         if len(run.answered) == MAX_ANSWERS:
             raise PlanningTooLargeError
         run.answered[position] = None
-        run.cut_off |= self._end(run.state, run.in_flight, PlanState.ABORTED)  # a limit can end the run here, too
+        self._cut_off(run)  # a limit can end the run here, too
         run.automatic = 0
         return self._answer(run)
 
@@ -357,7 +408,7 @@ class RunSteps:
         asked, run.asked = run.asked, None
         assert asked is not None  # noqa: S101 - only questions are answered
         if asked.gives_up:
-            return run.ended(self._end(run.state, run.in_flight, PlanState.ABORTED))
+            return self._ended(run, PlanState.ABORTED)
         if asked.queue is None:
             run.unsolvable_in = asked.state
             return None
@@ -371,7 +422,7 @@ class RunSteps:
         if state not in self._questions:
             answer = self._plan(state)
             if isinstance(answer, Solved):
-                queue = self._queues.number(self._numbers[name] for name in answer.plan)
+                queue = self._queues.of_answer(state, [self._numbers[name] for name in answer.plan])
                 self._questions[state] = self._question(state, queue)
             else:
                 gives_up = not isinstance(answer, Unsolvable)
@@ -387,58 +438,85 @@ class RunSteps:
                 return _PlanQuestion(position.state, None, 0)
             case Awaits.STALE:
                 return _PlanQuestion(None, None, 0)
-            case Awaits.NOTHING | Awaits.CHANGE:
+            case Awaits.NOTHING | Awaits.CHANGE | Awaits.NEXT:
                 return None
             case _:
                 assert_never(position.awaits)
 
     def _question(self, state: int | None, queue: int) -> _PlanQuestion:
         if queue not in self._queued_in:
-            numbers = dict.fromkeys(self._queues.operations(queue))
-            self._queued_in[queue] = sum(self._queued[number] for number in numbers)
+            self._queued_in[queue] = sum(self._queued[number] for number in dict.fromkeys(self._queues.planned(queue)))
         return _PlanQuestion(state, queue, self._queued_in[queue])
 
     # the end
 
-    def _end(self, state: int, in_flight: tuple[RequestLine, ...], plan_state: PlanState) -> int:
-        """Return what is visited after the end of a run: its requests are given up, automatic transitions follow."""
-        if not self._program.automatic:
-            return 0
+    def _ended(self, run: _SettlingRun, plan_state: PlanState) -> RunStep:
+        """Return the step with which a run ends."""
+        end = self._end(run.state, run.in_flight, plan_state)
+        return run.complete(None, end.visits, end.rests)
+
+    def _cut_off(self, run: _SettlingRun) -> None:
+        """Note what follows if a limit ends the run here."""
+        end = self._end(run.state, run.in_flight, PlanState.ABORTED)
+        run.cut_off |= end.visits
+        run.cut_off_rests += end.rests
+
+    def _livelock(self, run: _SettlingRun, chain: tuple[int, ...]) -> RunStep:
+        """Return the step that ends in a livelock: in the last state, or in any one of the cycle."""
+        visits = 0
+        rests: tuple[int, ...] = ()
+        for state in dict.fromkeys((run.state, *chain)):
+            end = self._end(state, run.in_flight, PlanState.ABORTED)
+            visits |= end.visits
+            rests += end.rests
+        return run.complete(None, visits, tuple(dict.fromkeys(rests)))
+
+    def _end(self, state: int, in_flight: tuple[RequestLine, ...], plan_state: PlanState) -> _RunEnd:
+        """Return what follows the end of a run: its requests are given up, automatic transitions follow."""
+        if not self._program.automatic and not self._is_sequence:
+            return _RunEnd(0)
+        state = self._at_end(state, in_flight, plan_state)
+        if state not in self._after_ends:
+            self._after_ends[state] = _RunEnd(*self._idle(state)) if self._is_sequence else _RunEnd(self._rest(state))
+        return self._after_ends[state]
+
+    def _at_end(self, state: int, in_flight: tuple[RequestLine, ...], plan_state: PlanState) -> int:
+        """Return the state at the end of a run, before automatic transitions."""
         for line in in_flight:
             keep, bits = line.cleared
             state = state & keep | bits
-        state = self._program.end(state, plan_state)
-        if state not in self._after_ends:
-            self._after_ends[state] = self._rest(state)
-        return self._after_ends[state]
+        return self._program.end(state, plan_state)
 
     def _rest(self, state: int) -> int:
         """Return what a runner without a goal visits from a packed state on, whatever changes from outside."""
-        visits, settled = self._idle(state)
+        visits, (settled, *_) = self._idle(state)
         reached, todo = {settled: None}, [settled]
         while todo:
             before = todo.pop()
             for _, after in self._outside.following(before, ()):
-                more, settled = self._idle(after)
+                more, (settled, *_) = self._idle(after)
                 visits |= more
                 if settled not in reached:
                     reached[settled] = None
                     todo.append(settled)
         return visits
 
-    def _idle(self, state: int) -> tuple[int, int]:
-        """Return what a runner without a goal visits from a packed state until it is settled, and the state then."""
+    def _idle(self, state: int) -> tuple[int, tuple[int, ...]]:
+        """Return what a runner without a goal visits from a packed state until it is settled, and the states then.
+
+        There is one such state, unless automatic transitions go round without end: then it is any one of the cycle.
+        """
         visits = 0
         seen: dict[int, None] = {}
         while True:
             self.evaluated[state] = None
             step = self._idle_steps.first(state, (), timer_passed=False)
             if not isinstance(step, AutomaticMove):
-                return visits, state
+                return visits, (state & self._kept,)
             visits |= self._taken[step.transition.name]
             state = step.after & self._kept
             if state in seen or len(seen) > self._bound:
-                return visits, state
+                return visits, (state, *(other for other in seen if other != state))
             seen[state] = None
 
 

@@ -9,7 +9,7 @@ from scbm.cases.coverage import Aspect, Obligations
 from scbm.proofcheck import Awaits
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping
 
     from scbm.cases.trace import Changes
     from scbm.model import BehaviorModel, Value
@@ -19,20 +19,31 @@ MAX_ANSWERS = 10_000
 """Maximum number of plans in one step, with no event between them."""
 
 
+NO_GOAL = -1
+"""The goal of a runner at rest."""
+
+
 class Position(NamedTuple):
-    """The position of a run that has not ended while the runner is settled.
+    """The position of a run between two events, or of a runner at rest between two runs.
 
     Attributes:
         state: the packed state; variables that make no difference are 0.
-        queue: the number of the queue, see `Queues`; of the plan that will come, if `awaits` is `PLAN`.
+        queue: the number of the queue, see `PlanQueues`; of the plan that will come, if `awaits` is `PLAN`.
         in_flight: the resources that a reply is awaited from, by number, in the order of asking.
         awaits: what the runner waits for beside replies and deadlines.
+        goal: the number of the goal; `NO_GOAL` for a runner at rest, where goals follow each other.
     """
 
     state: int
     queue: int
     in_flight: tuple[int, ...]
     awaits: Awaits
+    goal: int = 0
+
+    @property
+    def is_at_rest(self) -> bool:
+        """Whether no goal is pursued."""
+        return self.goal == NO_GOAL
 
     @property
     def is_asking(self) -> bool:
@@ -57,6 +68,10 @@ class HappeningKind(Enum):
     TIME_LIMIT = "the time limit of the run passes"
     OUTSIDE = "something outside the model changes variables"
     GIVE_UP = "the run ends, as no plan exists and nothing else is awaited"
+    NEXT = "it is decided how the plan goes on"
+    GOAL = "a goal is given to a runner at rest"
+    SETTLE = "a runner at rest takes automatic transitions"
+    PLAN_LIMIT = "the limit of plans ends the run while a plan is requested"
 
 
 class Happening(NamedTuple):
@@ -67,18 +82,22 @@ class Happening(NamedTuple):
         resource: which one replies; empty if it is no reply.
         succeeded: what the reply says.
         measured: what it carries; for a change from outside, what it changes.
+        number: of the goal that is given; of the way in which the plan goes on, among those that are possible.
     """
 
     kind: HappeningKind
     resource: str = ""
     succeeded: bool = False
     measured: Changes = ()
+    number: int = 0
 
 
 ANSWER = Happening(HappeningKind.ANSWER)
 DEADLINE = Happening(HappeningKind.DEADLINE)
 TIME_LIMIT = Happening(HappeningKind.TIME_LIMIT)
 GIVE_UP = Happening(HappeningKind.GIVE_UP)
+SETTLE = Happening(HappeningKind.SETTLE)
+PLAN_LIMIT = Happening(HappeningKind.PLAN_LIMIT)
 
 
 class RunStep(NamedTuple):
@@ -88,11 +107,15 @@ class RunStep(NamedTuple):
         target: where the run is then; `None` if it has ended.
         visits: what it visits on the way, as bits of `Visits`.
         cut_off: what it would visit if the limit of plans ended it on the way.
+        rests: the states of the runner at rest after the end, where goals follow each other; mostly one.
+        cut_off_rests: those after an end by the limit of plans on the way.
     """
 
     target: Position | None
     visits: int
     cut_off: int = 0
+    rests: tuple[int, ...] = ()
+    cut_off_rests: tuple[int, ...] = ()
 
 
 class Visits:
@@ -115,37 +138,6 @@ class Visits:
     def bit(self, subject: str, aspect: Aspect) -> int:
         """Return the bit of an obligation."""
         return self.obligations.bit_of(subject, aspect)
-
-
-class Queues:
-    """Queues of operations, each with a number, so that positions can be compared and stored as numbers. 0 is empty."""
-
-    def __init__(self) -> None:
-        self._cells: list[tuple[int, int]] = [(-1, 0)]
-        self._numbers: dict[tuple[int, int], int] = {}
-
-    def number(self, operations: Iterable[int]) -> int:
-        """Return the number of a queue; operations are numbered by their position in the model."""
-        queue = 0
-        for operation in reversed(tuple(operations)):
-            cell = (operation, queue)
-            if cell not in self._numbers:
-                self._numbers[cell] = len(self._cells)
-                self._cells.append(cell)
-            queue = self._numbers[cell]
-        return queue
-
-    def pop(self, queue: int) -> tuple[int, int]:
-        """Return the first operation, and the number of the rest of the queue."""
-        return self._cells[queue]
-
-    def operations(self, queue: int) -> tuple[int, ...]:
-        """Return all operations of a queue."""
-        found = []
-        while queue:
-            operation, queue = self._cells[queue]
-            found.append(operation)
-        return tuple(found)
 
 
 def world_bits(program: Program, values: Mapping[str, Value]) -> int:

@@ -137,6 +137,8 @@ class _ScriptedRun:
                     self._inject(happening)
                 case HappeningKind.GIVE_UP:
                     pass  # a simulated run ends where no plan exists, unless an injection is pending
+                case HappeningKind.NEXT | HappeningKind.GOAL | HappeningKind.SETTLE | HappeningKind.PLAN_LIMIT:
+                    raise ValueError(f"no case is made of runs in which this happens: {happening.kind.value}")
                 case _:
                     assert_never(happening.kind)
         self._answer_if_alone()

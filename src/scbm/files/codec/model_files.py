@@ -17,7 +17,7 @@ from scbm.files.codec.waiver_keys import WAIVERS_OWNERS, WaiverKeys, WaiversKeys
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import read_file, read_tree
 from scbm.files.yaml.yaml_writer import dump
-from scbm.model import Diagnostic, InputError, Place, PlannerChoice, Slug
+from scbm.model import Diagnostic, InputError, Place, PlannerChoice, RunsDeclaration, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -196,12 +196,12 @@ def write_model(model: BehaviorModel) -> str:
 
 
 def digest_of(model: BehaviorModel) -> str:
-    """Return the SHA-256 of a model without comments, layout, bindings, planner and waivers; it identifies the model.
+    """Return the SHA-256 that identifies a model: of what it means, without comments and layout.
 
-    Bindings, planner and waivers do not change what the model means.
+    Bindings, planner and waivers do not change what the model means. A certificate says itself which runs it is about.
     """
     resources = tuple(replace(resource, binding=None) for resource in model.resources)
-    meaning = replace(model, resources=resources, planner=PlannerChoice(), waivers=())
+    meaning = replace(model, resources=resources, planner=PlannerChoice(), waivers=(), runs=RunsDeclaration())
     return sha256(write_model(meaning).encode()).hexdigest()
 
 

@@ -28,7 +28,7 @@ from scbm.files.language.grammar import keywords
 from scbm.files.language.scope import Scope, Where
 from scbm.files.spelling import suggestion
 from scbm.model import Place, Slug
-from scbm.model.behavior import BehaviorModel, PlannerChoice
+from scbm.model.behavior import BehaviorModel, GoalOrder, PlannerChoice, RunsDeclaration
 from scbm.model.predicates import TRUE, Predicate
 from scbm.model.requirements import Requirement
 from scbm.model.variables import NO_OPERATION, Variable, VariableSource, resource_variables, runner_variables
@@ -156,6 +156,31 @@ class GoalType(KeyType[ModelGoal]):
         return (GoalKeys,)
 
 
+_GOAL_ORDERS = tuple(order.value for order in GoalOrder)
+
+
+def _read_goal_order(reader: ValueReader, node: YamlNode, text: str) -> GoalOrder | None:
+    word = reader.word(node, text, _GOAL_ORDERS, "an order of goals")
+    return None if word is None else GoalOrder(word)
+
+
+class RunsKeys(Keys):
+    """The runs of a model, which proofs are about."""
+
+    in_flow = True
+
+    goals: DefaultKey[GoalOrder] = DefaultKey(
+        ScalarType("order of goals", "an order of goals", {"enum": list(_GOAL_ORDERS)}, _read_goal_order, str),
+        "`single` if each run starts in an allowed initial state and has one goal; `sequence` if any goals of the "
+        "model follow each other, each from where the last one ended.",
+        default=GoalOrder.SEQUENCE,
+    )
+
+    def declaration(self) -> RunsDeclaration:
+        """Return the declaration; valid only if no error is noted."""
+        return RunsDeclaration(self.goals)
+
+
 class ModelKeys(Keys):
     """A behavior model."""
 
@@ -216,6 +241,12 @@ class ModelKeys(Keys):
     waivers = DefaultKey(
         WAIVER_LIST, "Obligations that need not be covered, each with a reason, its author and its date.", default=()
     )
+    runs = Key(
+        MappingType(RunsKeys),
+        "What the runs of the model are, such as `{goals: single}`; proofs are about these runs.",
+        absent="`{goals: sequence}`",
+        source=lambda model: None if model.runs == RunsDeclaration() else model.runs,
+    )
 
     def model(self) -> BehaviorModel:
         """Return the model; valid only if no error is noted."""
@@ -239,6 +270,7 @@ class ModelKeys(Keys):
             environment=tuple(entry.value.environment(entry.name) for entry in self._named(self.environment)),
             may_end=self.may_end,
             goals_may_end=tuple((entry.name, entry.value.may_end) for entry in self.goals if entry.value.may_end),
+            runs=RunsDeclaration() if self.runs is None else self.runs.declaration(),
         )
         self._refuse_false_sources(model)
         if self.waivers:
@@ -369,6 +401,7 @@ MODEL_OWNERS: tuple[tuple[type[Keys], str], ...] = (
     (PlannerKeys, "the planner"),
     (WaiverKeys, "a waiver"),
     (GoalKeys, "a goal"),
+    (RunsKeys, "the runs"),
     (ModelKeys, "the model"),
 )
 """What messages call the mappings of a model file; an unknown key belongs to the first that declares it."""

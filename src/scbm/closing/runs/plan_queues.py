@@ -1,0 +1,172 @@
+"""What is left of plans, as numbers, so that positions can be compared: canonical plans, or a set of plans.
+
+Of a canonical plan the operations that are left are known. Of a set of plans (shortest, any) the state is known from
+which, by the planner's rules, the rest starts. Which operation follows is decided one by one.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+from scbm.closing.runs.situations import PlanningTooLargeError
+from scbm.planning import Solved, Unsolvable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Iterator, Mapping
+
+    from scbm.model import Packing
+    from scbm.planning import Answer
+    from scbm.planning.planning_task import Steps
+    from scbm.proofcheck.certificate import Queue
+
+    FollowingOperation: TypeAlias = tuple[int, int]
+    """The position of an operation in the model, and the number of the rest of the queue; `(-1, 0)` if plans end."""
+
+
+class PlanQueues(Protocol):
+    """Queues with numbers. 0 is no queue."""
+
+    def of_answer(self, state: int, plan: Iterable[int]) -> int:
+        """Return the queue of an answer of the planner: the state that was planned from, and the canonical plan."""
+        ...
+
+    def following(self, queue: int) -> tuple[FollowingOperation, ...]:
+        """Return everything that can follow; nothing without a queue."""
+        ...
+
+    def planned(self, queue: int) -> Iterable[int]:
+        """Return the operations of the plans; those of parts that were asked for before may be left out."""
+        ...
+
+    def content(self, queue: int) -> Queue:
+        """Return a queue as certificates write it."""
+        ...
+
+
+class CanonicalQueues:
+    """The operations that are left of canonical plans; operations are numbered by their position in the model."""
+
+    def __init__(self, names: Iterable[str]) -> None:
+        """`names` are those of all operations."""
+        self._names = tuple(names)
+        self._cells: list[FollowingOperation] = [(-1, 0)]
+        self._numbers: dict[FollowingOperation, int] = {}
+
+    def of_answer(self, state: int, plan: Iterable[int]) -> int:  # noqa: ARG002 - the plan says it all
+        """Return the queue of a plan."""
+        queue = 0
+        for operation in reversed(tuple(plan)):
+            cell = (operation, queue)
+            if cell not in self._numbers:
+                self._numbers[cell] = len(self._cells)
+                self._cells.append(cell)
+            queue = self._numbers[cell]
+        return queue
+
+    def following(self, queue: int) -> tuple[FollowingOperation, ...]:
+        """Return the next operation with the rest; nothing without a queue."""
+        return (self._cells[queue],) if queue else ()
+
+    def planned(self, queue: int) -> Iterable[int]:
+        """Return the operations of a queue, in order, each once."""
+        return dict.fromkeys(self._operations(queue))
+
+    def content(self, queue: int) -> Queue:
+        """Return the names of the operations of a queue."""
+        return tuple(self._names[number] for number in self._operations(queue)) or None
+
+    def _operations(self, queue: int) -> Iterator[int]:
+        while queue:
+            operation, queue = self._cells[queue]
+            yield operation
+
+
+class QueuesByDistance:
+    """The states from which the rest of any plan, or of any shortest one, starts."""
+
+    def __init__(  # noqa: PLR0913 - what a planner knows of its states
+        self,
+        packing: Packing,
+        translate: Callable[[int], int],
+        plan: Callable[[int], Answer],
+        successors: Callable[[int], Steps],
+        is_goal: Callable[[int], bool],
+        *,
+        is_shortest: bool,
+    ) -> None:
+        """Prepare the queues of one goal.
+
+        Args:
+            packing: packs the states of the planner.
+            translate: returns a state of the runner as the planner packs it.
+            plan: the canonical planner's answer in a state of the planner.
+            successors: the operations that are enabled in a state of the planner, with the states that they lead to.
+            is_goal: whether the goal holds in a state of the planner.
+            is_shortest: whether only shortest plans count.
+        """
+        self._packing = packing
+        self._translate = translate
+        self._plan = plan
+        self._successors = successors
+        self._is_goal = is_goal
+        self._is_shortest = is_shortest
+        self._states = [0]
+        self._numbers: dict[int, int] = {}
+        self._following: dict[int, tuple[FollowingOperation, ...]] = {}
+        self._planned_from: dict[int, None] = {}
+
+    def of_answer(self, state: int, plan: Iterable[int]) -> int:  # noqa: ARG002 - other plans are possible, too
+        """Return the queue that starts in the state that was planned from."""
+        return self._number(self._translate(state))
+
+    def following(self, queue: int) -> tuple[FollowingOperation, ...]:
+        """Return everything that can follow. Raises `PlanningTooLargeError`."""
+        if queue not in self._following:
+            self._following[queue] = tuple(self._find_following(self._states[queue])) if queue else ()
+        return self._following[queue]
+
+    def planned(self, queue: int) -> Iterator[int]:
+        """Yield the operations of the plans that no earlier call has yielded for the same states."""
+        todo = [queue]
+        while todo:
+            here = todo.pop()
+            if here in self._planned_from:
+                continue
+            self._planned_from[here] = None
+            for operation, rest in self.following(here):
+                if rest:
+                    yield operation
+                    todo.append(rest)
+
+    def content(self, queue: int) -> Queue:
+        """Return the values of the state."""
+        if not queue:
+            return None
+        values: Mapping[str, bool | int | str] = self._packing.values(self._states[queue])
+        return tuple(values[v.name] for v in self._packing.space if not v.role.is_runner)
+
+    def _number(self, state: int) -> int:
+        if state not in self._numbers:
+            self._numbers[state] = len(self._states)
+            self._states.append(state)
+        return self._numbers[state]
+
+    def _find_following(self, state: int) -> Iterator[FollowingOperation]:
+        distance = self._distance(state)
+        if distance is None:
+            return
+        for operation, after in self._successors(state):
+            left = self._distance(after)
+            if left is not None and (not self._is_shortest or left == distance - 1):
+                yield operation, self._number(after)
+        if self._is_goal(state):
+            yield -1, 0
+
+    def _distance(self, state: int) -> int | None:
+        """Return the number of operations to the goal; `None` if it cannot be reached."""
+        answer = self._plan(state)
+        if isinstance(answer, Solved):
+            return len(answer.plan)
+        if isinstance(answer, Unsolvable):
+            return None
+        raise PlanningTooLargeError
