@@ -22,6 +22,5 @@ def test_the_figures_of_closing_are_those_of_the_command(scbm: Callable[..., Ran
     match = re.search(r"it generates (\d+) cases that reach ([\d.]+) %", text)
     assert match
     result = json.loads(scbm("close", BEFORE, "--json").out)
-    decisions = result["decisions"]
-    reached = f"{100 * decisions['covered'] / sum(decisions.values()):.2f}"
+    reached = f"{result['after']['percent']:.2f}"
     assert (str(len(result["cases"])), reached) == match.groups()

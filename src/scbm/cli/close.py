@@ -27,7 +27,7 @@ from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.closing.certificate_files import SUFFIX, CheckedCertificate, check_file, find_certificates, open_certificate
 from scbm.closing.closing_files import ClosingFiles, write_output
 from scbm.closing.closing_json import closing_json
-from scbm.closing.decisions import FailedCase, FoundFault, failed_cases, found_faults
+from scbm.closing.decisions import FailedCase, FoundFault, consequences_of_force, failed_cases, found_faults
 from scbm.closing.proved_statuses import with_waivers
 from scbm.files import add_goals, load_model, suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
@@ -70,6 +70,14 @@ def command(
     seed: Annotated[
         int, typer.Option("--seed", help="Seed of the random cases.", rich_help_panel=HelpSection.CASES)
     ] = 0,
+    one_case_each: Annotated[
+        bool,
+        typer.Option(
+            "--one-case-each",
+            help="Write the shortest case for each obligation, instead of few cases that visit much.",
+            rich_help_panel=HelpSection.CASES,
+        ),
+    ] = False,
     jobs: Jobs = None,
     out: Annotated[
         Path | None,
@@ -105,7 +113,8 @@ def command(
         return check_certificates(files or [], json=json)
     options = PlannerOptions(planner, max_length, max_expanded)
     limits = CloseLimits(max_states, planning=max_planning, random=max_random, changes=max_changes)
-    asked = _CloseRequest(_only_model(files or []), tuple(suite or ()), cases, seed, limits, options, jobs, waivers)
+    model = _only_model(files or [])
+    asked = _CloseRequest(model, tuple(suite or ()), cases, seed, limits, options, jobs, waivers, one_case_each)
     result = asked.close()
     goals = _SuggestedGoals.chosen(result.closing, write or ())
     if goals.new:
@@ -119,7 +128,9 @@ def command(
     if json:
         write_json(closing_json(result.closing, output) | _json(output, failed, found, goals))
     else:
-        setting = replace(result.setting(output), found=found, written=goals.sentences(goals.new))
+        consequences = consequences_of_force(result.closing, lambda name: result.again(name, output))
+        setting = replace(result.setting(output), found=found, consequences=consequences)
+        setting = replace(setting, written=goals.sentences(goals.new))
         setting = replace(setting, already=goals.sentences(goals.already))
         results().lines(closing_report(result.closing, setting))
     if result.closing.is_interrupted:
@@ -149,6 +160,7 @@ class _CloseRequest:
     planner: PlannerOptions
     jobs: int | None = None
     waivers: Path | None = None
+    one_case_each: bool = False
 
     def close(self) -> "_CloseResult":
         """Read model and suite again, run the suite, and decide the remaining obligations."""
@@ -159,13 +171,14 @@ class _CloseRequest:
             executor = read_executor(self.jobs)
             campaign = suite.run(executor)
             show(f"exploring {model.name}")
-            closing = Closer(model, self.limits, show, executor).close(campaign)
+            closing = Closer(model, self.limits, show, executor).close(campaign, one_case_each=self.one_case_each)
         return _CloseResult(self, suite, campaign, with_waivers(closing, waivers))
 
     @property
     def options(self) -> str:
         """The options that repeat this closing, in addition to those of the suite."""
-        return f"{limit_text(self.limits)}{self.waivers_option}"
+        each = " --one-case-each" * self.one_case_each
+        return f"{each}{limit_text(self.limits)}{self.waivers_option}"
 
     @property
     def waivers_option(self) -> str:
@@ -184,13 +197,14 @@ class _CloseResult:
 
     def failed(self, output: ClosingFiles | None) -> tuple[FailedCase, ...]:
         """Return the cases that failed, each with the command that reproduces it."""
-        return failed_cases(self.campaign, self.closing, lambda name: self._again(name, output))
+        return failed_cases(self.campaign, self.closing, lambda name: self.again(name, output))
 
     def found(self, output: ClosingFiles | None) -> tuple[FoundFault, ...]:
         """Return the faults that new cases found, each with the command that reproduces it."""
         return found_faults(self.closing, lambda name: self._new(name, output))
 
-    def _again(self, name: str, output: ClosingFiles | None) -> str:
+    def again(self, name: str, output: ClosingFiles | None) -> str:
+        """Return the command that reproduces the run of a case."""
         return self.suite.again(name) or self._new(name, output)
 
     def _new(self, name: str, output: ClosingFiles | None) -> str:
@@ -208,7 +222,7 @@ class _CloseResult:
         model = self.closing.model
         failed = self._with_new_cases()
         findings = find_causes(Tester(model), failed, 0)
-        commands = [self._again(finding.names[0], output) for finding in findings]
+        commands = [self.again(finding.names[0], output) for finding in findings]
         return ClosingSetting(
             str(self.asked.file),
             self.suite.words,
@@ -226,7 +240,8 @@ class _CloseResult:
     def _with_new_cases(self) -> Campaign:
         """Return the campaign of the suite and of the new cases that follow it."""
         model, suite = self.closing.model, self.campaign
-        new = Campaign.of(model, [made.execution.result for made in self.closing.cases])
+        results = [replace(made.execution.result, verdict=made.verdict) for made in self.closing.cases]
+        new = Campaign.of(model, results)
         if not suite.count:
             return new
         shifted = SummaryBuilder(len(suite.coverage.obligations.all), suite.summary.written, suite.count + 1)

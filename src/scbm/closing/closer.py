@@ -10,6 +10,8 @@ import re
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import reduce
+from itertools import islice
+from math import prod
 from operator import or_
 from typing import TYPE_CHECKING
 
@@ -22,20 +24,29 @@ from scbm.closing.proofs.explored_proofs import explored_for_proofs
 from scbm.closing.proofs.proofs import Proofs
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits, ObservedStates, RunScope
 from scbm.closing.scripts.case_plans import CasePlans, PlanEffort
-from scbm.closing.scripts.case_search import CaseSearch, bounded, minimal, without_leftovers
-from scbm.closing.scripts.closing_injections import with_inputs
+from scbm.closing.scripts.case_search import (
+    CaseSearch,
+    Merit,
+    bounded,
+    in_order,
+    minimal,
+    shortest_for_each,
+    without_leftovers,
+)
+from scbm.closing.scripts.closing_injections import with_inputs, with_inputs_in_motion
+from scbm.closing.scripts.forced_cases import ForcedCases
+from scbm.closing.scripts.outside_walks import natural_walks
 from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
 from scbm.model import Diagnostic, InputError, Place, PlanSet, Slug, State
-from scbm.model.sources import outside_groups
+from scbm.model.sources import free_groups, outside_groups
 from scbm.planning import DEFAULT_PLANNER
-from scbm.testing import Campaign, Tester
+from scbm.testing import Campaign, Execution, Tester
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from scbm.closing.decisions import Suggestion
     from scbm.model import BehaviorModel, Predicate
-    from scbm.testing import Execution
     from scbm.testing.batches.campaign_runs import Executor
 
 
@@ -50,6 +61,9 @@ _PLANNED_FOR_SUGGESTIONS = 250
 
 _MAX_FOR_CASES = 10_000
 """Maximum number of situations in which inputs change that are explored to find cases, where they prove nothing."""
+
+_MANY_CHANGES = 50
+"""With more changes from outside in each situation, an exploration takes minutes."""
 
 _FEW_SITUATIONS = 30_000
 """So many situations are explored in some three seconds. With fewer, the graph of all runs decides all, and fastest."""
@@ -94,8 +108,15 @@ class Closer:
         self._visited_for: dict[tuple[str, Predicate], int] = {}
         self._suggestion_states = 0
         self._outside = outside_groups(model)
+        self._one_case_each = False
 
-    def close(self, suite: Campaign | None = None, wanted: Sequence[Obligation] | None = None) -> Closing:
+    def close(
+        self,
+        suite: Campaign | None = None,
+        wanted: Sequence[Obligation] | None = None,
+        *,
+        one_case_each: bool = False,
+    ) -> Closing:
         """Decide every obligation that a suite leaves open; without a suite, every obligation.
 
         Raises `InputError` if the model has no goals, or no initial state is allowed.
@@ -104,11 +125,13 @@ class Closer:
             suite: the executed suite.
             wanted: the obligations to decide, each by the shortest case found; `None` for all, by few cases that visit
                 much.
+            one_case_each: whether each obligation gets the shortest case found, even if longer cases visit more.
         """
         asked = tuple(self._obligations if wanted is None else wanted)
         self._refuse_without_goals()
         suite = suite or Campaign.of(self.model, ())
         self._ended = []
+        self._one_case_each = one_case_each
         proofs = Proofs(self.model)
         search = self._first_cases(suite, proofs, asked)
         few = replace(self._limits, situations=min(self._limits.situations, _FEW_SITUATIONS))
@@ -116,12 +139,13 @@ class Closer:
         if not runs.starts and runs.stopped is None:
             message = "no combination of random values satisfies `initial_states`"
             raise InputError([Diagnostic(Slug.NO_INITIAL_STATE, message, Place(self.model.name))])
-        runs, cases = self._cases(suite, search, runs, asked, short=wanted is not None)
+        runs, cases = self._cases(suite, search, runs, asked, short=one_case_each or wanted is not None)
         after = suite.coverage + Coverage(self._obligations, tuple((c.case.name, c.execution.visited) for c in cases))
-        missing = sum(self._obligations.bit(o) for o in asked if proofs.cheap(o) is None) & ~after.visited
+        visitors = _CaseVisits(suite, cases)
+        missing = sum(self._obligations.bit(o) for o in asked if proofs.cheap(o) is None) & ~visitors.freely
         explored = self._explored_proofs(runs, missing)
         proofs.explored = explored
-        decided = tuple(self._decide(obligation, after, cases, proofs, runs) for obligation in asked)
+        decided = tuple(self._decide(obligation, visitors, cases, proofs, runs) for obligation in asked)
         found = ((d.obligation, proofs.find(d.obligation)) for d in decided if d.certificate is not None)
         proved = [(obligation, proof) for obligation, proof in found if proof is not None]
         certificates = tuple(proofs.certificates(proved))
@@ -152,7 +176,7 @@ class Closer:
 
     def _first_cases(self, suite: Campaign, proofs: Proofs, asked: Sequence[Obligation]) -> SampledCases:
         """Run nominal and a few random cases. They count only where the graph of all runs decides less."""
-        missing = sum(self._obligations.bit(o) for o in asked) & ~suite.coverage.visited
+        missing = sum(self._obligations.bit(o) for o in asked) & ~_freely(suite)
         never = sum(self._obligations.bit(o) for o in self._obligations if proofs.cheap(o) is not None)
         search = SampledCases(self._tester, self._plans, missing, never, self._progress)
         with self._stage(Stage.RANDOM):
@@ -201,11 +225,12 @@ class Closer:
         if runs.is_interrupted and not self._is_interrupted:
             self._interrupt(Stage.GRAPH)
         sampled = [] if runs.stopped is None and not is_sampled else search.found
-        left = missing if runs.stopped is None else missing & ~_visited(sampled)
+        left = missing if runs.stopped is None else missing & ~Merit.of(sampled).freely
         with self._plans.effort(PlanEffort.ALL if runs.stopped is None else PlanEffort.WHOLE, planning):
             found = self._searched(runs, left, never, sampled, short=short)
-        found += _helpful(search.found if self._is_interrupted else sampled, missing & ~_visited(found))
-        if missing & ~never & ~_visited(found) and runs.stopped is not None and not self._is_interrupted:
+            found += self._by_force(suite, runs, missing, never, [*found, *sampled], search, short=short)
+        found += _helpful(search.found if self._is_interrupted else sampled, missing & ~Merit.of(found).freely)
+        if missing & ~never & ~Merit.of(found).visited and runs.stopped is not None and not self._is_interrupted:
             self._ended.append(StageEnd(Stage.GRAPH, runs.stopped, runs.option))
         with self._plans.effort(PlanEffort.ALL if runs.stopped is None else PlanEffort.BRIEF, planning):
             return runs, self._finished(found, missing, suite, asked)
@@ -221,28 +246,80 @@ class Closer:
         with self._stage(Stage.SEARCH):
             self._progress("looking for cases")
             search.run(short=short)
+            self._shorten(search, missing)
             found += self._with_inputs([*found, *sampled], runs, missing)
-            found += self._with_changes_from_outside(runs, missing & ~_visited(found), never)
+            found += self._with_changes_from_outside(runs, missing & ~Merit.of(found).freely, never)
         return found
+
+    def _shorten(self, search: CaseSearch, missing: int) -> None:
+        """Search for the shortest case for each obligation, if that is asked for."""
+        for obligation in self._obligations if self._one_case_each else ():
+            if self._obligations.bit(obligation) & missing:
+                self._progress(f"looking for the shortest case for {obligation}")
+                search.shortest(self._obligations.bit(obligation))
+
+    def _by_force(  # noqa: PLR0913, PLR0917 - what is known already, and what is searched in
+        self,
+        suite: Campaign,
+        runs: AllRuns,
+        missing: int,
+        never: int,
+        known: Sequence[Execution],
+        sampled: SampledCases,
+        *,
+        short: bool,
+    ) -> list[Execution]:
+        """Return runs that force states, for what nothing else visits: neither the suite nor the cases so far."""
+        found: list[Execution] = []
+        missing &= ~suite.coverage.visited & ~Merit.of(known).visited
+        if self._is_interrupted or not missing & ~never:
+            return found
+        search = CaseSearch(runs, self._tester, 0, never, self._limits)
+        force = ForcedCases(self._tester, missing, never, self._limits.candidates, found, self._progress)
+        with self._stage(Stage.SEARCH):
+            found += self._inputs_by_force((*self._nominal(runs), *known), missing & ~never)
+            force.in_graph(search, runs.visits.current, short=short)
+            force.in_cases(known)
+            if runs.stopped is not None:
+                force.in_cases(sampled.bases)
+                force.beyond_graph(search, runs.visits.current)
+        return found
+
+    def _inputs_by_force(self, known: Sequence[Execution], missing: int) -> Iterator[Execution]:
+        """Yield runs in which inputs change where no moment is settled, for automatic transitions."""
+        for transition in self.model.automatic_transitions:
+            bit = self._obligations.bit_of(transition.name, Aspect.TAKEN)
+            bases = known if bit & missing else ()
+            cases = (case for base in bases for case in with_inputs(self.model, transition, base.case))
+            executions = (bounded(self._tester, case) for case in islice(cases, self._limits.candidates))
+            yield from islice((each for each in executions if each is not None and each.visited & bit), 1)
 
     def _with_inputs(self, found: Sequence[Execution], runs: AllRuns, missing: int) -> Iterator[Execution]:
         """Yield runs with an injection into inputs, for automatic transitions that no run without injections takes."""
-        plain = [self._plain(runs, goal) for goal in runs.plannable] if runs.starts else []
+        bases = (*self._nominal(runs), *found)
         for transition in self.model.automatic_transitions:
             bit = self._obligations.bit_of(transition.name, Aspect.TAKEN)
             if not bit & missing & ~runs.visited:
                 continue
-            bases = (*plain, *(execution.case for execution in found))
-            attempts = (case for base in bases for case in with_inputs(self.model, transition, base))
-            for _, case in zip(range(self._limits.candidates), attempts, strict=False):
-                execution = bounded(self._tester, case)
-                if execution is not None and execution.visited & bit:
+            in_motion = (case for base in bases for case in with_inputs_in_motion(self.model, transition, base))
+            at_rest = (case for base in bases for case in with_inputs(self.model, transition, base.case))
+            for attempts in (in_motion, at_rest):
+                execution = self._first_that_visits(bit, islice(attempts, self._limits.candidates))
+                if execution is not None:
                     yield execution
                     break
 
+    def _first_that_visits(self, bit: int, cases: Iterable[Case]) -> Execution | None:
+        """Return the run of the first case that visits an obligation, and not by force."""
+        executions = (bounded(self._tester, case) for case in cases)
+        return next((each for each in executions if each is not None and each.visited_freely & bit), None)
+
     def _with_changes_from_outside(self, closed: AllRuns, missing: int, never: int) -> list[Execution]:
         """Return runs in which inputs and published values change, for what no other run visits."""
-        if not missing & ~never or not self._outside:
+        wanted = missing & ~never
+        if not wanted or not self._outside:
+            return []
+        if not wanted & ~self._obligations.mask(Aspect.DISABLED) and self._has_many_changes:
             return []
         self._progress("exploring runs in which inputs change")
         limits = self._limits
@@ -253,9 +330,22 @@ class Closer:
             raise KeyboardInterrupt
         if runs.stopped is not None and closed.stopped is None:
             self._ended.append(StageEnd(Stage.GRAPH, runs.stopped, runs.option))
-        search = CaseSearch(runs, self._tester, missing, never, replace(limits, beyond=0))
+        search = CaseSearch(runs, self._tester, missing, never, replace(limits, beyond=0), walks=natural_walks)
         search.run(short=True)
+        self._shorten(search, missing)
         return search.found
+
+    @property
+    def _has_many_changes(self) -> bool:
+        """Whether so much can change from outside that it is not explored for *disabled* alone, which can be forced."""
+        sizes = (prod(len(values) + 1 for _, values in group.values) for group in free_groups(self.model))
+        return sum(sizes) > _MANY_CHANGES
+
+    def _nominal(self, runs: AllRuns) -> Iterator[Execution]:
+        """Yield a run without faults for each goal, from the first initial state."""
+        plain = [self._plain(runs, goal) for goal in runs.plannable] if runs.starts else []
+        executed = (bounded(self._tester, case) for case in plain)
+        yield from (execution for execution in executed if execution is not None)
 
     def _plain(self, runs: AllRuns, goal: tuple[str, Predicate]) -> Case:
         return Case(goal[0], *goal, State(self.model.space, dict(runs.starts[0].values)))
@@ -264,13 +354,15 @@ class Closer:
         self, found: Sequence[Execution], missing: int, suite: Campaign, asked: Sequence[Obligation]
     ) -> tuple[ClosingCase, ...]:
         """Return the cases that are kept. The first Ctrl-C does not end that: it is short, and all would be lost."""
-        visited = suite.coverage.visited
-        kept = minimal(found, visited)
-        needed = {id(each): _alone(each, kept, visited | ~missing) for each in kept}
+        before = Merit(suite.coverage.visited, _freely(suite))
+        about = shortest_for_each(found, missing) if self._one_case_each else {}
+        kept = [each for each in in_order(found) if id(each) in about] if about else minimal(found, before)
+        purposes = [about.get(id(each), 0) for each in kept]
+        needed = [_alone(each, kept, before) & missing | about.get(id(each), 0) for each in kept]
 
         def finish() -> tuple[ClosingCase, ...]:
-            plain = [as_closing_case(each, needed[id(each)], self._tester) for each in kept]
-            return tuple(self._named(plain, suite, asked))
+            plain = [as_closing_case(each, bits, self._tester) for each, bits in zip(kept, needed, strict=True)]
+            return tuple(self._named(zip(plain, purposes, strict=True), suite, asked))
 
         try:
             return finish()
@@ -278,22 +370,28 @@ class Closer:
             self._interrupt(Stage.SEARCH)
             return finish()
 
-    def _named(self, kept: Sequence[Execution], suite: Campaign, asked: Sequence[Obligation]) -> Iterator[ClosingCase]:
-        """Yield the cases with names and expectations, and what each adds to the cases before it."""
-        visited = suite.coverage.visited
+    def _named(
+        self, kept: Iterable[tuple[Execution, int]], suite: Campaign, asked: Sequence[Obligation]
+    ) -> Iterator[ClosingCase]:
+        """Yield the cases with names and expectations, and what each is for or adds to the cases before it."""
+        before = Merit(suite.coverage.visited, _freely(suite))
         taken = [name for name, _ in suite.coverage.cases]
-        for execution in (without_leftovers(each, self._tester) for each in kept):
+        for execution, purpose in ((without_leftovers(each, self._tester), purpose) for each, purpose in kept):
             name = _new_name(execution.case.goal, taken)
             taken.append(name)
-            adds = tuple(o for o in asked if self._obligations.bit(o) & execution.visited & ~visited)
-            visited |= execution.visited
+            new = Merit.of((execution,)).beyond(before) | purpose
+            adds = tuple(o for o in asked if self._obligations.bit(o) & new)
+            before = before.and_also(Merit.of((execution,)))
             expected = Expectations(verdict=execution.verdict.end, visits=tuple(o for o in adds if o.counts))
             case = replace(execution.case, name=name, expect=expected)
-            yield ClosingCase(case, self._tester.execute(case), adds)
+            by_force = tuple(o for o in adds if self._obligations.bit(o) & execution.forced)
+            yield ClosingCase(case, self._tester.execute(case), adds, by_force)
 
     def _explored_proofs(self, runs: AllRuns, missing: int) -> tuple[AllRuns, ...]:
         """Return explored runs that prove something about what is missing."""
         if runs.stopped is not None:  # where these are too many, others are, too
+            return ()
+        if self._has_many_changes and not missing & ~self._obligations.mask(Aspect.DISABLED):
             return ()
         try:
             return explored_for_proofs(self.model, self._limits, self._progress, missing, runs)
@@ -304,16 +402,20 @@ class Closer:
     # decisions
 
     def _decide(
-        self, obligation: Obligation, after: Coverage, cases: Sequence[ClosingCase], proofs: Proofs, runs: AllRuns
+        self, obligation: Obligation, visitors: _CaseVisits, cases: Sequence[ClosingCase], proofs: Proofs, runs: AllRuns
     ) -> Decided:
         bit = self._obligations.bit(obligation)
-        for name, visited in after.cases:
-            if visited & bit:
-                return Decided(obligation, Decision.COVERED, self._how(obligation, name, cases), case=name)
+        name = visitors.free(bit)
+        if name is not None:
+            return Decided(obligation, Decision.COVERED, self._how(obligation, name, cases), case=name)
         proof = proofs.find(obligation)
         if proof is not None:
             decision = Decision.UNCOVERABLE if proof.plans is PlanSet.ANY else Decision.EXCLUDED
             return Decided(obligation, decision, proof.reason, certificate=proof.certificate)
+        name = visitors.any(bit)
+        if name is not None:
+            how = f"{self._how(obligation, name, cases)}, in a state that no cell was shown to reach"
+            return Decided(obligation, Decision.FORCED, how, case=name)
         return Decided(obligation, Decision.UNDECIDED, _what_stopped(runs, bit))
 
     def _how(self, obligation: Obligation, name: str, cases: Sequence[ClosingCase]) -> str:
@@ -361,27 +463,53 @@ class Closer:
         self._suggestion_states -= runs.situations + runs.planned
         if runs.is_interrupted:
             raise KeyboardInterrupt
-        search = CaseSearch(runs, Tester(model), runs.visits.mask, 0, limits)
+        tester, found = Tester(model), list[Execution]()
+        search = CaseSearch(runs, tester, runs.visits.mask, 0, limits, found)
         search.run(short=False)
-        return _visited(search.found)
+        force = ForcedCases(tester, runs.visits.mask & ~Merit.of(found).visited, 0, limits.candidates, found)
+        force.in_graph(search, runs.visits.current, short=False)
+        return Merit.of(found).visited
 
 
-def _visited(executions: Iterable[Execution]) -> int:
-    return reduce(or_, (execution.visited for execution in executions), 0)
+class _CaseVisits:
+    """The cases that visit obligations, in the order of the suite and the new cases.
+
+    Attributes:
+        freely: all that they visit before anything is forced in them, as bits.
+    """
+
+    def __init__(self, suite: Campaign, cases: Sequence[ClosingCase]) -> None:
+        made = [(each.case.name, each.execution) for each in cases]
+        self._free = (*suite.visited_freely, *((name, execution.visited_freely) for name, execution in made))
+        self.freely = reduce(or_, (visited for _, visited in self._free), 0)
+        self._all = (*suite.coverage.cases, *((name, execution.visited) for name, execution in made))
+
+    def free(self, bit: int) -> str | None:
+        """Return the first case that visits an obligation before anything is forced in it; `None` if none does."""
+        return next((name for name, visited in self._free if visited & bit), None)
+
+    def any(self, bit: int) -> str | None:
+        """Return the first case that visits an obligation, by force if need be; `None` if none does."""
+        return next((name for name, visited in self._all if visited & bit), None)
+
+
+def _freely(suite: Campaign) -> int:
+    return reduce(or_, (visited for _, visited in suite.visited_freely), 0)
 
 
 def _helpful(executions: Sequence[Execution], missing: int) -> list[Execution]:
     """Return runs that visit all of the missing that any of them visits: again and again the one with most of it."""
     found = []
-    while missing & _visited(executions):
-        found.append(max(executions, key=lambda each: (each.visited & missing).bit_count()))
-        missing &= ~found[-1].visited
+    while missing & Merit.of(executions).freely:
+        found.append(max(executions, key=lambda each: (each.visited_freely & missing).bit_count()))
+        missing &= ~found[-1].visited_freely
     return found
 
 
-def _alone(execution: Execution, kept: Sequence[Execution], others: int) -> int:
-    """Return what one run visits and no other one, nor `others`."""
-    return execution.visited & ~_visited(each for each in kept if each is not execution) & ~others
+def _alone(execution: Execution, kept: Sequence[Execution], before: Merit) -> int:
+    """Return what one run visits and no other one, nor the suite."""
+    others = before.and_also(Merit.of(each for each in kept if each is not execution))
+    return Merit.of((execution,)).beyond(others)
 
 
 def _what_stopped(runs: AllRuns, bit: int) -> str:

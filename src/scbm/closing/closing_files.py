@@ -93,8 +93,13 @@ def _planned_case(made: ClosingCase, model: BehaviorModel) -> Case:
 
 def _comment(made: ClosingCase, model: BehaviorModel) -> Iterator[str]:
     """Yield what a case adds to the cases before it."""
-    yield f"{_OWN.removeprefix('# ')}a case of {model.name} that adds"
-    for words in in_few_words(made.adds):
+    yield f"{_OWN.removeprefix('# ')}a case of {model.name}{' that adds' if made.adds_freely else ''}"
+    for words in in_few_words(made.adds_freely):
+        yield from wrap(words, _COLUMNS, initial_indent="  ", subsequent_indent="    ", break_long_words=False)
+    if made.forcing is None:
+        return
+    yield from wrap(f"its state is {made.forcing}; there it adds", _COLUMNS, break_long_words=False)
+    for words in in_few_words(made.adds_by_force):
         yield from wrap(words, _COLUMNS, initial_indent="  ", subsequent_indent="    ", break_long_words=False)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scbm.closing.assumptions import assumptions
+from scbm.closing.decisions import forcing_record
 from scbm.planning import planner_of
 from scbm.testing.campaign import waiver_json
 
@@ -34,6 +35,7 @@ def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[s
         "before": _figure(closing.before.figure),
         "after": _figure(closing.after.figure),
         "coverable": _figure(closing.coverable),
+        "forced": closing.forced,
         "decisions": {decision.value: count for decision, count in closing.counts.items()},
         "obligations": [decided_json(decided, output) for decided in counted],
         "queued": [decided_json(decided, output) for decided in queued],
@@ -86,7 +88,8 @@ def _figure(figure: Figure) -> dict[str, Any]:
 
 
 def _case(made: ClosingCase, output: ClosingFiles | None) -> dict[str, Any]:
-    verdict = made.execution.verdict
+    verdict = made.verdict
+    record = forcing_record(made.execution)
     return {
         "name": made.case.name,
         "goal": made.case.goal_names,
@@ -94,6 +97,10 @@ def _case(made: ClosingCase, output: ClosingFiles | None) -> dict[str, Any]:
         "passed": verdict.passed,
         "failures": [str(failure) for failure in verdict.failures],
         "adds": [str(obligation) for obligation in made.adds],
+        "adds_by_force": [str(obligation) for obligation in made.adds_by_force],
+        "forced_from_seconds": None if record is None else record.at_ns / 1e9,
+        "forced_by": None if record is None else record.injection,
+        "consequences": list(made.consequences),
         "simulated_seconds": made.execution.ended_ns / 1e9,
         "file": None if output is None else str(output.cases[made.case.name]),
     }

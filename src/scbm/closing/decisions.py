@@ -10,8 +10,10 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Decision, count_statuses, coverable_figure
-from scbm.cases.trace import End, run_end
+from scbm.cases.trace import End, InjectionApplied, PutBack, run_end
+from scbm.model import format_moment
 from scbm.running import describe_cycle
+from scbm.testing.verdicts import FailureKind, Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -21,11 +23,13 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel, Predicate, Waiver
     from scbm.proofcheck import Certificate
     from scbm.testing import Campaign, Execution
+    from scbm.testing.requirement_monitors import Violation
 
 
 __all__ = [
     "Closing",
     "ClosingCase",
+    "Consequence",
     "Decided",
     "Decision",
     "FailedCase",
@@ -34,6 +38,7 @@ __all__ = [
     "StageEnd",
     "Suggestion",
     "SuggestionKind",
+    "consequences_of_force",
     "failed_cases",
     "found_faults",
 ]
@@ -64,12 +69,64 @@ class ClosingCase:
     Attributes:
         case: the case with its expectations (verdict, visits), without recorded choices.
         execution: its run.
-        adds: the obligations that no case before it visits, *queued* included.
+        adds: the obligations that no case before it visits, *queued* included, or that all of these visit by force.
+        adds_by_force: those of them that it visits in a forced state only (semantics 9.10).
     """
 
     case: Case
     execution: Execution
     adds: tuple[Obligation, ...]
+    adds_by_force: tuple[Obligation, ...] = ()
+
+    @property
+    def adds_freely(self) -> tuple[Obligation, ...]:
+        """Those that it visits before anything is forced."""
+        return tuple(obligation for obligation in self.adds if obligation not in self.adds_by_force)
+
+    @property
+    def forcing(self) -> str | None:
+        """What forces its state, as a clause; `None` if nothing does."""
+        record = forcing_record(self.execution)
+        if record is None:
+            return None
+        names = ", ".join(name for name, _ in record.changes)
+        return f"forced from {format_moment(record.at_ns)} on, as {record.injection} changes {names}"
+
+    @property
+    def consequences(self) -> tuple[str, ...]:
+        """What is wrong with its run only after its state was forced, as clauses: the model is not at fault."""
+        if self.execution.forced_by is None:
+            return ()
+        broken = tuple(str(violation) for violation in _broken_by_force(self.execution))
+        end = self.execution.verdict.end
+        return (*broken, f"it {_end_sentence(end, self.execution)}") if end in _WRONG_ENDS else broken
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict on its run without the consequences of force."""
+        broken = [violation.requirement for violation in _broken_by_force(self.execution)]
+        verdict = self.execution.verdict
+        kept = (f for f in verdict.failures if f.kind is not FailureKind.REQUIREMENT or f.subject not in broken)
+        return Verdict(verdict.end, tuple(kept))
+
+
+_WRONG_ENDS = (End.LIVELOCK, End.MODEL_ERROR, End.TIME_LIMIT)
+"""The ends of runs that no correct model has if nothing is forced."""
+
+
+def forcing_record(execution: Execution) -> InjectionApplied | PutBack | None:
+    """Return the record from which on the state of a run is forced; `None` if it never is."""
+    if execution.forced_by is None:
+        return None
+    record = execution.trace.records[execution.forced_by]
+    return record if isinstance(record, (InjectionApplied, PutBack)) else None
+
+
+def _broken_by_force(execution: Execution) -> tuple[Violation, ...]:
+    """Return the violations that a run shows only after its state was forced."""
+    if execution.forced_by is None:
+        return ()
+    return tuple(violation for violation in execution.violations if violation.record >= execution.forced_by)
 
 
 class SuggestionKind(StrEnum):
@@ -80,6 +137,7 @@ class SuggestionKind(StrEnum):
     SHADOWED = "shadowed"
     DEADLINE = "deadline"
     FAILURE = "failure"
+    INSTANT = "instant"
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,6 +230,13 @@ class Closing:
         return coverable_figure(self.counts)
 
     @property
+    def forced(self) -> int:
+        """The number of obligations that cases visit in forced states only, whatever their status; without *queued*."""
+        visited, bit = self.after.visited, self.after.obligations.bit
+        statuses = [(d.decision, bit(d.obligation)) for d in self.decided if d.obligation.counts]
+        return sum(status is not Decision.COVERED and bool(visited & each) for status, each in statuses)
+
+    @property
     def is_interrupted(self) -> bool:
         """Whether the user ended a stage."""
         return any(end.is_interrupted for end in self.ended)
@@ -195,7 +260,7 @@ class FailedCase:
 def failed_cases(suite: Campaign, closing: Closing, again: Callable[[str], str]) -> tuple[FailedCase, ...]:
     """Return the failed cases, those of the suite first; `again` returns the command that runs a case, by its name."""
     verdicts = [(result.case.name, result.verdict) for result in suite.failed]
-    verdicts += [(made.case.name, made.execution.verdict) for made in closing.cases]
+    verdicts += [(made.case.name, made.verdict) for made in closing.cases]
     return tuple(
         FailedCase(name, tuple(str(failure) for failure in verdict.failures), again(name))
         for name, verdict in verdicts
@@ -222,11 +287,38 @@ class FoundFault:
 
 def found_faults(closing: Closing, again: Callable[[str], str]) -> tuple[FoundFault, ...]:
     """Return the faults that new cases found; `again` as in `failed_cases`."""
-    ends = [(made.case.name, made.execution.verdict.end, made.execution) for made in closing.cases]
+    free = [made for made in closing.cases if made.execution.forced_by is None]
+    ends = [(made.case.name, made.execution.verdict.end, made.execution) for made in free]
     return tuple(
         FoundFault(name, end, _end_sentence(end, execution), again(name))
         for name, end, execution in ends
-        if end in (End.LIVELOCK, End.MODEL_ERROR, End.TIME_LIMIT)
+        if end in _WRONG_ENDS and not (end is End.TIME_LIMIT and execution.case.injections)  # an input may be away
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class Consequence:
+    """What is wrong with the run of a new case only because its state is forced.
+
+    Attributes:
+        name: the name of the case.
+        forcing: what forces the state, as a clause.
+        message: what is wrong.
+        again: the command that reproduces it.
+    """
+
+    name: str
+    forcing: str
+    message: str
+    again: str
+
+
+def consequences_of_force(closing: Closing, again: Callable[[str], str]) -> tuple[Consequence, ...]:
+    """Return what is wrong in forced states of new cases; `again` as in `failed_cases`."""
+    return tuple(
+        Consequence(made.case.name, made.forcing or "", message, again(made.case.name))
+        for made in closing.cases
+        for message in made.consequences
     )
 
 

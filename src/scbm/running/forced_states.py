@@ -62,11 +62,12 @@ class _TraceFollower:
     def __init__(self, program: Program, initial: Mapping[str, Value], goals: Sequence[Predicate]) -> None:
         self._program = program
         self._lines = {line.resource.name: line for line in program.requests}
-        groups = free_groups(program.model)
-        self._outside = tuple(sum(program.packing[name].mask for name in group.names) for group in groups)
+        packing, groups = program.packing, free_groups(program.model)
+        self._outside = tuple((sum(packing[name].mask for name in group.names), group) for group in groups)
         self._goals = list(goals)
         self._state = program.begin(initial)
         self._steps = program.micro_steps(None)
+        self._planner_reads = 0
         self._in_flight: dict[str, RequestLine] = {}
         self._queued = 0
         self._asked_in: int | None = None
@@ -125,7 +126,11 @@ class _TraceFollower:
 
     def _following(self, state: int, target: int) -> Iterator[int]:
         """Yield the states that one change from outside leads to, as far as they are nearer to the target."""
-        yield from (state & ~mask | target & mask for mask in self._outside)
+        packing = self._program.packing
+        for mask, group in self._outside:
+            changed = ((name, values) for name, values in group.values if (state ^ target) & packing[name].mask)
+            if all(packing.value(target, name) in values for name, values in changed):
+                yield state & ~mask | target & mask
         for step in self._program.environment:
             after = step.update(state) if step.test(state) else None
             if after is not None and not (after ^ state) & (after ^ target):

@@ -117,6 +117,11 @@ class Campaign:
         return self.coverage.visited & ~freely
 
     @property
+    def visited_freely(self) -> tuple[tuple[str, int], ...]:
+        """The name of each listed case with what it visited before its state was forced, as bits."""
+        return tuple((self.source.name(o.position), o.visited & ~o.forced) for o in self.summary.outcomes)
+
+    @property
     def forecast(self) -> Forecast | None:
         """What ten times as many random cases would visit; `None` where that is not estimated."""
         return forecast(self.summary, Obligations.of(self.model))

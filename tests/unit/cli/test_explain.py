@@ -29,7 +29,7 @@ def test_a_covered_obligation_is_reported_with_its_run(scbm: Scbm, golden: Calla
 
 def test_the_case_that_is_shown_visits_it(scbm: Scbm) -> None:
     model = load_model(AFTER)
-    for name in ("place_item_a/disabled", "robot_unmount_gripper/timedout", "automatic/clear_scan_timeouts"):
+    for name in ("place_item_a/failed", "robot_unmount_gripper/timedout", "automatic/clear_scan_timeouts"):
         report = json.loads(scbm("explain", AFTER, name, "--json").out)
         (entry,), (case,) = report["obligations"], report["cases"]
         execution = Tester(model).execute(read_case(case["text"], model))

@@ -67,10 +67,12 @@ def decision(closing: Closing, name: str) -> Decision:
 def test_the_example_before_its_repair() -> None:
     closing = Closer(load_model(EXAMPLE / "before.yaml")).close()
     proved = [d for d in closing.decided if d.certificate is not None and d.obligation.counts]
-    assert {d.obligation.subject for d in proved} == {"robot_move_to_home", "robot_unmount_gripper"}
-    assert len(proved) == 10
-    assert {d.obligation.aspect for d in proved if d.decision is Decision.UNCOVERABLE} == {Aspect.DISABLED}
+    never = [d for d in proved if not closing.after.visited & closing.bit(d.obligation)]
+    assert {d.obligation.subject for d in never} == {"robot_move_to_home", "robot_unmount_gripper"}
+    assert len(never) == 10
+    assert {d.obligation.aspect for d in proved if d not in never} == {Aspect.DISABLED}
     assert {d.certificate for d in proved if d.decision is Decision.EXCLUDED} == {"runs-canonical"}
+    assert closing.forced == 14
     assert all(d.decision is not Decision.UNDECIDED for d in closing.decided)
     assert closing.after.figure.visited == 76
     assert len(closing.cases) <= 8
@@ -82,7 +84,10 @@ def test_the_example_after_its_repair() -> None:
     closing = Closer(load_model(EXAMPLE / "after.yaml")).close()
     assert closing.after.figure.visited == 86
     assert len(closing.cases) <= 8
-    assert closing.certificates == ()
+    assert [kind for kind, _ in closing.certificates] == ["runs"]
+    assert {claim.obligation.partition("/")[2] for _, each in closing.certificates for claim in each.claims} == {
+        "disabled"
+    }
     assert closing.suggestions == ()
 
 
@@ -100,7 +105,7 @@ def test_what_a_suite_visits_is_left_to_it() -> None:
 def test_every_case_adds_something_and_short_ones_come_first() -> None:
     closing = Closer(load_model(EXAMPLE / "before.yaml")).close()
     assert all(made.adds for made in closing.cases)
-    lengths = [made.execution.ended_ns for made in closing.cases]
+    lengths = [(made.forcing is not None, made.execution.ended_ns) for made in closing.cases]
     assert lengths == sorted(lengths)
 
 
@@ -158,7 +163,7 @@ def test_an_input_is_injected_for_an_automatic_transition_that_waits_for_it() ->
 
 def test_what_the_model_keeps_itself_is_not_changed_by_force() -> None:
     wonder = SCAN % "  wonder: {g: scanned == true && timeouts == 0 && lamp == red, a: [lamp <- green]}"
-    assert decision(Closer(read_model(wonder)).close(), "automatic/wonder") is Decision.COVERED
+    assert decision(Closer(read_model(wonder)).close(), "automatic/wonder") is Decision.FORCED
     closing = Closer(as_closed(read_model(wonder))).close()
     assert decision(closing, "automatic/wonder") is Decision.UNCOVERABLE
 
@@ -219,7 +224,8 @@ operations:
 goals: {all: v == true && w == true}
 """
     closing = Closer(read_model(text, "two.yaml")).close()
-    assert decision(closing, "set_w/disabled") is Decision.COVERED
+    assert decision(closing, "set_w/disabled") is Decision.UNCOVERABLE
+    assert [str(o) for made in closing.cases for o in made.adds_by_force] == ["set_v/disabled", "set_w/disabled"]
 
 
 def test_a_reply_after_a_deadline_comes_after_the_plan() -> None:

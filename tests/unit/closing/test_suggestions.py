@@ -137,7 +137,7 @@ def test_without_a_deadline_or_a_way_to_fail_both_are_suggested(wording: Wording
 
 
 def test_what_would_be_added_to_several_operations_is_reported_once(wording: Wording) -> None:
-    other = "operations:\n  other: {pre: {g: true}, post: {g: true}}\n"
+    other = "operations:\n  other: {pre: {g: true}, post: {g: true, gr: light == blue}}\n"
     model = scan_cell(
         ("operations:\n", other),
         ("    deadline: 10 seconds\n", ""),
@@ -207,4 +207,4 @@ def test_suggestions_come_in_the_order_of_the_obligations() -> None:
     found = _suggest(read_model(LAMPS))
     numbers = [Obligations.of(read_model(LAMPS)).all.index(suggestion.obligations[0]) for suggestion in found]
     assert numbers == sorted(numbers)
-    assert [suggestion.kind.value for suggestion in found] == ["failure", "deadline", "shadowed", "guard"]
+    assert [suggestion.kind.value for suggestion in found] == ["instant", "shadowed", "guard"]

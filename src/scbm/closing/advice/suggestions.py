@@ -21,6 +21,7 @@ from scbm.model import (
     Constant,
     Equal,
     Member,
+    Not,
     OperationState,
     Reference,
     RequestState,
@@ -90,6 +91,9 @@ class _Suggestions:
         for operation in self._model.operations:
             if self._misses(operation, Aspect.EXECUTING):
                 yield from self._never_executes(operation)
+            elif self._is_instant(operation):
+                yield from self._instant(operation)
+                continue
             else:
                 yield from self._never_ends(operation)
             yield from self._lacks(operation)
@@ -100,6 +104,21 @@ class _Suggestions:
 
     def _misses(self, operation: Operation, aspect: Aspect) -> bool:
         return Obligation(operation.name, aspect) in self._uncoverable
+
+    # operations that complete at once
+
+    def _is_instant(self, operation: Operation) -> bool:
+        """Return whether an operation completes as soon as it executes: its postcondition always holds then."""
+        executes = And((_is(CURRENT_NAME, operation.name), _is_executing()))
+        waits = And((executes, Not(operation.post.running_guard)))
+        return self._oracles.can_hold(executes) and not self._oracles.can_hold(waits)
+
+    def _instant(self, operation: Operation) -> Iterator[Suggestion]:
+        """Say why nothing goes wrong while an operation executes that completes at once."""
+        aspects = (Aspect.FAILED, Aspect.TIMEDOUT)
+        about = tuple(Obligation(operation.name, aspect) for aspect in aspects if self._misses(operation, aspect))
+        if about:
+            yield Suggestion(about, SuggestionKind.INSTANT, "it completes instantly, so nothing can fail")
 
     # operations that lack something
 
@@ -238,19 +257,30 @@ def grouped(suggestions: Iterable[Suggestion]) -> tuple[Suggestion, ...]:
     """Return the suggestions for people: those that would add the same thing to several operations become one."""
     groups: dict[object, list[Suggestion]] = {}
     for number, suggestion in enumerate(suggestions):
-        groups.setdefault(suggestion.kind if suggestion.kind in _ALIKE else number, []).append(suggestion)
+        key: object = suggestion.kind if suggestion.kind in _ALIKE else number
+        if suggestion.kind is SuggestionKind.GUARD:
+            key = _about_all(suggestion)
+        groups.setdefault(key, []).append(suggestion)
     return tuple(alike[0] if len(alike) == 1 else _as_one(alike) for alike in groups.values())
+
+
+def _about_all(suggestion: Suggestion) -> str:
+    """Return the text of a suggestion for all operations of which it says the same."""
+    return suggestion.text.replace(f"while {suggestion.obligations[0].subject} executes", "while they execute")
 
 
 _ALIKE = {
     SuggestionKind.FAILURE: "add a `failed` transition to each",
     SuggestionKind.DEADLINE: "give each a `deadline`, so that it can time out",
+    SuggestionKind.INSTANT: "each completes instantly, so nothing can fail",
 }
 
 
 def _as_one(alike: Sequence[Suggestion]) -> Suggestion:
     kind = alike[0].kind
     about = tuple(dict.fromkeys(obligation for each in alike for obligation in each.obligations))
+    if kind is SuggestionKind.GUARD:
+        return replace(alike[0], obligations=about, text=_about_all(alike[0]))
     examples = [each.text.partition(_EXAMPLE)[2] for each in alike]
     example = next((f"{_EXAMPLE}{example}" for example in examples if example), "")
     return Suggestion(about, kind, f"{_ALIKE[kind]}{example}")

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, assert_never
 from scbm.cases import Case, CaseLimits, Condition, ConditionKind, Injection, OutcomeRule
 from scbm.cases.trace import BecameCurrent, OperationStepped
 from scbm.closing.runs.situations import MAX_ANSWERS, Happening, HappeningKind
-from scbm.model import OperationState, Outcome, RequestState, State
+from scbm.model import Constant, Equal, OperationState, Outcome, PlanState, Reference, RequestState, State
+from scbm.model.variables import PLAN_STATE
 from scbm.planning import PlanLimits, Solved
 from scbm.running import (
     AskPlan,
@@ -118,10 +119,10 @@ class _ScriptedRun:
         """Let all events happen, in order."""
         path = tuple(happenings)
         outside = sum(happening.kind is HappeningKind.OUTSIDE for happening in path)
+        answers_alone = not outside  # else each answer is an event of the path, as something may come before it
         for happening in path:
-            self._runner.changes_pending = outside > 0
+            self._prepare(outside, answers_alone=answers_alone)
             outside -= happening.kind is HappeningKind.OUTSIDE
-            self._answer_if_alone()
             self._events += 1
             match happening.kind:
                 case HappeningKind.REPLY:
@@ -142,6 +143,12 @@ class _ScriptedRun:
                 case _:
                     assert_never(happening.kind)
         self._answer_if_alone()
+
+    def _prepare(self, outside: int, *, answers_alone: bool) -> None:
+        """Prepare for the next event of a path with so many changes from outside in its rest."""
+        self._runner.changes_pending = outside > 0
+        if answers_alone:
+            self._answer_if_alone()
 
     @property
     def limits(self) -> CaseLimits:
@@ -218,13 +225,19 @@ class _ScriptedRun:
         return max(min(self._now_ns + _A_MOMENT_NS // 2, (self._now_ns + deadline_ns) // 2), 1)
 
     def _inject(self, happening: Happening) -> None:
-        """Let the environment change an input, or another user occupy or leave a shared resource."""
-        deadline_ns = self._runner.deadline_ns
-        if deadline_ns is None:
+        """Let the environment change an input, or another user occupy or leave a shared resource.
+
+        That happens at once while a plan is awaited, else after a while.
+        """
+        if self._runner.deadline_ns is None:
             return  # the run has ended earlier than that of the path
-        self._now_ns = min(self._now_ns + _A_WHILE_NS, (self._now_ns + deadline_ns) // 2)
+        when = None
+        if self._asked is not None:
+            when = Equal(Reference(PLAN_STATE), Constant(PlanState.PLANNING.value))
+        else:
+            self._now_ns = self._outside_ns(self._runner.deadline_ns)
         name = f"input_{len(self.injections) + 1}"
-        given = Injection(name, happening.measured, at_ns=self._now_ns)
+        given = Injection(name, happening.measured, when, at_ns=self._now_ns)
         if any(happening.measured == ((state, _OCCUPIED),) for state in self._request_states):
             given = replace(
                 given, name=f"other_user_{name[6:]}", assign=(), resource=happening.resource, condition=_TAKEN
@@ -234,7 +247,7 @@ class _ScriptedRun:
             self._leave(happening.resource)
         else:
             self.injections.append(given)
-        self._perform(self._runner.handle(InjectionGiven(given), self._now_ns))
+        self._perform(self._runner.handle(InjectionGiven(replace(given, when=None)), self._now_ns))
 
     def _leave(self, resource: str) -> None:
         """Let the injection that occupies a resource end now."""
@@ -242,6 +255,17 @@ class _ScriptedRun:
             if injection.resource == resource and injection.hold_ns is None:
                 held_ns = self._now_ns - (injection.at_ns or 0)
                 self.injections[number] = replace(injection, hold_ns=held_ns)
+
+    def _outside_ns(self, deadline_ns: int) -> int:
+        """Return the time of a change from outside: before the next plain reply if a request is in flight."""
+        requests = [self._requests[identity] for identity in self._in_flight.values()]
+        replies_ns = [request.sent_ns + self._plain[request.resource].latency_ns for request in requests]
+        next_ns = min([at_ns for at_ns in replies_ns if at_ns > self._now_ns + 1], default=None)
+        if next_ns is None:
+            return min(self._now_ns + _A_WHILE_NS, (self._now_ns + deadline_ns) // 2)
+        middle_ns = (self._now_ns + min(next_ns, deadline_ns)) // 2
+        rounded_ns = middle_ns // _A_MOMENT_NS * _A_MOMENT_NS
+        return rounded_ns if rounded_ns > self._now_ns else middle_ns
 
     def _pass(self) -> None:
         deadline_ns = self._runner.deadline_ns

@@ -1,27 +1,26 @@
-"""The search for cases: walks through the graph of runs, with injections where operations have to be disabled."""
+"""The search for cases that visit what runs visit: walks through the graph of runs. Nothing in them is forced."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from scbm.cases import CaseLimits
-from scbm.cases.coverage import Aspect
-from scbm.cases.trace import state_after
+from scbm.cases.trace import End
 from scbm.closing.runs.walks import best_walk, direct_walks, walk_over
 from scbm.closing.scripts.case_scripts import CaseScripts
-from scbm.closing.scripts.closing_injections import HOLD_NS, changes_that_disable, current_operations, injection
+from scbm.closing.scripts.closing_injections import HOLD_NS
 from scbm.closing.scripts.guided_search import distance_to, find_path, guard_of
-from scbm.model import State
 from scbm.planning import PlanCache
 from scbm.running.simulation import TooLongError, UnplannedError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from scbm.cases import Case
     from scbm.cases.coverage import Obligation
     from scbm.closing.runs.all_runs import AllRuns, CloseLimits
+    from scbm.closing.runs.run_graph import RunGraph
     from scbm.closing.runs.walks import Walk
     from scbm.testing import Execution, Tester
 
@@ -47,6 +46,7 @@ class CaseSearch:
         limits: CloseLimits,
         found: list[Execution] | None = None,
         progress: Callable[[str], None] | None = None,
+        walks: Callable[[Sequence[RunGraph], int], Iterator[Walk]] = direct_walks,
     ) -> None:
         """Prepare the search.
 
@@ -58,6 +58,7 @@ class CaseSearch:
             limits: the limits of the search.
             found: the list that is extended, so that an interruption leaves what was found until then.
             progress: called with the obligation that is searched for, with counts.
+            walks: yields the walks to one obligation, the best first.
         """
         self.found: list[Execution] = [] if found is None else found
         self._runs = runs
@@ -65,10 +66,10 @@ class CaseSearch:
         self._missing = missing
         self._impossible = impossible
         self._progress = progress or (lambda _: None)
+        self._walks = walks
         self._candidates = limits.candidates
         self._beyond = limits.beyond
         self._scripts = CaseScripts(runs.model, runs.program, PlanCache(runs.planner))
-        self._operations = {operation.name: operation for operation in runs.model.operations}
 
     def run(self, *, short: bool) -> None:
         """Search for everything: by the shortest case for each obligation, or by few cases that visit much."""
@@ -78,104 +79,87 @@ class CaseSearch:
             if bit & self._wanted():
                 self._progress(f"looking for cases: {self._missing.bit_count():,} obligations are left")
                 self._insist(bit)
-        for bit in _bits(self._missing & self._runs.visited):  # disabled without injections, where none does it
-            self._insist(bit)
         for bit in _bits(self._missing & self._runs.cut_off):
             self._cut_off(bit)
         if self._runs.stopped is not None:
             self._search_beyond()
 
+    def shortest(self, bit: int) -> None:
+        """Search for the shortest case for one obligation, even if a longer one was found."""
+        missing, self._missing = self._missing, bit & self._runs.visited
+        self._insist(self._missing)
+        self._missing = missing if self._missing else missing & ~bit
+
+    def path_to(self, wanted: int) -> Execution | None:
+        """Return the run of a case whose walk visits one of the bits `wanted`, such as *is current*; `None` if none."""
+        for walk in self._walks(self._runs.graphs, wanted & self._runs.visited):
+            execution = self._execute(self._scripts.case(walk.goal, walk.path, _CANDIDATE))
+            if execution is not None:
+                return execution
+        return None
+
+    def far_path(self, wanted: int) -> tuple[Execution | None, int]:
+        """Return the run of a case whose walk visits many of the bits `wanted`, and which of them the walk visits."""
+        walk = best_walk(self._runs.graphs, wanted & self._runs.visited)
+        if walk is None:
+            return None, 0
+        return self._execute(self._scripts.case(walk.goal, walk.path, _CANDIDATE)), walk.visits & wanted
+
+    def guided_path(self, obligation: Obligation, wanted: int) -> Execution | None:
+        """Return the run of a case on the path that a guided search finds beyond the explored runs; `None` if none."""
+        runs = self._runs
+        distance = distance_to(guard_of(runs.model, obligation), runs.program.packing)
+        for goal in runs.plannable:
+            most = min(self._beyond, _MAX_BEYOND)
+            path, visited = find_path(runs.steps(goal[1]), runs.starts, wanted, distance, most)
+            self._beyond -= visited
+            execution = None if path is None else self._execute(self._scripts.case(goal, path, _CANDIDATE))
+            if execution is not None:
+                return execution
+        return None
+
     def _walk_far(self) -> None:
         """Take walks that visit much, as long as they find something."""
         tried = 0
-        while (walk := best_walk(self._runs.graphs, self._wanted() & ~tried)) is not None:
+        while (wanted := self._wanted() & ~tried) and (walk := best_walk(self._runs.graphs, wanted)) is not None:
             before = self._wanted() & walk.visits
-            self._take(self._disabling(self._execute(self._scripts.case(walk.goal, walk.path, _CANDIDATE))))
+            self._take(self._execute(self._scripts.case(walk.goal, walk.path, _CANDIDATE)))
             tried |= before
 
     def _wanted(self) -> int:
-        """Return what walks have to visit: what is missing, and instead of *disabled* that the operation is current."""
-        visits = self._runs.visits
-        others = self._missing & ~visits.obligations.mask(Aspect.DISABLED)
-        wanted = others | sum(visits.current(name) for name in self._to_disable())
-        return wanted & self._runs.visited
-
-    def _to_disable(self) -> list[str]:
-        """Return the operations that are still to be disabled, and are not always enabled."""
-        open_ones = self._missing & ~self._impossible
-        return [name for name in self._operations if open_ones & self._disabled(name)]
-
-    def _disabled(self, operation: str) -> int:
-        return self._runs.visits.bit(operation, Aspect.DISABLED)
+        """Return what is missing and visited by runs."""
+        return self._missing & self._runs.visited
 
     def _take(self, execution: Execution | None) -> bool:
-        """Keep a run if it visits something missing."""
-        if execution is None or not execution.visited & self._missing:
+        """Keep a run if it visits something missing, and not by force."""
+        if execution is None or not execution.visited_freely & self._missing:
             return False
-        self._missing &= ~execution.visited
+        self._missing &= ~execution.visited_freely
         self.found.append(execution)
         return True
 
     def _execute(self, case: Case) -> Execution | None:
         return bounded(self._tester, case)
 
-    # injections
-
-    def _disabling(self, execution: Execution | None) -> Execution | None:
-        """Return the run with injections that disable operations as they become current."""
-        if execution is None:
-            return None
-        execution = self._all_at_once(execution)
-        for name in self._to_disable():
-            if self._is_current(name, execution) and not execution.visited & self._disabled(name):
-                execution = self._disable(name, execution) or execution
-        return execution
-
-    def _all_at_once(self, plain: Execution) -> Execution:
-        """Return the run with the first change for every operation, if it visits at least as much as the plain run."""
-        case, promised = plain.case, plain.visited
-        for name in self._to_disable():
-            if self._is_current(name, plain):
-                changed = next(self._changes(name, plain), None)
-                if changed is not None:
-                    case = _with_injection(case, name, changed)
-                    promised |= self._disabled(name)
-        execution = self._execute(case)
-        return execution if execution is not None and not promised & ~execution.visited else plain
-
-    def _disable(self, name: str, execution: Execution) -> Execution | None:
-        """Return the run with an injection that disables one operation, if it visits all that it visited before."""
-        promised = execution.visited | self._disabled(name)
-        for case in self._disabling_cases(name, execution):
-            attempt = self._execute(case)
-            if attempt is not None and not promised & ~attempt.visited:
-                return attempt
-        return None
-
-    def _disabling_cases(self, name: str, execution: Execution) -> Iterator[Case]:
-        for changed in self._changes(name, execution):
-            yield _with_injection(execution.case, name, changed)
-
-    def _changes(self, name: str, execution: Execution) -> Iterator[dict[str, bool | int | str]]:
-        """Yield the changes that disable an operation when it is current for the first time."""
-        records = execution.trace.records
-        first = current_operations(records)[name]
-        state = State(self._runs.model.running_space, state_after(records[: first + 1]))
-        return changes_that_disable(self._runs.model, self._operations[name], state, execution.case.predicate)
-
-    @staticmethod
-    def _is_current(name: str, execution: Execution) -> bool:
-        return name in current_operations(execution.trace.records)
-
     # what a walk promised and its run did not visit
 
     def _insist(self, bit: int) -> None:
-        """Try the direct walks to one obligation, for every goal."""
-        for walk in direct_walks(self._runs.graphs, bit):
-            for case, needed in self._attempts(bit, walk):
-                execution = self._execute(case)
-                if execution is not None and execution.visited & needed and self._take(execution):
-                    return
+        """Try the best walks to one obligation, for every goal."""
+        for walk in self._walks(self._runs.graphs, bit):
+            execution = self._execute(self._scripts.case(walk.goal, walk.path, _CANDIDATE))
+            if execution is not None and execution.visited_freely & bit:
+                self._take(self._put_back(execution, bit))
+                return
+
+    def _put_back(self, execution: Execution, bit: int) -> Execution:
+        """Return the run of a case that puts its changes back, if only then the run ends before the time limit."""
+        injections = tuple(replace(each, hold_ns=HOLD_NS) for each in execution.case.injections)
+        if not injections or execution.verdict.end is not End.TIME_LIMIT:
+            return execution
+        held = self._execute(replace(execution.case, injections=injections))
+        if held is None or held.verdict.end is End.TIME_LIMIT or not held.visited_freely & bit:
+            return execution
+        return held
 
     # runs that a limit of plans ends
 
@@ -189,7 +173,7 @@ class CaseSearch:
                 case = self._scripts.case(walk.goal, walk.path, _CANDIDATE)
                 for plans in range(1, self._candidates):
                     execution = self._execute(replace(case, limits=CaseLimits(plans=plans)))
-                    if execution is not None and execution.visited & bit:
+                    if execution is not None and execution.visited_freely & bit:
                         self._take(execution)
                         return
 
@@ -202,43 +186,10 @@ class CaseSearch:
             return
         for number, obligation in enumerate(runs.visits.obligations, start=1):
             bit = runs.visits.bit(obligation.subject, obligation.aspect)
-            wanted = bit
-            if obligation.aspect is Aspect.DISABLED and not bit & self._impossible:
-                wanted |= runs.visits.current(obligation.subject)
             if bit & self._missing & ~self._impossible & ~runs.visited:
                 of = f"obligation {number:,} of {len(runs.visits.obligations.all):,}"
                 self._progress(f"guided search: {obligation} ({of}), at most {max(0, self._beyond):,} more situations")
-                self._go_beyond(obligation, wanted)
-
-    def _go_beyond(self, obligation: Obligation, wanted: int) -> None:
-        runs = self._runs
-        distance = distance_to(guard_of(runs.model, obligation), runs.program.packing)
-        for goal in runs.plannable:
-            most = min(self._beyond, _MAX_BEYOND)
-            path, visited = find_path(runs.steps(goal[1]), runs.starts, wanted, distance, most)
-            self._beyond -= visited
-            if path is not None:
-                execution = self._disabling(self._execute(self._scripts.case(goal, path, _CANDIDATE)))
-                if self._take(execution):
-                    return
-
-    def _attempts(self, bit: int, walk: Walk) -> Iterator[tuple[Case, int]]:
-        """Yield cases that may visit an obligation, each with what its run has to visit."""
-        case = self._scripts.case(walk.goal, walk.path, _CANDIDATE)
-        names = [name for name in self._to_disable() if bit == self._runs.visits.current(name)]
-        if not names:
-            yield case, bit
-            return
-        execution = self._execute(case)
-        if execution is None or not self._is_current(names[0], execution):
-            return
-        left = self._candidates
-        for hold_ns in (HOLD_NS, 1, None):
-            for changed in self._changes(names[0], execution):
-                yield _with_injection(case, names[0], changed, hold_ns), self._disabled(names[0])
-                left -= 1
-                if not left:
-                    return
+                self._take(self.guided_path(obligation, bit))
 
 
 def bounded(tester: Tester, case: Case) -> Execution | None:
@@ -269,15 +220,10 @@ def without_leftovers(execution: Execution, tester: Tester) -> Execution:
             attempt = bounded(tester, replace(execution.case, **rest))
             if attempt is None:
                 continue
-            if attempt.visited == execution.visited and len(attempt.unused) < len(execution.unused):
+            is_alike = Merit.of((attempt,)) == Merit.of((execution,))
+            if is_alike and len(attempt.unused) < len(execution.unused):
                 execution = attempt
     return execution
-
-
-def _with_injection(
-    case: Case, operation: str, changed: dict[str, bool | int | str], hold_ns: int | None = HOLD_NS
-) -> Case:
-    return replace(case, injections=(*case.injections, injection(case, operation, changed, hold_ns)))
 
 
 def _bits(mask: int) -> Iterator[int]:
@@ -287,17 +233,63 @@ def _bits(mask: int) -> Iterator[int]:
         mask ^= bit
 
 
-def minimal(executions: Sequence[Execution], visited: int) -> list[Execution]:
-    """Return the runs that add something to `visited`, without any that the others make redundant; shortest first.
+class Merit(NamedTuple):
+    """What runs visit, as two sets of obligations.
 
-    Runs that visit most are removed last, so that few cases remain.
+    Attributes:
+        visited: all that they visit, as bits.
+        freely: what they visit before anything is forced.
     """
-    kept = sorted(executions, key=lambda each: each.visited.bit_count())
+
+    visited: int = 0
+    freely: int = 0
+
+    @staticmethod
+    def of(executions: Iterable[Execution]) -> Merit:
+        """Return what all of these runs visit together."""
+        visited = freely = 0
+        for each in executions:
+            visited, freely = visited | each.visited, freely | each.visited_freely
+        return Merit(visited, freely)
+
+    def and_also(self, other: Merit) -> Merit:
+        """Return what both visit together."""
+        return Merit(self.visited | other.visited, self.freely | other.freely)
+
+    def beyond(self, other: Merit) -> int:
+        """Return the obligations that these runs visit and others do not, or visit only by force."""
+        return self.visited & ~other.visited | self.freely & ~other.freely
+
+
+def minimal(executions: Sequence[Execution], before: Merit) -> list[Execution]:
+    """Return the runs that add something to `before`, without any that the others make redundant.
+
+    Runs that force nothing come first, shorter ones before longer ones. Runs that visit most are removed last, so that
+    few cases remain.
+    """
+    kept = sorted(executions, key=lambda each: (each.forced_by is None, each.visited.bit_count()))
     for execution in tuple(kept):
-        others = visited
-        for other in kept:
-            if other is not execution:
-                others |= other.visited
-        if not execution.visited & ~others:
+        others = before.and_also(Merit.of(other for other in kept if other is not execution))
+        if not Merit.of((execution,)).beyond(others):
             kept.remove(execution)
-    return sorted(kept, key=lambda each: (each.ended_ns, len(each.trace.records)))
+    return in_order(kept)
+
+
+def shortest_for_each(executions: Sequence[Execution], missing: int) -> dict[int, int]:
+    """Return for each obligation the shortest run that visits it, by force only if no other one does.
+
+    Returns:
+        For the `id` of each such run, the obligations for which it is the shortest.
+    """
+    ordered = in_order(executions)
+    found: dict[int, int] = {}
+    for bit in _bits(missing & Merit.of(executions).visited):
+        free = (each for each in ordered if each.visited_freely & bit)
+        best = next(free, None) or next(each for each in ordered if each.visited & bit)
+        found[id(best)] = found.get(id(best), 0) | bit
+    return found
+
+
+def in_order(executions: Sequence[Execution]) -> list[Execution]:
+    """Return runs that force nothing before the others, and shorter ones before longer ones."""
+    return sorted(executions, key=lambda each: (each.forced_by is not None, each.ended_ns, len(each.trace.records)))

@@ -1,21 +1,21 @@
-"""Injections for new cases: those that disable an operation, and those that change inputs.
+"""Injections for new cases: those that change inputs, and those that disable an operation by force (decision 45).
 
-An operation is disabled at the moment it becomes current (paper, Section VII), by a smallest change of the state that
-makes `g && gr` false: of one variable, or of two where one is not enough. The change is held for a moment and then
-reverted, so that the run can continue.
+Inputs and published values change in mid motion where that is possible: while a request is in flight. Values are
+distinguished only as far as guards distinguish them (decision 17).
 
-Inputs are variables that the model reads and never sets, so that only the environment changes them. Values of inputs
-are distinguished only as far as guards distinguish them (decision 17).
+An operation that nothing else disables is disabled at the moment it becomes current (paper, Section VII), by a smallest
+change of the state that makes `g && gr` false: of one variable, or of two where one is not enough. That forces the
+state. The change is held for a moment and then reverted, so that the run can continue.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import combinations, islice, product
+from itertools import combinations, islice, pairwise, product
 from typing import TYPE_CHECKING
 
 from scbm.cases import Case, Injection
-from scbm.cases.trace import BecameCurrent
+from scbm.cases.trace import BecameCurrent, ReplyReceived, RequestCancelled, RequestSent, RunStarted
 from scbm.model import (
     And,
     Constant,
@@ -29,6 +29,7 @@ from scbm.model import (
     Reference,
     RequestState,
     Role,
+    State,
     Truth,
     conjunction,
 )
@@ -40,10 +41,15 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from scbm.cases.trace import Record
-    from scbm.model import BehaviorModel, Operation, Predicate, State, StateSpace, Transition, Value
+    from scbm.model import BehaviorModel, Operation, Predicate, StateSpace, Transition, Value
+    from scbm.testing import Execution
 
 
 HOLD_NS = 1_000_000_000
+MAX_INJECTIONS = 6
+"""About the maximum number of injections that a new case combines; a run with more of them is hard to follow."""
+
+_MS = 1_000_000
 _MAX_CHANGES = 64
 _MAX_NAMED = 1_000
 
@@ -53,8 +59,8 @@ def changes_that_disable(
 ) -> Iterator[dict[str, Value]]:
     """Yield changes of a state in which the precondition holds, so that it is no longer enabled; the smallest first.
 
-    A resource that another client uses comes first, as in the paper. The goal does not hold after any of the changes:
-    the run would end.
+    What changes from outside comes first, then a resource that another client uses, as in the paper. The goal does not
+    hold after any of the changes: the run would end.
     """
     names = _names(model, operation, goal)
     found = (
@@ -72,12 +78,16 @@ def changes_that_disable(
 
 
 def _names(model: BehaviorModel, operation: Operation, goal: Predicate) -> list[str]:
-    """Return what a tester may assign: variables of the precondition, request states first, then those of the goal."""
+    """Return what a tester may assign: variables of the precondition, then those of the goal.
+
+    Of these first what changes from outside, then the request states.
+    """
     actions = (name for action in operation.pre.running_actions for name in action.reads())
     read = dict.fromkeys((*operation.pre.running_guard.reads(), *actions))
     free = [v for v in model.space if (v.name in read or v.name in goal.reads()) and len(v.domain) > 1]
     states = [resource.request_state for resource in model.resources]
-    free.sort(key=lambda v: (v.name not in read, v.name not in states, v.role is Role.RESOURCE))
+    outside = changed_from_outside(model)
+    free.sort(key=lambda v: (v.name not in read, v.name not in outside, v.name not in states, v.role is Role.RESOURCE))
     return [variable.name for variable in free]
 
 
@@ -166,6 +176,41 @@ def with_inputs(model: BehaviorModel, transition: Transition, case: Case) -> Ite
         for hold_ns in (HOLD_NS, None):
             injected = Injection(f"{transition.name}_comes", changed, when, hold_ns=hold_ns)
             yield replace(case, injections=(*case.injections, injected))
+
+
+def with_inputs_in_motion(model: BehaviorModel, transition: Transition, execution: Execution) -> Iterator[Case]:
+    """Yield the case with an injection that changes inputs in mid motion so that the transition is taken there."""
+    known = changed_from_outside(model)
+    names = [name for name in transition.running_guard.reads() if name in known]
+    values = [distinguishing_values(model, name) for name in names]
+    if not names:
+        return
+    for at_ns, values_then in _moments_in_motion(execution.trace.records):
+        state = State(model.running_space, values_then)
+        for chosen in islice(product(*values), _MAX_INPUT_CHANGES):
+            changed = {name: value for name, value in zip(names, chosen, strict=True) if state[name] != value}
+            if not changed or not transition.running_guard.holds(state.replace(changed)):
+                continue
+            for hold_ns in (HOLD_NS, None):
+                injected = Injection(f"{transition.name}_comes", tuple(changed.items()), at_ns=at_ns, hold_ns=hold_ns)
+                yield replace(execution.case, injections=(*execution.case.injections, injected))
+
+
+def _moments_in_motion(records: Sequence[Record]) -> Iterator[tuple[int, dict[str, Value]]]:
+    """Yield the middle of each time in which a request is in flight and nothing happens, with the state then."""
+    state: dict[str, Value] = {}
+    in_flight: dict[str, None] = {}
+    for record, following in pairwise(records):
+        if isinstance(record, RunStarted):
+            state.update(record.state)
+        state.update(record.changes)
+        if isinstance(record, RequestSent):
+            in_flight[record.resource] = None
+        elif isinstance(record, (RequestCancelled, ReplyReceived)):
+            in_flight.pop(record.resource, None)
+        if in_flight and following.at_ns > record.at_ns + 1:
+            middle_ns = (record.at_ns + following.at_ns) // 2
+            yield max(middle_ns // _MS * _MS, record.at_ns + 1), dict(state)
 
 
 def residual(predicate: Predicate, values: Mapping[str, Value], space: StateSpace) -> Predicate:

@@ -2,21 +2,21 @@
 
 Where runs are too many to explore, or planning for all of them is too much work, cases still run under the planner of
 the model. First nominal and random cases run, until they visit nothing new. Then the cases that were kept are changed:
-the operations that execute in them fail, time out or are disabled, and other initial values are taken.
+the operations that execute in them fail or time out, and other initial values are taken.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import chain, islice
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from scbm.cases import Case, Network, OutcomeRule
 from scbm.cases.coverage import Aspect
-from scbm.cases.trace import End, state_after
+from scbm.cases.trace import End
 from scbm.closing.scripts.case_plans import CasePlans, PlanEffort
 from scbm.closing.scripts.case_search import bounded
-from scbm.closing.scripts.closing_injections import HOLD_NS, changes_that_disable, current_operations, injection
+from scbm.closing.scripts.closing_injections import current_operations
 from scbm.model import InputError, Outcome, State
 from scbm.planning import DEFAULT_PLANNER, PlanLimits
 from scbm.testing.batches.batch_summary import BatchSummary
@@ -45,9 +45,6 @@ _LOOK_STATES = 500_000
 
 _LITTLE_PLANNING = 100_000
 """If the plans of the first cases take fewer expanded states together, those of further cases need no common budget."""
-
-_MAX_CHANGES = 8
-"""Maximum number of changes that are tried to disable one operation in one case."""
 
 _PLANLESS = (End.PLANNER_LIMIT, End.NO_PLAN_FOUND)
 
@@ -96,7 +93,12 @@ class SampledCases:
         self._bases: list[Execution] = []
         self._left = 0
         self._automatic = tester.obligations.mask(Aspect.TAKEN)
-        self._operations = {operation.name: operation for operation in self._model.operations}
+
+    @property
+    def bases(self) -> tuple[Execution, ...]:
+        """The kept cases without draws, each to be changed."""
+        cases = (_without_draws(base) for base in self._bases)
+        return tuple(execution for case in cases if (execution := bounded(self._tester, case)) is not None)
 
     # nominal and random cases
 
@@ -224,7 +226,7 @@ class SampledCases:
             self._repeat(base)
 
     def _change(self, base: Execution) -> None:
-        """Let operations of a case fail, time out and be disabled: all at once, then one by one."""
+        """Let operations of a case fail and time out: all at once, then one by one."""
         plain = _without_draws(base)
         current = current_operations(base.trace.records)
         for aspect, outcome in _ENDS:
@@ -235,12 +237,6 @@ class SampledCases:
                 if self._is_open(name, aspect):
                     self._report([name], aspect)
                     self._try_rules(plain, [name], outcome)
-        self._report([name for name in current if self._is_open(name, Aspect.DISABLED)], Aspect.DISABLED)
-        self._disable_all(plain, current, base)
-        for name, record in current.items():
-            if self._is_open(name, Aspect.DISABLED):
-                self._report([name], Aspect.DISABLED)
-                self._disable(plain, name, record, base)
 
     def _report(self, names: Sequence[str], aspect: Aspect) -> None:
         """Report what the next changed cases are for."""
@@ -254,27 +250,6 @@ class SampledCases:
         others = tuple(rule for rule in case.outcomes if rule.subject not in names)
         if names:
             self._try(replace(case, outcomes=(*others, *rules)))
-
-    def _disable_all(self, plain: Case, current: dict[str, int], base: Execution) -> None:
-        case = plain
-        for name, record in current.items():
-            if self._is_open(name, Aspect.DISABLED):
-                changed = next(self._changes(name, record, base), None)
-                if changed is not None:
-                    case = replace(case, injections=(*case.injections, injection(case, name, changed)))
-        if case is not plain:
-            self._try(case)
-
-    def _disable(self, plain: Case, name: str, record: int, base: Execution) -> None:
-        for changed in islice(self._changes(name, record, base), _MAX_CHANGES):
-            for hold_ns in (HOLD_NS, None):
-                if not self._is_open(name, Aspect.DISABLED) or self._left <= 0:
-                    return
-                self._try(replace(plain, injections=(*plain.injections, injection(plain, name, changed, hold_ns))))
-
-    def _changes(self, name: str, record: int, base: Execution) -> Iterator[dict[str, bool | int | str]]:
-        state = State(self._model.running_space, state_after(base.trace.records[: record + 1]))
-        return changes_that_disable(self._model, self._operations[name], state, base.case.predicate)
 
     def _repeat(self, base: Execution) -> None:
         """Let all requests of one operation end alike: a transition may wait for several failures in a row."""
@@ -311,10 +286,10 @@ class SampledCases:
         execution = bounded(self._tester, case)
         if execution is None:
             return None
-        is_new = bool(execution.visited & self.missing)
+        is_new = bool(execution.visited_freely & self.missing)
         if is_new:
             self.found.append(execution)
-            self.missing &= ~execution.visited
+            self.missing &= ~execution.visited_freely
         if is_new or not self._bases:
             self._bases.append(execution)
         return execution

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import Figure
     from scbm.closing import Closing, ClosingCase, Decided, Suggestion
     from scbm.closing.closing_files import ClosingFiles
-    from scbm.closing.decisions import FoundFault, StageEnd
+    from scbm.closing.decisions import Consequence, FoundFault, StageEnd
     from scbm.testing import Campaign, Finding
 
 _BAR_WIDTH = 50
@@ -67,6 +67,7 @@ class ClosingSetting:
         findings: the causes of the failures.
         commands: for each finding the command that runs its first case again.
         found: new cases whose runs end in a livelock, a model error or at the time limit.
+        consequences: what is wrong in forced states of new cases.
         written: the goals that were written into the model before it was closed.
         already: the goals that were to be written, but are in the model already.
         waivers: the option for the waivers file, with a leading blank.
@@ -83,6 +84,7 @@ class ClosingSetting:
     findings: tuple[Finding, ...] = ()
     commands: tuple[str, ...] = ()
     found: tuple[FoundFault, ...] = ()
+    consequences: tuple[Consequence, ...] = ()
     written: tuple[str, ...] = ()
     already: tuple[str, ...] = ()
     waivers: str = ""
@@ -96,6 +98,7 @@ def closing_report(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     yield from _failed(setting)
     yield from _cases(closing.cases)
     yield from _found(setting)
+    yield from _consequences(closing, setting)
     yield from _decisions("Proved uncoverable", closing, Decision.UNCOVERABLE)
     yield from _assumed(closing)
     yield from _decisions("Excluded by the planner", closing, Decision.EXCLUDED)
@@ -164,6 +167,8 @@ def _decision_counts(closing: Closing, counts: dict[Decision, int]) -> Iterator[
     if coverable.percent is not None and coverable.of < sum(counts.values()):
         line.append(f"; {coverable} of what can be covered")
     yield line
+    if closing.forced:
+        yield Text(f"  Forced:   {closing.forced} visited in forced states only, which SCBM-IAS counts")
     queued = closing.after.figure_of(Aspect.QUEUED)
     others = [each.decision for each in closing.decided if not each.obligation.counts]
     never = [(count, status) for status, count in count_statuses(others).items() if not status.can_be_covered]
@@ -193,8 +198,12 @@ def _cases(cases: Sequence[ClosingCase]) -> Iterator[Text]:
     yield _cells(rows[0], widths, "dim")
     for made, row in zip(cases, rows[1:], strict=True):
         yield _cells(row, widths)
-        for words in in_few_words(made.adds):
+        for words in in_few_words(made.adds_freely):
             yield from _wrapped(words, 6)
+        if made.forcing is not None:
+            yield from _wrapped(made.forcing, 6, "yellow")
+            for words in in_few_words(made.adds_by_force):
+                yield from _wrapped(words, 8)
 
 
 def _row(made: ClosingCase) -> tuple[str, str, str, str, str]:
@@ -208,6 +217,17 @@ def _cells(cells: Sequence[str], widths: Sequence[int], style: str = "") -> Text
     *columns, time_width, number_width = widths
     parts = [f"{word:<{width}}" for word, width in zip(words, columns, strict=True)]
     return Text(f"  {'  '.join(parts)}  {time:>{time_width}}  {number:>{number_width}}", style=style)
+
+
+def _consequences(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
+    """Yield what is wrong in forced states: it does not fail the command."""
+    if not setting.consequences:
+        return
+    yield from _head("Consequences of forced states", "yellow")
+    for each in setting.consequences:
+        yield from _wrapped(f"{each.name}: {each.message}", 2, "yellow")
+        yield from _wrapped(f"its state is {each.forcing}, so this says nothing about {closing.model.name}", 6)
+        yield command_text("    again: ", each.again)
 
 
 def _found(setting: ClosingSetting) -> Iterator[Text]:

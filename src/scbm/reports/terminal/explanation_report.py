@@ -11,6 +11,7 @@ from rich.text import Text
 from scbm.cases.coverage import Aspect
 from scbm.cases.trace import PlanReceived
 from scbm.closing import Decision
+from scbm.closing.decisions import SuggestionKind
 from scbm.closing.summaries import in_few_words, plan_in_words
 from scbm.model import format_moment, format_value
 from scbm.proofcheck import StructureArgument, ValuesArgument
@@ -217,7 +218,8 @@ def _search_sentence(searched: SearchedRuns) -> str:
 
 
 def _suggestion(suggestion: Suggestion, command: str) -> Iterator[Text]:
-    yield Text(f"  Suggested change: {_sentence(suggestion.text)}")
+    change = "" if suggestion.kind is SuggestionKind.INSTANT else "Suggested change: "
+    yield Text(f"  {change}{_sentence(suggestion.text)}")
     if suggestion.name is not None:
         yield command_text("    ", f"{command} --write {suggestion.name}")
 
