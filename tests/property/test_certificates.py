@@ -373,7 +373,7 @@ def explore(
         if tuple(rest.values()) in rests:
             continue
         rests[tuple(rest.values())] = None
-        steps = list(interpreters[0].at_rest(rest)) if goals is GoalOrder.SEQUENCE else []
+        steps = list(interpreters[0].at_rest(rest)) if interpreters[0].acts_at_rest else []
         for interpreter, found in zip(interpreters, situations, strict=True):
             steps += _all_steps(interpreter, rest, found)
         for step in steps:

@@ -44,6 +44,7 @@ class Interpreter:
 
     Where each run has one goal, what a runner at rest visits after the end belongs to the step that ends the run. Where
     goals follow each other, the step has the values at the end (`CheckedStep.rests`), and `at_rest` has what follows.
+    In an open world something may change before the first goal is given.
 
     Attributes:
         model: the model.
@@ -74,6 +75,11 @@ class Interpreter:
         self._is_sequence = goals is GoalOrder.SEQUENCE
         self._after_ends: dict[tuple[Value, ...], tuple[str, ...]] = {}
         self.planned = self._plans.names
+
+    @property
+    def acts_at_rest(self) -> bool:
+        """Whether anything can happen while no goal is pursued: something changes from outside, or runs end."""
+        return self._is_sequence or bool(self._rules.outside)
 
     def initial(self, state: Mapping[str, Value]) -> Values:
         """Return the values of a runner at rest in an initial state, which has a value for each of `variables`."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from scbm.model import GoalOrder, OperationState, Role, format_value
+from scbm.model import OperationState, Role, format_value
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE
 from scbm.proofcheck.certificate import Awaits, CertificateFlaw
 from scbm.proofcheck.checked_run import UncheckableStepError
@@ -115,7 +115,7 @@ def _wrong_steps(
         for rest in rests.values():
             yield from check.wrong_beginnings(rest)
         yield from check.wrong_steps()
-    if argument.goals is GoalOrder.SEQUENCE:
+    if checks and checks[0].interpreter.acts_at_rest:
         yield from _wrong_rests(checks, rests)
 
 

@@ -38,7 +38,8 @@ def explored_for_proofs(
     Raises:
         KeyboardInterrupt: the user ended the exploration.
     """
-    scope = RunScope(outside_groups(model), model.runs.goals)
+    outside = outside_groups(model)
+    scope = RunScope(outside, model.runs.goals, from_rest=bool(outside))
     found = []
     for plans in (PlanSet.ANY, PlanSet.CANONICAL):
         wanted = replace(scope, plans=plans)

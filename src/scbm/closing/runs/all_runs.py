@@ -66,11 +66,13 @@ class RunScope:
         goals: whether each run has one goal, or goals follow each other.
         plans: the plans that the runner may get. For others than canonical plans the planner of the model makes no
             difference.
+        from_rest: whether something may change before the first goal is given; always where goals follow each other.
     """
 
     outside: tuple[OutsideGroup, ...] = ()
     goals: GoalOrder = GoalOrder.SINGLE
     plans: PlanSet = PlanSet.CANONICAL
+    from_rest: bool = False
 
 
 class AllRuns:
@@ -130,6 +132,7 @@ class AllRuns:
         self.is_interrupted = False
         self._limits = limits
         self._outside = scope.outside
+        self._from_rest = scope.from_rest
         self._until = until
         self._run_limits = PlanLimits.of(model)
         self.other_planner = None if self.planner.name == DEFAULT_PLANNER else self.planner.name
@@ -203,7 +206,9 @@ class AllRuns:
             progress(which)
             steps = self.steps(goal)
             count = _Counted(which, left, progress).count
-            graph = explore_runs(((name, goal),), [steps], self.starts, left, count, until=self._until)
+            graph = explore_runs(
+                ((name, goal),), [steps], self.starts, left, count, from_rest=self._from_rest, until=self._until
+            )
             self.graphs = (*self.graphs, graph)
             self.observed |= steps.evaluated
             left -= len(graph.positions)
@@ -215,7 +220,7 @@ class AllRuns:
         steps = [self.steps(goal, number) for number, (_, goal) in enumerate(self.model.goals)]
         count = _Counted(which, limits.situations, progress).count
         most = limits.situations
-        graph = explore_runs(self.model.goals, steps, self.starts, most, count, is_sequence=True, until=self._until)
+        graph = explore_runs(self.model.goals, steps, self.starts, most, count, from_rest=True, until=self._until)
         self.graphs = (graph,)
         for each in steps:
             self.observed |= each.evaluated

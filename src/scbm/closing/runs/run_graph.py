@@ -131,7 +131,7 @@ def explore_runs(  # noqa: PLR0913 - the runs, and what limits their exploration
     most: int,
     progress: Callable[[int], None] | None = None,
     *,
-    is_sequence: bool = False,
+    from_rest: bool = False,
     until: int = 0,
 ) -> RunGraph:
     """Explore all runs for goals breadth-first, so that a limit cuts off the most distant positions.
@@ -142,10 +142,10 @@ def explore_runs(  # noqa: PLR0913 - the runs, and what limits their exploration
         starts: the initial states.
         most: the maximum number of positions.
         progress: called at intervals with the number of positions.
-        is_sequence: whether the goals follow each other.
+        from_rest: whether the runner is at rest first, so that something may change before a goal is given.
         until: bits of visits; the exploration ends when it has visited all of them. 0 for no such end.
     """
-    exploration = _RunExploration(steps, most, progress, is_sequence=is_sequence, until=until)
+    exploration = _RunExploration(steps, most, progress, from_rest=from_rest, until=until)
     return exploration.explore(goals, starts)
 
 
@@ -164,11 +164,11 @@ class _RunExploration:
         most: int,
         progress: Callable[[int], None] | None,
         *,
-        is_sequence: bool,
+        from_rest: bool,
         until: int,
     ) -> None:
         self._steps = steps
-        self._is_sequence = is_sequence
+        self._from_rest = from_rest
         self._until = until
         self._left = until
         self._progress = progress
@@ -223,7 +223,7 @@ class _RunExploration:
         if not node:
             for start in self._starts:
                 rest = self._steps[0].initial(start.packed)
-                yield start, RunStep(rest, 0) if self._is_sequence else self._steps[0].begin(start.packed)
+                yield start, RunStep(rest, 0) if self._from_rest else self._steps[0].begin(start.packed)
             return
         position = self._positions[node - 1]
         if position.is_at_rest:
