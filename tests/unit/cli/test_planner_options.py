@@ -281,7 +281,7 @@ def test_no_other_text_is_read_as_a_planner(text: str) -> None:
 
 
 def test_explain_repeats_the_planner_in_its_commands(noted: list[PlanLimits], scbm: Callable[..., Any]) -> None:
-    ran = scbm("explain", BEFORE, "robot_move_to_box_a/disabled", "--planner", "noting", "--max-length", "60")
+    ran = scbm("explain", BEFORE, "robot_move_to_box_a/failed", "--planner", "noting", "--max-length", "60")
     (again,) = (line for line in ran.out.splitlines() if "scbm replay " in line)
     assert again.endswith(" --planner noting --max-length 60")
     assert noted

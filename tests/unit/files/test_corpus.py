@@ -13,7 +13,7 @@ import pytest
 from scbm.files import load_model, read_model
 from scbm.files.codec.binding_keys import RosKeys
 from scbm.files.yaml.text_files import MAX_BYTES, MAX_ERRORS
-from scbm.model import InputError, PlannerChoice, Slug, format_duration, format_value
+from scbm.model import InputError, PlannerChoice, RunsDeclaration, Slug, format_duration, format_value
 from support.wording import Wording
 
 if TYPE_CHECKING:
@@ -156,6 +156,8 @@ def facts(model: BehaviorModel) -> Iterator[str]:
     yield f"initial states {model.initial_states}"
     yield from (f"goal {name}: {goal}" for name, goal in model.goals)
     yield from (f"requirement {requirement}" for requirement in model.requirements)
+    if model.runs != RunsDeclaration():
+        yield str(model.runs)
     if model.planner != PlannerChoice():
         yield str(model.planner)
 

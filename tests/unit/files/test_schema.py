@@ -107,6 +107,7 @@ def test_the_schema_is_one() -> None:
         "requirements",
         "planner",
         "waivers",
+        "runs",
     ]
 
 

@@ -177,8 +177,8 @@ def _reason(obligation: Obligation, runs: AllRuns) -> str:
     if not visited & visits.current(name):
         return f"{name} is planned, but every such run ends before the operation becomes current"
     if obligation.aspect is Aspect.DISABLED:
-        which = "whichever plan it is in" if runs.plans is PlanSet.ANY else explored
-        return f"{name} is never disabled, unless by force; {which}"
+        which = ", whichever plan it is in" if runs.plans is PlanSet.ANY else f"; {explored}"
+        return f"{name} is never disabled, unless by force{which}"
     what = "becomes current, but its precondition never holds then"
     if obligation.aspect is not Aspect.EXECUTING and visited & visits.bit(name, Aspect.EXECUTING):
         what = f"executes, but it never {_ENDS[obligation.aspect]}"
