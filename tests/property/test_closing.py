@@ -18,13 +18,13 @@ from scbm.model import BehaviorModel, PlanSet
 from scbm.proofcheck import certificate_text, check_certificate
 from scbm.testing import Campaign, RandomCases, Tester
 from support.enumeration import Enumeration, enumerate_runs
-from support.profiles import share
+from support.profiles import share, slow_beyond
 from support.random_models import random_model
 
 # fmt: off
 SMALL = (
-    2, 9, 12, 25, 40, 18, 31, 35, 37, 43, 47, 49, 58, 59, 67, 72, 73, 81, 85, 86,
-    89, 91, 92, 95, 98, 3, 4, 5, 8, 10, 22, 24, 33, 38, 45, 48, 65, 76, 79, 80,
+    2, 9, 18, 47, 49, 35, 43, 58, 59, 67, 72, 73, 81, 85, 86, 89, 91, 92, 95, 98,
+    12, 37, 25, 40, 31, 3, 4, 5, 8, 10, 22, 24, 33, 38, 45, 48, 65, 76, 79, 80,
 )
 # fmt: on
 """Models that are enumerated and closed in a moment, the fastest first; benchmarks/close.py takes all."""
@@ -137,7 +137,7 @@ def texts_of(closing: Closing) -> str:
     return "\n".join((*cases, *(certificate_text(certificate) for _, certificate in closing.certificates)))
 
 
-@pytest.mark.parametrize("number", SMALL[: share(len(SMALL))])
+@pytest.mark.parametrize("number", slow_beyond(share(len(SMALL)), SMALL))
 def test_no_proof_is_wrong_and_what_runs_visit_is_covered(number: int) -> None:
     closing, enumeration = closing_of(number), enumerate_runs(model_of(number))
     assert enumeration.complete

@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import os
+from typing import TYPE_CHECKING
 
+import pytest
 from hypothesis import settings
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 _ALL = 100
 """`max_examples` of the full profiles; that of the small one is the share, in per cent, that a usual run draws."""
@@ -36,3 +41,8 @@ def examples(count: int, usual: int | None = None) -> settings:
     """
     drawn = share(count)
     return settings(max_examples=drawn if usual is None or drawn == count else min(drawn, usual))
+
+
+def slow_beyond(count: int, numbers: Sequence[int]) -> list[object]:
+    """The parameters of a test: the first ones run always, the others in the slow tier."""
+    return [*numbers[:count], *(pytest.param(number, marks=pytest.mark.slow) for number in numbers[count:])]

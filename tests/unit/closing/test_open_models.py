@@ -111,8 +111,13 @@ def shared_example(name: str) -> BehaviorModel:
     return replace(model, resources=tuple(replace(resource, shared=True) for resource in model.resources))
 
 
+def test_the_shared_example_differs_in_nothing_else() -> None:
+    assert load_model(EXAMPLE / "shared.yaml") == shared_example("before.yaml")
+
+
+@pytest.mark.slow
 def test_in_the_example_another_user_of_the_gripper_makes_the_robot_unmount_it() -> None:
-    model = shared_example("before.yaml")
+    model = load_model(EXAMPLE / "shared.yaml")
     closing = Closer(model).close()
     claimed = {claim.obligation for _, certificate in closing.certificates for claim in certificate.claims}
     assert {name.partition("/")[0] for name in claimed} == {"robot_move_to_home"}
