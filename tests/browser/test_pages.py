@@ -202,7 +202,7 @@ def test_the_source_is_marked_and_unfolds_its_branches(visit: Visit, before: Pat
     expect(line.locator(".branches li")).to_have_text(
         ["○ robot_move_to_box_a/disabled missing", "● robot_move_to_box_a/executing 17 cases"], use_inner_text=True
     )
-    assert len(shown(page).locator(".line").all()) == 346
+    assert len(shown(page).locator(".line").all()) == 348
 
 
 def test_a_line_gives_its_address(visit: Visit, before: Path) -> None:
@@ -237,7 +237,7 @@ def test_covered_lines_are_folded(visit: Visit, before: Path) -> None:
     page.evaluate("location.hash = '#/source/106'")
     expect(shown(page).locator(".line.target")).to_be_in_viewport()
     page.keyboard.press("h")
-    expect(lines).to_have_count(346)
+    expect(lines).to_have_count(348)
     expect(shown(page).locator(".folded")).to_have_count(0)
 
 

@@ -290,7 +290,7 @@ def test_suggested_goals_are_written_and_the_model_is_closed_again(scbm: Scbm, b
     assert scbm("close", "--check", tmp_path / "out").code == 0
     report = _json(scbm("close", before, "--write", "all", "--json"))
     assert [goal["name"] for goal in report["written"]] == ["needs_robot_unmount_gripper"]
-    assert {name: count for name, count in report["decisions"].items() if count} == {"covered": 86}
+    assert {name: count for name, count in report["decisions"].items() if count} == {"covered": 70, "uncoverable": 16}
     assert len(load_model(before).goals) == 6
 
 
