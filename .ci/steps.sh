@@ -69,6 +69,8 @@ examples() {
   step "examples"
   for model in examples/*/*.yaml; do .venv/bin/scbm check --strict "$model"; done
   .venv/bin/scbm test examples/robot_in_the_air/after.yaml examples/robot_in_the_air/cases --fail-under 100
+  .venv/bin/scbm test examples/dual_cnc/cell.yaml examples/dual_cnc/cases
+  .venv/bin/scbm test examples/dual_cnc/cell.yaml --cases 200 --seed 1 --inputs drawn
 
   step "the README's command for the campaign, from a clean copy"
   local copy
@@ -84,6 +86,8 @@ examples() {
   .venv/bin/scbm close --check "$closed"/before/certificates/*
   .venv/bin/scbm close examples/robot_in_the_air/after.yaml --out "$closed/after"
   .venv/bin/scbm test examples/robot_in_the_air/after.yaml "$closed/after" --fail-under 100
+  .venv/bin/scbm close examples/dual_cnc/cell.yaml --out "$closed/dual_cnc"
+  .venv/bin/scbm test examples/dual_cnc/cell.yaml "$closed/dual_cnc" --certificates "$closed/dual_cnc" --fail-under coverable=100
   rm -rf "$closed"
 
   step "reports of the example, from two stores"

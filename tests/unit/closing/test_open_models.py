@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from scbm.closing import Closer
+from scbm.closing import Closer, Decision
 from scbm.closing.assumptions import assumptions
 from scbm.files import digest_of, load_model, read_model
 from scbm.model import BehaviorModel, Outcome
@@ -136,3 +136,40 @@ def test_random_cases_of_the_example_do_not_depend_on_whether_resources_are_shar
         model, shared = load_model(EXAMPLE / name), shared_example(name)
         for case in RandomCases(model).first(10, 1):
             assert Tester(shared).execute(case).digest == Tester(model).execute(case).digest
+
+
+SAFETY_CELL = """
+behavior_model: safety_cell
+variables:
+  estop: {domain: [released, pressed], initial: released}
+  curtain: {domain: [free, broken], initial: free}
+  at: {domain: [home, box], initial: home}
+resources:
+  arm: {simulation: {latency: 1 s}}
+  safety: {measures: [curtain, estop]}
+operations:
+  move:
+    deadline: 5 s
+    pre: {g: at == home, gr: curtain == free, a: [arm_req_trigger <- true]}
+    post: {g: true, gr: arm_req_state == succeeded, a: [arm_req_trigger <- false, arm_req_state <- initial, at <- box]}
+    timedout: [arm_req_trigger <- false]
+automatic_transitions:
+  emergency_stop: {g: estop == pressed && plan.state == executing, a: [plan.state <- aborted]}
+  arm_failed:
+    g: arm_req_state == failed && current.state == executing
+    a: [current.state <- failed, arm_req_state <- initial, arm_req_trigger <- false]
+@STAND_IN@
+goals: {at_box: at == box}
+requirements:
+  not_in_use: never arm_req_state == executing && current.state == disabled
+"""
+STAND_IN = "  step_back: {g: curtain == broken && current.state == disabled, a: [curtain <- free]}"
+
+
+@pytest.mark.parametrize("stand_in", ["", STAND_IN], ids=["alone", "with a transition that clears the curtain"])
+def test_what_a_safety_controller_sends_unasked_is_covered_and_not_proved_away(stand_in: str) -> None:
+    model = read_model(SAFETY_CELL.replace("@STAND_IN@", stand_in))
+    closing = Closer(model).close()
+    assert {each.decision for each in closing.decided} == {Decision.COVERED}
+    assert closing.after.figure.percent == 100
+    assert [made.case.name for made in closing.cases if not made.execution.verdict.passed] == []

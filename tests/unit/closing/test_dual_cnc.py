@@ -1,0 +1,110 @@
+"""The example with two CNC machines: its cases and random cases pass, and closing decides all of its obligations."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from scbm.cases import Case
+from scbm.cases.trace import End, PlanReceived
+from scbm.files import load_model, open_case
+from scbm.model import BehaviorModel
+from scbm.testing import Execution, RandomCases, Tester
+from support.profiles import share
+
+if TYPE_CHECKING:
+    from conftest import Ran
+
+    Scbm = Callable[..., Ran]
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "dual_cnc"
+CELL, BEFORE = EXAMPLE / "cell.yaml", EXAMPLE / "before.yaml"
+CASES = sorted((EXAMPLE / "cases").glob("*.yaml"))
+
+
+@pytest.fixture(scope="module")
+def cell() -> BehaviorModel:
+    return load_model(CELL)
+
+
+@pytest.fixture(scope="module")
+def before() -> BehaviorModel:
+    return load_model(BEFORE)
+
+
+def run_case(model: BehaviorModel, path: Path) -> Execution:
+    return Tester(model).execute(open_case(path).read(model))
+
+
+@pytest.mark.parametrize("file", [CELL, BEFORE], ids=lambda file: file.stem)
+def test_the_model_has_no_warnings(file: Path, scbm: Scbm) -> None:
+    ran = scbm("check", "--strict", file)
+    assert (ran.code, ran.out.splitlines()[0]) == (0, f"{file}: good")
+    assert "22 operations" in ran.out
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
+def test_a_case_of_the_example_passes(path: Path, cell: BehaviorModel) -> None:
+    assert run_case(cell, path).verdict.failures == ()
+
+
+def test_the_stop_case_finds_the_lost_cut_of_the_first_version(before: BehaviorModel, tmp_path: Path) -> None:
+    text = (EXAMPLE / "cases" / "stop_reset_resume.yaml").read_text(encoding="utf-8")
+    path = tmp_path / "stop_reset_resume.yaml"
+    path.write_text(text.replace(", automatic/cut_1_broken_off", ""), encoding="utf-8")
+    failures = [str(failure) for failure in run_case(before, path).verdict.failures]
+    assert any("part_1 == cutting" in failure for failure in failures), failures
+
+
+@pytest.mark.parametrize("start", [{}, {"raw_parts": 0, "finished_parts": 2}], ids=["raw parts", "finished parts"])
+def test_runs_without_faults_reach_their_goals(start: dict[str, int], cell: BehaviorModel) -> None:
+    for name, goal in cell.goals:
+        execution = Tester(cell).execute(Case(name, name, goal, cell.nominal_state.replace(start)))
+        assert execution.verdict.end is End.REACHED
+
+
+@pytest.mark.parametrize("moves_inputs", [False, True], ids=["at the rates of the model", "inputs drawn"])
+def test_random_cases_pass_and_never_wait_for_a_plan(moves_inputs: bool, cell: BehaviorModel) -> None:  # noqa: FBT001 - a parameter of the test
+    tester = Tester(cell)
+    for case in RandomCases(cell, moves_inputs=moves_inputs).first(share(200), 1):
+        execution = tester.execute(case)
+        assert execution.verdict.failures == (), case.name
+        answers = [record for record in execution.trace.records if isinstance(record, PlanReceived)]
+        assert {answer.status for answer in answers} <= {"solved"}, case.name
+
+
+def test_random_cases_find_the_lost_cut_of_the_first_version(before: BehaviorModel) -> None:
+    execution = Tester(before).execute(RandomCases(before).case(1, 3))
+    assert ["a_stop_ends_cut_2 is violated" in str(failure) for failure in execution.verdict.failures] == [True]
+
+
+@pytest.mark.slow
+def test_closing_covers_all_that_can_be_covered(scbm: Scbm, tmp_path: Path) -> None:
+    closed = tmp_path / "closed"
+    ran = scbm("close", CELL, "--out", closed, "--json")
+    assert ran.code == 0
+    result = json.loads(ran.out)
+    assert (result["failed"], result["found"]) == ([], [])
+    statuses = {each["name"]: each["decision"] for each in result["obligations"]}
+    assert set(statuses.values()) == {"covered", "uncoverable"}
+    assert sorted(name for name, status in statuses.items() if status == "uncoverable") == [
+        "automatic/interlock_1",
+        "automatic/interlock_2",
+        "start_cut_1/failed",
+        "start_cut_1/timedout",
+        "start_cut_2/failed",
+        "start_cut_2/timedout",
+    ]
+    assert scbm("test", CELL, closed, "--certificates", closed, "--fail-under", "coverable=100").code == 0
+
+
+@pytest.mark.slow
+def test_closing_finds_that_the_first_version_waits_without_end(scbm: Scbm) -> None:
+    result = json.loads(scbm("close", BEFORE, "--json").out)
+    names = [each["case"] for each in result["found"]]
+    cases = {each["name"]: each["adds"] for each in result["cases"]}
+    assert [cases[name] for name in names] == [["finish_cut_1/disabled"], ["finish_cut_2/disabled"]]
