@@ -17,10 +17,11 @@ from typing import TYPE_CHECKING
 
 from scbm.cases import Case, Expectations
 from scbm.cases.coverage import Aspect, Coverage, Obligation, Obligations, visited_by
+from scbm.cases.trace import End, ends_of, ranges_of_goals
 from scbm.closing.advice.goal_search import GoalSearch
 from scbm.closing.advice.suggestions import Oracles, suggest
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Stage, StageEnd
-from scbm.closing.proofs.explored_proofs import explored_for_proofs
+from scbm.closing.proofs.explored_proofs import explored_for_proofs, scope_of_proofs
 from scbm.closing.proofs.proofs import Proofs
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits, ObservedStates, RunScope
 from scbm.closing.scripts.case_plans import CasePlans, PlanEffort
@@ -37,7 +38,7 @@ from scbm.closing.scripts.closing_injections import with_inputs, with_inputs_in_
 from scbm.closing.scripts.forced_cases import ForcedCases
 from scbm.closing.scripts.outside_walks import natural_walks
 from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
-from scbm.model import Diagnostic, InputError, Place, PlanSet, Slug, State
+from scbm.model import Diagnostic, GoalOrder, InputError, Place, PlanSet, Slug, State
 from scbm.model.sources import free_groups, outside_groups
 from scbm.planning import DEFAULT_PLANNER
 from scbm.testing import Campaign, Execution, Tester
@@ -108,6 +109,7 @@ class Closer:
         self._visited_for: dict[tuple[str, Predicate], int] = {}
         self._suggestion_states = 0
         self._outside = outside_groups(model)
+        self._open_runs: list[AllRuns] = []
         self._one_case_each = False
 
     def close(
@@ -130,7 +132,7 @@ class Closer:
         asked = tuple(self._obligations if wanted is None else wanted)
         self._refuse_without_goals()
         suite = suite or Campaign.of(self.model, ())
-        self._ended = []
+        self._ended, self._open_runs = [], []
         self._one_case_each = one_case_each
         proofs = Proofs(self.model)
         search = self._first_cases(suite, proofs, asked)
@@ -249,6 +251,7 @@ class Closer:
             self._shorten(search, missing)
             found += self._with_inputs([*found, *sampled], runs, missing)
             found += self._with_changes_from_outside(runs, missing & ~Merit.of(found).freely, never)
+            found += self._in_sequences(runs, missing & ~Merit.of(found).freely, never)
         return found
 
     def _shorten(self, search: CaseSearch, missing: int) -> None:
@@ -325,12 +328,28 @@ class Closer:
         limits = self._limits
         if closed.stopped is not None:  # then all runs are too many in the open world, too
             limits = replace(limits, situations=min(_MAX_FOR_CASES, limits.situations))
-        runs = AllRuns(self.model, limits, self._progress, RunScope(self._outside))
-        if runs.is_interrupted:
-            raise KeyboardInterrupt
+        is_for_proofs = self.model.runs.goals is GoalOrder.SINGLE
+        runs = AllRuns(self.model, limits, self._progress, RunScope(self._outside, from_rest=is_for_proofs))
         if runs.stopped is not None and closed.stopped is None:
             self._ended.append(StageEnd(Stage.GRAPH, runs.stopped, runs.option))
-        search = CaseSearch(runs, self._tester, missing, never, replace(limits, beyond=0), walks=natural_walks)
+        return self._walked(runs, missing, never)
+
+    def _in_sequences(self, closed: AllRuns, missing: int, never: int) -> list[Execution]:
+        """Return runs of cases with several goals, for what no case with one goal visits."""
+        wanted = missing & ~never
+        if not wanted or self.model.runs.goals is GoalOrder.SINGLE or closed.stopped is not None:
+            return []
+        if not wanted & ~self._obligations.mask(Aspect.DISABLED) and self._has_many_changes:
+            return []
+        runs = AllRuns(self.model, self._limits, self._progress, scope_of_proofs(self.model), until=wanted)
+        return self._walked(runs, missing, never)
+
+    def _walked(self, runs: AllRuns, missing: int, never: int) -> list[Execution]:
+        """Return runs of cases that follow walks in the open world."""
+        if runs.is_interrupted:
+            raise KeyboardInterrupt
+        self._open_runs.append(runs)
+        search = CaseSearch(runs, self._tester, missing, never, replace(self._limits, beyond=0), walks=natural_walks)
         search.run(short=True)
         self._shorten(search, missing)
         return search.found
@@ -377,15 +396,26 @@ class Closer:
         before = Merit(suite.coverage.visited, _freely(suite))
         taken = [name for name, _ in suite.coverage.cases]
         for execution, purpose in ((without_leftovers(each, self._tester), purpose) for each, purpose in kept):
-            name = _new_name(execution.case.goal, taken)
+            name = _new_name([goal.name for goal in execution.case.goals], taken)
             taken.append(name)
             new = Merit.of((execution,)).beyond(before) | purpose
             adds = tuple(o for o in asked if self._obligations.bit(o) & new)
             before = before.and_also(Merit.of((execution,)))
-            expected = Expectations(verdict=execution.verdict.end, visits=tuple(o for o in adds if o.counts))
-            case = replace(execution.case, name=name, expect=expected)
+            case = self._expecting(replace(execution.case, name=name), execution, [o for o in adds if o.counts])
             by_force = tuple(o for o in adds if self._obligations.bit(o) & execution.forced)
             yield ClosingCase(case, self._tester.execute(case), adds, by_force)
+
+    def _expecting(self, case: Case, execution: Execution, visits: Sequence[Obligation]) -> Case:
+        """Return a case that expects what each of its runs has shown: its end, and its first visits."""
+        records = execution.trace.records
+        left = dict.fromkeys(visits)
+        goals = []
+        for goal, indices, ended in zip(case.goals, ranges_of_goals(records), ends_of(records), strict=True):
+            visited = visited_by(records[indices.start : indices.stop], self._obligations)
+            first = tuple(each for each in left if self._obligations.bit(each) & visited)
+            left = {each: None for each in left if each not in first}
+            goals.append(replace(goal, expect=Expectations(verdict=End(ended.end), visits=first)))
+        return case.with_goals(goals)
 
     def _explored_proofs(self, runs: AllRuns, missing: int) -> tuple[AllRuns, ...]:
         """Return explored runs that prove something about what is missing."""
@@ -394,7 +424,8 @@ class Closer:
         if self._has_many_changes and not missing & ~self._obligations.mask(Aspect.DISABLED):
             return ()
         try:
-            return explored_for_proofs(self.model, self._limits, self._progress, missing, runs)
+            known = (runs, *self._open_runs)
+            return explored_for_proofs(self.model, self._limits, self._progress, missing, known)
         except KeyboardInterrupt:
             self._interrupt(Stage.GRAPH)
             return ()
@@ -416,7 +447,7 @@ class Closer:
         if name is not None:
             how = f"{self._how(obligation, name, cases)}, in a state that no cell was shown to reach"
             return Decided(obligation, Decision.FORCED, how, case=name)
-        return Decided(obligation, Decision.UNDECIDED, _what_stopped(runs, bit))
+        return Decided(obligation, Decision.UNDECIDED, _what_stopped(runs, self._open_runs, bit))
 
     def _how(self, obligation: Obligation, name: str, cases: Sequence[ClosingCase]) -> str:
         execution = next((each.execution for each in cases if each.case.name == name), None)
@@ -512,21 +543,24 @@ def _alone(execution: Execution, kept: Sequence[Execution], before: Merit) -> in
     return Merit.of((execution,)).beyond(others)
 
 
-def _what_stopped(runs: AllRuns, bit: int) -> str:
+def _what_stopped(runs: AllRuns, others: Iterable[AllRuns], bit: int) -> str:
     if runs.other_planner is not None:
         return (
             f"no case that visits it was found; under the planner `{runs.other_planner}` only proofs count that hold "
             f"whichever plan is chosen, and there is none: `--planner {DEFAULT_PLANNER}` explores all runs"
         )
-    if (runs.visited | runs.cut_off) & bit:
+    if any((each.visited | each.cut_off) & bit for each in (runs, *others)):
         simulated = "in a simulation planning takes no time, and deadlines pass last in their instant"
         return f"there are runs that visit it, but none of the cases that were tried is one of them: {simulated}"
-    return f"no run that visits it was found, and not all runs were explored: {runs.stopped}"
+    if runs.stopped is not None:
+        return f"no run that visits it was found, and not all runs were explored: {runs.stopped}"
+    return "no case that visits it was found, and runs with all goals and plans that are possible were not explored"
 
 
-def _new_name(goal: str, taken: Sequence[str]) -> str:
-    """Return a new name for a case: the name of its goal with a number."""
-    base = re.sub(r"[^A-Za-z0-9_]+", "_", goal).strip("_") or "case"
+def _new_name(goals: Sequence[str], taken: Sequence[str]) -> str:
+    """Return a new name for a case: the name of its goal, or of the first and the last one, with a number."""
+    ends = dict.fromkeys((goals[0], goals[-1]))
+    base = "_then_".join(re.sub(r"[^A-Za-z0-9_]+", "_", goal).strip("_") or "case" for goal in ends)
     number = 1
     while f"{base}-{number}" in taken:
         number += 1

@@ -235,6 +235,11 @@ class Runner:
         return self._state
 
     @property
+    def is_at_rest(self) -> bool:
+        """Whether no goal is pursued."""
+        return self._goal is None
+
+    @property
     def awaits_change(self) -> bool:
         """Whether the runner waits for a change: no plan exists, or `when` of the next goal does not hold."""
         return self._awaits_change or self._wait_deadline_ns is not None

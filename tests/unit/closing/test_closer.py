@@ -163,7 +163,8 @@ def test_an_input_is_injected_for_an_automatic_transition_that_waits_for_it() ->
 
 def test_what_the_model_keeps_itself_is_not_changed_by_force() -> None:
     wonder = SCAN % "  wonder: {g: scanned == true && timeouts == 0 && lamp == red, a: [lamp <- green]}"
-    assert decision(Closer(read_model(wonder)).close(), "automatic/wonder") is Decision.FORCED
+    single = wonder + "runs: {goals: single}\n"
+    assert decision(Closer(read_model(single)).close(), "automatic/wonder") is Decision.FORCED
     closing = Closer(as_closed(read_model(wonder))).close()
     assert decision(closing, "automatic/wonder") is Decision.UNCOVERABLE
 

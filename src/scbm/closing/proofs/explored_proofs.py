@@ -14,7 +14,7 @@ from scbm.model import PlanSet
 from scbm.model.sources import outside_groups
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from scbm.closing.runs.all_runs import CloseLimits
     from scbm.model import BehaviorModel
@@ -23,8 +23,18 @@ _MAX_OF_ANY_PLANS = 100_000
 """Maximum number of situations of runs with any plans: mostly some times as many as with canonical ones."""
 
 
+def scope_of_proofs(model: BehaviorModel, plans: PlanSet = PlanSet.CANONICAL) -> RunScope:
+    """Return which runs proofs about a model are about."""
+    outside = outside_groups(model)
+    return RunScope(outside, model.runs.goals, plans, from_rest=bool(outside))
+
+
 def explored_for_proofs(
-    model: BehaviorModel, limits: CloseLimits, progress: Callable[[str], None], missing: int, known: AllRuns
+    model: BehaviorModel,
+    limits: CloseLimits,
+    progress: Callable[[str], None],
+    missing: int,
+    known: Sequence[AllRuns],
 ) -> tuple[AllRuns, ...]:
     """Return the explored runs that prove something about what is missing, those of any plans first.
 
@@ -33,21 +43,24 @@ def explored_for_proofs(
         limits: the limits of the exploration.
         progress: called with a description of each phase as it begins.
         missing: the obligations that are left to decide, as bits of `Visits`.
-        known: the runs of a closed world with one goal each, all of them.
+        known: runs that were explored before, of which some may be those of proofs.
 
     Raises:
         KeyboardInterrupt: the user ended the exploration.
     """
-    outside = outside_groups(model)
-    scope = RunScope(outside, model.runs.goals, from_rest=bool(outside))
+    is_canonical = all(runs.other_planner is None for runs in known)
+    canonical = next((runs for runs in known if runs.scope == scope_of_proofs(model)), None)
+    if canonical is not None:
+        missing &= ~(canonical.visited | canonical.cut_off)  # no proof is about these
     found = []
     for plans in (PlanSet.ANY, PlanSet.CANONICAL):
-        wanted = replace(scope, plans=plans)
-        if not missing or (plans is PlanSet.CANONICAL and known.other_planner is not None):
+        if not missing or (plans is PlanSet.CANONICAL and not is_canonical):
             break
-        most = limits.situations if plans is PlanSet.CANONICAL else min(limits.situations, _MAX_OF_ANY_PLANS)
-        is_known = wanted == RunScope()
-        runs = known if is_known else AllRuns(model, replace(limits, situations=most), progress, wanted, until=missing)
+        runs = canonical if plans is PlanSet.CANONICAL else None
+        if runs is None:
+            most = limits.situations if plans is PlanSet.CANONICAL else min(limits.situations, _MAX_OF_ANY_PLANS)
+            scope = scope_of_proofs(model, plans)
+            runs = AllRuns(model, replace(limits, situations=most), progress, scope, until=missing)
         if runs.is_interrupted:
             raise KeyboardInterrupt
         if runs.proves:

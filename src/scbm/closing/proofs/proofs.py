@@ -10,11 +10,24 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Aspect, Obligation
+from scbm.closing.proofs.blame import nearest_miss
 from scbm.closing.proofs.possible_values import possible_values, ruled_out
 from scbm.files import digest_of
-from scbm.model import GoalOrder, Not, PlanSet, Role, StateSpace
+from scbm.model import (
+    And,
+    Constant,
+    Equal,
+    GoalOrder,
+    Member,
+    Not,
+    OperationState,
+    PlanSet,
+    Reference,
+    Role,
+    StateSpace,
+)
 from scbm.model.satisfiability import is_satisfiable
-from scbm.model.variables import CURRENT_STATE, operation_state_name
+from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, operation_state_name
 from scbm.planning import planner_of
 from scbm.planning.engines import may_leave
 from scbm.proofcheck import (
@@ -163,29 +176,75 @@ def by_runs(obligation: Obligation, runs: AllRuns) -> Proof | None:
 
 
 def _reason(obligation: Obligation, runs: AllRuns) -> str:
+    """Return a sentence: what keeps all runs from visiting an obligation, and where a run comes nearest."""
     name, visits, visited = obligation.subject, runs.visits, runs.visited
-    count = len(runs.model.goals)
-    is_only = count == 1
-    explored = f"all runs to {'the only goal' if is_only else f'the {count} goals'} were explored"
-    if runs.goals is GoalOrder.SEQUENCE:
-        explored += ", one after the other"
     if obligation.aspect is Aspect.TAKEN:
-        return f"no run takes {obligation}; {explored}"
+        return _reason_not_taken(obligation, runs)
     if not visited & visits.bit(name, Aspect.QUEUED):
-        goals = "the only goal" if is_only else f"any of the {count} goals"
+        count = len(runs.model.goals)
+        goals = "the only goal" if count == 1 else f"any of the {count} goals"
         return f"{name} is in no plan to {goals}"
     if not visited & visits.current(name):
         return f"{name} is planned, but every such run ends before the operation becomes current"
     if obligation.aspect is Aspect.DISABLED:
-        which = ", whichever plan it is in" if runs.plans is PlanSet.ANY else f"; {explored}"
-        return f"{name} is never disabled, unless by force{which}"
-    what = "becomes current, but its precondition never holds then"
-    if obligation.aspect is not Aspect.EXECUTING and visited & visits.bit(name, Aspect.EXECUTING):
-        what = f"executes, but it never {_ENDS[obligation.aspect]}"
-    return f"{name} {what}; {explored}"
+        which = ", whichever plan it is in" if runs.plans is PlanSet.ANY else ""
+        return f"{name} is never disabled, unless by force{which}: its precondition holds whenever it becomes current"
+    return _reason_of_current(obligation, runs)
 
 
-_ENDS = {Aspect.FAILED: "fails", Aspect.TIMEDOUT: "times out", Aspect.COMPLETED: "completes"}
+def _reason_of_current(obligation: Obligation, runs: AllRuns) -> str:
+    """Return the sentence about an operation that becomes current, and then does not do something."""
+    name, operation = obligation.subject, runs.model.operation(obligation.subject)
+    is_current = Equal(Reference(CURRENT_NAME), Constant(name))
+    if not runs.visited & runs.visits.bit(name, Aspect.EXECUTING):
+        waits = Member(Reference(CURRENT_STATE), tuple(Constant(state.value) for state in _BEFORE_EXECUTING))
+        pre = operation.pre
+        why = _why((pre.g, pre.gr), runs, And((is_current, waits)), "its precondition", " when it is current")
+        return f"{name} never executes{why}"
+    executes = And((is_current, Equal(Reference(CURRENT_STATE), Constant(OperationState.EXECUTING.value))))
+    if obligation.aspect is Aspect.COMPLETED:
+        why = _why((operation.post.g, operation.post.gr), runs, executes, "its postcondition", " while it executes")
+        return f"{name} executes, but it never completes{why}"
+    if obligation.aspect is Aspect.FAILED:
+        return f"{name} executes, but it never fails{_why_not_failed(operation, runs, executes)}"
+    return f"{name} executes, but it never times out: nothing can happen before it ends"
+
+
+_BEFORE_EXECUTING = (OperationState.INITIAL, OperationState.DISABLED)
+
+
+def _why(guards: Sequence[Predicate], runs: AllRuns, when: Predicate, what: str, where: str) -> str:
+    """Return the rest of a sentence: the conjuncts that never hold together, and the nearest miss."""
+    miss = nearest_miss(guards, runs, when)
+    return "" if miss is None else f": {miss.words(what, where)}"
+
+
+def _why_not_failed(operation: Operation, runs: AllRuns, executes: Predicate) -> str:
+    """Return the rest of the sentence for the way to fail that runs come nearest to."""
+    model = runs.model
+    own = [] if operation.failed is None else [("its `failed`", operation.failed)]
+    names = failing_transitions(operation, model)
+    automatic = [(str(Obligation(t.name, Aspect.TAKEN)), t) for t in model.automatic_transitions if t.name in names]
+    found = [(what, nearest_miss((t.g, t.gr), runs, executes)) for what, t in (*own, *automatic)]
+    misses = [(what, miss) for what, miss in found if miss is not None]
+    if not misses:
+        return ""
+    what, nearest = min(misses, key=lambda each: each[1].lacking)
+    return f": {nearest.words(what, ' while it executes')}"
+
+
+def _reason_not_taken(obligation: Obligation, runs: AllRuns) -> str:
+    transition = next(t for t in runs.model.automatic_transitions if t.name == obligation.subject)
+    space = runs.model.running_space
+    fails = [
+        Equal(Reference(action.target), Constant(OperationState.EXECUTING.value))
+        for action in transition.running_actions
+        if space[action.target].role in (Role.OPERATION_STATE, Role.CURRENT_STATE)
+    ]
+    miss = nearest_miss((transition.g, transition.gr, *fails), runs)
+    if miss is not None:
+        return f"no run takes {obligation}: {miss.words('it')}"
+    return f"no run takes {obligation}: where its guard holds, an earlier one is taken, or it would change nothing"
 
 
 def _runs_argument(runs: AllRuns) -> RunsArgument:

@@ -83,6 +83,7 @@ class AllRuns:
         planner: the planner of all runs, which is that of the model.
         relevance: the variables by which situations differ.
         visits: the meaning of the bits of visits.
+        scope: which runs these are.
         goals: whether each run has one goal, or goals follow each other.
         plans: the plans that the runner may get.
         starts: the initial states, the nominal one first.
@@ -117,6 +118,7 @@ class AllRuns:
         """
         self.model = model
         self.program = Program(model)
+        self.scope = scope
         self.goals, self.plans = scope.goals, scope.plans
         self.planner = Planner.of(model) if scope.plans is PlanSet.CANONICAL else Planner(model)
         self.relevance = Relevance(model, self.program.packing)

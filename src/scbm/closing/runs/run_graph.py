@@ -110,6 +110,10 @@ class RunGraph:
         is_asking = node > 0 and self.positions[node - 1].is_asking
         return (edge for edge in self.edges(node) if not is_asking or self._labels[edge.number] is ANSWER)
 
+    def is_at_rest(self, node: int) -> bool:
+        """Return whether a node is a runner at rest between two runs; -1 is none, as a run has ended there."""
+        return node > 0 and self.positions[node - 1].is_at_rest
+
     def path_to(self, node: int) -> list[Edge]:
         """Return the edges of a shortest path from node 0: the path by which the exploration found the node."""
         edges = []

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from scbm.closing.runs.run_graph import Edge, RunGraph, Start
+from scbm.closing.runs.situations import HappeningKind
 from scbm.planning.engines.breadth_first import BreadthFirst
 
 if TYPE_CHECKING:
@@ -16,16 +18,36 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
+class PathRun:
+    """One run of a path; of the last one perhaps only the beginning.
+
+    Attributes:
+        goal: the name and the predicate of its goal.
+        happenings: replies, deadlines that pass, answers of the planner, and changes from outside, in order.
+        before: what changes from outside while the runner is at rest before the run, in order.
+    """
+
+    goal: tuple[str, Predicate]
+    happenings: tuple[Happening, ...]
+    before: tuple[Happening, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class RunPath:
-    """The beginning of a run.
+    """Runs that follow each other, mostly one.
 
     Attributes:
         start: the initial state.
-        happenings: replies, deadlines that pass, and answers of the planner, in order.
+        runs: the runs, at least one.
     """
 
     start: Start
-    happenings: tuple[Happening, ...]
+    runs: tuple[PathRun, ...]
+
+    @property
+    def length(self) -> int:
+        """The number of events."""
+        return len(self.runs) + sum(len(run.before) + len(run.happenings) for run in self.runs)
 
 
 _MAX_COMPARED = 2_000
@@ -37,12 +59,10 @@ class Walk:
     """A path through a graph.
 
     Attributes:
-        goal: the goal of the graph.
-        path: the run.
-        visits: what the run visits on the path.
+        path: the run, or the runs.
+        visits: what is visited on the path.
     """
 
-    goal: tuple[str, Predicate]
     path: RunPath
     visits: int
 
@@ -69,7 +89,7 @@ def direct_walks(graphs: Sequence[RunGraph], wanted: int) -> Iterator[Walk]:
     """Yield for each goal the shortest walk that visits something wanted; over calm edges first, then over all."""
     for is_calm in (True, False):
         walks = (_shortest(graph, wanted, is_calm=is_calm) for graph in graphs)
-        yield from sorted(filter(None, walks), key=lambda walk: len(walk.path.happenings))
+        yield from sorted(filter(None, walks), key=lambda walk: walk.path.length)
 
 
 _FOUND = -1
@@ -120,11 +140,41 @@ def _walk_on(graph: RunGraph, edge: Edge, missing: int) -> Walk:
 
 
 def _walk(graph: RunGraph, edges: Sequence[Edge]) -> Walk:
+    return Walk(path_along(graph, edges), _visits(edges))
+
+
+def path_along(graph: RunGraph, edges: Sequence[Edge]) -> RunPath:
+    """Return the path of edges that begins with an initial state.
+
+    What happens before the first goal is left out: no case can say it. If the path ends with a runner at rest, the
+    first goal is given once more, as a case ends with its last goal.
+    """
     start = graph.label(edges[0].number)
     assert isinstance(start, Start)  # noqa: S101 - the edges of node 0 are the starts
-    happenings = [graph.label(each.number) for each in edges[1:]]
-    path = RunPath(start, tuple(each for each in happenings if not isinstance(each, Start)))
-    return Walk(graph.goal, path, _visits(edges))
+    drafts = [_PathDraft(graph.goal)]
+    if graph.is_at_rest(edges[0].target):
+        drafts = []
+    before: list[Happening] = []
+    for source, edge in pairwise(edges):
+        label = graph.label(edge.number)
+        assert not isinstance(label, Start)  # noqa: S101 - all edges but the first are events
+        if label.kind is HappeningKind.GOAL:
+            drafts.append(_PathDraft(graph.goals[label.number], before if drafts else []))
+            before = []
+        elif not graph.is_at_rest(source.target):
+            drafts[-1].happenings.append(label)
+        elif label.kind is HappeningKind.OUTSIDE:
+            before.append(label)
+    if before or not drafts:
+        drafts.append(_PathDraft(graph.goal, before if drafts else []))
+    return RunPath(start, tuple(PathRun(each.goal, tuple(each.happenings), tuple(each.before)) for each in drafts))
+
+
+@dataclass(slots=True)
+class _PathDraft:
+    goal: tuple[str, Predicate]
+    before: list[Happening] = field(default_factory=list)
+    happenings: list[Happening] = field(default_factory=list)
 
 
 def _next_leg(graph: RunGraph, node: int, missing: int) -> _Leg | None:

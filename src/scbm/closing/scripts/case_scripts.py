@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, assert_never
 
-from scbm.cases import Case, CaseLimits, Condition, ConditionKind, Injection, OutcomeRule
-from scbm.cases.trace import BecameCurrent, OperationStepped
+from scbm.cases import Case, CaseGoal, CaseLimits, Condition, ConditionKind, Injection, OutcomeRule
+from scbm.cases.trace import BecameCurrent, OperationStepped, RunStarted
 from scbm.closing.runs.situations import MAX_ANSWERS, Happening, HappeningKind
-from scbm.model import Constant, Equal, OperationState, Outcome, PlanState, Reference, RequestState, State
+from scbm.model import Constant, Equal, OperationState, Outcome, PlanState, Reference, RequestState, State, conjunction
 from scbm.model.variables import PLAN_STATE
 from scbm.planning import PlanLimits, Solved
 from scbm.running import (
@@ -35,8 +35,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from scbm.cases import Reaction
-    from scbm.closing.runs.run_graph import Start
-    from scbm.closing.runs.walks import RunPath
+    from scbm.closing.runs.walks import PathRun, RunPath
     from scbm.model import BehaviorModel, Predicate, Value
     from scbm.planning import PlanCache
     from scbm.running import Program
@@ -71,6 +70,10 @@ class _ScriptedRequest:
     cancelled_ns: int | None = None
 
 
+class _StrayedError(Exception):
+    """The next event of a path cannot happen in a real runner. The run of the case decides what it is worth."""
+
+
 class CaseScripts:
     """Makes cases from paths.
 
@@ -85,23 +88,47 @@ class CaseScripts:
         plain = PlainReactions()
         self.plain = {resource.name: plain.react(resource) for resource in model.resources}
 
-    def case(self, goal: tuple[str, Predicate], path: RunPath, name: str) -> Case:
-        """Return the case whose run follows this path to a goal, with default behavior after it."""
-        run = _ScriptedRun(self, goal, path.start)
-        run.follow(path.happenings)
+    def case(self, path: RunPath, name: str) -> Case:
+        """Return the case whose runs follow this path, with default behavior after it."""
+        run = _ScriptedRun(self, path)
+        run.follow()
+        if run.needs_limit:  # the run goes on after a time limit that was not known before
+            run = _ScriptedRun(self, path, run.ends_ns)
+            run.follow()
         initial = State(self.model.space, dict(path.start.values))
+        goals = _goals(path)
+        first = goals[0]
         injections = tuple(run.injections)
-        return Case(name, *goal, initial, tuple(run.rules()), injections, limits=run.limits)
+        case = Case(name, first.name, first.predicate, initial, tuple(run.rules()), injections, limits=run.limits)
+        return case.with_goals(goals)
+
+
+def _goals(path: RunPath) -> tuple[CaseGoal, ...]:
+    """Return the goals of a path. One that is given after changes waits for the last of them."""
+    return tuple(CaseGoal(*run.goal, when=_hold(run.before[-1]) if run.before else None) for run in path.runs)
+
+
+def _hold(change: Happening) -> Predicate:
+    """Return the predicate that holds after a change from outside."""
+    return conjunction([Equal(Reference(name), Constant(value)) for name, value in change.measured])
 
 
 class _ScriptedRun:
-    """A real runner that follows a path."""
+    """A real runner that follows a path.
 
-    def __init__(self, scripts: CaseScripts, goal: tuple[str, Predicate], start: Start) -> None:
+    Attributes:
+        injections: the changes from outside.
+        ends_ns: the time limit of each goal; `None` if it ends no run.
+        needs_limit: whether the path goes on after a run that a time limit ends, so that the run has to know it.
+    """
+
+    def __init__(self, scripts: CaseScripts, path: RunPath, ends_ns: int | None = None) -> None:
+        self._path = path
         self._planner = scripts.plans
         self._plan_limits = PlanLimits.of(scripts.model)
         self._plain = scripts.plain
-        self._runner = Runner(scripts.program, start.values, RunnerOptions(_NEVER_NS, _AT_ONCE_PLANS))
+        options = RunnerOptions(_NEVER_NS if ends_ns is None else ends_ns, _AT_ONCE_PLANS)
+        self._runner = Runner(scripts.program, path.start.values, options)
         self._now_ns = 0
         self._requests: dict[int, _ScriptedRequest] = {}
         self._in_flight: dict[str, int] = {}
@@ -111,50 +138,84 @@ class _ScriptedRun:
         self._plans = 0
         self._events = 0
         self._request_states = {each.request_state: each.name for each in scripts.model.resources if each.shared}
-        self._ends_ns: int | None = None
+        self._knows_limit = ends_ns is not None
+        self._began_ns = 0
+        self._left = [happening for run in path.runs for happening in (*run.before, *run.happenings)]
+        self.ends_ns = ends_ns
+        self.needs_limit = False
         self.injections: list[Injection] = []
-        self._perform(self._runner.handle(GoalGiven(*goal), 0))
+        self._note_pending()
+        for goal in _goals(path):
+            self._perform(self._runner.handle(GoalGiven(goal.name, goal.predicate, goal.when), 0))
 
-    def follow(self, happenings: Iterable[Happening]) -> None:
-        """Let all events happen, in order."""
-        path = tuple(happenings)
-        outside = sum(happening.kind is HappeningKind.OUTSIDE for happening in path)
-        answers_alone = not outside  # else each answer is an event of the path, as something may come before it
-        for happening in path:
-            self._prepare(outside, answers_alone=answers_alone)
-            outside -= happening.kind is HappeningKind.OUTSIDE
-            self._events += 1
-            match happening.kind:
-                case HappeningKind.REPLY:
-                    self._reply(happening)
-                case HappeningKind.DEADLINE:
-                    self._pass()
-                case HappeningKind.TIME_LIMIT:
-                    self._ends_ns = self._soon_ns()
-                case HappeningKind.ANSWER:
-                    if self._asked is not None:  # else it has answered, as nothing but a change could come first
-                        self._answer()
-                case HappeningKind.OUTSIDE:
-                    self._inject(happening)
-                case HappeningKind.GIVE_UP:
-                    pass  # a simulated run ends where no plan exists, unless an injection is pending
-                case HappeningKind.NEXT | HappeningKind.GOAL | HappeningKind.SETTLE | HappeningKind.PLAN_LIMIT:
-                    raise ValueError(f"no case is made of runs in which this happens: {happening.kind.value}")
-                case _:
-                    assert_never(happening.kind)
-        self._answer_if_alone()
+    def follow(self) -> None:
+        """Let all events of the path happen, in order, until one cannot."""
+        # With changes from outside each answer is an event of the path, as something may come before it.
+        answers_alone = not any(happening.kind is HappeningKind.OUTSIDE for happening in self._left)
+        try:
+            for run in self._path.runs:
+                for change in run.before:
+                    self._go_on(is_at_rest=True)
+                    self._inject(change)
+                for happening in run.happenings:
+                    if answers_alone:
+                        self._answer_if_alone()
+                    self._go_on(is_at_rest=False)
+                    self._happen(happening, run)
+                self._answer_if_alone()
+        except _StrayedError:
+            return
 
-    def _prepare(self, outside: int, *, answers_alone: bool) -> None:
-        """Prepare for the next event of a path with so many changes from outside in its rest."""
-        self._runner.changes_pending = outside > 0
-        if answers_alone:
-            self._answer_if_alone()
+    def _go_on(self, *, is_at_rest: bool) -> None:
+        """Prepare for the next event of the path; raise `_StrayedError` if it cannot happen."""
+        self._note_pending()
+        if self._runner.is_at_rest != is_at_rest:
+            raise _StrayedError
+        del self._left[0]
+        self._events += 1
+
+    def _happen(self, happening: Happening, run: PathRun) -> None:
+        """Let the next event of a run of the path happen."""
+        match happening.kind:
+            case HappeningKind.REPLY:
+                self._reply(happening)
+            case HappeningKind.DEADLINE:
+                self._pass()
+            case HappeningKind.TIME_LIMIT:
+                self._reach_time_limit(run)
+            case HappeningKind.ANSWER:
+                if self._asked is not None:  # else it has answered, as nothing but a change could come first
+                    self._answer()
+            case HappeningKind.OUTSIDE:
+                self._inject(happening)
+            case HappeningKind.GIVE_UP:
+                pass  # a simulated run ends where no plan exists, unless an injection is pending
+            case HappeningKind.PLAN_LIMIT:  # no case is made of runs that go on after it
+                raise _StrayedError
+            case HappeningKind.NEXT | HappeningKind.GOAL | HappeningKind.SETTLE:
+                raise ValueError(f"no case is made of runs in which this happens: {happening.kind.value}")
+            case _:
+                assert_never(happening.kind)
+
+    def _note_pending(self) -> None:
+        """Let the runner know whether the rest of the path has changes from outside."""
+        self._runner.changes_pending = any(happening.kind is HappeningKind.OUTSIDE for happening in self._left)
+
+    def _reach_time_limit(self, run: PathRun) -> None:
+        """Let the time limit end a run; if it is not known yet, choose it and go no further."""
+        if self._knows_limit:
+            self._pass()
+            return
+        self.ends_ns = self._soon_ns() - self._began_ns
+        if run is not self._path.runs[-1]:
+            self.needs_limit = True
+            raise _StrayedError
 
     @property
     def limits(self) -> CaseLimits:
         """Return the limits that the case needs beyond the default ones."""
-        if self._ends_ns is not None:
-            return CaseLimits(self._ends_ns, None)
+        if self.ends_ns is not None:
+            return CaseLimits(self.ends_ns, None)
         time_ns = 2 * self._now_ns if 2 * self._now_ns > _DEFAULTS.time_limit_ns else None
         plans = 2 * self._plans if 2 * self._plans > _DEFAULTS.plan_limit else None
         return CaseLimits(time_ns, plans)
@@ -229,13 +290,13 @@ class _ScriptedRun:
 
         That happens at once while a plan is awaited, else after a while.
         """
-        if self._runner.deadline_ns is None:
-            return  # the run has ended earlier than that of the path
         when = None
         if self._asked is not None:
             when = Equal(Reference(PLAN_STATE), Constant(PlanState.PLANNING.value))
         else:
-            self._now_ns = self._outside_ns(self._runner.deadline_ns)
+            deadline_ns = self._runner.deadline_ns
+            assert deadline_ns is not None  # noqa: S101 - a goal is pursued, or waits
+            self._now_ns = self._outside_ns(deadline_ns)
         name = f"input_{len(self.injections) + 1}"
         given = Injection(name, happening.measured, when, at_ns=self._now_ns)
         if any(happening.measured == ((state, _OCCUPIED),) for state in self._request_states):
@@ -312,6 +373,8 @@ class _ScriptedRun:
                         del self._in_flight[resource]
                 case AskPlan():
                     self._asked = effect
+                case RunStarted(at_ns):
+                    self._began_ns = at_ns
 
     def _request(self, resource: str) -> _ScriptedRequest:
         """Return a request that is sent now; cases name it by its operation where one executes."""

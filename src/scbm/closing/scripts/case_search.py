@@ -93,7 +93,7 @@ class CaseSearch:
     def path_to(self, wanted: int) -> Execution | None:
         """Return the run of a case whose walk visits one of the bits `wanted`, such as *is current*; `None` if none."""
         for walk in self._walks(self._runs.graphs, wanted & self._runs.visited):
-            execution = self._execute(self._scripts.case(walk.goal, walk.path, _CANDIDATE))
+            execution = self._execute(self._scripts.case(walk.path, _CANDIDATE))
             if execution is not None:
                 return execution
         return None
@@ -103,7 +103,7 @@ class CaseSearch:
         walk = best_walk(self._runs.graphs, wanted & self._runs.visited)
         if walk is None:
             return None, 0
-        return self._execute(self._scripts.case(walk.goal, walk.path, _CANDIDATE)), walk.visits & wanted
+        return self._execute(self._scripts.case(walk.path, _CANDIDATE)), walk.visits & wanted
 
     def guided_path(self, obligation: Obligation, wanted: int) -> Execution | None:
         """Return the run of a case on the path that a guided search finds beyond the explored runs; `None` if none."""
@@ -111,9 +111,9 @@ class CaseSearch:
         distance = distance_to(guard_of(runs.model, obligation), runs.program.packing)
         for goal in runs.plannable:
             most = min(self._beyond, _MAX_BEYOND)
-            path, visited = find_path(runs.steps(goal[1]), runs.starts, wanted, distance, most)
+            path, visited = find_path(goal, runs.steps(goal[1]), runs.starts, wanted, distance, most)
             self._beyond -= visited
-            execution = None if path is None else self._execute(self._scripts.case(goal, path, _CANDIDATE))
+            execution = None if path is None else self._execute(self._scripts.case(path, _CANDIDATE))
             if execution is not None:
                 return execution
         return None
@@ -123,7 +123,7 @@ class CaseSearch:
         tried = 0
         while (wanted := self._wanted() & ~tried) and (walk := best_walk(self._runs.graphs, wanted)) is not None:
             before = self._wanted() & walk.visits
-            self._take(self._execute(self._scripts.case(walk.goal, walk.path, _CANDIDATE)))
+            self._take(self._execute(self._scripts.case(walk.path, _CANDIDATE)))
             tried |= before
 
     def _wanted(self) -> int:
@@ -146,7 +146,7 @@ class CaseSearch:
     def _insist(self, bit: int) -> None:
         """Try the best walks to one obligation, for every goal."""
         for walk in self._walks(self._runs.graphs, bit):
-            execution = self._execute(self._scripts.case(walk.goal, walk.path, _CANDIDATE))
+            execution = self._execute(self._scripts.case(walk.path, _CANDIDATE))
             if execution is not None and execution.visited_freely & bit:
                 self._take(self._put_back(execution, bit))
                 return
@@ -170,7 +170,7 @@ class CaseSearch:
                 if not visits & bit:
                     continue
                 walk = walk_over(graph, node, edge)
-                case = self._scripts.case(walk.goal, walk.path, _CANDIDATE)
+                case = self._scripts.case(walk.path, _CANDIDATE)
                 for plans in range(1, self._candidates):
                     execution = self._execute(replace(case, limits=CaseLimits(plans=plans)))
                     if execution is not None and execution.visited_freely & bit:

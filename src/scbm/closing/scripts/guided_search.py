@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, assert_never
 from scbm.cases.coverage import Aspect
 from scbm.closing.runs.run_graph import Start
 from scbm.closing.runs.situations import PlanningTooLargeError
-from scbm.closing.runs.walks import RunPath
+from scbm.closing.runs.walks import PathRun, RunPath
 from scbm.model.normal_form import AllOf, AnyOf, NormalForm, OneOf, Pair, normal_form
 from scbm.model.packing import compile_test
 
@@ -37,13 +37,19 @@ class _GuidedHit:
     label: Happening | Start
 
 
-def find_path(
-    steps: RunSteps, starts: Sequence[Start], wanted: int, distance: Callable[[int], int], most: int
+def find_path(  # noqa: PLR0913, PLR0917 - the runs, what is searched for, and how far
+    goal: tuple[str, Predicate],
+    steps: RunSteps,
+    starts: Sequence[Start],
+    wanted: int,
+    distance: Callable[[int], int],
+    most: int,
 ) -> tuple[RunPath | None, int]:
-    """Return a run for the goal of `steps` that visits something of what is wanted; `None` if none was found.
+    """Return a run for a goal that visits something of what is wanted; `None` if none was found.
 
     Args:
-        steps: the steps of runs.
+        goal: the name and the predicate of the goal.
+        steps: the steps of its runs.
         starts: the initial states.
         wanted: bits of visits.
         distance: the distance of a packed state from what is wanted.
@@ -52,7 +58,7 @@ def find_path(
     Returns:
         The run, and the number of visited positions.
     """
-    guided = _GuidedSearch(steps, wanted, distance)
+    guided = _GuidedSearch(goal, steps, wanted, distance)
     try:
         return guided.search(starts, most), len(guided.seen)
     except PlanningTooLargeError:
@@ -60,7 +66,10 @@ def find_path(
 
 
 class _GuidedSearch:
-    def __init__(self, steps: RunSteps, wanted: int, distance: Callable[[int], int]) -> None:
+    def __init__(
+        self, goal: tuple[str, Predicate], steps: RunSteps, wanted: int, distance: Callable[[int], int]
+    ) -> None:
+        self._goal = goal
         self._steps = steps
         self._wanted = wanted
         self._distance = distance
@@ -83,22 +92,22 @@ class _GuidedSearch:
     def _reach(self, step: RunStep, before: _GuidedHit | None, label: Happening | Start) -> RunPath | None:
         """Visit the target of a step; return the path if the step visits what is wanted."""
         if step.visits & self._wanted:
-            return _path_to(before, label)
+            return self._path_to(before, label)
         if step.target is not None and step.target not in self.seen:
             self.seen[step.target] = None
             found = _GuidedHit(step.target, before, label)
             heapq.heappush(self._heap, (self._distance(step.target.state), len(self.seen), found))
         return None
 
-
-def _path_to(before: _GuidedHit | None, label: Happening | Start) -> RunPath:
-    labels = [label]
-    while before is not None:
-        labels.append(before.label)
-        before = before.before
-    start, *happenings = reversed(labels)
-    assert isinstance(start, Start)  # noqa: S101 - that is how runs begin
-    return RunPath(start, tuple(each for each in happenings if not isinstance(each, Start)))
+    def _path_to(self, before: _GuidedHit | None, label: Happening | Start) -> RunPath:
+        labels = [label]
+        while before is not None:
+            labels.append(before.label)
+            before = before.before
+        start, *happenings = reversed(labels)
+        assert isinstance(start, Start)  # noqa: S101 - that is how runs begin
+        followed = tuple(each for each in happenings if not isinstance(each, Start))
+        return RunPath(start, (PathRun(self._goal, followed),))
 
 
 def guard_of(model: BehaviorModel, obligation: Obligation) -> Predicate:

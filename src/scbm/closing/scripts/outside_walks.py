@@ -1,16 +1,18 @@
 """Walks in which inputs and published values change as a test can show it, preferably in mid motion.
 
 A simulated planner answers at once. So a change while a plan is awaited can be shown only from the second plan on:
-`plan.state` becomes `planning` then, and an injection can wait for that.
+`plan.state` becomes `planning` then, and an injection can wait for that. What happens to a runner at rest can be shown
+between two goals, and not before the first one.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from enum import IntEnum
+from typing import TYPE_CHECKING, NamedTuple
 
 from scbm.closing.runs.run_graph import Start
 from scbm.closing.runs.situations import HappeningKind
-from scbm.closing.runs.walks import RunPath, Walk, direct_walks
+from scbm.closing.runs.walks import Walk, direct_walks, path_along
 from scbm.planning.engines.breadth_first import BreadthFirst
 from scbm.proofcheck import Awaits
 
@@ -19,55 +21,88 @@ if TYPE_CHECKING:
 
     from scbm.closing.runs.run_graph import Edge, RunGraph
 
+
+class _Phase(IntEnum):
+    """How far a walk has come."""
+
+    AT_FIRST = 0  # no goal was given
+    ASKED = 1  # the last goal that was given has got no plan
+    ANSWERED = 2
+
+
+class _Kind(NamedTuple):
+    """A kind of walks.
+
+    Attributes:
+        only_in_motion: whether nothing changes during a run but while a request is in flight.
+        cuts_short: whether the time limit may end a run that is not the last one.
+    """
+
+    only_in_motion: bool
+    cuts_short: bool = False
+
+
+_KINDS = (_Kind(only_in_motion=True), _Kind(only_in_motion=False), _Kind(only_in_motion=False, cuts_short=True))
+"""All kinds, the most natural one first."""
+
 _FOUND = -1
 """A virtual node behind each edge that visits what is wanted."""
 
 
 def natural_walks(graphs: Sequence[RunGraph], wanted: int) -> Iterator[Walk]:
-    """Yield for each goal the shortest walks that visit something wanted: those with changes in mid motion first."""
-    for only_in_motion in (True, False):
-        walks = (_shortest(graph, wanted, only_in_motion=only_in_motion) for graph in graphs)
-        yield from sorted(filter(None, walks), key=lambda walk: len(walk.path.happenings))
+    """Yield for each graph the shortest walks that visit something wanted: those with changes in mid motion first."""
+    for kind in _KINDS:
+        walks = (_shortest(graph, wanted, kind) for graph in graphs)
+        yield from sorted(filter(None, walks), key=lambda walk: walk.path.length)
     yield from direct_walks(graphs, wanted)
 
 
-def _shortest(graph: RunGraph, wanted: int, *, only_in_motion: bool) -> Walk | None:
+def _shortest(graph: RunGraph, wanted: int, kind: _Kind) -> Walk | None:
     """Return the shortest walk from any initial state; `None` if no walk of this kind visits anything wanted."""
 
     def successors(place: int) -> Iterator[tuple[Edge, int]]:
-        node, was_answered = divmod(place, 2)
+        node, phase = divmod(place, len(_Phase))
         for edge in graph.edges(node):
-            if not _can_be_shown(graph, node, edge, bool(was_answered), only_in_motion=only_in_motion):
+            if not _can_be_shown(graph, node, edge, _Phase(phase), kind):
                 continue
             if edge.visits & wanted:
                 yield edge, _FOUND
-            elif edge.target >= 0 and graph.reach[edge.target] & wanted:
-                yield edge, 2 * edge.target + (was_answered or _gets_plan(graph, edge))
+            elif edge.target >= 0 and graph.reach[edge.target] & wanted and _may_go_on(graph, edge, kind):
+                yield edge, len(_Phase) * edge.target + _phase_after(graph, edge, _Phase(phase))
 
     search = BreadthFirst((0,), successors)
     if search.expand_all(lambda place: place == _FOUND) is None:
         return None
-    start, *happenings = [graph.label(edge.number) for edge in search.actions_to(_FOUND)]
-    assert isinstance(start, Start)  # noqa: S101 - the edges of node 0 are the starts
-    path = RunPath(start, tuple(each for each in happenings if not isinstance(each, Start)))
-    return Walk(graph.goal, path, wanted)
+    return Walk(path_along(graph, search.actions_to(_FOUND)), wanted)
 
 
-def _gets_plan(graph: RunGraph, edge: Edge) -> bool:
-    """Return whether the planner answers with a plan on an edge."""
-    label = graph.label(edge.number)
-    is_answer = not isinstance(label, Start) and label.kind is HappeningKind.ANSWER
-    return is_answer and graph.positions[edge.target - 1].awaits is not Awaits.CHANGE
-
-
-def _can_be_shown(graph: RunGraph, node: int, edge: Edge, was_answered: bool, *, only_in_motion: bool) -> bool:  # noqa: FBT001 - a part of the place
-    """Return whether a simulated run can take an edge of a node."""
+def _phase_after(graph: RunGraph, edge: Edge, phase: _Phase) -> _Phase:
     label = graph.label(edge.number)
     if isinstance(label, Start):
+        return _Phase.AT_FIRST if graph.is_at_rest(edge.target) else _Phase.ASKED
+    if label.kind is HappeningKind.GOAL:
+        return _Phase.ASKED
+    gets_plan = label.kind is HappeningKind.ANSWER and graph.positions[edge.target - 1].awaits is not Awaits.CHANGE
+    return _Phase.ANSWERED if gets_plan else phase
+
+
+def _may_go_on(graph: RunGraph, edge: Edge, kind: _Kind) -> bool:
+    label = graph.label(edge.number)
+    return kind.cuts_short or isinstance(label, Start) or label.kind is not HappeningKind.TIME_LIMIT
+
+
+def _can_be_shown(graph: RunGraph, node: int, edge: Edge, phase: _Phase, kind: _Kind) -> bool:
+    """Return whether a simulated run can take an edge of a node."""
+    label = graph.label(edge.number)
+    if isinstance(label, Start) or label.kind is HappeningKind.GOAL:
         return True
+    if label.kind in (HappeningKind.SETTLE, HappeningKind.PLAN_LIMIT):
+        return False
     position = graph.positions[node - 1]
+    if position.is_at_rest:
+        return phase is not _Phase.AT_FIRST
     if label.kind is not HappeningKind.OUTSIDE:
         return not position.is_asking or label.kind is HappeningKind.ANSWER
-    if only_in_motion:
+    if kind.only_in_motion:
         return bool(position.in_flight) and not position.is_asking
-    return was_answered or not position.is_asking
+    return phase is _Phase.ANSWERED or not position.is_asking

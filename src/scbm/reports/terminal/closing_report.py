@@ -198,6 +198,8 @@ def _cases(cases: Sequence[ClosingCase]) -> Iterator[Text]:
     yield _cells(rows[0], widths, "dim")
     for made, row in zip(cases, rows[1:], strict=True):
         yield _cells(row, widths)
+        if made.case.later:
+            yield from _wrapped(made.case.goal_names, 6)
         for words in in_few_words(made.adds_freely):
             yield from _wrapped(words, 6)
         if made.forcing is not None:
@@ -209,7 +211,8 @@ def _cases(cases: Sequence[ClosingCase]) -> Iterator[Text]:
 def _row(made: ClosingCase) -> tuple[str, str, str, str, str]:
     end = made.execution.verdict.end.replace("_", " ")
     adds = sum(obligation.counts for obligation in made.adds)
-    return made.case.name, made.case.goal, end, format_moment(made.execution.ended_ns), str(adds)
+    goal = f"{len(made.case.goals)} goals" if made.case.later else made.case.goal
+    return made.case.name, goal, end, format_moment(made.execution.ended_ns), str(adds)
 
 
 def _cells(cells: Sequence[str], widths: Sequence[int], style: str = "") -> Text:
@@ -309,7 +312,7 @@ def _group_lines(subjects: tuple[str, ...], groups: tuple[tuple[str, str], ...])
     for aspects, reason in groups:
         is_automatic = aspects == Aspect.TAKEN
         yield from _wrapped(parts if is_automatic else f"{parts}: {aspects}", 2, "")
-        yield Text(f"      {reason}", style="dim")
+        yield from _wrapped(reason, 6)
 
 
 # suggestions
@@ -323,7 +326,7 @@ def _suggestions(suggestions: Sequence[Suggestion], setting: ClosingSetting) -> 
         for words in in_few_words(suggestion.obligations):
             yield from _wrapped(words, 2, "")
         for clause in suggestion.text.split("; "):
-            yield Text(f"      {clause}", style="dim")
+            yield from _wrapped(clause, 6)
         if suggestion.name is not None:
             yield command_text("      ", f"{_close(setting)} --write {suggestion.name}")
     if sum(suggestion.name is not None for suggestion in suggestions) > 1:

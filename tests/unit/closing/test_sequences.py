@@ -1,0 +1,122 @@
+"""Closing of models in which only a second goal visits something."""
+
+from __future__ import annotations
+
+from functools import cache
+
+from scbm.cases import Case
+from scbm.cases.trace import ends_of
+from scbm.closing import Closer, Closing, Decision
+from scbm.files import read_case, read_model, write_case
+from scbm.testing import Tester
+
+MODEL = """
+behavior_model: cell
+variables:
+  at: {domain: [home, station], initial: home}
+  ready: {domain: bool, initial: false, source: state}
+  welded: {domain: bool, initial: false}
+  key: {domain: [left, right], initial: left, source: input}
+resources: {robot: {}}
+operations:
+  move:
+    deadline: 5 s
+    pre:
+      g: robot_req_state == initial && robot_req_trigger == false && at == home
+      a: [robot_req_trigger <- true]
+    post:
+      g: true
+      gr: robot_req_state == succeeded
+      a: [robot_req_trigger <- false, robot_req_state <- initial, at <- station]
+    timedout: [robot_req_trigger <- false]
+  weld:
+    deadline: 5 s
+    pre:
+      g: robot_req_state == initial && robot_req_trigger == false && ready == true
+      a: [robot_req_trigger <- true]
+    post:
+      g: true
+      gr: robot_req_state == succeeded
+      a: [robot_req_trigger <- false, robot_req_state <- initial, welded <- true]
+    timedout: [robot_req_trigger <- false]
+automatic_transitions:
+  becomes_ready: {g: READY, a: [ready <- true]}
+  lamp: {g: key == right && plan.state == completed && welded == true, a: [welded <- false]}
+goals:
+  moved: at == station
+  welded: welded == true
+"""
+AFTER_A_GOAL = "plan.state == completed && at == station && ready == false"
+AFTER_AN_END = "plan.state == aborted && ready == false"
+AFTER_A_CHANGE = "plan.state == completed && key == right && ready == false"
+
+
+@cache
+def close(ready: str, tail: str = "") -> Closing:
+    return Closer(read_model(MODEL.replace("READY", ready) + tail)).close()
+
+
+def case_for(closing: Closing, obligation: str) -> Case:
+    """The case that covers an obligation without force; it passes, and once more when it was written and read."""
+    decided = next(d for d in closing.decided if str(d.obligation) == obligation)
+    assert decided.decision is Decision.COVERED, decided
+    case = next(each.case for each in closing.cases if each.case.name == decided.case)
+    again = read_case(write_case(case, closing.model, "cell.yaml"), closing.model)
+    for each in (case, again):
+        execution = Tester(closing.model).execute(each)
+        assert execution.verdict.failures == ()
+        assert execution.visited_freely & closing.after.obligations.bit(decided.obligation)
+    return case
+
+
+def test_what_needs_the_end_of_another_goal_gets_a_case_with_both() -> None:
+    case = case_for(close(AFTER_A_GOAL), "weld/timedout")
+    assert [goal.name for goal in case.goals] == ["moved", "welded"]
+    assert case.later[0].when is None
+
+
+def test_each_goal_expects_the_end_and_the_visits_of_its_own_run() -> None:
+    closing = close(AFTER_A_GOAL)
+    case = case_for(closing, "weld/completed")
+    first, second = (tuple(map(str, goal.expect.visits)) for goal in case.goals)
+    assert "automatic/becomes_ready" in first
+    assert "weld/completed" in second
+    assert [goal.expect.verdict for goal in case.goals] == ["reached", "reached"]
+    assert case.name.startswith("moved_then_welded-")
+
+
+def test_what_changes_between_two_goals_is_awaited() -> None:
+    case = case_for(close(AFTER_A_CHANGE), "weld/executing")
+    assert [str(goal.when) for goal in case.later] == ["key == right"]
+    assert [injection.assign for injection in case.injections] == [(("key", "right"),)]
+
+
+def test_what_follows_the_last_goal_is_shown_before_one_more() -> None:
+    case = case_for(close(AFTER_A_GOAL), "automatic/lamp")
+    assert str(case.later[-1].when) == "key == right" or case.injections
+
+
+def test_a_time_limit_can_end_a_run_before_the_last_one() -> None:
+    closing = close(AFTER_AN_END)
+    case = case_for(closing, "weld/completed")
+    assert case.limits.time_ns is not None
+    ends = [ended.end for ended in ends_of(Tester(closing.model).execute(case).trace.records)]
+    assert (ends[0], ends[-1]) == ("time_limit", "reached")
+
+
+def test_single_goals_get_no_cases_with_several() -> None:
+    closing = close(AFTER_A_GOAL, "runs: {goals: single}\n")
+    assert not any(each.case.later for each in closing.cases)
+    statuses = {str(d.obligation): d.decision for d in closing.decided}
+    assert statuses["weld/completed"] is Decision.UNCOVERABLE
+
+
+def test_reasons_say_where_a_run_comes_nearest() -> None:
+    strange = "  strange: {g: ready == true && at == home, a: [welded <- false]}\ngoals:"
+    closing = Closer(read_model(MODEL.replace("READY", AFTER_A_GOAL).replace("goals:", strange))).close()
+    decided = next(d for d in closing.decided if str(d.obligation) == "automatic/strange")
+    assert decided.decision is Decision.UNCOVERABLE
+    assert decided.reason.endswith(
+        "it needs ready == true and at == home, which never hold together; "
+        "a run comes nearest with ready == true and at == station"
+    )
