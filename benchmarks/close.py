@@ -97,6 +97,10 @@ class Result:
         return "\n".join((line, *(f"      {text}" for text in (*(self.wrong or ()), *self.complaints)[:MAX_REPORTED])))
 
 
+MAX_OF_SEQUENCES = 3_000
+"""Maximum number of situations of sequences of goals that are enumerated."""
+
+
 def close(number: int, *, enumerates: bool, checks: bool) -> Result:
     """Closes one of the random models, and looks at what came of it."""
     model = random_model(number)
@@ -109,7 +113,8 @@ def close(number: int, *, enumerates: bool, checks: bool) -> Result:
         return Result(number, seconds, certified(closing), counts, None, False, complaints)
     enumeration = enumerate_runs(model)
     if enumeration.complete:
-        complaints += impossible_cases(closing, enumeration)
+        sequences = enumerate_runs(model, MAX_OF_SEQUENCES, is_open=True, is_sequence=True)
+        complaints += impossible_cases(closing, enumeration, sequences)
     complaints += [f"{name} is undecided, and a simulated run visits it" for name in overlooked(closing)]
     wrong = wrong_proofs(closing, enumeration)
     return Result(number, seconds, enumeration.situations, counts, wrong, enumeration.complete, complaints)

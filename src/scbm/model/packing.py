@@ -113,6 +113,12 @@ class Packing:
         """Return all variables of the packed state by name, in order."""
         return {name: values[(packed & mask) >> shift] for name, values, mask, shift in self._readers}
 
+    def reader(self, names: Iterable[str]) -> Callable[[int], tuple[Value, ...]]:
+        """Return a function from packed states to the values of these variables, in their order."""
+        fields = [self[name] for name in names]
+        readers = tuple((field.variable.domain.values, field.mask, field.shift) for field in fields)
+        return lambda packed: tuple([values[(packed & mask) >> shift] for values, mask, shift in readers])
+
     def unpack(self, packed: int) -> State:
         """Return the packed state as a named state."""
         return State(self.space, self.values(packed))

@@ -7,6 +7,7 @@ operation is taken by itself; nothing that happens in runs is used.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Aspect, Obligation
@@ -45,7 +46,6 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from scbm.closing.runs.all_runs import AllRuns
-    from scbm.closing.runs.situations import Position
     from scbm.model import BehaviorModel, Operation, PlannerIdentity, Predicate
     from scbm.proofcheck import Argument
 
@@ -250,21 +250,17 @@ def _reason_not_taken(obligation: Obligation, runs: AllRuns) -> str:
 def _runs_argument(runs: AllRuns) -> RunsArgument:
     space = runs.program.packing.space
     names = tuple(name for name in runs.relevance.names if space[name].role is not Role.OPERATION_STATE)
+    read = cache(runs.program.packing.reader(names))
+    resources = runs.program.requests
+    contents = [cache(runs.queues(goal).content) for _, goal in runs.model.goals]
     found: list[list[Situation]] = [[] for _ in runs.model.goals]
     for number, graph in enumerate(runs.graphs):
         for position in graph.positions:
             if not position.is_at_rest:
                 goal = number if runs.goals is GoalOrder.SINGLE else position.goal
-                found[goal].append(_situation(position, names, runs.model.goals[goal][1], runs))
+                queue = contents[goal](position.queue)
+                in_flight = tuple(resources[number].resource.name for number in position.in_flight)
+                found[goal].append(Situation(read(position.state), queue, in_flight, position.awaits))
     parts = zip(runs.model.goals, found, strict=True)
     named = (GoalRuns(name, tuple(situations), runs.planned_names(goal)) for (name, goal), situations in parts)
     return RunsArgument(names, tuple(named), runs.goals, runs.plans)
-
-
-def _situation(position: Position, names: Sequence[str], goal: Predicate, runs: AllRuns) -> Situation:
-    known = runs.program.packing.values(position.state)
-    values = tuple(known[name] for name in names)
-    queue = runs.queues(goal).content(position.queue)
-    resources = runs.program.requests
-    in_flight = tuple(resources[number].resource.name for number in position.in_flight)
-    return Situation(values, queue, in_flight, position.awaits)

@@ -151,6 +151,9 @@ class _RunEnd(NamedTuple):
     rests: tuple[int, ...] = ()
 
 
+_NOTHING_FOLLOWS = _RunEnd(0)
+
+
 class RunSteps:
     """The steps of runs for one goal.
 
@@ -211,6 +214,7 @@ class RunSteps:
         self._queued_in: dict[int, int] = {}
         self._questions: dict[int, _PlanQuestion] = {}
         self._after_ends: dict[int, _RunEnd] = {}
+        self._ends: dict[PlanState, dict[int | tuple[int, ...], _RunEnd]] = {state: {} for state in PlanState}
 
     def begin(self, state: int) -> RunStep:
         """Return the step in which the goal is given to a runner at rest in a packed state."""
@@ -474,8 +478,14 @@ class RunSteps:
     def _end(self, state: int, in_flight: tuple[RequestLine, ...], plan_state: PlanState) -> _RunEnd:
         """Return what follows the end of a run: its requests are given up, automatic transitions follow."""
         if not self._program.automatic and not self._is_sequence:
-            return _RunEnd(0)
-        state = self._at_end(state, in_flight, plan_state)
+            return _NOTHING_FOLLOWS
+        ends = self._ends[plan_state]
+        key = (state, *(line.number for line in in_flight)) if in_flight else state
+        if key not in ends:
+            ends[key] = self._after_end(self._at_end(state, in_flight, plan_state))
+        return ends[key]
+
+    def _after_end(self, state: int) -> _RunEnd:
         if state not in self._after_ends:
             self._after_ends[state] = _RunEnd(*self._idle(state)) if self._is_sequence else _RunEnd(self._rest(state))
         return self._after_ends[state]
