@@ -163,6 +163,12 @@ class ProcessCell:
         self.stack.callback(_end, node.process)
         return node
 
+    def program(self, path: Path) -> NodeProcess:
+        """A program in Python that gets the domain as its argument; it is killed at the end, if it still runs."""
+        node = NodeProcess([sys.executable, str(path), str(self.domain)], self.directory)
+        self.stack.callback(_end, node.process)
+        return node
+
     def controller(self, model: Path | None = None) -> NodeProcess:
         """A controller, which is there."""
         node = self.start("node", "controller", model or self.model)
