@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote
 from xml.etree.ElementTree import Element, SubElement, tostring
 
-from scbm.cases.coverage import STATE_ASPECTS, Aspect, Obligation, growth
+from scbm.cases.coverage import STATE_ASPECTS, Aspect, Decision, Obligation, growth
 from scbm.model import format_duration
 from scbm.model.variables import CURRENT_STATE, operation_state_name
-from scbm.reports.figure_table import counted
+from scbm.reports.figure_table import STATUS_MARKS, counted
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -32,6 +32,10 @@ _COLOURS = {
     "surface": "#f6f8fa",
     "visited": "#1a7f37",
     "missed": "#cf222e",
+    "uncoverable": "#59636e",
+    "excluded": "#0969da",
+    "waived": "#8250df",
+    "forced": "#9a6700",
 }
 
 
@@ -91,6 +95,10 @@ _PLACES = {
 """The coordinates of the upper left corner of each state."""
 
 
+_MARKS = {Decision.COVERED: ("visited", "✓ "), Decision.UNDECIDED: ("missed", "✗ ")}
+"""The colour and the character of the usual statuses; others have those of their own."""
+
+
 def lifecycle_svg(history: History, operation_name: str) -> str:
     """Return the lifecycle of an operation as `<svg>`. Each state links to the cases that visit it.
 
@@ -100,18 +108,22 @@ def lifecycle_svg(history: History, operation_name: str) -> str:
     counts = _counts(history, operation_name)
     visits = ", ".join(f"{aspect} {_cases(count)}" for aspect, count in counts.items())
     title = f"Lifecycle of {operation_name}"
-    description = f"States and the cases that visited them: {visits}."
+    statuses = {aspect: history.statuses.decision(Obligation(operation_name, aspect)) for aspect in counts}
+    others = [f"{aspect} is {status.words}" for aspect, status in statuses.items() if status not in _MARKS]
+    description = ". ".join((f"States and the cases that visited them: {visits}", *others)) + "."
     root = picture(title, description, f"lifecycle-{operation_name}", role="group", class_="lifecycle")
     root.set("viewBox", f"0 0 {_WIDTH} {_HEIGHT}")
     root.set("font-family", "system-ui, sans-serif")
     root.set("font-size", "13")
     _arrow_head(root, operation_name)
     _arrows(root, operation, _ways_to_fail(history.model, operation))
-    _box(root, "initial", None)
+    _box(root, "initial", None, None)
     for aspect, count in counts.items():
         target = f"#/cases?visits={quote(f'{operation_name}/{aspect}', safe='')}"
-        link = add(root, "a", href=target, aria_label=f"{aspect}: {_cases(count)}")
-        _box(link, aspect, count)
+        status = statuses[aspect]
+        words = _cases(count) if status in _MARKS else f"{_cases(count)}, {status.words}"
+        link = add(root, "a", href=target, aria_label=f"{aspect}: {words}")
+        _box(link, aspect, count, status)
     return written(root)
 
 
@@ -132,11 +144,10 @@ def _ways_to_fail(model: BehaviorModel, operation: Operation) -> tuple[str, ...]
     return (*own, *automatic)
 
 
-def _box(parent: Element, state: str, count: int | None) -> None:
-    """Add a state: green and solid if visited, red and dashed if missed, and grey if coverage does not count it."""
+def _box(parent: Element, state: str, count: int | None, status: Decision | None) -> None:
+    """Add a state: solid if visited, else dashed, in the colour of its status; grey if coverage does not count it."""
     x, y = _PLACES[state]
-    paint = "muted" if count is None else "visited" if count else "missed"
-    mark = "" if count is None else "✓ " if count else "✗ "
+    paint, mark = ("muted", "") if status is None else _MARKS.get(status, (status.value, f"{STATUS_MARKS[status]} "))
     middle = x + _BOX_WIDTH / 2
     group = add(parent, "g", class_=f"state {paint}")
     add(group, "rect", x=x, y=y, width=_BOX_WIDTH, height=_BOX_HEIGHT, rx=8, fill=colour("surface"))

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from lxml import etree
 
-from scbm.cases.coverage import STATE_ASPECTS, Obligation
+from scbm.cases.coverage import STATE_ASPECTS, Decision, Obligation, Statuses, StatusProof
 from scbm.files import load_model
 from scbm.model import Action, BehaviorModel
 from scbm.reports.html.diagrams import lifecycle_svg
@@ -127,3 +127,13 @@ def test_names_are_escaped(history: History) -> None:
 def test_an_operation_that_does_not_exist_is_an_error(history: History) -> None:
     with pytest.raises(KeyError):
         lifecycle_svg(history, "nothing")
+
+
+def test_a_state_has_the_mark_and_the_colour_of_its_status(history: History) -> None:
+    proofs = {"gripper_open/timedout": StatusProof(Decision.UNCOVERABLE, "no run", "runs")}
+    root = _parsed(replace(history, decided=Statuses.of(history.coverage, proofs)), "gripper_open")
+    words, link = _states(root)["timedout"]
+    assert words == "\N{MULTIPLICATION SIGN} timedout no case"
+    assert link.get("aria-label") == "timedout: no case, uncoverable"
+    assert [group.get("class") for group in link.findall(f"{SVG}g")] == ["state uncoverable"]
+    assert "timedout is uncoverable." in " ".join(_texts(root))
