@@ -109,6 +109,13 @@ def after(write_report: Callable[..., Path]) -> Path:
 
 
 @pytest.fixture(scope="session")
+def dual_cnc(write_report: Callable[..., Path]) -> Path:
+    """The written cases of the cell with two CNC machines."""
+    folder = EXAMPLE.parent / "dual_cnc"
+    return write_report(history_of(folder / "cell.yaml", 0, written=[folder / "cases"]))
+
+
+@pytest.fixture(scope="session")
 def failing(write_report: Callable[..., Path], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Cases that fail, of a model that says things that must not be taken for HTML."""
     model = tmp_path_factory.mktemp("model") / "failing & <b>.yaml"

@@ -569,6 +569,16 @@ def test_a_log_that_does_not_give_its_run_again_leaves_no_timeline(
     wording(notice(page, "log-of-another-version").inner_text())
 
 
+def take_picture(page: Page, name: str, request: pytest.FixtureRequest, height: int = 800) -> None:
+    """Compare the size of a picture of the documentation with a new one; `--update-golden` writes the new one."""
+    picture = page.screenshot(animations="disabled", caret="hide")
+    path = PICTURES / f"{name}.png"
+    if request.config.getoption("--update-golden"):
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(picture)
+    assert unpack(">II", path.read_bytes()[16:24]) == unpack(">II", picture[16:24]) == (1280, height)
+
+
 def test_the_pictures_of_the_documentation_are_of_this_size(
     visit: Visit, before: Path, request: pytest.FixtureRequest
 ) -> None:
@@ -578,9 +588,14 @@ def test_the_pictures_of_the_documentation_are_of_this_size(
         if name == "case":
             expect(shown(page).locator(".of-timeline svg").first).to_be_visible()
             shown(page).get_by_role("heading", name="Timeline").scroll_into_view_if_needed()
-        picture = page.screenshot(animations="disabled", caret="hide")
-        path = PICTURES / f"report-{name}.png"
-        if request.config.getoption("--update-golden"):
-            path.parent.mkdir(exist_ok=True)
-            path.write_bytes(picture)
-        assert unpack(">II", path.read_bytes()[16:24]) == unpack(">II", picture[16:24]) == (1280, 800)
+        take_picture(page, f"report-{name}", request)
+
+
+def test_the_picture_of_the_stop_shows_the_cancelled_cut(
+    visit: Visit, dual_cnc: Path, request: pytest.FixtureRequest
+) -> None:
+    size = {"width": 1280, "height": 1240}
+    page = visit.open(dual_cnc, "#/case/stop_reset_resume", color_scheme="light", viewport=size)
+    expect(shown(page).locator(".of-timeline svg").first).to_be_visible()
+    shown(page).get_by_role("heading", name="Timeline").evaluate("heading => heading.scrollIntoView()")
+    take_picture(page, "dual-cnc-stop", request, size["height"])

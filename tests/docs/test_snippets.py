@@ -74,6 +74,12 @@ class Block:
         return any("--transport dds" in line or line.startswith("$ scbm node") for line in self.lines)
 
     @property
+    def is_slow(self) -> bool:
+        """Whether commands run pytest, or close or test the large example."""
+        large = tuple(f"$ scbm {verb} examples/dual_cnc/" for verb in ("close", "explain", "test"))
+        return any(line.startswith(("$ pytest", *large)) for line in self.lines)
+
+    @property
     def is_process(self) -> bool:
         """Whether commands run as processes."""
         return self.page.name == "README.md" or self.has_nodes
@@ -231,8 +237,7 @@ def write_anew(block: Block, commands: list[Command], directory: Path) -> None:
 
 def marked(block: Block) -> ParameterSet:
     """Return a block as a parameter, with the mark of its tier."""
-    has_pytest = any(line.startswith("$ pytest") for line in block.lines)
-    marks = [pytest.mark.dds] * block.has_nodes + [pytest.mark.slow] * has_pytest
+    marks = [pytest.mark.dds] * block.has_nodes + [pytest.mark.slow] * block.is_slow
     return pytest.param(block, marks=marks, id=str(block))
 
 

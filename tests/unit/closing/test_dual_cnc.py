@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from scbm.cases import Case
+from scbm.cases import Case, OutcomeRule
 from scbm.cases.trace import End, PlanReceived
 from scbm.files import load_model, open_case
-from scbm.model import BehaviorModel
+from scbm.model import BehaviorModel, Outcome
 from scbm.testing import Execution, RandomCases, Tester
 from support.profiles import share
 
@@ -80,6 +80,26 @@ def test_random_cases_pass_and_never_wait_for_a_plan(moves_inputs: bool, cell: B
 def test_random_cases_find_the_lost_cut_of_the_first_version(before: BehaviorModel) -> None:
     execution = Tester(before).execute(RandomCases(before).case(1, 3))
     assert ["a_stop_ends_cut_2 is violated" in str(failure) for failure in execution.verdict.failures] == [True]
+
+
+def test_a_broken_tool_ends_the_wait_for_the_cut_at_once(cell: BehaviorModel, before: BehaviorModel) -> None:
+    ends = {}
+    for name, model in {"cell": cell, "before": before}.items():
+        goal = dict(model.goals)["pallet_finished"]
+        broken = OutcomeRule("start_cut_1", 1, 1, Outcome.FAIL, latency_ns=30_000_000_000)
+        case = Case("broken_tool", "pallet_finished", goal, model.nominal_state, outcomes=(broken,))
+        ends[name] = Tester(model).execute(case).result.ended_ns
+    assert ends["before"] - ends["cell"] > 60_000_000_000
+
+
+def test_the_operator_case_finds_a_cut_that_the_planner_cannot_finish(tmp_path: Path) -> None:
+    text = CELL.read_text(encoding="utf-8")
+    reset = "a: [cnc_1_req_state <- initial, cnc_1_req_trigger <- false, part_1 <- finished]\n    failed"
+    assert reset in text
+    path = tmp_path / "cell.yaml"
+    path.write_text(text.replace(reset, reset.replace("cnc_1_req_state <- initial, ", "")), encoding="utf-8")
+    failures = run_case(load_model(path), EXAMPLE / "cases" / "operator_after_two_missed_picks.yaml").verdict.failures
+    assert ["expected start_cut_1" in str(failure) for failure in failures] == [True]
 
 
 @pytest.mark.slow
