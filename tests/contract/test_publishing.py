@@ -74,7 +74,7 @@ automatic_transitions:
 goals: {done: part == pressed && arm_at == home}
 may_end: [aborted, time_limit, unsolvable]
 """
-"""Its proofs are about any moment at which a button is pressed, or somebody reaches in."""
+"""Its proofs are about any moment at which a button is pressed, or a person reaches in."""
 
 BINDINGS = """
 bindings_of: press_cell
