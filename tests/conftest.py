@@ -23,6 +23,7 @@ from support import tiers
 from support.domains import LOOPBACK, own_domain
 from support.loops import GUARD_S
 from support.profiles import load_profile
+from support.shared_closings import SharedCloser, shared_flaws
 from support.wording import Wording
 
 # pytester forgets the modules that a test within the process imports; what is imported before stays the same for all.
@@ -175,6 +176,23 @@ def scbm(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) ->
         return Ran(code if isinstance(code, int) else 0, captured.out, captured.err)
 
     return run
+
+
+@pytest.fixture
+def shared_closings(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Makes the commands of a test reuse what earlier tests of this process closed and checked alike.
+
+    Tests that change how closing works, or interrupt it, use the fixture `own_closings` too.
+    """
+    if "own_closings" not in request.fixturenames:
+        monkeypatch.setattr("scbm.cli.close.Closer", SharedCloser)
+        monkeypatch.setattr("scbm.cli.explain.Closer", SharedCloser)
+        monkeypatch.setattr("scbm.closing.certificate_files.check_certificate", shared_flaws)
+
+
+@pytest.fixture
+def own_closings() -> None:
+    """Keeps the closings of a test apart from those of other tests."""
 
 
 @pytest.fixture

@@ -7,6 +7,8 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from conftest import Ran
 
 README = Path(__file__).parents[2] / "README.md"
@@ -17,6 +19,7 @@ def test_the_readme_has_at_most_120_lines() -> None:
     assert len(README.read_text(encoding="utf-8").splitlines()) <= 120
 
 
+@pytest.mark.usefixtures("shared_closings")
 def test_the_figures_of_closing_are_those_of_the_command(scbm: Callable[..., Ran]) -> None:
     text = README.read_text(encoding="utf-8").replace("\n", " ")
     match = re.search(r"it generates (\d+) cases that reach ([\d.]+) %", text)

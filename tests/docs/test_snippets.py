@@ -241,6 +241,7 @@ def marked(block: Block) -> ParameterSet:
     return pytest.param(block, marks=marks, id=str(block))
 
 
+@pytest.mark.usefixtures("shared_closings")
 @pytest.mark.parametrize("block", [marked(block) for block in CONSOLE])
 def test_commands_print_what_the_page_says(block: Block, tmp_path: Path, request: pytest.FixtureRequest) -> None:
     update = request.config.getoption("--update-golden")

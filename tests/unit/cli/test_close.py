@@ -32,6 +32,8 @@ CASES = "examples/robot_in_the_air/cases"
 
 Scbm = Callable[..., Ran]
 
+pytestmark = pytest.mark.usefixtures("shared_closings")
+
 
 def _json(ran: Ran) -> Any:  # noqa: ANN401 - JSON
     return json.loads(ran.out)
@@ -108,6 +110,7 @@ def _interrupt(*_: object) -> None:
     raise KeyboardInterrupt
 
 
+@pytest.mark.usefixtures("own_closings")
 def test_an_interrupted_command_writes_what_it_has(
     scbm: Scbm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, wording: Wording
 ) -> None:
@@ -178,6 +181,7 @@ def test_the_commands_of_the_report_work(scbm: Scbm, before: Path, tmp_path: Pat
         assert again.code == 0 or "covered by a forced state" in again.out
 
 
+@pytest.mark.usefixtures("own_closings")
 @pytest.mark.parametrize(
     "options",
     [
@@ -472,6 +476,7 @@ def test_elsewhere_progress_is_a_line_a_minute() -> None:
     assert lines == ["at 60 s (1 min)", "at 300 s (5 min)"]
 
 
+@pytest.mark.usefixtures("own_closings")
 def test_sigterm_ends_closing_as_ctrl_c_does(scbm: Scbm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     explore = AllRuns.steps
 

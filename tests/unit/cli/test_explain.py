@@ -20,6 +20,8 @@ CASES = "examples/robot_in_the_air/cases"
 
 Scbm = Callable[..., Ran]
 
+pytestmark = pytest.mark.usefixtures("shared_closings")
+
 
 def test_a_covered_obligation_is_reported_with_its_run(scbm: Scbm, golden: Callable[[str, str], None]) -> None:
     ran = scbm("explain", BEFORE, "automatic/abort_if_scanning_timedout_5_times")

@@ -22,6 +22,7 @@ from scbm.proofcheck import check_certificate
 from scbm.running import Program
 from scbm.testing import Campaign, RandomCases, Tester
 from support.models import as_closed
+from support.shared_closings import shared_closing
 from support.wording import Wording
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
@@ -65,7 +66,7 @@ def decision(closing: Closing, name: str) -> Decision:
 
 
 def test_the_example_before_its_repair() -> None:
-    closing = Closer(load_model(EXAMPLE / "before.yaml")).close()
+    closing = shared_closing(load_model(EXAMPLE / "before.yaml"))
     proved = [d for d in closing.decided if d.certificate is not None and d.obligation.counts]
     never = [d for d in proved if not closing.after.visited & closing.bit(d.obligation)]
     assert {d.obligation.subject for d in never} == {"robot_move_to_home", "robot_unmount_gripper"}
@@ -81,7 +82,7 @@ def test_the_example_before_its_repair() -> None:
 
 
 def test_the_example_after_its_repair() -> None:
-    closing = Closer(load_model(EXAMPLE / "after.yaml")).close()
+    closing = shared_closing(load_model(EXAMPLE / "after.yaml"))
     assert closing.after.figure.visited == 86
     assert len(closing.cases) <= 8
     assert [kind for kind, _ in closing.certificates] == ["runs"]
@@ -103,7 +104,7 @@ def test_what_a_suite_visits_is_left_to_it() -> None:
 
 
 def test_every_case_adds_something_and_short_ones_come_first() -> None:
-    closing = Closer(load_model(EXAMPLE / "before.yaml")).close()
+    closing = shared_closing(load_model(EXAMPLE / "before.yaml"))
     assert all(made.adds for made in closing.cases)
     lengths = [(made.forcing is not None, made.execution.ended_ns) for made in closing.cases]
     assert lengths == sorted(lengths)
@@ -239,7 +240,7 @@ def test_a_reply_after_a_deadline_comes_after_the_plan() -> None:
 
 def test_closing_twice_comes_to_the_same() -> None:
     model = load_model(EXAMPLE / "before.yaml")
-    first, second = Closer(model).close(), Closer(model).close()
+    first, second = shared_closing(model), Closer(model).close()
     assert first.decided == second.decided
     assert [made.case for made in first.cases] == [made.case for made in second.cases]
     assert first.certificates == second.certificates
@@ -311,9 +312,9 @@ def test_what_can_leave_its_domain_makes_a_difference() -> None:
 
 def test_under_another_planner_only_proofs_that_hold_for_every_plan_are_kept() -> None:
     model = load_model(EXAMPLE / "before.yaml")
-    excluded = {d.obligation for d in Closer(model).close().decided if d.decision is Decision.EXCLUDED}
+    excluded = {d.obligation for d in shared_closing(model).decided if d.decision is Decision.EXCLUDED}
     assert excluded
-    closing = Closer(replace(model, planner=PlannerChoice("greedy"))).close()
+    closing = shared_closing(replace(model, planner=PlannerChoice("greedy")))
     assert {certificate.plans for _, certificate in closing.certificates} <= {PlanSet.ANY}
     assert {certificate.planner for _, certificate in closing.certificates} <= {None}
     open_ones = [d for d in closing.decided if d.decision is Decision.UNDECIDED]
@@ -325,7 +326,7 @@ def test_under_another_planner_only_proofs_that_hold_for_every_plan_are_kept() -
 
 def test_a_proof_from_all_runs_is_none_for_a_model_with_another_planner() -> None:
     model = load_model(EXAMPLE / "before.yaml")
-    certificate = dict(Closer(model).close().certificates)["runs-canonical"]
+    certificate = dict(shared_closing(model).certificates)["runs-canonical"]
     assert certificate.planner == PlannerIdentity("canonical", "1")
     assert check_certificate(certificate, model) == ()
     other = check_certificate(certificate, replace(model, planner=PlannerChoice("greedy")))

@@ -19,6 +19,7 @@ from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
 from scbm.files import load_model, read_model
 from scbm.model import BehaviorModel, PlannerChoice, PlanSet
 from scbm.testing import Execution, RandomCases, Tester
+from support.shared_closings import shared_closing
 from support.wording import Wording
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
@@ -37,8 +38,8 @@ def counts(closing: Closing) -> dict[Decision, int]:
 
 
 def test_without_a_graph_random_and_changed_cases_cover_what_runs_can_visit() -> None:
-    closing = Closer(example(), NO_GRAPH).close()
-    assert counts(closing)[Decision.COVERED] == counts(Closer(example()).close())[Decision.COVERED] == 62
+    closing = shared_closing(example(), NO_GRAPH)
+    assert counts(closing)[Decision.COVERED] == counts(shared_closing(example()))[Decision.COVERED] == 62
     assert closing.after.figure.visited == 76, "what is disabled by force included"
     assert all(made.execution.verdict.passed for made in closing.cases)
     assert all(made.case.origin is None for made in closing.cases), "a new case draws nothing"
@@ -56,7 +57,7 @@ def test_random_cases_are_drawn_as_by_campaigns_and_what_they_cover_stays() -> N
 def test_each_limit_has_an_effect() -> None:
     nothing = replace(NO_GRAPH, random=0, changes=0)
     covered = [
-        counts(Closer(example(), limits).close())[Decision.COVERED]
+        counts(shared_closing(example(), limits))[Decision.COVERED]
         for limits in (nothing, replace(nothing, random=50), replace(nothing, random=50, changes=500))
     ]
     assert covered == sorted(set(covered))
@@ -71,7 +72,7 @@ def test_what_ended_a_stage_names_its_option() -> None:
         (Stage.SEARCH, "--max-changes"),
         (Stage.GRAPH, "--max-states"),
     ]
-    assert Closer(example()).close().ended == ()
+    assert shared_closing(example()).ended == ()
 
 
 def test_too_much_planning_names_its_option() -> None:
@@ -119,7 +120,7 @@ def test_interrupted_suggestions_change_no_decision() -> None:
     closing = _interrupted("looking for suggestions", CloseLimits())
     assert [(end.stage, end.is_interrupted) for end in closing.ended] == [(Stage.SUGGESTIONS, True)]
     assert closing.suggestions == ()
-    assert closing.decided == Closer(example()).close().decided
+    assert closing.decided == shared_closing(example()).decided
 
 
 @pytest.mark.parametrize("beginning", ["exploring the runs", "looking for cases", "guided search"])
@@ -143,14 +144,14 @@ def test_an_interruption_while_cases_are_finished_loses_none(monkeypatch: pytest
     closing = Closer(example(), NO_GRAPH).close()
     monkeypatch.undo()
     assert closing.is_interrupted
-    assert closing.cases == Closer(example(), NO_GRAPH).close().cases
+    assert closing.cases == shared_closing(example(), NO_GRAPH).cases
 
 
 # the limits of suggestions
 
 
 def test_suggestions_have_a_limit_that_changes_no_decision(monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = Closer(example()).close()
+    whole = shared_closing(example())
     monkeypatch.setattr(closer, "_PLANNED_FOR_SUGGESTIONS", 0)
     closing = Closer(example()).close()
     assert [(end.stage, end.option) for end in closing.ended] == [(Stage.SUGGESTIONS, "--max-planning")]
@@ -180,7 +181,7 @@ def test_a_search_beyond_the_graph_names_its_obligation() -> None:
 
 
 def test_runs_of_another_planner_give_cases_and_only_proofs_about_any_plans(wording: Wording) -> None:
-    closing = Closer(example("greedy")).close()
+    closing = shared_closing(example("greedy"))
     assert counts(closing)[Decision.COVERED] > 0
     assert {certificate.plans for _, certificate in closing.certificates} <= {PlanSet.ANY}
     undecided = [decided for decided in closing.decided if decided.decision is Decision.UNDECIDED]
