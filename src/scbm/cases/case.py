@@ -6,7 +6,7 @@ Part of the inputs are reactions to requests: the reply of a resource, and the d
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 from scbm.cases.network import Network
 from scbm.model import FIRST_PLANNER, PlannerIdentity
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import Obligation
     from scbm.cases.injections import EnvironmentChange, Injection
     from scbm.cases.trace import Changes, End
-    from scbm.model import Outcome, Predicate, Requirement, State
+    from scbm.model import BehaviorModel, Outcome, Predicate, Requirement, State
 
 
 Delivery: TypeAlias = tuple[int, ...]
@@ -115,6 +115,18 @@ class CaseGoal:
     when: Predicate | None = None
     expect: Expectations = _NOTHING
     may_end: tuple[End, ...] = ()
+
+
+class CaseGoalNames(NamedTuple):
+    """The goals of a case.
+
+    Attributes:
+        name: the name of the case.
+        goals: the names of its goals; of a goal that the model does not have, the predicate.
+    """
+
+    name: str
+    goals: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,6 +238,12 @@ class Case:
         first, *later = goals
         changed = replace(self, goal=first.name, predicate=first.predicate, expect=first.expect, later=tuple(later))
         return replace(changed, may_end=first.may_end)
+
+    def goals_in(self, model: BehaviorModel) -> CaseGoalNames:
+        """Return the names of its goals in a model."""
+        known = dict(model.goals)
+        names = (each.name if known.get(each.name) == each.predicate else str(each.predicate) for each in self.goals)
+        return CaseGoalNames(self.name, tuple(names))
 
     @property
     def goal_names(self) -> str:

@@ -11,7 +11,7 @@ from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
 
-from scbm.closing.assumptions import assumptions
+from scbm.closing.proved_statuses import assumed_by
 from scbm.files import digest_of, open_input, read_file
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.proofcheck import RunsArgument, check_certificate, read_certificate_file
@@ -192,5 +192,5 @@ def check_file(file: CertificateFile, model: BehaviorModel) -> CheckedCertificat
     if file.certificate.digest != digest_of(model):
         return CheckedCertificate(file, is_of_this_model=False)
     flaws = check_certificate(file.certificate, model)
-    assumed = () if flaws else assumptions(model, [file.certificate])
+    assumed = () if flaws else assumed_by([file.certificate], model)
     return CheckedCertificate(file, is_of_this_model=True, flaws=flaws, assumptions=assumed)

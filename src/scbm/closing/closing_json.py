@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from scbm.closing.assumptions import assumptions
 from scbm.closing.decisions import forcing_record
 from scbm.planning import planner_of
 from scbm.testing.campaign import waiver_json
@@ -41,7 +40,7 @@ def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[s
         "queued": [decided_json(decided, output) for decided in queued],
         "cases": [_case(case, output) for case in closing.cases],
         "certificates": [_certificate(name, certificate, output) for name, certificate in closing.certificates],
-        "assumptions": list(assumptions(closing.model, (certificate for _, certificate in closing.certificates))),
+        "assumptions": list(closing.assumptions),
         "suggestions": [suggestion_json(suggestion) for suggestion in closing.suggestions],
         "waivers": {
             "visited": [waiver_json(waiver) for waiver in closing.visited_waivers],

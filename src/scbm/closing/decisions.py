@@ -10,6 +10,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Decision, count_statuses, coverable_figure
+from scbm.cases.coverage.assumptions import assumptions
 from scbm.cases.trace import End, InjectionApplied, PutBack, run_end
 from scbm.model import format_moment
 from scbm.running import describe_cycle
@@ -235,6 +236,11 @@ class Closing:
         visited, bit = self.after.visited, self.after.obligations.bit
         statuses = [(d.decision, bit(d.obligation)) for d in self.decided if d.obligation.counts]
         return sum(status is not Decision.COVERED and bool(visited & each) for status, each in statuses)
+
+    @property
+    def assumptions(self) -> tuple[str, ...]:
+        """What the proofs assume, one sentence each."""
+        return assumptions(self.model, [found.decision for found in self.decided])
 
     @property
     def is_interrupted(self) -> bool:

@@ -6,13 +6,17 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Decision, Statuses, StatusProof, WaiverReview
+from scbm.cases.coverage.assumptions import assumptions
+from scbm.model import GoalOrder
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from scbm.cases.case import CaseGoalNames
     from scbm.cases.coverage import Coverage
     from scbm.closing.certificate_files import CheckedCertificate
     from scbm.closing.decisions import Closing, Decided
+    from scbm.model import BehaviorModel
     from scbm.proofcheck import Certificate
 
 
@@ -21,29 +25,38 @@ def proved_status(certificate: Certificate) -> Decision:
     return Decision.UNCOVERABLE if certificate.is_for_any_plan else Decision.EXCLUDED
 
 
+def assumed_by(certificates: Iterable[Certificate], model: BehaviorModel) -> tuple[str, ...]:
+    """Return what sound certificates of a model assume, one sentence each; none without certificates."""
+    known = tuple(certificates)
+    goals = GoalOrder.SINGLE if any(each.goals is GoalOrder.SINGLE for each in known) else GoalOrder.SEQUENCE
+    return assumptions(model, [proved_status(each) for each in known], goals)
+
+
 @dataclass(frozen=True, slots=True)
 class StatusEvidence:
     """What decides statuses beside the visits of cases.
 
     Attributes:
+        model: the model that the proofs are about.
         proofs: the claims of sound certificates of this version of the model, by the names of their obligations.
         waivers: the waivers, on the day of the report.
         ignored: the certificates that do not count, one sentence each.
         sound: the certificates that count.
     """
 
+    model: BehaviorModel
     proofs: dict[str, StatusProof]
     waivers: WaiverReview
     ignored: tuple[str, ...] = ()
     sound: tuple[CheckedCertificate, ...] = ()
 
     @staticmethod
-    def of(checked: Iterable[CheckedCertificate], waivers: WaiverReview) -> StatusEvidence:
-        """Return the evidence of checked certificates and of waivers."""
+    def of(checked: Iterable[CheckedCertificate], waivers: WaiverReview, model: BehaviorModel) -> StatusEvidence:
+        """Return the evidence of checked certificates of a model and of waivers."""
         known = tuple(checked)
         sound = tuple(each for each in known if each.is_sound)
         ignored = tuple(each.why_ignored for each in known if not each.is_sound)
-        return StatusEvidence({}, waivers, ignored, sound).with_proofs(
+        return StatusEvidence(model, {}, waivers, ignored, sound).with_proofs(
             pair for each in sound for pair in claims_of(each)
         )
 
@@ -55,9 +68,36 @@ class StatusEvidence:
                 united[name] = proof
         return replace(self, proofs=united)
 
-    def statuses(self, coverage: Coverage, forced: int = 0) -> Statuses:
-        """Return the statuses of the obligations of a coverage; `forced` are those that only forced states visit."""
-        return Statuses.of(coverage, self.proofs, self.waivers, self.ignored, forced)
+    def statuses(self, coverage: Coverage, forced: int = 0, cases: Iterable[CaseGoalNames] = ()) -> Statuses:
+        """Return the statuses of the obligations of a coverage.
+
+        Args:
+            coverage: the visits of the cases.
+            forced: the obligations that only forced states visit, as bits.
+            cases: the cases from files, as proofs may not be about their goals.
+        """
+        found = Statuses.of(coverage, self.proofs, self.waivers, self.ignored, forced)
+        assumed = assumptions(self.model, [entry.decision for entry in found.entries])
+        outside = tuple(self._outside(tuple(cases))) if assumed else ()
+        return replace(found, assumptions=assumed, outside=outside)
+
+    def _outside(self, cases: tuple[CaseGoalNames, ...]) -> Iterator[str]:
+        """Yield a sentence about the goals that no proof is about, and one about cases with too many goals."""
+        known = dict(self.model.goals)
+        goals = dict.fromkeys(goal for case in cases for goal in case.goals if goal not in known)
+        if goals:
+            yield f"Proofs are about goals of the model, and not about {_few(tuple(goals))}"
+        several = tuple(case.name for case in cases if len(case.goals) > 1)
+        if several and self.model.runs.goals is GoalOrder.SINGLE:
+            yield f"Proofs are about cases with one goal, and not about {_few(several)}"
+
+
+_FEW = 5
+
+
+def _few(names: tuple[str, ...]) -> str:
+    more = f" and {len(names) - _FEW} more" if len(names) > _FEW else ""
+    return f"{', '.join(names[:_FEW])}{more}"
 
 
 def claims_of(checked: CheckedCertificate) -> Iterator[tuple[str, StatusProof]]:

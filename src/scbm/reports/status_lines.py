@@ -23,14 +23,19 @@ def status_lines(statuses: Statuses, columns: int = DEFAULT_COLUMNS) -> Iterator
     yield line.append(f", {figure.visited} of {figure.of}")
     words = status_counts_in_words(statuses.counts)
     yield from map(Text, wrapped(words, columns, "  Statuses: ", 12))
+    if statuses.assumptions:
+        yield from (
+            Text(part, style="dim") for part in wrapped(" ".join(statuses.assumptions), columns, "  Assumed: ", 12)
+        )
     for sentence in status_warnings(statuses):
         yield from (Text(part, style="yellow") for part in wrapped(sentence, columns, "  ", 6))
 
 
 def status_warnings(statuses: Statuses) -> Iterator[str]:
-    """Yield a sentence for each waiver and each certificate that does not do what its author meant."""
+    """Yield a sentence for each waiver and certificate that does not do what its author meant, and what proofs omit."""
     for name, proof in statuses.contradicted:
         yield f"Proved never to happen, but a case visits it: {name}; {proof.certificate} is not true of these runs"
+    yield from statuses.outside
     yield from waiver_warnings(statuses.visited_waivers, statuses.expired_waivers)
     yield from (f"Certificate that does not count: {sentence}" for sentence in statuses.ignored)
 

@@ -253,6 +253,8 @@ def statuses_json(statuses: Statuses) -> dict[str, Any]:
         "visited_waivers": [waiver_json(waiver) for waiver in statuses.visited_waivers],
         "expired_waivers": [waiver_json(waiver) for waiver in statuses.expired_waivers],
         "ignored_certificates": list(statuses.ignored),
+        "assumptions": list(statuses.assumptions),
+        "outside_proofs": list(statuses.outside),
         "contradicted": [
             {"obligation": name, "certificate": proof.certificate, "reason": proof.reason}
             for name, proof in statuses.contradicted

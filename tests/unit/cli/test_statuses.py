@@ -94,6 +94,32 @@ def test_certificates_with_flaws_do_not_count(lamp: Path, closed: Path, scbm: Sc
     assert "migrate-to-the-open-world" in statuses["ignored_certificates"][0]
 
 
+def test_reports_say_what_proofs_assume(lamp: Path, closed: Path, scbm: Scbm) -> None:
+    words = "Goals of the model follow each other in any order"
+    assert words in scbm("test", lamp, closed, "--certificates", closed).out
+    statuses = _json(scbm("test", lamp, closed, "--certificates", closed, "--json"))["statuses"]
+    assert statuses["assumptions"][0].startswith(words)
+    assert _json(scbm("test", lamp, closed, "--json"))["statuses"]["assumptions"] == []
+    store = lamp.parent / "runs.db"
+    ran = scbm("test", lamp, closed, "--certificates", closed, "--store", store)
+    assert ran.code == 0
+    for option in ("--html", "--markdown", "--junit", "--sarif"):
+        file = f"report{option}"
+        assert scbm("report", store, option, lamp.parent / file).code == 0
+        assert words in (lamp.parent / file).read_text(encoding="utf-8"), option
+
+
+def test_goals_that_the_model_does_not_have_lie_outside(lamp: Path, closed: Path, scbm: Scbm) -> None:
+    own = closed / "cases" / "own.yaml"
+    own.write_text(f"case: own\nmodel: {lamp}\ngoals:\n  - goal: on == true || on == false\n  - goal: on == true\n")
+    statuses = _json(scbm("test", lamp, closed, "--certificates", closed, "--json"))["statuses"]
+    (sentence,) = statuses["outside_proofs"]
+    assert sentence.startswith("Proofs are about goals of the model, and not about on == true || on == false")
+    lamp.write_text(MODEL + "runs: {goals: single}\n")
+    statuses = _json(scbm("test", lamp, closed, "--certificates", closed, "--json"))["statuses"]
+    assert statuses["outside_proofs"][1:] == ["Proofs are about cases with one goal, and not about own"]
+
+
 def test_a_file_that_is_no_certificate_is_an_error(lamp: Path, scbm: Scbm) -> None:
     ran = scbm("test", lamp, "--certificates", lamp)
     assert ran.code == 2

@@ -10,7 +10,6 @@ import pytest
 from scbm.cases.coverage import Aspect, Obligation
 from scbm.cases.trace import End
 from scbm.closing import CloseLimits, Closer, Closing, Decision
-from scbm.closing.assumptions import assumptions
 from scbm.closing.decisions import Stage
 from scbm.closing.runs.all_runs import AllRuns, RunScope
 from scbm.closing.runs.run_graph import Relevance
@@ -380,7 +379,7 @@ def test_what_nothing_presses_is_uncoverable_and_the_proof_says_what_it_assumes(
     model = read_model(STOP_CELL % (", source: constant", ""))
     closing = Closer(model).close()
     assert decision(closing, "automatic/emergency_stop") is Decision.UNCOVERABLE
-    assert "Nothing changes these: estop." in assumptions(model, [each for _, each in closing.certificates])
+    assert "Nothing changes these: estop." in closing.assumptions
 
 
 def test_a_certificate_about_a_closed_world_proves_nothing_about_an_open_one() -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from scbm.closing import Closer, Decision
-from scbm.closing.assumptions import assumptions
+from scbm.closing.proved_statuses import assumed_by
 from scbm.files import digest_of, load_model, read_model
 from scbm.model import BehaviorModel, Outcome
 from scbm.proofcheck import check_certificate
@@ -98,7 +98,7 @@ def test_the_checker_refuses_a_proof_that_needs_values_which_are_never_sent() ->
 def test_assumptions_name_transitions_shared_resources_and_values_that_never_come() -> None:
     model = cell(("{measures: [item]}", "{measures: {item: [none, box]}, shared: true}"), environment=NEVER)
     certificates = [certificate for _, certificate in Closer(model).close().certificates]
-    found = "\n".join(assumptions(model, certificates))
+    found = "\n".join(assumed_by(certificates, model))
     assert "only environment transitions change these: stop, door." in found
     assert "Others use these resources, while no request to them is in flight: scanner." in found
     assert "The resource scanner sends only these for item: none, box." in found

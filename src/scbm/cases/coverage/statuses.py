@@ -128,6 +128,8 @@ class Statuses:
         ignored: the certificates that do not count, each with the reason, one sentence each.
         contradicted: the proofs for any plans of obligations that cases visit, by the names of the obligations: the
             cell does what its model excludes.
+        assumptions: what the proofs assume, one sentence each.
+        outside: the cases and goals that the proofs are not about, one sentence each.
     """
 
     entries: tuple[ObligationStatus, ...]
@@ -135,6 +137,8 @@ class Statuses:
     expired_waivers: tuple[Waiver, ...] = ()
     ignored: tuple[str, ...] = ()
     contradicted: tuple[tuple[str, StatusProof], ...] = ()
+    assumptions: tuple[str, ...] = ()
+    outside: tuple[str, ...] = ()
 
     @staticmethod
     def of(
@@ -190,7 +194,14 @@ class Statuses:
     def are_plain(self) -> bool:
         """Whether visits alone decide all statuses, and nothing else is to be reported."""
         is_special = any(entry.decision not in (Decision.COVERED, Decision.UNDECIDED) for entry in self.entries)
-        return not (is_special or self.visited_waivers or self.expired_waivers or self.ignored or self.contradicted)
+        return not (
+            is_special
+            or self.visited_waivers
+            or self.expired_waivers
+            or self.ignored
+            or self.contradicted
+            or self.outside
+        )
 
     def with_status(self, *decisions: Decision) -> tuple[ObligationStatus, ...]:
         """Return the obligations with one of these statuses, in the order of the model."""

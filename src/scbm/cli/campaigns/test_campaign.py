@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import Threshold
     from scbm.cli.campaigns.campaign_loop import Finished
     from scbm.cli.options.node_options import NodeOptions
-    from scbm.closing.proved_statuses import StatusEvidence
     from scbm.testing import Campaign, Finding
     from scbm.testing.batches.batch_summary import BatchSummary
     from scbm.testing.batches.campaign_runs import Executor
@@ -140,7 +139,7 @@ def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
     saved = [_save_small(suite, finding, output.failures) for finding in findings]
     _remember_failed(suite, done.campaign, output.failures)
     commands = tuple(_again(suite, finding, path) for finding, path in zip(findings, saved, strict=True))
-    code = _report(done, _setting(suite, findings, commands), output, suite.evidence)
+    code = _report(done, _setting(suite, findings, commands), output, suite)
     return code if is_saved else max(2, code)
 
 
@@ -173,7 +172,7 @@ def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, com
     logs = (nodes.logs.files.get(finding.names[0]) for finding in findings)
     commands = tuple(command if log is None else f"scbm replay {shown_path(str(log))}" for log in logs)
     setting = replace(_setting(suite, findings, commands), where=asked.words, answers=nodes.answers)
-    code = _report(done, setting, output, suite.evidence)
+    code = _report(done, setting, output, suite)
     if nodes.logs.words is not None and not output.json:
         errors().line(f"scbm: {nodes.logs.words}")
     for complaint in nodes.complaints:
@@ -183,9 +182,12 @@ def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, com
     return code if nodes.logs.is_whole else max(2, code)
 
 
-def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput, evidence: StatusEvidence | None) -> int:
+def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput, suite: Suite) -> int:
     campaign, since = done.campaign, done.since
-    statuses = None if evidence is None else evidence.statuses(campaign.coverage, campaign.forced)
+    statuses = None
+    if suite.evidence is not None:
+        goals = [written.case.goals_in(suite.model) for written in suite.written]
+        statuses = suite.evidence.statuses(campaign.coverage, campaign.forced, goals)
     if output.json:
         stored = {} if since is None else {"store": since.as_json}
         early = {"ended_early": done.words} if done.words else {}

@@ -95,7 +95,7 @@ def read_evidence(
     for each in checked:
         found = each.diagnostics(model_file)[:_MAX_FLAWS]
         errors().diagnostics([replace(one, severity=Severity.WARNING) for one in found])  # the command goes on
-    return StatusEvidence.of(checked, review), checked
+    return StatusEvidence.of(checked, review, model), checked
 
 
 def _certificate_files(paths: Sequence[Path]) -> tuple[Path, ...]:

@@ -92,6 +92,8 @@ def _statuses(history: History) -> Iterator[str]:
     figure = statuses.coverable
     counts = status_counts_in_words(statuses.counts)
     yield f"**{figure} of what can be covered** ({figure.visited} of {figure.of}): {_plain(counts)}\n"
+    if statuses.assumptions:
+        yield f"Proofs assume: {_plain(' '.join(statuses.assumptions))}\n"
     warnings = [f"- ⚠️ {_plain(warning)}\n" for warning in status_warnings(statuses)]
     if warnings:
         yield "".join(warnings)

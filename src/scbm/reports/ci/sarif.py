@@ -105,7 +105,7 @@ def _status_properties(history: History) -> dict[str, Any]:
         return {}
     counts = {status.value: count for status, count in statuses.counts.items()}
     figures = {"scbmIas": history.coverage.figure.percent, "ofWhatCanBeCovered": statuses.coverable.percent}
-    return {"properties": {**figures, "statuses": counts}}
+    return {"properties": {**figures, "statuses": counts, "assumptions": list(statuses.assumptions)}}
 
 
 def _status_results(history: History, places: Places) -> Iterator[dict[str, Any]]:

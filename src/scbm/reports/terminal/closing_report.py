@@ -13,7 +13,6 @@ from rich.text import Text
 from scbm.cases.coverage import Aspect, count_statuses, status_counts_in_words
 from scbm.closing import Decision
 from scbm.closing.advice.suggestions import grouped
-from scbm.closing.assumptions import assumptions
 from scbm.closing.summaries import aspects_in_words, in_few_words
 from scbm.model import format_moment
 from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, counted, wrapped
@@ -258,7 +257,7 @@ def _decisions(title: str, closing: Closing, decision: Decision) -> Iterator[Tex
 
 
 def _assumed(closing: Closing) -> Iterator[Text]:
-    found = assumptions(closing.model, (certificate for _, certificate in closing.certificates))
+    found = closing.assumptions
     if found:
         yield Text("  These proofs assume:")
     for sentence in found:

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from scbm.cases.coverage import Aspect
+from scbm.cases.coverage.assumptions import assumptions
 from scbm.cases.trace import PlanReceived
 from scbm.closing import Decision
 from scbm.closing.decisions import SuggestionKind
 from scbm.closing.summaries import in_few_words, plan_in_words
 from scbm.model import format_moment, format_value
 from scbm.proofcheck import StructureArgument, ValuesArgument
-from scbm.reports.figure_table import command_text, counted
+from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, counted, wrapped
 from scbm.reports.run.event_lines import event_lines
 from scbm.reports.terminal.closing_report import ended_lines
 from scbm.reports.terminal.timeline import draw_line
@@ -73,6 +74,10 @@ def explanation_lines(
     for number, alike in enumerate(_alike(explanations)):
         yield from [Text()] if number else []
         yield from writer.lines(alike)
+    assumed = assumptions(model, [each.decided.decision for each in explanations])
+    if assumed:
+        yield Text()
+        yield from (Text(part, style="dim") for part in wrapped(" ".join(assumed), DEFAULT_COLUMNS, "Assumed: ", 2))
     if any(each.decided.decision is Decision.UNDECIDED for each in explanations):
         yield from ended_lines(ended)
 

@@ -4,32 +4,42 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scbm.model import GoalOrder, format_value
+from scbm.cases.coverage.statuses import Decision
+from scbm.model import GoalOrder, PlanSet, format_value
 from scbm.model.sources import inputs, moved, outside_groups, published_by, still
-from scbm.planning import DEFAULT_PLANNER
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Collection, Iterator
 
     from scbm.model import BehaviorModel
-    from scbm.proofcheck import Certificate
 
 
-def assumptions(model: BehaviorModel, certificates: Iterable[Certificate]) -> tuple[str, ...]:
-    """Return the assumptions of some certificates for a model, one sentence each; none without certificates."""
-    known = tuple(certificates)
-    return tuple(_sentences(model, known)) if known else ()
+def assumptions(
+    model: BehaviorModel, decisions: Collection[Decision], goals: GoalOrder | None = None
+) -> tuple[str, ...]:
+    """Return what the proofs of a model assume, one sentence each.
+
+    Args:
+        model: the model.
+        decisions: the statuses that are proved; without `UNCOVERABLE` and `EXCLUDED` nothing is assumed.
+        goals: the runs that the proofs are about; `None` for those that the model declares.
+    """
+    if Decision.UNCOVERABLE not in decisions and Decision.EXCLUDED not in decisions:
+        return ()
+    return tuple(_sentences(model, decisions, goals or model.runs.goals))
 
 
-def _sentences(model: BehaviorModel, certificates: tuple[Certificate, ...]) -> Iterator[str]:
-    if any(certificate.goals is GoalOrder.SINGLE for certificate in certificates):
+def _sentences(model: BehaviorModel, decisions: Collection[Decision], goals: GoalOrder) -> Iterator[str]:
+    if goals is GoalOrder.SINGLE:
         yield "Each run starts in an allowed initial state, and pursues one goal of the model."
     else:
         yield "Goals of the model follow each other in any order, from an allowed initial state on."
-    if all(certificate.is_for_any_plan for certificate in certificates):
+    if Decision.EXCLUDED not in decisions:
         yield "A plan is any sequence of operations that leads to the goal by the planner's rules."
+    elif Decision.UNCOVERABLE not in decisions:
+        yield f"Plans are those of the planner {PlanSet.CANONICAL}."
     else:
-        yield f"What is excluded by the planner assumes plans of the planner {DEFAULT_PLANNER}; all else, any plans."
+        yield f"What is excluded by the planner assumes plans of the planner {PlanSet.CANONICAL}; all else, any plans."
     yield from _changes_from_outside(model)
     if not outside_groups(model):
         yield "Only the model and replies to its requests change variables."
