@@ -298,8 +298,13 @@ def found_faults(closing: Closing, again: Callable[[str], str]) -> tuple[FoundFa
     return tuple(
         FoundFault(name, end, _end_sentence(end, execution), again(name))
         for name, end, execution in ends
-        if end in _WRONG_ENDS and not (end is End.TIME_LIMIT and execution.case.injections)  # an input may be away
+        if end in _WRONG_ENDS and not _is_chosen(end, execution.case)
     )
+
+
+def _is_chosen(end: End, case: Case) -> bool:
+    """Return whether a case may have been made so that it ends so: by its own limit, or as an input is away."""
+    return end is End.TIME_LIMIT and (bool(case.injections) or case.limits.time_ns is not None)
 
 
 @dataclass(frozen=True, slots=True)

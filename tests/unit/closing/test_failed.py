@@ -23,7 +23,7 @@ ROUND = """automatic_transitions:
     [
         (AUTOMATIC, ROUND, "", "livelock"),
         ("timedout: [", "timedout: [count += 1, ", "initial: {count: 2}\noutcomes: {scan: [timeout]}\n", "model_error"),
-        (AUTOMATIC, AUTOMATIC, "outcomes: {scan: [timeout]}\nlimits: {time: 1 s}\n", "time_limit"),
+        ("deadline: 10 seconds", "deadline: 2 h", "outcomes: {scan: [timeout]}\n", "time_limit"),
     ],
 )
 def test_an_end_that_no_good_model_has_is_found(old: str, new: str, more: str, end: str, wording: Wording) -> None:
@@ -39,3 +39,9 @@ def test_an_end_that_no_good_model_has_is_found(old: str, new: str, more: str, e
 def test_other_ends_are_no_fault() -> None:
     model = scan_cell()
     assert found_faults(closing_of(model, [read_case("case: one\ngoal: scanned\n", model)]), str) == ()
+
+
+def test_an_end_by_a_limit_of_the_case_is_chosen() -> None:
+    model = scan_cell()
+    text = "case: one\ngoal: scanned\noutcomes: {scan: [timeout]}\nlimits: {time: 1 s}\nexpect: {verdict: time_limit}\n"
+    assert found_faults(closing_of(model, [read_case(text, model)]), str) == ()

@@ -39,6 +39,8 @@ if TYPE_CHECKING:
 _EXAMPLE = ", or an automatic transition like "
 """The text before an example of an automatic transition that would fail an operation."""
 
+_INTERLOCK = "an interlock can stay as it is: what is proved uncoverable need not be covered"
+
 _MAX_TRIED = 10
 """Maximum number of goals that are verified for one operation."""
 
@@ -227,7 +229,8 @@ class _Suggestions:
         blamed = contradicted or blame((transition.g, transition.gr, *executing), self._oracles.can_hold)
         if blamed:
             is_contradiction = bool(contradicted)
-            yield _blaming((obligation,), what, blamed, "in any run", is_contradiction=is_contradiction)
+            found = _blaming((obligation,), what, blamed, "in any run", is_contradiction=is_contradiction)
+            yield found if is_contradiction else replace(found, text=f"{found.text}; {_INTERLOCK}")
             return
         before = shadowing(self._model, transition, self._oracles.states or ())
         if before:

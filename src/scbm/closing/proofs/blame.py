@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from scbm.closing.runs.all_runs import AllRuns
-    from scbm.model import BehaviorModel, Packing, Transition, Value
+    from scbm.model import BehaviorModel, Packing, StateSpace, Transition, Value
 
 
 def conjuncts(predicate: Predicate) -> tuple[Predicate, ...]:
@@ -67,6 +67,10 @@ class NearestMiss:
     never: tuple[Predicate, ...]
     lacking: int
     nearest: tuple[tuple[str, Value], ...]
+
+    def is_about_runner(self, space: StateSpace) -> bool:
+        """Return whether the conjuncts read variables of the runner, such as the state of an operation."""
+        return any(space[name].role.is_runner for part in self.never for name in part.reads())
 
     def words(self, what: str, where: str = "") -> str:
         """Return a clause about what needs the conjuncts, and about the states that count."""

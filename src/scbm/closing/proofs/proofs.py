@@ -229,7 +229,8 @@ def _why_not_failed(operation: Operation, runs: AllRuns, executes: Predicate) ->
     misses = [(what, miss) for what, miss in found if miss is not None]
     if not misses:
         return ""
-    what, nearest = min(misses, key=lambda each: each[1].lacking)
+    # A guard about another operation that executes is no way for this one to fail.
+    what, nearest = min(misses, key=lambda each: (each[1].is_about_runner(model.running_space), each[1].lacking))
     return f": {nearest.words(what, ' while it executes')}"
 
 

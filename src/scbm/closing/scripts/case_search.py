@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from scbm.cases import CaseLimits
+from scbm.cases.coverage import visited_by
 from scbm.cases.trace import End
 from scbm.closing.runs.walks import best_walk, direct_walks, walk_over
 from scbm.closing.scripts.case_scripts import CaseScripts
@@ -152,10 +153,19 @@ class CaseSearch:
                 return
 
     def _put_back(self, execution: Execution, bit: int) -> Execution:
-        """Return the run of a case that puts its changes back, if only then the run ends before the time limit."""
-        injections = tuple(replace(each, hold_ns=HOLD_NS) for each in execution.case.injections)
-        if not injections or execution.verdict.end is not End.TIME_LIMIT:
+        """Return the run of a case that puts its changes back, if only then the run ends before the time limit.
+
+        What changes at a given time is put back a while after the visit, and the rest a while after its change.
+        """
+        if not execution.case.injections or execution.verdict.end is not End.TIME_LIMIT:
             return execution
+        visited_ns = next(r.at_ns for r in execution.trace.records if visited_by((r,), self._tester.obligations) & bit)
+        injections = tuple(
+            replace(each, hold_ns=max(0, visited_ns - each.at_ns) + HOLD_NS if each.hold_ns is None else each.hold_ns)
+            if each.at_ns is not None
+            else replace(each, hold_ns=HOLD_NS)
+            for each in execution.case.injections
+        )
         held = self._execute(replace(execution.case, injections=injections))
         if held is None or held.verdict.end is End.TIME_LIMIT or not held.visited_freely & bit:
             return execution
