@@ -24,6 +24,7 @@ from support.domains import LOOPBACK, own_domain
 from support.loops import GUARD_S
 from support.profiles import load_profile
 from support.shared_closings import SharedCloser, shared_flaws
+from support.shared_models import share_models
 from support.wording import Wording
 
 # pytester forgets the modules that a test within the process imports; what is imported before stays the same for all.
@@ -32,6 +33,8 @@ for _module in ("scbm.cli.application", *VERBS.values()):
 for _package in map(import_module, ("scbm.closing", "scbm.nodes", "scbm.reports", "scbm.store", "scbm.testing")):
     for _name in _package.__all__:
         getattr(_package, _name)
+
+share_models()
 
 collect_ignore = ["models"]
 """The models and cases there are right and wrong on purpose; they belong to tests of their own."""

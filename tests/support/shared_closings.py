@@ -5,45 +5,23 @@ Closing is a function of its inputs, and its results are immutable. Tests of thi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 from scbm.cases.coverage import Obligation
 from scbm.closing import CloseLimits, Closer, Closing
 from scbm.model import BehaviorModel
 from scbm.proofcheck import Certificate, CertificateFlaw, check_certificate
-from scbm.testing import Campaign, CaseResult
-from scbm.testing.batches.campaign_runs import Executor
+from scbm.testing import Campaign
 
+_CLOSINGS: dict[str, Closing] = {}
+"""By the representation of all inputs, which tells 1 from true, unlike a comparison."""
 
-@dataclass(frozen=True)
-class _ClosingInputs:
-    """Everything that the result of closing depends on."""
-
-    model: BehaviorModel
-    limits: CloseLimits
-    suite: tuple[CaseResult, ...]
-    wanted: tuple[Obligation, ...] | None
-    one_case_each: bool
-
-
-_CLOSINGS: list[tuple[_ClosingInputs, Closing]] = []
-
-_FLAWS: list[tuple[Certificate, BehaviorModel, tuple[CertificateFlaw, ...]]] = []
+_FLAWS: list[tuple[Certificate, str, tuple[CertificateFlaw, ...]]] = []
+"""Certificates, each with the representation of its model, and its flaws."""
 
 
 class SharedCloser(Closer):
     """A closer that returns the closing of equal inputs, if this process has one."""
-
-    def __init__(
-        self,
-        model: BehaviorModel,
-        limits: CloseLimits = CloseLimits(),  # noqa: B008 - an immutable value
-        progress: Callable[[str], None] | None = None,
-        executor: Executor | None = None,
-    ) -> None:
-        super().__init__(model, limits, progress, executor)
-        self._inputs_limits = limits
 
     def close(
         self,
@@ -55,14 +33,12 @@ class SharedCloser(Closer):
         if suite is not None and len(suite.results) < suite.count:
             return super().close(suite, wanted, one_case_each=one_case_each)  # not all cases are listed
         results = () if suite is None else suite.results
-        asked = None if wanted is None else tuple(wanted)
-        inputs = _ClosingInputs(self.model, self._inputs_limits, results, asked, one_case_each)
-        for known, closing in _CLOSINGS:
-            if known == inputs:
-                return closing
+        inputs = repr((self.model, self._limits, results, wanted, one_case_each))
+        if inputs in _CLOSINGS:
+            return _CLOSINGS[inputs]
         closing = super().close(suite, wanted, one_case_each=one_case_each)
         if not closing.is_interrupted:
-            _CLOSINGS.append((inputs, closing))
+            _CLOSINGS[inputs] = closing
         return closing
 
 
@@ -73,9 +49,10 @@ def shared_closing(model: BehaviorModel, limits: CloseLimits = CloseLimits()) ->
 
 def shared_flaws(certificate: Certificate, model: BehaviorModel) -> tuple[CertificateFlaw, ...]:
     """Return the flaws of a certificate."""
+    text = repr(model)
     for known, of_model, flaws in _FLAWS:
-        if (known, of_model) == (certificate, model):
+        if (known, of_model) == (certificate, text):
             return flaws
     flaws = check_certificate(certificate, model)
-    _FLAWS.append((certificate, model, flaws))
+    _FLAWS.append((certificate, text, flaws))
     return flaws
