@@ -2,7 +2,8 @@
 
 Of each model: how long closing took (seconds of one core), what was decided, proofs that a run refutes, cases that fail
 when they are run again. With `--enumerate`, all runs are enumerated by driving the real runner, which takes minutes.
-With `--check`, certificates are checked.
+With `--check`, certificates are checked. With `--open`, the environment acts, resources are shared, goals follow each
+other, and plans are any: then each proof is compared with as many runs as are enumerated within limits.
 
 With `--published` (and names, if not all): published problems, each beside 1,000 random cases under the same planner in
 the same run. `--planner` names it; by default large models are closed under `canonical` and under `greedy`. All times
@@ -23,8 +24,8 @@ from typing import TYPE_CHECKING
 
 from published import PROBLEMS
 
-from scbm.closing import Closer, Decision
-from scbm.model import PlannerChoice
+from scbm.closing import CloseLimits, Closer, Decision
+from scbm.model import PlannerChoice, PlanSet
 from scbm.proofcheck import RunsArgument
 from scbm.testing import RandomCases, Tester
 
@@ -42,8 +43,10 @@ from property.test_closing import (  # noqa: E402 - they live with the tests
     impossible_cases,
     incomplete,
     overlooked,
+    wrong_exclusions,
     wrong_proofs,
 )
+from property.test_environment_closing import model_of as open_model  # noqa: E402
 from support.enumeration import enumerate_runs  # noqa: E402
 from support.random_models import random_model  # noqa: E402
 
@@ -120,6 +123,30 @@ def close(number: int, *, enumerates: bool, checks: bool) -> Result:
     return Result(number, seconds, enumeration.situations, counts, wrong, enumeration.complete, complaints)
 
 
+OPEN_LIMITS = CloseLimits(situations=15_000, planning=20_000, candidates=20, beyond=2_000, random=100, changes=100)
+"""Of many models few are large; what is beyond these limits is undecided."""
+
+MAX_OF_OPEN_RUNS = 2_000
+"""Maximum number of situations of runs in an open world that are enumerated, for each set of runs."""
+
+
+def close_open(number: int) -> Result:
+    """Closes a random model in an open world, and looks whether a run refutes a proof, or a case fails."""
+    model = open_model(number)
+    begin = time.process_time()
+    closing = Closer(model, OPEN_LIMITS).close()
+    seconds = time.process_time() - begin
+    complaints = [*failing_replays(closing), *flaws(closing)]
+    counts = Counter(decided.decision for decided in closing.decided if decided.obligation.counts)
+    single = enumerate_runs(model, MAX_OF_OPEN_RUNS, is_open=True)
+    sequences = enumerate_runs(model, MAX_OF_OPEN_RUNS, is_open=True, is_sequence=True)
+    any_plans = enumerate_runs(model, MAX_OF_OPEN_RUNS, is_open=True, is_sequence=True, plans=PlanSet.ANY)
+    wrong = [text for runs in (single, sequences, any_plans) for text in wrong_proofs(closing, runs)]
+    wrong += [text for runs in (single, sequences) for text in wrong_exclusions(closing, runs)]
+    complete = single.complete and sequences.complete and any_plans.complete
+    return Result(number, seconds, certified(closing), counts, wrong, complete, complaints)
+
+
 def certified(closing: Closing) -> int:
     """The situations in the certificate of runs, if there is one."""
     arguments = [c.argument for _, c in closing.certificates if isinstance(c.argument, RunsArgument)]
@@ -183,7 +210,7 @@ def published(name: str, planner: str) -> str:
 def compare_published(names: Sequence[str], planner: str | None) -> None:
     """Prints a line for each published problem and planner."""
     print(
-        f"{'model':<18} {'planner':<10} {'covered':>11} {'uncoverable':>11} {'undecided':>11} {'cases':>6} {'CPU':>10} "
+        f"{'model':<18} {'planner':<10} {' '.join(f'{each:>11}' for each in Decision)} {'cases':>6} {'CPU':>10} "
         f"{'random':>8} {'CPU':>10} {'missed':>7}"
     )
     for name in names or (*SMALL, *LARGE):
@@ -199,19 +226,23 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--enumerate", action="store_true")
     parser.add_argument("--check", action="store_true")
+    parser.add_argument("--open", action="store_true", help="with environment, sequences of goals and any plans")
     parser.add_argument("--published", nargs="*", metavar="NAME", help=f"of {', '.join((*SMALL, *LARGE))}")
     parser.add_argument("--planner", help="the planner of published problems")
     asked = parser.parse_args()
     if asked.published is not None:
         compare_published(asked.published, asked.planner)
         return
-    print("model   seconds  situations  covered, uncoverable, undecided")
+    print(f"model   seconds  situations  {', '.join(Decision)}")
     results = []
     for number in range(asked.first, asked.first + asked.models):
-        results.append(close(number, enumerates=asked.enumerate, checks=asked.check))
+        is_closed = not asked.open
+        results.append(
+            close(number, enumerates=asked.enumerate, checks=asked.check) if is_closed else close_open(number)
+        )
         print(results[-1], flush=True)
     print(summary(results))
-    for name in ("before", "after"):
+    for name in () if asked.open else ("before", "after"):
         print(example(name))
 
 
