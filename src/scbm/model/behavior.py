@@ -131,7 +131,7 @@ class GoalOrder(StrEnum):
 
 
 class PlanSet(StrEnum):
-    """The plans that a proof about all runs is about (semantics 9.3)."""
+    """A set of plans: those that runs may get (semantics 4.4), and those that a proof is about (semantics 9.3)."""
 
     CANONICAL = "canonical"
     """The plan of the canonical planner."""
@@ -147,9 +147,11 @@ class RunsDeclaration:
 
     Attributes:
         goals: how many goals follow each other without a new beginning.
+        plans: the plans that a run may get: `CANONICAL`, or `SHORTEST` for plans that are drawn (semantics 4.4).
     """
 
     goals: GoalOrder = GoalOrder.SEQUENCE
+    plans: PlanSet = PlanSet.CANONICAL
 
 
 @dataclass(frozen=True)

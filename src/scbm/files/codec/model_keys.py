@@ -28,7 +28,7 @@ from scbm.files.language.grammar import keywords
 from scbm.files.language.scope import Scope, Where
 from scbm.files.spelling import suggestion
 from scbm.model import Place, Slug
-from scbm.model.behavior import BehaviorModel, GoalOrder, PlannerChoice, RunsDeclaration
+from scbm.model.behavior import FIRST_PLANNER, BehaviorModel, GoalOrder, PlannerChoice, PlanSet, RunsDeclaration
 from scbm.model.predicates import TRUE, Predicate
 from scbm.model.requirements import Requirement
 from scbm.model.variables import NO_OPERATION, Variable, VariableSource, resource_variables, runner_variables
@@ -164,6 +164,14 @@ def _read_goal_order(reader: ValueReader, node: YamlNode, text: str) -> GoalOrde
     return None if word is None else GoalOrder(word)
 
 
+_RUN_PLANS = (PlanSet.CANONICAL.value, PlanSet.SHORTEST.value)
+
+
+def _read_plans(reader: ValueReader, node: YamlNode, text: str) -> PlanSet | None:
+    word = reader.word(node, text, _RUN_PLANS, "a set of plans that runs can have")
+    return None if word is None else PlanSet(word)
+
+
 class RunsKeys(Keys):
     """The runs of a model, which proofs are about."""
 
@@ -175,10 +183,16 @@ class RunsKeys(Keys):
         "model follow each other, each from where the last one ended.",
         default=GoalOrder.SEQUENCE,
     )
+    plans: DefaultKey[PlanSet] = DefaultKey(
+        ScalarType("set of plans", "a set of plans", {"enum": list(_RUN_PLANS)}, _read_plans, str),
+        "`canonical` if runs get the plans of the planner; `shortest` if the plans of random cases are drawn from all "
+        "shortest ones, with the planner `canonical` alone. `--plans` overrides it.",
+        default=PlanSet.CANONICAL,
+    )
 
     def declaration(self) -> RunsDeclaration:
         """Return the declaration; valid only if no error is noted."""
-        return RunsDeclaration(self.goals)
+        return RunsDeclaration(self.goals, self.plans)
 
 
 class ModelKeys(Keys):
@@ -244,7 +258,7 @@ class ModelKeys(Keys):
     runs = Key(
         MappingType(RunsKeys),
         "What the runs of the model are, such as `{goals: single}`; proofs are about these runs.",
-        absent="`{goals: sequence}`",
+        absent="`{goals: sequence, plans: canonical}`",
         source=lambda model: None if model.runs == RunsDeclaration() else model.runs,
     )
 
@@ -273,9 +287,18 @@ class ModelKeys(Keys):
             runs=RunsDeclaration() if self.runs is None else self.runs.declaration(),
         )
         self._refuse_false_sources(model)
+        self._refuse_drawn_plans(model)
         if self.waivers:
             model = replace(model, waivers=waivers_of(self.waivers, model))
         return self._bound(model)
+
+    def _refuse_drawn_plans(self, model: BehaviorModel) -> None:
+        """Note plans that are drawn from all shortest ones where the planner knows no lengths of shortest plans."""
+        name = model.planner.name
+        if self.runs is not None and model.runs.plans is PlanSet.SHORTEST and name not in (None, FIRST_PLANNER.name):
+            message = f"`plans: shortest` needs the planner `{FIRST_PLANNER.name}`, and the model names `{name}`"
+            remedy = "leave out one of them: no other planner knows how far each state is from the goal"
+            self.reader.add(Slug.CONTRADICTION, message, self.runs.place("plans"), remedy)
 
     def _refuse_false_sources(self, model: BehaviorModel) -> None:
         """Note a declared source that something in the model contradicts."""
