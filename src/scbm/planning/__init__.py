@@ -3,6 +3,7 @@
 The planner sees `g` and `a` of pre- and postconditions, and nothing that is only for running.
 """
 
+from scbm.planning.drawn_plans import DrawnPlans, PreferredPlans, ShortestPlans
 from scbm.planning.plan_answers import (
     Answer,
     Limit,
@@ -20,20 +21,25 @@ from scbm.planning.plan_search import Reach, explore
 from scbm.planning.planner import PlanCache, Planner, PlanSource, recorded_answer
 from scbm.planning.planners import (
     DEFAULT_PLANNER,
+    DRAWN_SHORTEST,
     PLANNERS,
     PlanFunction,
     PlannerEntry,
     PlanProblem,
     model_planned_by,
+    model_with_plans,
     planner_of,
+    planner_of_random_runs,
 )
 from scbm.planning.planning_task import Task, system_of
 from scbm.planning.policy import Policy
 
 __all__ = [
     "DEFAULT_PLANNER",
+    "DRAWN_SHORTEST",
     "PLANNERS",
     "Answer",
+    "DrawnPlans",
     "Limit",
     "LimitReached",
     "NoPlanFound",
@@ -47,15 +53,19 @@ __all__ = [
     "Planner",
     "PlannerEntry",
     "Policy",
+    "PreferredPlans",
     "Reach",
     "SearchCancelledError",
+    "ShortestPlans",
     "Solved",
     "Task",
     "Unsolvable",
     "explore",
     "find_flaw",
     "model_planned_by",
+    "model_with_plans",
     "planner_of",
+    "planner_of_random_runs",
     "recorded_answer",
     "system_of",
 ]

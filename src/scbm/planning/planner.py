@@ -192,24 +192,38 @@ class PlanCache:
 
         Raises `SearchCancelledError` once `should_continue` returns `False`; nothing is cached then.
         """
-        key = (goal, limits)
-        if key not in self._goals:
-            self._goals[key] = _CachedPlans(
-                self._planner.policy(goal, limits, most=0), self._first_budget, self._first_budget
-            )
-        cached = self._goals[key]
+        cached = self._cached(goal, limits)
         start = cached.policy.task.pack(state)
-        answer = cached.policy.plan(start, should_continue)
+        answer = self.packed_plan(start, goal, limits, should_continue)
         if start not in cached.validated:
             self._planner.validate(state, goal, answer)
             if len(cached.validated) < _MAX_VALIDATED:
                 cached.validated[start] = None
+        return answer
+
+    def packed_plan(
+        self, start: int, goal: Predicate, limits: PlanLimits, should_continue: ShouldContinue = always
+    ) -> Answer:
+        """Return the planner's plan from a packed state of the task for the goal, not replayed, or why there is none.
+
+        Raises `SearchCancelledError` once `should_continue` returns `False`; nothing is cached then.
+        """
+        cached = self._cached(goal, limits)
+        answer = cached.policy.plan(start, should_continue)
         cached.budget -= answer.expanded
         if cached.budget < 0 and self._planner.name == DEFAULT_PLANNER:
             cached.size = cached.size * _GROWTH + 1
             cached.budget = cached.size
             cached.policy = self._planner.policy(goal, limits, most=cached.size)
         return answer
+
+    def _cached(self, goal: Predicate, limits: PlanLimits) -> _CachedPlans:
+        key = (goal, limits)
+        if key not in self._goals:
+            self._goals[key] = _CachedPlans(
+                self._planner.policy(goal, limits, most=0), self._first_budget, self._first_budget
+            )
+        return self._goals[key]
 
 
 @dataclass(slots=True)

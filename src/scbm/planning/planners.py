@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Protocol
 
-from scbm.model import PlannerChoice, PlannerIdentity
+from scbm.model import PlannerChoice, PlannerIdentity, PlanSet
 from scbm.planning.plan_answers import PlanLimits, Solved, Unsolvable, always
 from scbm.planning.plan_search import brief_answer, search_plan
 
@@ -150,17 +150,32 @@ PLANNERS: dict[str, PlannerEntry] = {
 
 
 def planner_of(model: BehaviorModel) -> PlannerIdentity:
-    """Return the planner that the runs of a model use, with the limits that the model sets."""
+    """Return the planner that the model names, or the default one, with the limits that the model sets."""
     name, choice = model.planner.name or DEFAULT_PLANNER, model.planner
     return PlannerIdentity(name, PLANNERS[name].whole_version, choice.max_length, choice.max_expanded)
 
 
+def planner_of_random_runs(model: BehaviorModel) -> PlannerIdentity:
+    """Return what makes the plans of random cases, as traces and stores record it: `planner_of`, or draws."""
+    planner = planner_of(model)
+    is_drawn = model.runs.plans is PlanSet.SHORTEST
+    return replace(planner, name=DRAWN_SHORTEST, version=_DRAWING_VERSION) if is_drawn else planner
+
+
+def model_with_plans(plans: PlanSet, model: BehaviorModel) -> BehaviorModel:
+    """Return the model whose random cases have these plans: `CANONICAL` or `SHORTEST`."""
+    return replace(model, runs=replace(model.runs, plans=plans))
+
+
 def model_planned_by(planner: PlannerIdentity, model: BehaviorModel) -> BehaviorModel:
-    """Return the model with the planner of a recorded run.
+    """Return the model with the planner of a recorded run, and with plans that are drawn if those of the run were.
 
     The limits of the model stay where the planner is that of the model and the run recorded no limit: the run had none,
     or an older version of `scbm` recorded it.
     """
+    is_drawn = planner.name == DRAWN_SHORTEST
+    model = model_with_plans(PlanSet.SHORTEST if is_drawn else PlanSet.CANONICAL, model)
+    planner = replace(planner, name=DEFAULT_PLANNER) if is_drawn else planner
     choice = model.planner
     if planner.name != (choice.name or DEFAULT_PLANNER):
         return replace(model, planner=planner.choice)
@@ -168,6 +183,12 @@ def model_planned_by(planner: PlannerIdentity, model: BehaviorModel) -> Behavior
     expanded = choice.max_expanded if planner.max_expanded is None else planner.max_expanded
     return replace(model, planner=PlannerChoice(choice.name, length, expanded))
 
+
+DRAWN_SHORTEST = "shortest"
+"""The name that traces, cases and stores give to plans drawn from all shortest ones; no planner has this name."""
+
+_DRAWING_VERSION = "1"
+"""Changes whenever the same stream of random numbers may give another plan."""
 
 DEFAULT_PLANNER = "canonical"
 """The planner of commands and models that name none; the proofs of `scbm close` rely on canonical plans."""
