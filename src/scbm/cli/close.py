@@ -20,7 +20,7 @@ from scbm.cli.options.closing_options import (
     limit_text,
 )
 from scbm.cli.options.help_sections import HelpSection
-from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
+from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
 from scbm.cli.options.status_options import WaiversFile, read_waivers_of
 from scbm.cli.output.terminal import activity_display, errors, results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
@@ -105,13 +105,14 @@ def command(
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
+    plans: Plans = None,
     check: Annotated[bool, typer.Option("--check", help="Check certificates instead.")] = False,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
 ) -> int:
     """Generate cases for all that no case visits, or prove that no case can visit it. --check: check such proofs."""
     if check:
         return check_certificates(files or [], json=json)
-    options = PlannerOptions(planner, max_length, max_expanded)
+    options = PlannerOptions(planner, max_length, max_expanded, plans=plans)
     limits = CloseLimits(max_states, planning=max_planning, random=max_random, changes=max_changes)
     model = _only_model(files or [])
     asked = _CloseRequest(model, tuple(suite or ()), cases, seed, limits, options, jobs, waivers, one_case_each)

@@ -18,7 +18,7 @@ from scbm.cli.options.closing_options import (
     limit_text,
 )
 from scbm.cli.options.help_sections import HelpSection
-from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
+from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
 from scbm.cli.options.status_options import WaiversFile, read_waivers_of
 from scbm.cli.output.terminal import activity_display, results, write_json
 from scbm.closing import CloseLimits, Closer, Closing, Decision
@@ -57,10 +57,11 @@ def command(
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
+    plans: Plans = None,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
 ) -> int:
     """Show how a case visits an obligation, such as `scan/failed`, or why no case does."""
-    options = PlannerOptions(planner, max_length, max_expanded)
+    options = PlannerOptions(planner, max_length, max_expanded, plans=plans)
     loaded = options.applied(load_model(model))
     asked = _read_obligation(obligation, loaded)
     review = read_waivers_of(loaded, waivers)

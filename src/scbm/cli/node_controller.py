@@ -27,9 +27,11 @@ from scbm.cli.options.planner_options import (
     MaxTime,
     PlannerName,
     PlannerOptions,
+    Plans,
 )
 from scbm.nodes import Bus, ControllerNode, NodeContext
 from scbm.nodes.buses.transports import DEFAULT_TRANSPORT
+from scbm.testing.random_streams import draw_plans
 
 
 def command(
@@ -45,17 +47,18 @@ def command(
     max_expanded: MaxExpanded = None,
     max_time: MaxTime = None,
     max_memory: MaxMemory = None,
+    plans: Plans = None,
     while_stdin: WhileStdin = False,
 ) -> int:
     """Run the controller of a cell: it runs what a tester sends, until you stop it."""
-    options = PlannerOptions(planner, max_length, max_expanded, max_time, max_memory)
+    options = PlannerOptions(planner, max_length, max_expanded, max_time, max_memory, plans)
     loaded = options.applied(load_bound(model, bindings))
     limits = options.limits(loaded)
     chosen = read_real(real or [], loaded)
     in_domain = read_domain(domain)
 
     def make(context: NodeContext, drivers: Bus | None) -> ControllerNode:
-        return ControllerNode(context, limits, drivers)
+        return ControllerNode(context, limits, drivers, draw_plans)
 
     open_drivers = partial(open_rclpy, in_domain) if read_via(via, chosen) is Via.RCLPY else None
     return serve_node(

@@ -7,7 +7,7 @@ import typer
 
 from scbm.cli.campaigns.rerun import AskedRun, rerun
 from scbm.cli.options.help_sections import HelpSection
-from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
+from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
 from scbm.cli.output.shown_run import show_run
 from scbm.cli.output.terminal import errors
 from scbm.model import Diagnostic, Place, Slug
@@ -42,6 +42,7 @@ def command(
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
+    plans: Plans = None,
     every: Annotated[
         bool, typer.Option("--all", help="Show changes of every variable.", rich_help_panel=HelpSection.OUTPUT)
     ] = False,
@@ -51,7 +52,7 @@ def command(
     json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
 ) -> int:
     """Run a case file or the log of a real run again, and compare the run with the recorded one."""
-    options = PlannerOptions(planner, max_length, max_expanded)
+    options = PlannerOptions(planner, max_length, max_expanded, plans=plans)
     outputs = {} if trace is None else {"--trace": trace}
     replayed = rerun(AskedRun(file, model, require or [], time_limit, outputs, options))
     execution = replayed.execution

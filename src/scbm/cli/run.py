@@ -17,7 +17,7 @@ from scbm.cli.options.option_values import (
     read_state,
     read_time_limit,
 )
-from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
+from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
 from scbm.cli.output.shown_run import show_run
 from scbm.files import FileWriter, load_model
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug
@@ -79,6 +79,7 @@ def command(
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
+    plans: Plans = None,
     every: Annotated[
         bool, typer.Option("--all", help="Show changes of every variable.", rich_help_panel=HelpSection.OUTPUT)
     ] = False,
@@ -90,7 +91,7 @@ def command(
     """Run one goal against simulated resources, and show what happens."""
     writer = FileWriter([(model, "the model")])
     writer.refuse_clashes({} if trace is None else {"--trace": trace})
-    loaded = PlannerOptions(planner, max_length, max_expanded).applied(load_model(model))
+    loaded = PlannerOptions(planner, max_length, max_expanded, plans=plans).applied(load_model(model))
     faults = read_faults(network, loaded)
     asked = _case(loaded, str(model), goal, state, Origin(seed, case or 1, read_inputs(inputs)), drawn=case is not None)
     asked = replace(

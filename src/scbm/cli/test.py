@@ -52,7 +52,7 @@ from scbm.cli.options.node_options import (
     refuse_with_nodes,
     refuse_without_transport,
 )
-from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
+from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
 from scbm.cli.options.status_options import Certificates, WaiversFile, read_asked_evidence
 from scbm.reports.figure_table import shown_path
 
@@ -134,6 +134,7 @@ def command(
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
+    plans: Plans = None,
     transport: TestTransport = None,
     real: Real = None,
     via: Reached = None,
@@ -153,7 +154,7 @@ def command(
     json: Json = False,
 ) -> int:
     """Run case files and random cases, judge them, and report their coverage of the model."""
-    options = PlannerOptions(planner, max_length, max_expanded)
+    options = PlannerOptions(planner, max_length, max_expanded, plans=plans)
     wanted = CampaignOptions(
         model, files or [], cases, seed, network, require or [], time_limit, options, until_dry, inputs
     )

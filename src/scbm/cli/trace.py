@@ -12,7 +12,7 @@ from scbm.cli.campaigns.rerun import AskedRun, rerun
 from scbm.cli.options.campaign_options import Inputs, read_inputs
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.option_values import read_faults, read_requirements, read_time_limit
-from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions
+from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
 from scbm.cli.output.terminal import results, write_json
 from scbm.files import FileWriter, load_model
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Slug, format_moment
@@ -105,6 +105,7 @@ def command(
     planner: PlannerName = None,
     max_length: MaxLength = None,
     max_expanded: MaxExpanded = None,
+    plans: Plans = None,
     json: Annotated[
         bool, typer.Option("--json", help="Print what was written as JSON.", rich_help_panel=HelpSection.OUTPUT)
     ] = False,
@@ -112,7 +113,7 @@ def command(
     """Run a case or the log of a real run again, and write what happens as a file that Perfetto or Foxglove opens."""
     outputs = _outputs(perfetto, mcap)
     files = {output.option: output.path for output in outputs}
-    options = PlannerOptions(planner, max_length, max_expanded)
+    options = PlannerOptions(planner, max_length, max_expanded, plans=plans)
     if case is None:
         _refuse(
             {"--seed": seed, "--network": network, "--inputs": inputs},

@@ -7,11 +7,12 @@ of its whole run. Reports distinguish cases in simulation from cases over nodes,
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from shlex import quote
 from typing import TYPE_CHECKING
 
 from scbm.model import FIRST_PLANNER, PlannerIdentity, format_duration
+from scbm.planning import DRAWN_SHORTEST
 from scbm.reports.figure_table import counted, shown_path
 from scbm.store import Written
 from scbm.testing import FailureKind
@@ -108,10 +109,17 @@ def _planner_options(run: StoredRun, prefix: str = "--", more: str = "") -> str:
     text `more` of a case.
     """
     planner = PlannerIdentity.parse(run.planner)
+    is_drawn, declares = planner.name == DRAWN_SHORTEST, DRAWN_SHORTEST in run.source.text
+    plans = [("plans", DRAWN_SHORTEST if is_drawn else FIRST_PLANNER.name)] if is_drawn != declares else []
+    planner = replace(planner, name=FIRST_PLANNER.name) if is_drawn else planner
     if planner.words == FIRST_PLANNER.name and "planner" not in run.source.text + more:
-        return ""
-    limits = [(name.replace("_", "-"), str(limit)) for name, limit in planner.limits.items()]
-    return "".join(f" {prefix}{option} {quote(value)}" for option, value in [("planner", planner.name), *limits])
+        options = plans
+    else:
+        limits = [(name.replace("_", "-"), str(limit)) for name, limit in planner.limits.items()]
+        options = [("planner", planner.name), *limits, *plans]
+    return "".join(
+        f" {prefix}{option} {quote(value)}" for option, value in options if prefix == "--" or option != "plans"
+    )
 
 
 def again_words(stored: StoredCase) -> str:

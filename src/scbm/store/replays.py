@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 
 from scbm.cases import Network
 from scbm.files import Scope, digest_of, parse_requirement, read_case, read_network, write_case, write_network
-from scbm.model import InputError, PlannerIdentity, Requirement
-from scbm.planning import PLANNERS
+from scbm.model import InputError, PlannerChoice, PlannerIdentity, Requirement
+from scbm.planning import DEFAULT_PLANNER, DRAWN_SHORTEST, PLANNERS, model_planned_by
 from scbm.store.history import Drawn, Written, unpacked_log
 from scbm.testing import RandomCases, Tester
 
@@ -101,13 +101,14 @@ class Replays:
         """Return a tester with the planner of the run that had the case."""
         planner = self._runs[stored.run].planner
         if planner not in self._testers:
-            choice = PlannerIdentity.parse(planner).choice
-            self._testers[planner] = Tester(replace(self._model, planner=choice))
+            unplanned = replace(self._model, planner=PlannerChoice())  # its limits are those of the run
+            self._testers[planner] = Tester(model_planned_by(PlannerIdentity.parse(planner), unplanned))
         return self._testers[planner]
 
     def _is_planned_elsewhere(self, stored: StoredCase) -> bool:
         """Whether another program made the plans of a case, and the case does not have them."""
-        entry = PLANNERS.get(PlannerIdentity.parse(self._runs[stored.run].planner).name)
+        name = PlannerIdentity.parse(self._runs[stored.run].planner).name
+        entry = PLANNERS.get(DEFAULT_PLANNER if name == DRAWN_SHORTEST else name)  # drawn plans are drawn again
         return (entry is None or entry.is_external) and not self.case(stored).plans
 
     def _of_log(self, stored: StoredCase) -> Execution | None:

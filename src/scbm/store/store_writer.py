@@ -16,7 +16,7 @@ from scbm.cases.coverage import Obligations
 from scbm.cases.trace import End
 from scbm.files import digest_of
 from scbm.model import Slug
-from scbm.planning import planner_of
+from scbm.planning import planner_of_random_runs
 from scbm.store.history import MAX_LOG_BYTES, ModelSource, StoredRun, key_of, packed_log, sayable
 from scbm.store.model_edits import difference
 from scbm.store.store_file import (
@@ -160,7 +160,7 @@ class StoreWriter:
             raise problem(Slug.STORE_UNUSABLE, self._path, message)
         packed = None if log is None else self._packed(result.case.name, log)
         with store_errors(self._path), understood(self._path), transaction(self._connection):
-            planner = planner or planner_of(self._model)
+            planner = planner or planner_of_random_runs(self._model)
             ids = self._ids or self._begun(planner)
             key, case = key_of(recipe, self._digest, planner.words), result.case
             row = CaseRow(

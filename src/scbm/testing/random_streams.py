@@ -10,6 +10,8 @@ from random import Random
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from scbm.cases import Origin
 
 
@@ -36,6 +38,11 @@ def message_stream(origin: Origin) -> Random:
 def environment_stream(origin: Origin) -> Random:
     """Return the stream that draws what the environment changes."""
     return _stream("environment", origin)
+
+
+def draw_plans(origin: Origin) -> Callable[[], float]:
+    """Return the function that gives the random numbers for plans drawn from all shortest ones."""
+    return _stream("plans", origin).random
 
 
 def _stream(purpose: str, origin: Origin) -> Random:

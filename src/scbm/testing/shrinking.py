@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cases import Expectations
 from scbm.cases.trace import RunStarted
+from scbm.planning import DRAWN_SHORTEST
 from scbm.running.simulation import TooLongError
 from scbm.testing.case_sizes import choices_of, size_of
 from scbm.testing.shrink_steps import STEPS
@@ -20,7 +21,7 @@ from scbm.testing.verdicts import Failure, FailureKind
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from scbm.cases import Case, OutcomeRule
+    from scbm.cases import Case, OutcomeRule, RecordedPlan
     from scbm.testing.case_sizes import Choice, Size
     from scbm.testing.shrink_steps import Step
     from scbm.testing.tester import Execution, Tester
@@ -143,13 +144,19 @@ class _ShrinkSearch:
         self._begins_broken = _begins_broken(original, failure)
         self._most_runs = most_runs
         self._most_of_one = _MORE_OF_ONE + 4 * len(original.trace.records)
+        self._drawn_plans = original.plans_to_keep if original.trace.planner.name == DRAWN_SHORTEST else ()
+        self._preferred: tuple[RecordedPlan, ...] = ()
         self._tried: dict[Case, None] = {}
         self._records = 0
         self.runs = 0
 
     def start(self, case: Case) -> Execution | None:
-        """Run the closed case; return it if it fails for the same reason."""
-        return self._fails(case)
+        """Run the closed case; return it if it fails for the same reason, under canonical plans or those of its run."""
+        found = self._fails(case)
+        if found is None and self._drawn_plans:
+            self._preferred = self._drawn_plans
+            found = self._fails(case)
+        return found
 
     def improve(self, best: Execution, step: Step) -> Execution:
         """Repeat a step as long as it leads to a smaller case, and return the smallest."""
@@ -185,7 +192,7 @@ class _ShrinkSearch:
             return None
         self.runs += 1
         try:
-            execution = self._tester.execute(replace(case, plans=()), self._most_of_one)
+            execution = self._tester.execute(replace(case, plans=()), self._most_of_one, self._preferred)
         except TooLongError:
             self._records += self._most_of_one
             return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from scbm.cases import RecordedPlan, RecordedRun
@@ -18,7 +19,15 @@ from scbm.cases.trace import (
     spans_of,
     trace_digest,
 )
-from scbm.planning import PLANNERS
+from scbm.model import PlanSet
+from scbm.planning import (
+    PLANNERS,
+    DrawnPlans,
+    PlanCache,
+    PreferredPlans,
+    ShortestPlans,
+    planner_of_random_runs,
+)
 from scbm.running.forced_states import first_forced
 from scbm.running.simulation import (
     Choices,
@@ -30,7 +39,7 @@ from scbm.running.simulation import (
     leave_nothing_open,
 )
 from scbm.testing.campaign import CaseResult
-from scbm.testing.random_streams import environment_stream, message_stream, reaction_stream
+from scbm.testing.random_streams import draw_plans, environment_stream, message_stream, reaction_stream
 from scbm.testing.requirement_monitors import find_violations
 from scbm.testing.verdicts import ExcuseRules, Outcomes, Verdict, find_unused, judge, lost
 
@@ -128,10 +137,13 @@ class Execution:
 
     @property
     def plans_to_keep(self) -> tuple[RecordedPlan, ...]:
-        """The answers of the planner, if another program made them: it may answer differently the next time."""
+        """The answers of the planner, if another program made them, or they were drawn: the next ones may differ."""
         entry = PLANNERS.get(self.trace.planner.name)
-        if entry is not None and not entry.is_external:
-            return self.case.plans
+        return self.case.plans if entry is not None and not entry.is_external else self.answers
+
+    @property
+    def answers(self) -> tuple[RecordedPlan, ...]:
+        """The answers of the planner in the run, whichever planner it was."""
         received = {record.ask: record for record in self.trace.records if isinstance(record, PlanReceived)}
         asks = range(1, max(received, default=0) + 1)
         return tuple(
@@ -179,20 +191,31 @@ class Tester:
         self._plain = PlainReactions()
         self._excuses = ExcuseRules.of(model)
 
-    def execute(self, case: Case, most_records: int | None = None) -> Execution:
+    def execute(self, case: Case, most_records: int | None = None, preferred: Sequence[RecordedPlan] = ()) -> Execution:
         """Run one case. Open choices are drawn from its origin, or take their defaults if it has none.
+
+        Args:
+            case: the case.
+            most_records: maximum number of records; `None` for no limit.
+            preferred: plans that the run gets where they are shortest plans; only for a case that draws none.
 
         Raises:
             TooLongError: more happens than `most_records`.
             UnplannedError: the source of plans refuses a plan.
             ValueError: the network of the case is a matter of chance, and the case has no origin.
         """
-        choices = self.choices_of(case)
+        choices = self.choices_of(case, preferred)
         run = self._simulator.run(case, choices, most_records)
-        return self.judged(case, run, choices.taken)
+        planner = None if choices.plans is None else planner_of_random_runs(self.model)
+        return self.judged(case, run, choices.taken, planner=planner)
 
     def judged(
-        self, case: Case, run: Simulated, reactions: Sequence[Reaction], log: EventLog | None = None
+        self,
+        case: Case,
+        run: Simulated,
+        reactions: Sequence[Reaction],
+        log: EventLog | None = None,
+        planner: PlannerIdentity | None = None,
     ) -> Execution:
         """Return a run, simulated or over nodes, with its verdict and the obligations that it visited.
 
@@ -201,6 +224,7 @@ class Tester:
             run: its end and its records.
             reactions: what happened to its requests, in order.
             log: of a real run what happened to the runner.
+            planner: what made the plans of the run, if neither the log nor the model names it.
         """
         violations = find_violations((*self.model.requirements, *case.requirements), run.records)
         visited = visited_by(run.records, self.obligations)
@@ -209,7 +233,7 @@ class Tester:
         real = log.real if log else ()
         outcomes = Outcomes(run.end, run.records, reactions, violations, names, real, by_goal)
         verdict = judge(case, outcomes, self._excuses)
-        trace = Trace(self.model.name, case.name, run.records, self._planner_of(case, log))
+        trace = Trace(self.model.name, case.name, run.records, planner or self._planner_of(case, log))
         unused = find_unused(case, run.records)
         forced_by = self._forced_by(case, run.records)
         forced = 0 if forced_by is None else visited & ~visited_by(run.records[:forced_by], self.obligations)
@@ -244,6 +268,8 @@ class Tester:
             return log.planner
         if case.plans and case.recorded is not None:
             return case.recorded.planner
+        if case.plans and self.model.runs.plans is PlanSet.SHORTEST:
+            return planner_of_random_runs(self.model)
         return self._simulator.planner.identity
 
     def lost(self, case: Case, why: str, run: Simulated | None = None, log: EventLog | None = None) -> Execution:
@@ -264,13 +290,28 @@ class Tester:
         """The options of the runner for a case."""
         return self._simulator.options_for(case.limits)
 
-    def choices_of(self, case: Case) -> Choices:
-        """Return the choices for the requests of a case; made anew for every run."""
-        moves = self._moves_of(case)
+    def choices_of(self, case: Case, preferred: Sequence[RecordedPlan] = ()) -> Choices:
+        """Return the choices for a case; made anew for each run. For `preferred` see `execute`."""
+        moves, plans = self._moves_of(case), self._plans_of(case, preferred)
         if case.origin is None:
-            return Choices(self._plain, case.outcomes, case.network, environment=moves)
+            return Choices(self._plain, case.outcomes, case.network, environment=moves, plans=plans)
         messages = message_stream(case.origin) if case.network.draws else None
-        return Choices(DrawnReactions(reaction_stream(case.origin)), case.outcomes, case.network, messages, moves)
+        reactions = DrawnReactions(reaction_stream(case.origin))
+        return Choices(reactions, case.outcomes, case.network, messages, moves, plans=plans)
+
+    def _plans_of(self, case: Case, preferred: Sequence[RecordedPlan]) -> PlanSource | None:
+        """Return what decides about plans beside the planner; `None` if the planner or the case decides alone."""
+        if self.model.runs.plans is not PlanSet.SHORTEST or case.plans:
+            return None
+        if case.origin is not None:
+            return DrawnPlans(self._shortest, draw_plans(case.origin))
+        return PreferredPlans(self._shortest, preferred) if preferred else None
+
+    @cached_property
+    def _shortest(self) -> ShortestPlans:
+        """The shortest plans of the model; its searches share the cache of the runs where there is one."""
+        planner, plans = self._simulator.planner, self._simulator.plans
+        return ShortestPlans(planner, plans if isinstance(plans, PlanCache) else PlanCache(planner))
 
     def _moves_of(self, case: Case) -> EnvironmentMoves | None:
         """Return what decides about the environment: the case, or rates; `None` where nothing can change."""

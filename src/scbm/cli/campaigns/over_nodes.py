@@ -26,6 +26,7 @@ from scbm.nodes.log.event_log import write_event_log
 from scbm.reports import counted
 from scbm.testing import Answers
 from scbm.testing.cases_over_nodes import NodeTester
+from scbm.testing.random_streams import draw_plans
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -236,7 +237,7 @@ def _cell(asked: NodeOptions) -> Cell:
     transport = TRANSPORTS[asked.transport]
     join = transport.connect(asked.domain, warn)
     if not transport.joins_processes:
-        return LoopbackCell(digest_of(asked.model), join)
+        return LoopbackCell(digest_of(asked.model), join, draw_plans)
 
     async def open_bus() -> Bus:
         return join("tester")

@@ -12,7 +12,7 @@ import typer
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.registry_options import KnownName
 from scbm.files import parse_duration
-from scbm.model import BehaviorModel, Diagnostic, InputError, Place, PlannerChoice, Slug
+from scbm.model import BehaviorModel, Diagnostic, InputError, Place, PlannerChoice, PlanSet, Slug
 from scbm.planning import DEFAULT_PLANNER, PLANNERS, PlanLimits
 from scbm.testing.planner_override import override_planner, uncounted
 
@@ -69,6 +69,20 @@ MaxMemory = Annotated[
     ),
 ]
 
+Plans = Annotated[
+    str | None,
+    KnownName(
+        lambda: RUN_PLANS,
+        typer.Option(
+            "--plans",
+            help="The plans of random cases; `shortest` draws them. [those of the model, or canonical]",
+            rich_help_panel=HelpSection.PLANNER,
+        ),
+    ),
+]
+RUN_PLANS = (PlanSet.CANONICAL.value, PlanSet.SHORTEST.value)
+"""The plans that random cases can have."""
+
 _SIZE = re.compile(r"(\d+(?:\.\d+)?)\s*([kMGT]i?)?B", re.ASCII)
 _FACTORS = {None: 1} | {
     f"{prefix}{binary}": (1024 if binary else 1000) ** power
@@ -79,17 +93,19 @@ _FACTORS = {None: 1} | {
 
 @dataclass(frozen=True, slots=True)
 class PlannerOptions:
-    """The planner and the limits of a command line; `None` where an option is absent."""
+    """The planner, its limits and the plans of a command line; `None` where an option is absent."""
 
     name: str | None = None
     max_length: int | None = None
     max_expanded: int | None = None
     max_time: str | None = None
     max_memory: str | None = None
+    plans: str | None = None
 
     def applied(self, model: BehaviorModel) -> BehaviorModel:
         """Return the model with the planner of the command line. Raise `InputError` for options that do not fit."""
-        chosen = override_planner(model, PlannerChoice(self.name, self.max_length, self.max_expanded))
+        wanted = PlannerChoice(self.name, self.max_length, self.max_expanded)
+        chosen = override_planner(model, wanted, plans=self._plan_set())
         name = chosen.planner.name or DEFAULT_PLANNER
         if PLANNERS[name].is_external and self.max_memory is not None:
             raise InputError([uncounted(name, "--max-memory")])
@@ -113,8 +129,16 @@ class PlannerOptions:
             ("--max-expanded", self.max_expanded),
             ("--max-time", self.max_time),
             ("--max-memory", self.max_memory),
+            ("--plans", self.plans),
         )
         return [word for option, value in options if value is not None for word in (option, str(value))]
+
+    def _plan_set(self) -> PlanSet | None:
+        if self.plans is None or self.plans in RUN_PLANS:
+            return None if self.plans is None else PlanSet(self.plans)
+        place = Place("--plans", 1, 1, max(1, len(self.plans)))
+        message, remedy = f"`{self.plans}` is not a set of plans that runs can have", "write `canonical` or `shortest`"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, place, remedy, self.plans)])
 
     def _time_ns(self) -> int | None:
         if self.max_time is None:

@@ -12,12 +12,12 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from queue import SimpleQueue
 from threading import Thread
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from scbm.cases import Injection
 from scbm.cases.trace import InjectionApplied, ResourceChanged, Trace, trace_digest
 from scbm.files import read_case
-from scbm.model import InputError
+from scbm.model import InputError, PlanSet
 from scbm.nodes.buses.bus import BusError
 from scbm.nodes.links.bound_link import BoundLink, MissingDrivers
 from scbm.nodes.links.link import Correlation
@@ -42,7 +42,16 @@ from scbm.nodes.node_messages import (
 from scbm.nodes.node_messages import Note as NoteMessage
 from scbm.nodes.roles.cell_topics import GIVEN_UP, CellTopics, Membership
 from scbm.nodes.roles.wall_clock import Clock, Driver
-from scbm.planning import PlanCache, PlanLimits, Planner, Solved, recorded_answer
+from scbm.planning import (
+    DrawnPlans,
+    PlanCache,
+    PlanLimits,
+    Planner,
+    ShortestPlans,
+    Solved,
+    planner_of_random_runs,
+    recorded_answer,
+)
 from scbm.running import (
     GoalGiven,
     InjectionGiven,
@@ -60,7 +69,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
     from fractions import Fraction
 
-    from scbm.cases import Case
+    from scbm.cases import Case, Origin
     from scbm.cases.trace import Record
     from scbm.model import Resource, Value
     from scbm.nodes.buses.bus import Bus, Received
@@ -68,6 +77,8 @@ if TYPE_CHECKING:
     from scbm.nodes.log.event_json import Note
     from scbm.nodes.roles.cell_topics import NodeContext
     from scbm.running import AskPlan, CancelRequest, Event, RunFinished, SendRequest
+
+    DrawPlans: TypeAlias = Callable[[Origin], Callable[[], float]]
 
 
 T = TypeVar("T")
@@ -119,13 +130,19 @@ _LOOK_S = 0.5
 
 @dataclass(slots=True)
 class _ControlledRun:
-    """A prepared or running run; `asked` has the resource of each request."""
+    """A prepared or running run.
+
+    Attributes:
+        drawn_plans: the plans of a run that draws them.
+        asked: the resource of each request.
+    """
 
     id: str
     case: Case
     options: RunnerOptions
     scale: Fraction
     tester: int
+    drawn_plans: DrawnPlans | None = None
     driver: Driver | None = None
     steps: int = 0
     asked: dict[int, str] = field(default_factory=dict)
@@ -134,13 +151,20 @@ class _ControlledRun:
 class ControllerNode:
     """Runs the cases of the tester of its cell, one at a time."""
 
-    def __init__(self, context: NodeContext, plan_limits: PlanLimits | None = None, drivers: Bus | None = None) -> None:
+    def __init__(
+        self,
+        context: NodeContext,
+        plan_limits: PlanLimits | None = None,
+        drivers: Bus | None = None,
+        draw_plans: DrawPlans | None = None,
+    ) -> None:
         """Join the cell, on the running event loop.
 
         Args:
             context: where it is; `resources` of its status are reached at real drivers, as they are bound.
             plan_limits: when planning is given up.
             drivers: what real resources are reached by; the bus of the cell, if there is no other.
+            draw_plans: returns the random numbers of a case that draws its plans; without it plans are canonical.
         """
         bus, model = context.bus, context.model
         self._model = model
@@ -151,6 +175,8 @@ class ControllerNode:
         self._refusals = Refusals(self._program, context.warn)
         self._planner = Planner.of(model)
         self._plans = PlanCache(self._planner)
+        self._shortest = ShortestPlans(self._planner, self._plans)
+        self._draw_plans = draw_plans if model.runs.plans is PlanSet.SHORTEST else None
         self._plan_limits = plan_limits or PlanLimits.of(model)
         self._thread = Background("planner")
         self._loop = asyncio.get_running_loop()
@@ -259,10 +285,16 @@ class ControllerNode:
         except (InputError, ValueError) as error:
             self._say(Refused(message.run, self.membership.own.node, f"the case cannot be read: {error}"))
             return
-        self._run = _ControlledRun(message.run, case, options, scale, tester)
+        self._run = _ControlledRun(message.run, case, options, scale, tester, self._drawn_plans(case))
         self._records = []
         self._runs.append(message.run)
         self._be_ready(self._run)
+
+    def _drawn_plans(self, case: Case) -> DrawnPlans | None:
+        """Return the plans of a random case of a model that draws them; `None` for a case with canonical plans."""
+        if case.origin is None or case.plans or self._draw_plans is None:
+            return None
+        return DrawnPlans(self._shortest, self._draw_plans(case.origin))
 
     def _be_ready(self, run: _ControlledRun) -> None:
         """Confirm once requests reach all simulated resources; until then the tester asks again."""
@@ -348,10 +380,12 @@ class ControllerNode:
         self._planning.add_done_callback(lambda done: self._planned(run, done))
 
     def _answer(self, asked: AskPlan, should_continue: Callable[[], bool]) -> PlanAnswered:
-        if self._run is not None and self._run.case.plans:
-            known = recorded_answer(self._run.case, asked.ask, self._planner, asked.state, asked.goal)
+        run = self._run
+        if run is not None and run.case.plans:
+            known = recorded_answer(run.case, asked.ask, self._planner, asked.state, asked.goal)
             return PlanAnswered(asked.ask, PlanStatus(known.status), known.plan)
-        answer = plan_guarded(self._plans, asked.state, asked.goal, self._plan_limits, should_continue)
+        plans = self._plans if run is None or run.drawn_plans is None else run.drawn_plans
+        answer = plan_guarded(plans, asked.state, asked.goal, self._plan_limits, should_continue)
         plan = answer.plan if isinstance(answer, Solved) else ()
         return PlanAnswered(asked.ask, PlanStatus(answer.status), plan)
 
@@ -379,7 +413,8 @@ class ControllerNode:
         run = self._run
         assert run is not None  # noqa: S101 - only a run ends
         trace = Trace(self._model.name, run.case.name, tuple(self._records))
-        self._say(Ended(run.id, run.steps, trace_digest(trace), str(self._planner.identity)))
+        planner = self._planner.identity if run.drawn_plans is None else planner_of_random_runs(self._model)
+        self._say(Ended(run.id, run.steps, trace_digest(trace), str(planner)))
         applied = [record.injection for record in self._records if isinstance(record, InjectionApplied)]
         how = GIVEN_UP if GIVEN_UP in applied else end.end.replace("_", " ")
         self._report(f"{run.case.name}: {how} after {self._records[-1].at_ns / 1e9:.3f} s")

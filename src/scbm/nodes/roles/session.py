@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from scbm.nodes.buses.bus import Bus
     from scbm.nodes.buses.transports import Join
     from scbm.nodes.node_messages import Status
+    from scbm.nodes.roles.controller import DrawPlans
     from scbm.nodes.roles.node_process import Children
     from scbm.nodes.roles.tester_node import NodeRun
     from scbm.running import RunnerOptions
@@ -70,14 +71,16 @@ class Cell(Protocol):
 class LoopbackCell:
     """Controller and resources in this process."""
 
-    def __init__(self, digest: str, join: Join | None = None) -> None:
+    def __init__(self, digest: str, join: Join | None = None, draw_plans: DrawPlans | None = None) -> None:
         """Prepares the cell of a model.
 
         Args:
             digest: of the model.
             join: opens the buses of the nodes; by default those of a `LoopbackHub`.
+            draw_plans: what `ControllerNode` draws plans with.
         """
         self._digest = digest
+        self._draw_plans = draw_plans
         self._join = join or LoopbackHub().join
         self._nodes: list[ControllerNode | ResourcesNode] = []
         self._buses: list[Bus] = []
@@ -90,7 +93,8 @@ class LoopbackCell:
             bus = self._join(role)
             self._buses.append(bus)
             contexts.append(NodeContext(bus, model, new_status(role, model, self._digest, resources), warn))
-        self._nodes = [ControllerNode(contexts[0]), ResourcesNode(contexts[1], PlainReactions())]
+        controller = ControllerNode(contexts[0], draw_plans=self._draw_plans)
+        self._nodes = [controller, ResourcesNode(contexts[1], PlainReactions())]
         own = self._join("tester")
         self._buses.append(own)
         return own

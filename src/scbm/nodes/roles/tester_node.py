@@ -32,7 +32,7 @@ from scbm.nodes.roles.cell_topics import GIVEN_UP, CellTopics, Membership, new_r
 from scbm.nodes.roles.director import Director
 from scbm.nodes.roles.readiness import Lack, NotReadyError, Reason, beyond_reach
 from scbm.nodes.roles.wall_clock import Clock
-from scbm.planning import planner_of
+from scbm.planning import planner_of_random_runs
 from scbm.running import InjectionGiven, Program, RunFinished, Runner, records_of
 from scbm.running.simulation import Simulated
 
@@ -359,7 +359,7 @@ class _DirectedRun:
             return None
         model = self._node.model
         digest = trace_digest(Trace(model.name, self._case.name, tuple(self._records)))
-        return self._done_so_far(End.LOST, digest, planner_of(model))
+        return self._done_so_far(End.LOST, digest, planner_of_random_runs(model))
 
     def _done_so_far(self, end: End, digest: str, planner: PlannerIdentity) -> NodeRun:
         records = tuple(self._records)

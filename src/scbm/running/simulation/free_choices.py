@@ -1,4 +1,4 @@
-"""Free choices of a run: how resources react, and how the network delivers messages (semantics 7.1, decision 11).
+"""Free choices of a run: how resources react, how the network delivers messages, which plans there are (semantics 7.1).
 
 A case can fix any of them. The others are drawn, or plain where there is no source of random numbers. All choices are
 recorded, so that a case can be made from a run that leaves nothing open. Messages travel on `Links` between the runner
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from scbm.cases import AnyNetworkFault, Delivery
     from scbm.model import Resource
+    from scbm.planning import PlanSource
     from scbm.running.simulation.environment_moves import EnvironmentMoves
 
 
@@ -120,15 +121,18 @@ class Choices:
     Attributes:
         needs_operation: whether rules ask for the operation that executes.
         environment: decides what the environment changes; `None` if it changes nothing.
+        plans: decides which plans the run gets; `None` if the planner does.
     """
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - one argument for each kind of choice
         self,
         reactions: Reactions,
         forced: Sequence[OutcomeRule] = (),
         network: Network = Network(),  # noqa: B008 - an immutable value
         random: Random | None = None,
         environment: EnvironmentMoves | None = None,
+        *,
+        plans: PlanSource | None = None,
     ) -> None:
         """Prepare the choices of one run.
 
@@ -138,6 +142,7 @@ class Choices:
             network: decides how messages travel that the case leaves open.
             random: the source of random numbers for messages; required if `network` draws.
             environment: decides what the environment changes; `None` if it changes nothing.
+            plans: decides which plans the run gets; `None` if the planner does.
 
         Raises:
             ValueError: `network` draws, and `random` is missing.
@@ -150,6 +155,7 @@ class Choices:
         self._taken: list[Reaction] = []
         self.needs_operation = bool(forced)
         self.environment = environment
+        self.plans = plans
         self._all_at_once = self._links.are_plain and self._links.are_whole and not forced
 
     @property

@@ -346,7 +346,8 @@ class _SimulationRun:
             self.schedule(self._now_ns, PlanAnswered(asked.ask, PlanStatus(known.status), known.plan))
             return
         try:
-            answer = simulator.plans.plan(asked.state, asked.goal, simulator.plan_limits)
+            plans = self._choices.plans or simulator.plans
+            answer = plans.plan(asked.state, asked.goal, simulator.plan_limits)
         except PlanRefusedError as error:
             raise UnplannedError(asked.ask - 1) from error
         plan = answer.plan if isinstance(answer, Solved) else ()
