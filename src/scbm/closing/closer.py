@@ -7,6 +7,7 @@ as many runs are explored as the limits allow. Ctrl-C ends a stage; what was dec
 from __future__ import annotations
 
 import re
+from collections import Counter
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import reduce
@@ -23,6 +24,7 @@ from scbm.closing.advice.suggestions import Oracles, suggest
 from scbm.closing.decisions import Closing, ClosingCase, Decided, Decision, Stage, StageEnd
 from scbm.closing.proofs.explored_proofs import explored_for_proofs, scope_of_proofs
 from scbm.closing.proofs.proofs import Proofs
+from scbm.closing.reordered_operations import with_first
 from scbm.closing.runs.all_runs import AllRuns, CloseLimits, ObservedStates, RunScope
 from scbm.closing.scripts.case_plans import CasePlans, PlanEffort
 from scbm.closing.scripts.case_search import (
@@ -40,7 +42,7 @@ from scbm.closing.scripts.outside_walks import natural_walks
 from scbm.closing.scripts.sampled_cases import SampledCases, as_closing_case
 from scbm.model import Diagnostic, GoalOrder, InputError, Place, PlanSet, Slug, State
 from scbm.model.sources import free_groups, outside_groups
-from scbm.planning import DEFAULT_PLANNER
+from scbm.planning import DEFAULT_PLANNER, model_with_plans
 from scbm.testing import Campaign, Execution, Tester
 
 if TYPE_CHECKING:
@@ -104,7 +106,8 @@ class Closer:
         self._ended: list[StageEnd] = []
         self._progress = progress or (lambda _: None)
         self._plans = CasePlans(model)
-        self._tester = Tester(model, plans=self._plans)
+        # Cases are searched for under canonical plans, which do not depend on what is changed in a case.
+        self._tester = Tester(model_with_plans(PlanSet.CANONICAL, model), plans=self._plans)
         self._obligations = Obligations.of(model)
         self._visited_for: dict[tuple[str, Predicate], int] = {}
         self._suggestion_states = 0
@@ -135,13 +138,7 @@ class Closer:
         self._ended, self._open_runs = [], []
         self._one_case_each = one_case_each
         proofs = Proofs(self.model)
-        search = self._first_cases(suite, proofs, asked)
-        few = replace(self._limits, situations=min(self._limits.situations, _FEW_SITUATIONS))
-        runs = AllRuns(self.model, few, self._progress, explores=not self._is_interrupted)
-        if not runs.starts and runs.stopped is None:
-            message = "no combination of random values satisfies `initial_states`"
-            raise InputError([Diagnostic(Slug.NO_INITIAL_STATE, message, Place(self.model.name))])
-        runs, cases = self._cases(suite, search, runs, asked, short=one_case_each or wanted is not None)
+        runs, cases = self._run_cases(suite, proofs, asked, short=one_case_each or wanted is not None)
         after = suite.coverage + Coverage(self._obligations, tuple((c.case.name, c.execution.visited) for c in cases))
         visitors = _CaseVisits(suite, cases)
         missing = sum(self._obligations.bit(o) for o in asked if proofs.cheap(o) is None) & ~visitors.freely
@@ -154,15 +151,34 @@ class Closer:
         runs = explored[-1] if explored else runs
         suggestions: tuple[Suggestion, ...] = ()
         with self._stage(Stage.SUGGESTIONS):
-            proved = [] if self._is_interrupted else proved
+            proved = [] if self.is_interrupted else proved
             suggestions = self._suggestions([obligation for obligation, _ in proved], runs)
         ended = tuple(self._ended)
         return Closing(self.model, suite.coverage, after, decided, cases, certificates, suggestions, ended)
 
+    def find_cases(self, wanted: Sequence[Obligation]) -> tuple[Execution, ...]:
+        """Return the runs of few new cases that visit much of `wanted`, without proofs."""
+        suite = Campaign.of(self.model, ())
+        _, cases = self._run_cases(suite, Proofs(self.model), wanted, short=False)
+        return tuple(each.execution for each in cases)
+
+    def _run_cases(
+        self, suite: Campaign, proofs: Proofs, asked: Sequence[Obligation], *, short: bool
+    ) -> tuple[AllRuns, tuple[ClosingCase, ...]]:
+        """Return the runs that were explored, and the new cases. Raise `InputError` without an initial state."""
+        search = self._first_cases(suite, proofs, asked)
+        few = replace(self._limits, situations=min(self._limits.situations, _FEW_SITUATIONS))
+        runs = AllRuns(self.model, few, self._progress, explores=not self.is_interrupted)
+        if not runs.starts and runs.stopped is None:
+            message = "no combination of random values satisfies `initial_states`"
+            raise InputError([Diagnostic(Slug.NO_INITIAL_STATE, message, Place(self.model.name))])
+        return self._cases(suite, search, runs, asked, short=short)
+
     # stages
 
     @property
-    def _is_interrupted(self) -> bool:
+    def is_interrupted(self) -> bool:
+        """Whether the user interrupted a stage."""
         return any(end.is_interrupted for end in self._ended)
 
     @contextmanager
@@ -192,7 +208,7 @@ class Closer:
         with self._stage(Stage.RANDOM):
             search.sample(runs.starts, self._limits.random, planning, self._executor)
             self._note(Stage.RANDOM, search.limit)
-        if not self._is_interrupted:
+        if not self.is_interrupted:
             with self._stage(Stage.SEARCH):
                 search.change(self._limits.changes, planning)
                 self._note(Stage.SEARCH, search.limit)
@@ -203,7 +219,7 @@ class Closer:
 
     def _explored(self, few: AllRuns, missing: int) -> AllRuns:
         """Return the graph of all runs as far as the limits allow, if anything is missing that it can decide."""
-        if not missing or not few.may_grow or self._is_interrupted:
+        if not missing or not few.may_grow or self.is_interrupted:
             return few
         return AllRuns(self.model, self._limits, self._progress)
 
@@ -224,15 +240,18 @@ class Closer:
         if is_sampled:
             self._sample(search, runs)
             runs = self._explored(runs, search.missing)
-        if runs.is_interrupted and not self._is_interrupted:
+        if runs.is_interrupted and not self.is_interrupted:
             self._interrupt(Stage.GRAPH)
         sampled = [] if runs.stopped is None and not is_sampled else search.found
         left = missing if runs.stopped is None else missing & ~Merit.of(sampled).freely
         with self._plans.effort(PlanEffort.ALL if runs.stopped is None else PlanEffort.WHOLE, planning):
             found = self._searched(runs, left, never, sampled, short=short)
             found += self._by_force(suite, runs, missing, never, [*found, *sampled], search, short=short)
-        found += _helpful(search.found if self._is_interrupted else sampled, missing & ~Merit.of(found).freely)
-        if missing & ~never & ~Merit.of(found).visited and runs.stopped is not None and not self._is_interrupted:
+        found += _helpful(search.found if self.is_interrupted else sampled, missing & ~Merit.of(found).freely)
+        if self.model.runs.plans is PlanSet.SHORTEST:
+            with self._stage(Stage.SEARCH):
+                found += self._with_other_plans(tuple(found), missing & ~never)
+        if missing & ~never & ~Merit.of(found).visited and runs.stopped is not None and not self.is_interrupted:
             self._ended.append(StageEnd(Stage.GRAPH, runs.stopped, runs.option))
         with self._plans.effort(PlanEffort.ALL if runs.stopped is None else PlanEffort.BRIEF, planning):
             return runs, self._finished(found, missing, suite, asked)
@@ -242,7 +261,7 @@ class Closer:
     ) -> list[Execution]:
         """Return the runs of cases that follow paths through the graph, or in which inputs change."""
         found: list[Execution] = []
-        if self._is_interrupted:
+        if self.is_interrupted:
             return found
         search = CaseSearch(runs, self._tester, missing, never, self._limits, found, self._progress)
         with self._stage(Stage.SEARCH):
@@ -253,6 +272,31 @@ class Closer:
             found += self._with_changes_from_outside(runs, missing & ~Merit.of(found).freely, never)
             found += self._in_sequences(runs, missing & ~Merit.of(found).freely, never)
         return found
+
+    def _with_other_plans(self, known: Sequence[Execution], missing: int) -> Iterator[Execution]:
+        """Yield runs with shortest plans that are not canonical, for what no run with canonical plans visits.
+
+        They are the canonical plans of a model in which the operations come first of which most is missing. The cases
+        have these plans, so that they do not depend on the order of operations.
+        """
+        before, tried = Merit.of(known), list[tuple[str, ...]]()
+        while missing & ~before.freely and not self.is_interrupted:
+            left = [each for each in self._obligations if self._obligations.bit(each) & missing & ~before.freely]
+            reordered = with_first(self.model, Counter(obligation.subject for obligation in left))
+            order = tuple(operation.name for operation in reordered.operations)
+            if order in tried:
+                return
+            tried.append(order)
+            self._progress(f"looking for cases with other shortest plans, {len(left):,} obligations left")
+            closer = Closer(reordered, self._limits, self._progress, self._executor)
+            for made in closer.find_cases(left):
+                case = replace(made.case, expect=Expectations(), plans=made.answers)
+                execution = self._tester.execute(case)
+                if Merit.of((execution,)).beyond(before) & missing:
+                    before = before.and_also(Merit.of((execution,)))
+                    yield execution
+            if closer.is_interrupted:
+                raise KeyboardInterrupt
 
     def _shorten(self, search: CaseSearch, missing: int) -> None:
         """Search for the shortest case for each obligation, if that is asked for."""
@@ -275,7 +319,7 @@ class Closer:
         """Return runs that force states, for what nothing else visits: neither the suite nor the cases so far."""
         found: list[Execution] = []
         missing &= ~suite.coverage.visited & ~Merit.of(known).visited
-        if self._is_interrupted or not missing & ~never:
+        if self.is_interrupted or not missing & ~never:
             return found
         search = CaseSearch(runs, self._tester, 0, never, self._limits)
         force = ForcedCases(self._tester, missing, never, self._limits.candidates, found, self._progress)
@@ -549,7 +593,13 @@ def _what_stopped(runs: AllRuns, others: Iterable[AllRuns], bit: int) -> str:
             f"no case that visits it was found; under the planner `{runs.other_planner}` only proofs count that hold "
             f"whichever plan is chosen, and there is none: `--planner {DEFAULT_PLANNER}` explores all runs"
         )
-    if any((each.visited | each.cut_off) & bit for each in (runs, *others)):
+    is_visited = any((each.visited | each.cut_off) & bit for each in (runs, *others))
+    if not is_visited and runs.stopped is None and runs.model.runs.plans is PlanSet.SHORTEST:
+        return (
+            "no case that visits it was found, and no proof excludes it under other shortest plans: random cases draw "
+            "such plans"
+        )
+    if is_visited:
         simulated = "in a simulation planning takes no time, and deadlines pass last in their instant"
         return f"there are runs that visit it, but none of the cases that were tried is one of them: {simulated}"
     if runs.stopped is not None:

@@ -15,6 +15,7 @@ from scbm.closing.certificate_files import SUFFIX, is_certificate_text, model_pa
 from scbm.closing.summaries import in_few_words
 from scbm.files import FileWriter, open_case, open_input, write_case
 from scbm.model import Diagnostic, InputError, Place, PlannerChoice, Slug
+from scbm.planning import planner_of_random_runs
 from scbm.proofcheck import certificate_text
 
 if TYPE_CHECKING:
@@ -88,7 +89,10 @@ def _planned_case(made: ClosingCase, model: BehaviorModel) -> Case:
     """Return a case with its run, if `model` names a planner or limits: a replay under others is another run."""
     if model.planner == PlannerChoice():
         return made.case
-    return replace(made.case, recorded=made.execution.recorded, plans=made.execution.plans_to_keep)
+    recorded = made.execution.recorded
+    if made.case.plans:  # they are shortest ones, and need not be canonical
+        recorded = replace(recorded, planner=planner_of_random_runs(model))
+    return replace(made.case, recorded=recorded, plans=made.execution.plans_to_keep)
 
 
 def _comment(made: ClosingCase, model: BehaviorModel) -> Iterator[str]:

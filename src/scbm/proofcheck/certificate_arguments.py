@@ -217,6 +217,9 @@ def _flaws_of_planner(certificate: Certificate, model: BehaviorModel) -> list[Ce
         flaws.append(CertificateFlaw("the planner", f"its plans are `{certificate.plans}`, so it must be `null`"))
     if certificate.is_for_any_plan:
         return flaws
+    if certificate.plans is PlanSet.CANONICAL and model.runs.plans is PlanSet.SHORTEST:
+        reason = "it is about canonical plans, and runs of the model get any shortest ones: close the model again"
+        flaws.append(CertificateFlaw("the plans", f"{reason}, or leave out `plans: shortest` under `runs:`"))
     known, used = FIRST_PLANNER.name, model.planner.name or FIRST_PLANNER.name
     if certificate.plans is PlanSet.CANONICAL and certificate.planner != FIRST_PLANNER:
         flaws.append(CertificateFlaw("the planner", f"claims about its runs are checked for `{FIRST_PLANNER}` alone"))

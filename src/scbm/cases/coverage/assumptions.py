@@ -15,7 +15,10 @@ if TYPE_CHECKING:
 
 
 def assumptions(
-    model: BehaviorModel, decisions: Collection[Decision], goals: GoalOrder | None = None
+    model: BehaviorModel,
+    decisions: Collection[Decision],
+    goals: GoalOrder | None = None,
+    plans: PlanSet | None = None,
 ) -> tuple[str, ...]:
     """Return what the proofs of a model assume, one sentence each.
 
@@ -23,23 +26,28 @@ def assumptions(
         model: the model.
         decisions: the statuses that are proved; without `UNCOVERABLE` and `EXCLUDED` nothing is assumed.
         goals: the runs that the proofs are about; `None` for those that the model declares.
+        plans: the plans that proofs of what is excluded are about; `None` for those that the model declares.
     """
     if Decision.UNCOVERABLE not in decisions and Decision.EXCLUDED not in decisions:
         return ()
-    return tuple(_sentences(model, decisions, goals or model.runs.goals))
+    return tuple(_sentences(model, decisions, goals or model.runs.goals, plans or model.runs.plans))
 
 
-def _sentences(model: BehaviorModel, decisions: Collection[Decision], goals: GoalOrder) -> Iterator[str]:
+def _sentences(
+    model: BehaviorModel, decisions: Collection[Decision], goals: GoalOrder, plans: PlanSet
+) -> Iterator[str]:
     if goals is GoalOrder.SINGLE:
         yield "Each run starts in an allowed initial state, and pursues one goal of the model."
     else:
         yield "Goals of the model follow each other in any order, from an allowed initial state on."
+    is_shortest = plans is PlanSet.SHORTEST
+    excluding = "any shortest plans" if is_shortest else f"plans of the planner {PlanSet.CANONICAL}"
     if Decision.EXCLUDED not in decisions:
         yield "A plan is any sequence of operations that leads to the goal by the planner's rules."
     elif Decision.UNCOVERABLE not in decisions:
-        yield f"Plans are those of the planner {PlanSet.CANONICAL}."
+        yield f"Plans are {'any shortest ones' if is_shortest else f'those of the planner {PlanSet.CANONICAL}'}."
     else:
-        yield f"What is excluded by the planner assumes plans of the planner {PlanSet.CANONICAL}; all else, any plans."
+        yield f"What is excluded by the planner assumes {excluding}; all else, any plans."
     yield from _changes_from_outside(model)
     if not outside_groups(model):
         yield "Only the model and replies to its requests change variables."

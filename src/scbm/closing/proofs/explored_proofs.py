@@ -1,7 +1,7 @@
-"""The runs that proofs explore: those of any plans first, then those of the planner, as the model declares them.
+"""The runs that proofs explore: those of any plans first, then those of the plans that the model declares.
 
-What no run visits whichever plans are chosen is uncoverable. What no run of the canonical planner visits, while others
-may, is excluded by the planner.
+What no run visits whichever plans are chosen is uncoverable. What no run visits under the declared plans (canonical or
+shortest), while others may, is excluded by the planner.
 """
 
 from __future__ import annotations
@@ -53,12 +53,12 @@ def explored_for_proofs(
     if canonical is not None:
         missing &= ~(canonical.visited | canonical.cut_off)  # no proof is about these
     found = []
-    for plans in (PlanSet.ANY, PlanSet.CANONICAL):
-        if not missing or (plans is PlanSet.CANONICAL and not is_canonical):
+    for plans in (PlanSet.ANY, model.runs.plans):
+        if not missing or (plans is not PlanSet.ANY and not is_canonical):
             break
         runs = canonical if plans is PlanSet.CANONICAL else None
         if runs is None:
-            most = limits.situations if plans is PlanSet.CANONICAL else min(limits.situations, _MAX_OF_ANY_PLANS)
+            most = min(limits.situations, _MAX_OF_ANY_PLANS) if plans is PlanSet.ANY else limits.situations
             scope = scope_of_proofs(model, plans)
             runs = AllRuns(model, replace(limits, situations=most), progress, scope, until=missing)
         if runs.is_interrupted:

@@ -183,7 +183,8 @@ def _reason(obligation: Obligation, runs: AllRuns) -> str:
     if not visited & visits.bit(name, Aspect.QUEUED):
         count = len(runs.model.goals)
         goals = "the only goal" if count == 1 else f"any of the {count} goals"
-        return f"{name} is in no plan to {goals}"
+        kind = "shortest plan" if runs.plans is PlanSet.SHORTEST else "plan"
+        return f"{name} is in no {kind} to {goals}"
     if not visited & visits.current(name):
         return f"{name} is planned, but every such run ends before the operation becomes current"
     if obligation.aspect is Aspect.DISABLED:

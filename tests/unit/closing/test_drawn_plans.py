@@ -1,0 +1,99 @@
+"""Closing of models that draw plans: what any shortest plan visits can be covered, and cases have their plans."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from scbm.cases.coverage import Decision
+from scbm.closing import CloseLimits, Closer
+from scbm.closing.decisions import Closing
+from scbm.closing.proved_statuses import assumed_by, proved_status
+from scbm.model import PlanSet
+from scbm.planning import model_with_plans
+from scbm.proofcheck import check_certificate
+from scbm.testing import RandomCases, Tester
+from support.profiles import share
+from support.random_models import random_model
+from support.two_robots import two_robots
+
+_FEW = CloseLimits(situations=4_000, planning=20_000, candidates=20, beyond=2_000, random=100, changes=100)
+"""The limits for random models, some of which take minutes to close."""
+
+# It never is on a shortest way: the box would have to come back.
+DETOUR = """  put_back:
+    pre: {g: box == held_2, a: [box <- shelf]}
+    post: {g: true}
+"""
+
+
+def _decisions(closing: Closing) -> dict[str, Decision]:
+    return {str(decided.obligation): decided.decision for decided in closing.decided}
+
+
+def test_what_only_other_shortest_plans_visit_is_covered_by_cases_with_these_plans() -> None:
+    model = two_robots()
+    closing = Closer(model).close()
+    decisions = _decisions(closing)
+    for name in ("executing", "failed", "timedout", "completed", "queued"):
+        assert decisions[f"pick_2/{name}"] is decisions[f"place_2/{name}"] is Decision.COVERED
+    assert Decision.UNDECIDED not in decisions.values()
+    planned = [made for made in closing.cases if made.case.plans]
+    assert planned
+    for made in closing.cases:
+        again = Tester(model).execute(made.case)
+        assert (again.verdict.passed, again.digest) == (True, made.execution.digest)
+    assert str(Tester(model).execute(planned[0].case).trace.planner) == "shortest 1"
+
+
+def test_under_canonical_plans_they_are_excluded_by_the_planner() -> None:
+    decisions = _decisions(Closer(two_robots("canonical")).close())
+    assert decisions["pick_2/executing"] is Decision.EXCLUDED
+
+
+def test_what_no_shortest_plan_visits_is_excluded_with_that_set_of_plans() -> None:
+    model = two_robots(more=DETOUR)
+    closing = Closer(model).close()
+    decisions = _decisions(closing)
+    assert decisions["put_back/executing"] is Decision.EXCLUDED
+    assert decisions["pick_2/executing"] is Decision.COVERED
+    certificate = dict(closing.certificates)["runs-shortest"]
+    assert (certificate.plans, proved_status(certificate)) == (PlanSet.SHORTEST, Decision.EXCLUDED)
+    assert check_certificate(certificate, model) == ()
+    (reason,) = {d.reason for d in closing.decided if str(d.obligation) == "put_back/executing"}
+    assert reason == "put_back is in no shortest plan to the only goal"
+    assert "Plans are any shortest ones." in assumed_by([certificate], model)
+    assert any("assumes any shortest plans" in sentence for sentence in closing.assumptions)
+
+
+def test_a_certificate_about_shortest_plans_holds_for_canonical_ones_and_not_the_other_way_round() -> None:
+    drawn = two_robots(more=DETOUR)
+    canonical = model_with_plans(PlanSet.CANONICAL, drawn)
+    about_shortest = dict(Closer(drawn).close().certificates)["runs-shortest"]
+    assert check_certificate(about_shortest, canonical) == ()
+    about_canonical = dict(Closer(canonical).close().certificates)["runs-canonical"]
+    assert check_certificate(about_canonical, canonical) == ()
+    (flaw,) = check_certificate(about_canonical, drawn)
+    assert flaw.where == "the plans"
+    assert "runs of the model get any shortest ones" in flaw.reason
+
+
+def test_the_order_of_operations_in_the_file_does_not_decide_what_is_covered() -> None:
+    model = two_robots()
+    decisions = _decisions(Closer(replace(model, operations=model.operations[::-1])).close())
+    assert decisions["pick_1/executing"] is decisions["pick_2/executing"] is Decision.COVERED
+
+
+@pytest.mark.parametrize("number", range(share(12, least=3)))
+def test_no_random_case_visits_what_is_proved_of_a_random_model(number: int) -> None:
+    model = model_with_plans(PlanSet.SHORTEST, random_model(number))
+    closing = Closer(model, _FEW).close()
+    for _, certificate in closing.certificates:
+        assert check_certificate(certificate, model) == ()
+    tester = Tester(model)
+    for made in closing.cases:
+        assert tester.execute(made.case).digest == made.execution.digest
+    proved = sum(closing.bit(d.obligation) for d in closing.decided if d.certificate is not None)
+    for case in RandomCases(model, network=None).first(15, seed=number):
+        assert not tester.execute(case).visited_freely & proved
