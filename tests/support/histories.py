@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 from scbm.cases import Case
@@ -14,6 +15,19 @@ EXAMPLE = Path(__file__).parents[2] / "examples/robot_in_the_air"
 
 def history_of(model_file: Path, cases: int, seed: int = 1, written: Sequence[Path] = ()) -> History:
     """What a store holds after one run of written cases and random ones; the same each time."""
+    text = model_file.read_text(encoding="utf-8")
+    return _drawn_history(model_file, text, cases, seed) if not written else _history(model_file, cases, seed, written)
+
+
+@cache
+def _drawn_history(model_file: Path, text: str, cases: int, seed: int) -> History:
+    """The history of random cases, which many tests need; `text` is that of the model."""
+    history = _history(model_file, cases, seed, ())
+    assert history.runs[0].source.text == text
+    return history
+
+
+def _history(model_file: Path, cases: int, seed: int, written: Sequence[Path]) -> History:
     model = load_model(model_file)
     digest = digest_of(model)
     tester = Tester(model)
