@@ -19,6 +19,7 @@ from scbm.store import Replays, read_history
 from support.models import scan_cell
 
 BEFORE = Path("examples/robot_in_the_air/before.yaml")
+FEW = ("--max-states", "10", "--max-random", "5", "--max-changes", "5")
 
 
 @pytest.fixture
@@ -42,8 +43,8 @@ def noted(monkeypatch: pytest.MonkeyPatch) -> list[PlanLimits]:
         ("run", BEFORE, "--goal", "item_a_scanned"),
         ("test", BEFORE, "--cases", "2", "--no-shrink"),
         ("replay", "examples/robot_in_the_air/cases/delivery_among_others.yaml"),
-        ("close", BEFORE, "--cases", "1", "--max-states", "10"),
-        ("explain", BEFORE, "robot_move_to_box_a/disabled", "--max-states", "10"),
+        ("close", BEFORE, "--cases", "1", *FEW),
+        ("explain", BEFORE, "robot_move_to_box_a/disabled", *FEW),
         ("trace", BEFORE, "--case", "1"),
         ("trace", "examples/robot_in_the_air/cases/delivery_among_others.yaml"),
     ],

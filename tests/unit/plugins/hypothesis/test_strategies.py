@@ -48,8 +48,9 @@ def test_a_drawn_case_always_runs_to_an_end(model: BehaviorModel, data: st.DataO
 
 
 def test_cases_have_one_goal_unless_more_are_asked_for() -> None:
-    several = find(cases(BEFORE, max_goals=2), lambda case: bool(case.later), settings=FEW)
-    first = BEFORE.goals[0][0]
+    model = scan_cell()
+    several = find(cases(model, max_goals=2), lambda case: bool(case.later), settings=FEW)
+    first = model.goals[0][0]
     assert [goal.name for goal in several.goals] == [first, first]
     assert all(goal.when is None for goal in several.goals)
 
