@@ -35,7 +35,7 @@ from scbm.testing import RandomCases
 from support.capturing import DIGEST, captured
 from support.case_strategies import cases
 from support.models import scan_cell
-from support.profiles import examples
+from support.profiles import examples, share, slow_beyond
 from support.random_models import random_model
 from support.runs import AFTER
 from support.strategies import SECOND_NS, running_models
@@ -69,7 +69,7 @@ def test_a_log_of_whatever_a_case_says_is_its_run(data: st.DataObject) -> None:
     _check_whole(log, records, model)
 
 
-@pytest.mark.parametrize("number", range(1, 41))
+@pytest.mark.parametrize("number", slow_beyond(share(40, least=10), range(1, 41)))
 def test_a_log_of_a_random_model_on_a_bad_network_is_its_run(number: int) -> None:
     model = random_model(number)
     for case in RandomCases(model, network=None).first(4, seed=number):
