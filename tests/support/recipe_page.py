@@ -14,6 +14,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from support.shared_models import clear_models
+
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs/how-to/recipes.md"
 
@@ -78,6 +80,7 @@ def followed(title: str, directory: Path) -> Iterator[Recipe]:
         for name, text in recipe.modules:
             code = compile(text, f"docs/how-to/recipes.md: {name}", "exec", __future__.annotations.compiler_flag)
             exec(code, vars(modules[name]))  # noqa: S102 - our own page
+        clear_models()
         yield recipe
     finally:
         for registry, entries in registries:
@@ -88,6 +91,7 @@ def followed(title: str, directory: Path) -> Iterator[Recipe]:
             vars(module).update(before[name])
             if not _is_file(name):
                 _forget(name)
+        clear_models()
 
 
 def _registries(names: dict[str, Any]) -> Iterator[dict[Any, Any]]:
