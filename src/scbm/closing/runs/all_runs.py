@@ -280,6 +280,7 @@ class AllRuns:
                 policy.plan,
                 policy.task.successors,
                 self.planner.problem(goal).is_goal,
+                self._limits.planning,
                 is_shortest=self.plans is PlanSet.SHORTEST,
             )
         return self._queues[goal]

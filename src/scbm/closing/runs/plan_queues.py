@@ -84,13 +84,14 @@ class CanonicalQueues:
 class QueuesByDistance:
     """The states from which the rest of any plan, or of any shortest one, starts."""
 
-    def __init__(  # noqa: PLR0913 - what a planner knows of its states
+    def __init__(  # noqa: PLR0913, PLR0917 - what a planner knows of its states, and its limit
         self,
         packing: Packing,
         translate: Callable[[int], int],
         plan: Callable[[int], Answer],
         successors: Callable[[int], Steps],
         is_goal: Callable[[int], bool],
+        most: int,
         *,
         is_shortest: bool,
     ) -> None:
@@ -102,6 +103,7 @@ class QueuesByDistance:
             plan: the canonical planner's answer in a state of the planner.
             successors: the operations that are enabled in a state of the planner, with the states that they lead to.
             is_goal: whether the goal holds in a state of the planner.
+            most: maximum number of states that searches may expand together, where distances have to be searched for.
             is_shortest: whether only shortest plans count.
         """
         self._packing = packing
@@ -109,6 +111,7 @@ class QueuesByDistance:
         self._plan = plan
         self._successors = successors
         self._is_goal = is_goal
+        self._left = most
         self._is_shortest = is_shortest
         self._states = [0]
         self._numbers: dict[int, int] = {}
@@ -165,6 +168,9 @@ class QueuesByDistance:
     def _distance(self, state: int) -> int | None:
         """Return the number of operations to the goal; `None` if it cannot be reached."""
         answer = self._plan(state)
+        self._left -= answer.expanded
+        if self._left < 0:
+            raise PlanningTooLargeError
         if isinstance(answer, Solved):
             return len(answer.plan)
         if isinstance(answer, Unsolvable):
