@@ -7,7 +7,13 @@ from functools import cache
 from scbm.cases import Case
 from scbm.cases.trace import ends_of
 from scbm.closing import Closer, Closing, Decision
+from scbm.closing.runs.run_graph import Start
+from scbm.closing.runs.situations import DEADLINE, TIME_LIMIT, Happening, HappeningKind
+from scbm.closing.runs.walks import PathRun, RunPath
+from scbm.closing.scripts.case_scripts import CaseScripts
 from scbm.files import read_case, read_model, write_case
+from scbm.planning import PlanCache, Planner
+from scbm.running import Program
 from scbm.testing import Tester
 
 MODEL = """
@@ -120,3 +126,20 @@ def test_reasons_say_where_a_run_comes_nearest() -> None:
         "it needs ready == true and at == home, which never hold together; "
         "a run comes nearest with ready == true and at == station"
     )
+
+
+def test_a_time_limit_that_is_too_short_for_an_earlier_run_is_no_fault() -> None:
+    back = MODEL[MODEL.index("  move:") : MODEL.index("  weld:")].replace("move:", "go_back:")
+    back = back.replace("at == home", "at == station").replace("at <- station", "at <- home")
+    moves, welds = MODEL.replace("READY", AFTER_AN_END).split("  weld:")
+    text = f"{moves}{back}  weld:{welds.replace('robot_', 'welder_')}"
+    model = read_model(text.replace("{robot: {}}", "{robot: {}, welder: {}}") + "  returned: at == home\n")
+    moved, welded, returned = model.goals
+    reply = Happening(HappeningKind.REPLY, "robot", succeeded=True)
+    start = Start(dict(model.nominal_state), 0)
+    runs = (PathRun(moved, (DEADLINE, reply)), PathRun(returned, (TIME_LIMIT,)), PathRun(welded, ()))
+    planner = PlanCache(Planner(model))
+    case = CaseScripts(model, Program(model), planner).case(RunPath(start, runs), "limited")
+    assert [goal.name for goal in case.goals] == ["moved", "returned", "welded"]
+    assert case.limits.time_ns is not None
+    assert Tester(model).execute(case).verdict.passed

@@ -261,6 +261,8 @@ class _ScriptedRun:
         return None if rule.latency_ns is None and rule.measured is None else replace(rule, outcome=Outcome.SUCCEED)
 
     def _reply(self, happening: Happening) -> None:
+        if happening.resource not in self._in_flight:  # a time limit that a later run needs has ended this one
+            raise _StrayedError
         identity = self._in_flight.pop(happening.resource)
         request = self._requests[identity]
         self._now_ns = self._reply_ns(request)
