@@ -117,6 +117,10 @@ class CaseGoal:
     may_end: tuple[End, ...] = ()
 
 
+BETWEEN_GOALS = ", then "
+"""The words between the goals of a case in reports and stores."""
+
+
 class CaseGoalNames(NamedTuple):
     """The goals of a case.
 
@@ -248,9 +252,9 @@ class Case:
     @property
     def goal_names(self) -> str:
         """The names of all goals for reports, in order."""
-        return ", then ".join((self.goal, *(goal.name for goal in self.later)))
+        return BETWEEN_GOALS.join((self.goal, *(goal.name for goal in self.later)))
 
     @property
     def predicates(self) -> str:
         """The predicates of all goals for reports, in order."""
-        return ", then ".join((str(self.predicate), *(str(goal.predicate) for goal in self.later)))
+        return BETWEEN_GOALS.join((str(self.predicate), *(str(goal.predicate) for goal in self.later)))

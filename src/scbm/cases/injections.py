@@ -142,6 +142,10 @@ class Injection:
     after_ns: int | None = None
 
 
+MAX_CHANGES = 100_000
+"""The maximum number of changes of the environment in a case; an input that changes each second reaches it in a day."""
+
+
 @dataclass(frozen=True, slots=True)
 class EnvironmentChange:
     """One change that the environment makes at a settled moment of a run (semantics 9.4).

@@ -14,7 +14,7 @@ import typer
 from rich.text import Text
 from typer.models import OptionInfo
 
-from scbm.cases.case import CaseGoalNames
+from scbm.cases.case import BETWEEN_GOALS, CaseGoalNames
 from scbm.cases.coverage import Cover, smallest_cover
 from scbm.cli.options.campaign_options import FAIL_UNDER, FAIL_UNDER_HELP, meets_thresholds, read_thresholds
 from scbm.cli.options.help_sections import HelpSection
@@ -157,7 +157,11 @@ def command(
     history = read_history(store)
     evidence = stored_evidence(history, certificates, waivers, wanted_figures)
     if evidence is not None:
-        goals = [CaseGoalNames(case.name, (case.goal,)) for case in history.cases if isinstance(case.recipe, Written)]
+        goals = [
+            CaseGoalNames(case.name, tuple(case.goal.split(BETWEEN_GOALS)))
+            for case in history.cases
+            if isinstance(case.recipe, Written)
+        ]
         history = replace(history, decided=evidence.statuses(history.coverage, history.forced, goals))
     writer = wanted.writer(store, history)
     cover = _smallest(history) if minimize else None

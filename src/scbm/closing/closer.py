@@ -600,7 +600,7 @@ def _what_stopped(runs: AllRuns, others: Iterable[AllRuns], bit: int) -> str:
             "such plans"
         )
     if is_visited:
-        simulated = "in a simulation planning takes no time, and deadlines pass last in their instant"
+        simulated = "in a simulation planning takes no time, deadlines pass last in their instant, and goals come first"
         return f"there are runs that visit it, but none of the cases that were tried is one of them: {simulated}"
     if runs.stopped is not None:
         return f"no run that visits it was found, and not all runs were explored: {runs.stopped}"

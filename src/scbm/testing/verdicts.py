@@ -25,7 +25,7 @@ from scbm.cases.trace import (
     state_after,
 )
 from scbm.model import OperationState, Outcome, format_duration, format_moment, format_value
-from scbm.model.sources import inputs
+from scbm.model.sources import inputs, published_by
 from scbm.running import describe_cycle
 
 if TYPE_CHECKING:
@@ -185,7 +185,7 @@ class ExcuseRules:
     """The excuses that a model gives for missed goals.
 
     Attributes:
-        inputs: each input of the model with its nominal value.
+        inputs: each variable that changes unasked, an input or a published one, with its nominal value.
         may_end: the ends that excuse missing any goal.
         goals_may_end: by the name of a goal, further ends that excuse missing this goal.
     """
@@ -197,7 +197,8 @@ class ExcuseRules:
     @staticmethod
     def of(model: BehaviorModel) -> ExcuseRules:
         """Return the rules of a model."""
-        nominal = tuple((name, model.nominal_state[name]) for name in inputs(model))
+        published = (name for resource in model.resources for name in published_by(resource, model))
+        nominal = tuple((name, model.nominal_state[name]) for name in dict.fromkeys((*inputs(model), *published)))
         return ExcuseRules(nominal, model.may_end, model.goals_may_end)
 
     def may_end_of(self, goal: CaseGoal) -> tuple[str, ...]:

@@ -115,6 +115,11 @@ def test_goals_that_the_model_does_not_have_lie_outside(lamp: Path, closed: Path
     statuses = _json(scbm("test", lamp, closed, "--certificates", closed, "--json"))["statuses"]
     (sentence,) = statuses["outside_proofs"]
     assert sentence.startswith("Proofs are about goals of the model, and not about on == true || on == false")
+    own.write_text(f"case: own\nmodel: {lamp}\ngoals:\n  - goal: lit\n  - goal: lit\n")
+    store = lamp.parent / "runs.db"
+    assert scbm("test", lamp, closed, "--certificates", closed, "--store", store).code == 0
+    assert _json(scbm("report", store, "--json"))["statuses"]["outside_proofs"] == []
+    own.write_text(f"case: own\nmodel: {lamp}\ngoals:\n  - goal: on == true || on == false\n  - goal: on == true\n")
     lamp.write_text(MODEL + "runs: {goals: single}\n")
     statuses = _json(scbm("test", lamp, closed, "--certificates", closed, "--json"))["statuses"]
     assert statuses["outside_proofs"][1:] == ["Proofs are about cases with one goal, and not about own"]

@@ -9,7 +9,7 @@ import pytest
 
 from scbm.closing import Closer, Decision
 from scbm.closing.proved_statuses import assumed_by
-from scbm.files import digest_of, load_model, read_model
+from scbm.files import digest_of, load_model, read_case, read_model, write_case
 from scbm.model import BehaviorModel, Outcome
 from scbm.proofcheck import check_certificate
 from scbm.testing import RandomCases, Tester
@@ -173,3 +173,65 @@ def test_what_a_safety_controller_sends_unasked_is_covered_and_not_proved_away(s
     assert {each.decision for each in closing.decided} == {Decision.COVERED}
     assert closing.after.figure.percent == 100
     assert [made.case.name for made in closing.cases if not made.execution.verdict.passed] == []
+
+
+CAUSES = """
+behavior_model: nav
+variables:
+  cause: {domain: [none, blocked], initial: none}
+  there: {domain: bool, initial: false}
+  seen: {domain: bool, initial: false, source: state}
+resources:
+  nav: {measures: [cause], simulation: {latency: 1 s}}
+operations:
+  go:
+    deadline: 5 s
+    pre: {g: there == false, ar: [nav_req_trigger <- true]}
+    post: {g: true, gr: nav_req_state == succeeded, a: [there <- true], ar: [nav_req_trigger <- false]}
+    failed: {g: true, gr: nav_req_state == failed, ar: [nav_req_trigger <- false]}
+    timedout: [nav_req_trigger <- false]
+automatic_transitions:
+  blocked: {g: cause == blocked && nav_req_state == failed && seen == false, a: [seen <- true]}
+goals: {there: there == true}
+"""
+
+
+def test_a_written_case_keeps_what_a_failed_reply_measures() -> None:
+    model = read_model(CAUSES)
+    closing = Closer(model).close()
+    bit = closing.after.obligations.bit(
+        next(d.obligation for d in closing.decided if str(d.obligation).endswith("blocked"))
+    )
+    (case,) = (each.case for each in closing.cases if each.execution.visited & bit)
+    assert Tester(model).execute(read_case(write_case(case, model, "nav.yaml"), model)).visited & bit
+
+
+LATE = """
+behavior_model: late
+variables:
+  level: {domain: 0..9, initial: 0}
+  knob: {domain: 0..2, initial: 0, source: input}
+  cnt: {domain: 0..3, initial: 0}
+  x: {domain: bool, initial: false}
+resources:
+  r: {measures: {level: [0, 5, 7]}, publishes: {level: [0, 5, 7]}}
+environment:
+  bump: {guard: cnt != 3, actions: [cnt += 1]}
+operations:
+  f:
+    deadline: 3 s
+    pre: {g: x == false && r_req_trigger == false, ar: [r_req_trigger <- true]}
+    post: {g: true, gr: r_req_state == succeeded, a: [x <- true], ar: [r_req_trigger <- false, r_req_state <- initial]}
+automatic_transitions:
+  lv7: {g: level == 7 && x == true, a: [level <- 1]}
+  lv2: {g: level == 1 && knob == 2, a: [level <- 2]}
+  d: {g: cnt == 1 && x == true && level == 2 && knob == 0, a: [cnt <- 0]}
+goals: {x: x == true}
+"""
+
+
+def test_changes_after_all_goals_have_ended_are_no_fault() -> None:
+    model = read_model(LATE)
+    wanted = [each for each in Closer(model).close().after.obligations if str(each) == "automatic/d"]
+    (decided,) = Closer(model).close(wanted=wanted).decided
+    assert decided.decision in (Decision.COVERED, Decision.FORCED)

@@ -72,7 +72,7 @@ def test_of_rules_for_one_request_the_first_is_written() -> None:
 def test_what_cannot_come_of_a_request_is_left_out() -> None:
     rule = OutcomeRule("scanner", 1, 1, TIMEOUT, 5, (("temperature", 20),), (), (7,), (0, 8))
     assert outcomes(rule) == "  scanner:\n    - {outcome: timeout, request: lost, cancel: [0 s, 8 ns]}\n"
-    assert "measured" not in outcomes(replace(rule, outcome=FAIL))
+    assert "measured: {temperature: 20}" in outcomes(replace(rule, outcome=FAIL))  # the cause of a failure
     assert "measured: {temperature: 20}, request: lost, reply: 7 ns" in outcomes(replace(rule, outcome=SUCCEED))
 
 

@@ -297,7 +297,8 @@ class _ScriptedRun:
             when = Equal(Reference(PLAN_STATE), Constant(PlanState.PLANNING.value))
         else:
             deadline_ns = self._runner.deadline_ns
-            assert deadline_ns is not None  # noqa: S101 - a goal is pursued, or waits
+            if deadline_ns is None:  # all goals have ended before, so no change is waited for
+                raise _StrayedError
             self._now_ns = self._outside_ns(deadline_ns)
         name = f"input_{len(self.injections) + 1}"
         given = Injection(name, happening.measured, when, at_ns=self._now_ns)

@@ -19,7 +19,8 @@ from scbm.cases import (
     RecordedRun,
 )
 from scbm.cases.coverage import Obligation, Obligations
-from scbm.files.codec.injection_keys import MAX_CHANGES, EnvironmentChangeKeys, InjectionKeys, InjectionsReader
+from scbm.cases.injections import MAX_CHANGES
+from scbm.files.codec.injection_keys import EnvironmentChangeKeys, InjectionKeys, InjectionsReader
 from scbm.files.codec.key_types import (
     CASE_NAME_TYPE,
     COUNT,

@@ -46,9 +46,6 @@ if TYPE_CHECKING:
 MAX_INJECTIONS = 1_000
 """The maximum number of injections of a case."""
 
-MAX_CHANGES = 100_000
-"""The maximum number of changes of the environment in a case; an input that changes each second reaches it in a day."""
-
 _FACTOR = re.compile(r"\d{1,6}(\.\d{1,6})?", re.ASCII)
 
 

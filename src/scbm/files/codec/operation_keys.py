@@ -150,17 +150,16 @@ class EnvironmentKeys(Keys):
         if every is not None and after is not None:
             message = "a rate is `every` or `after`, and this transition has both"
             self.reader.add(Slug.CONTRADICTION, message, self.place("after"), "keep one of them")
-        if after is not None:
-            return Rate(RateKind.AFTER, after.latency())
-        if every is None:
+        kind = RateKind.EVERY if after is None else RateKind.AFTER
+        given = every if after is None else after
+        if given is None:
             return None
-        time = every.distribution()
+        time = given.distribution()
         if time is None or time.points_ns[-1] > 0:
-            return None if time is None else Rate(RateKind.EVERY, time)
-        message = "`every` needs a time above 0 s, or time would stand still"
-        self.reader.add(
-            Slug.BAD_LATENCY, message, self.place("every"), "write for example `every: {exponential: 2 min}`"
-        )
+            return None if time is None else Rate(kind, time)
+        message = f"`{kind.value}` needs a time above 0 s, or time would stand still"
+        remedy = f"write for example `{kind.value}: {{exponential: 2 min}}`"
+        self.reader.add(Slug.BAD_LATENCY, message, self.place(kind.value), remedy)
         return None
 
 

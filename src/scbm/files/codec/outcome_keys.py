@@ -114,7 +114,7 @@ class OutcomeKeys(Keys):
         "What the reply measures: variables that the resource measures. Under the name of an "
         "operation, variables that any resource measures.",
         absent="left open",
-        source=lambda rule: rule.measured if rule.outcome in (None, Outcome.SUCCEED) else None,
+        source=lambda rule: None if rule.outcome is Outcome.TIMEOUT else rule.measured,
         always_written=True,
     )
     request = Key(

@@ -56,6 +56,7 @@ def _comments(history: History) -> Iterator[str]:
         return
     yield f"SCBM-IAS {history.coverage.figure}; {statuses.coverable} of what can be covered"
     yield status_counts_in_words(statuses.counts)
+    yield from (f"assumed: {sentence}" for sentence in statuses.assumptions)
     for entry in statuses.entries:
         if entry.decision not in (Decision.COVERED, Decision.UNDECIDED):
             yield f"{entry.obligation}: {entry.decision.words}{f': {entry.reason}' if entry.reason else ''}"

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from scbm.cases import EnvironmentChange
-from scbm.model import Latency, LatencyShape, Rate, RateKind
+from scbm.cases.injections import MAX_CHANGES
+from scbm.model import Diagnostic, InputError, Latency, LatencyShape, Place, Rate, RateKind, Slug
 from scbm.model.sources import free_groups
 from scbm.running.simulation.default_reactions import draw_time_ns
 
@@ -208,8 +209,16 @@ class DrawnMoves:
         changes = self._changes(clock, state)
         if not changes and (following is not None or not is_waiting):
             return None, following
+        if len(self._taken) == MAX_CHANGES:
+            raise InputError([self._too_many(clock.name)])
         self._taken.append(EnvironmentChange(tick.at_ns, changes, clock.name))
         return self._taken[-1], following
+
+    def _too_many(self, name: str) -> Diagnostic:
+        last = f", the last of them by `{name}`" if name else ""
+        message = f"the environment made {MAX_CHANGES:,} changes in one run{last}"
+        remedy = "make its rates slower, or limit the time of the run with `--time-limit`"
+        return Diagnostic(Slug.BAD_LATENCY, message, Place(self._program.model.name), remedy)
 
     def _changes(self, clock: _TransitionClock, state: int) -> Changes:
         if clock.step is None:
