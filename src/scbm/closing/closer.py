@@ -32,7 +32,7 @@ from scbm.closing.scripts.case_search import (
     Merit,
     bounded,
     in_order,
-    minimal,
+    natural,
     shortest_for_each,
     without_leftovers,
 )
@@ -419,7 +419,9 @@ class Closer:
         """Return the cases that are kept. The first Ctrl-C does not end that: it is short, and all would be lost."""
         before = Merit(suite.coverage.visited, _freely(suite))
         about = shortest_for_each(found, missing) if self._one_case_each else {}
-        kept = [each for each in in_order(found) if id(each) in about] if about else minimal(found, before)
+        kept = [each for each in in_order(found) if id(each) in about]
+        if not about:
+            kept = natural(found, before, missing, self._obligations)
         purposes = [about.get(id(each), 0) for each in kept]
         needed = [_alone(each, kept, before) & missing | about.get(id(each), 0) for each in kept]
 

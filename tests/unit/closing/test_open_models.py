@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from scbm.cases.coverage import Aspect
 from scbm.closing import Closer, Decision
 from scbm.closing.proved_statuses import assumed_by
 from scbm.files import digest_of, load_model, read_case, read_model, write_case
@@ -235,3 +236,38 @@ def test_changes_after_all_goals_have_ended_are_no_fault() -> None:
     wanted = [each for each in Closer(model).close().after.obligations if str(each) == "automatic/d"]
     (decided,) = Closer(model).close(wanted=wanted).decided
     assert decided.decision in (Decision.COVERED, Decision.FORCED)
+
+
+STOP = """
+behavior_model: stop
+variables:
+  estop: {domain: [ok, pressed], initial: ok}
+  at: {domain: [a, b], initial: a}
+  beacon: {domain: [off, on], initial: off, source: state}
+resources:
+  safety: {publishes: [estop]}
+  robot: {simulation: {latency: 2 s}}
+operations:
+  move:
+    deadline: 5 s
+    pre: {g: at == a && robot_req_trigger == false && robot_req_state == initial, a: [robot_req_trigger <- true]}
+    post:
+      g: true
+      gr: robot_req_state == succeeded
+      a: [robot_req_state <- initial, robot_req_trigger <- false, at <- b]
+    timedout: [robot_req_trigger <- false]
+automatic_transitions:
+  stop: {g: "estop == pressed && plan.state in {planning, executing}", a: [plan.state <- aborted]}
+  beacon_on: {g: estop == pressed && at == b && beacon == off, a: [beacon <- on]}
+goals: {b: at == b}
+"""
+
+
+def test_a_stop_comes_in_mid_motion_though_another_case_takes_it_at_rest() -> None:
+    model = read_model(STOP)
+    closing = Closer(model).close()
+    bit = closing.after.obligations.bit_of("stop", Aspect.TAKEN)
+    made = next(each for each in closing.cases if each.execution.visited & bit)
+    taken = [record.kind for record in made.execution.trace.records if record.kind in {"request_sent", "automatic"}]
+    assert taken[:2] == ["request_sent", "automatic"]
+    assert made.execution.ended_ns < 2_000_000_000

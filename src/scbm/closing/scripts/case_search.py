@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import reduce
+from operator import or_
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from scbm.cases import CaseLimits
-from scbm.cases.coverage import visited_by
-from scbm.cases.trace import End
+from scbm.cases.coverage import Aspect, visited_by
+from scbm.cases.trace import AutomaticTaken, End, ReplyReceived, RequestCancelled, RequestSent
 from scbm.closing.runs.walks import best_walk, direct_walks, walk_over
 from scbm.closing.scripts.case_scripts import CaseScripts
 from scbm.closing.scripts.closing_injections import HOLD_NS
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from scbm.cases import Case
-    from scbm.cases.coverage import Obligation
+    from scbm.cases.coverage import Obligation, Obligations
     from scbm.closing.runs.all_runs import AllRuns, CloseLimits
     from scbm.closing.runs.run_graph import RunGraph
     from scbm.closing.runs.walks import Walk
@@ -283,6 +285,43 @@ def minimal(executions: Sequence[Execution], before: Merit) -> list[Execution]:
         if not Merit.of((execution,)).beyond(others):
             kept.remove(execution)
     return in_order(kept)
+
+
+def natural(executions: Sequence[Execution], before: Merit, missing: int, obligations: Obligations) -> list[Execution]:
+    """Return the runs that `minimal` keeps, and those that take an automatic transition in mid motion.
+
+    An emergency stop between two runs shows little. So a run in which it comes while a request is in flight is kept,
+    and comes first, even if another run takes the transition at rest, and visits something else, too.
+    """
+    kept = minimal(executions, before)
+    in_motion = {id(each): _taken_in_motion(each, obligations) & missing for each in executions}
+    lacking = reduce(or_, in_motion.values(), 0) & ~reduce(or_, (in_motion[id(each)] for each in kept), 0)
+    first: list[Execution] = []
+    for execution in in_order(executions):
+        if in_motion[id(execution)] & lacking:
+            first.append(execution)
+            lacking &= ~in_motion[id(execution)]
+    if not first:
+        return kept
+    others = [each for each in executions if all(each is not other for other in first)]
+    return [*first, *minimal(others, before.and_also(Merit.of(first)))]
+
+
+def _taken_in_motion(execution: Execution, obligations: Obligations) -> int:
+    """Return the automatic transitions that a run takes while a request is in flight, and not by force, as bits."""
+    taken = 0
+    in_flight: dict[str, None] = {}
+    for record in execution.trace.records:
+        match record:
+            case RequestSent():
+                in_flight[record.resource] = None
+            case ReplyReceived() | RequestCancelled():
+                in_flight.pop(record.resource, None)
+            case AutomaticTaken() if in_flight:
+                taken |= obligations.bit_of(record.transition, Aspect.TAKEN)
+            case _:
+                pass
+    return taken & execution.visited_freely
 
 
 def shortest_for_each(executions: Sequence[Execution], missing: int) -> dict[int, int]:
