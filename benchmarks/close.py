@@ -46,9 +46,9 @@ from property.test_closing import (  # noqa: E402 - they live with the tests
     wrong_exclusions,
     wrong_proofs,
 )
-from property.test_environment_closing import model_of as open_model  # noqa: E402
+from property.test_environment_closing import opened  # noqa: E402
 from support.enumeration import enumerate_runs  # noqa: E402
-from support.random_models import random_model  # noqa: E402
+from support.random_models import random_model, small_random_model  # noqa: E402
 
 LARGE = ("blocks-8-0", "logistics-8-0", "rovers-05", "factory-157", "independent-10x10")
 """Models whose runs or plans are too many to explore them all; some of them are decided nevertheless."""
@@ -132,7 +132,7 @@ MAX_OF_OPEN_RUNS = 2_000
 
 def close_open(number: int) -> Result:
     """Closes a random model in an open world, and looks whether a run refutes a proof, or a case fails."""
-    model = open_model(number)
+    model = opened(small_random_model(number), number)
     begin = time.process_time()
     closing = Closer(model, OPEN_LIMITS).close()
     seconds = time.process_time() - begin

@@ -45,7 +45,12 @@ MOST = 60_000
 @cache
 def model_of(number: int) -> BehaviorModel:
     """A random model in which others use resources, values are ruled out, and the environment moves some variables."""
-    model, random = random_model(number), Random(f"environment {number}")
+    return opened(random_model(number), number)
+
+
+def opened(model: BehaviorModel, number: int) -> BehaviorModel:
+    """The model with others who use its resources, values that are ruled out, and an environment that acts."""
+    random = Random(f"environment {number}")
     declared = [variable for variable in model.variables if len(variable.domain) > 1]
     transitions = [_transition(f"moves_{index}", random, declared) for index in range(random.randint(1, 3)) if declared]
     resources = tuple(_open(resource, random, model) for resource in model.resources)

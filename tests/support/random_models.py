@@ -79,6 +79,14 @@ def random_model(number: int) -> BehaviorModel:
     return model
 
 
+@cache
+def small_random_model(number: int) -> BehaviorModel:
+    """Small model `number`, the same everywhere: of some models the one in which least can happen, but something."""
+    dice = _Dice(Random(f"small scbm model {number}"))
+    drawn = [_Cell(dice).model(f"cell_{number}") for _ in range(_MAX_TRIES)]
+    return min(drawn, key=lambda each: (each[1] == 0, each[1]))[0]
+
+
 def _size(model: BehaviorModel, planner: Planner) -> int:
     """Roughly how much can happen in runs: from how many states, over how many operations, with what counted."""
     starts = InitialStates(model).combinations
