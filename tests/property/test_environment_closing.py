@@ -8,7 +8,7 @@ from random import Random
 
 import pytest
 
-from scbm.closing import Closer, Closing, Decision
+from scbm.closing import CloseLimits, Closer, Closing, Decision
 from scbm.files import read_case, write_case
 from scbm.model import (
     Assign,
@@ -30,7 +30,7 @@ from scbm.proofcheck import check_certificate
 from scbm.testing import RandomCases, Tester
 from support.enumeration import Enumeration, enumerate_runs
 from support.profiles import share, slow_beyond
-from support.random_models import random_model
+from support.random_models import random_model, small_random_model
 
 _FEW = 3_000
 """Maximum number of situations of sequences of goals with any plans that are enumerated."""
@@ -136,3 +136,9 @@ def test_random_cases_visit_nothing_that_no_run_visits_and_replay_alike(number: 
         assert not runs.complete or runs.obligations.names(never) == ()
         recorded = read_case(write_case(execution.recorded_case, model, None), model)
         assert tester.execute(replace(recorded, origin=None)).digest == execution.digest
+
+
+def test_an_input_that_changes_again_is_not_put_back_between() -> None:
+    model = opened(small_random_model(113), 113)
+    for each in Closer(model, CloseLimits(situations=15_000, planning=20_000, random=100, changes=100)).close().cases:
+        assert read_case(write_case(each.case, model, None), model).name == each.case.name

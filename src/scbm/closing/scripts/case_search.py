@@ -20,7 +20,7 @@ from scbm.running.simulation import TooLongError, UnplannedError
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
 
-    from scbm.cases import Case
+    from scbm.cases import Case, Injection
     from scbm.cases.coverage import Obligation, Obligations
     from scbm.closing.runs.all_runs import AllRuns, CloseLimits
     from scbm.closing.runs.run_graph import RunGraph
@@ -157,17 +157,14 @@ class CaseSearch:
     def _put_back(self, execution: Execution, bit: int) -> Execution:
         """Return the run of a case that puts its changes back, if only then the run ends before the time limit.
 
-        What changes at a given time is put back a while after the visit, and the rest a while after its change.
+        What changes at a given time is put back a while after the visit, and the rest a while after its change. What a
+        later injection changes again is not put back: it would contradict that injection.
         """
         if not execution.case.injections or execution.verdict.end is not End.TIME_LIMIT:
             return execution
         visited_ns = next(r.at_ns for r in execution.trace.records if visited_by((r,), self._tester.obligations) & bit)
-        injections = tuple(
-            replace(each, hold_ns=max(0, visited_ns - each.at_ns) + HOLD_NS if each.hold_ns is None else each.hold_ns)
-            if each.at_ns is not None
-            else replace(each, hold_ns=HOLD_NS)
-            for each in execution.case.injections
-        )
+        given = execution.case.injections
+        injections = tuple(_held(each, given[number:], visited_ns) for number, each in enumerate(given, start=1))
         held = self._execute(replace(execution.case, injections=injections))
         if held is None or held.verdict.end is End.TIME_LIMIT or not held.visited_freely & bit:
             return execution
@@ -202,6 +199,15 @@ class CaseSearch:
                 of = f"obligation {number:,} of {len(runs.visits.obligations.all):,}"
                 self._progress(f"guided search: {obligation} ({of}), at most {max(0, self._beyond):,} more situations")
                 self._take(self.guided_path(obligation, bit))
+
+
+def _held(injection: Injection, later: Sequence[Injection], visited_ns: int) -> Injection:
+    """Return an injection that is put back after a visit, unless it ends before, or a later one changes the same."""
+    names = [name for name, _ in injection.assign]
+    if injection.hold_ns is not None or any(name in names for other in later for name, _ in other.assign):
+        return injection
+    since_ns = visited_ns if injection.at_ns is None else injection.at_ns
+    return replace(injection, hold_ns=max(0, visited_ns - since_ns) + HOLD_NS)
 
 
 def bounded(tester: Tester, case: Case) -> Execution | None:
