@@ -10,7 +10,8 @@ import pytest
 from scbm.cases import CONDITIONS, Case, CaseLimits, Condition, EnvironmentChange, Injection, Origin
 from scbm.cases.trace import InjectionApplied, MeasurementReceived, PutBack, RunStarted, sentence_of, write_trace
 from scbm.files import read_case, read_model, write_case
-from scbm.model import BehaviorModel, Constant, Equal, Reference
+from scbm.model import BehaviorModel, Constant, Equal, InputError, Reference
+from scbm.running.simulation import environment_moves
 from scbm.testing import Execution, RandomCases, Tester
 from support.driving import SECOND_NS, Hand
 from support.models import scan_cell
@@ -89,6 +90,15 @@ def test_every_draws_again_after_each_time() -> None:
     times = [at for at, by, _ in moves(run(model)) if by == "swap"]
     assert len(times) > 2
     assert len({round(later - earlier, 6) for earlier, later in pairwise(times)}) > 1
+
+
+def test_too_many_changes_end_a_run_with_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(environment_moves, "MAX_CHANGES", 10)
+    push = "push: {guard: stop == released, actions: [stop <- pressed], after: 1 ms}"
+    pull = "pull: {guard: stop == pressed, actions: [stop <- released], after: 1 ms}"
+    model = press(push, pull)
+    with pytest.raises(InputError, match="the environment made 10 changes in one run, the last of them by `"):
+        run(model, environment=None)
 
 
 def test_a_transition_without_a_rate_never_fires() -> None:

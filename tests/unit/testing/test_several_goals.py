@@ -215,10 +215,15 @@ def test_may_end_of_case_goal_and_model_excuses(
     assert verdict.passed == (excuse is not None)
 
 
-def test_an_input_away_from_nominal_excuses() -> None:
-    case = case_of(goal("there"))
-    pressed = replace(case, initial=MODEL.nominal_state.replace({"estop": "pressed"}), limits=CaseLimits(SECOND_NS))
-    verdict = Tester(MODEL).execute(pressed).verdict
+@pytest.mark.parametrize("source", ["input", "published"])
+def test_a_value_that_comes_unasked_excuses_if_it_is_away_from_nominal(source: str) -> None:
+    published = CELL.replace(", source: input", "").replace(
+        "resources:\n", "resources:\n  safety: {publishes: [estop]}\n"
+    )
+    model = MODEL if source == "input" else read_model(published)
+    case = read_case("case: c\ngoal: there\n", model)
+    pressed = replace(case, initial=model.nominal_state.replace({"estop": "pressed"}), limits=CaseLimits(SECOND_NS))
+    verdict = Tester(model).execute(pressed).verdict
     assert (verdict.end, verdict.excuses) == (End.TIME_LIMIT, (Excuse.INPUT,))
 
 

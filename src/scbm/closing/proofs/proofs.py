@@ -189,7 +189,7 @@ def _reason(obligation: Obligation, runs: AllRuns) -> str:
         return f"{name} is planned, but every such run ends before the operation becomes current"
     if obligation.aspect is Aspect.DISABLED:
         which = ", whichever plan it is in" if runs.plans is PlanSet.ANY else ""
-        return f"{name} is never disabled, unless by force{which}: its precondition holds whenever it becomes current"
+        return f"{name} is never disabled, unless by force{which}: its precondition holds whenever it is checked"
     return _reason_of_current(obligation, runs)
 
 
