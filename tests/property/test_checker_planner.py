@@ -10,7 +10,7 @@ from scbm.cases.coverage import Obligations
 from scbm.files import read_model
 from scbm.model import FIRST_PLANNER, BehaviorModel, Role
 from scbm.planning import Planner, Solved
-from scbm.proofcheck import Certificate, Claim, GoalRuns, RunsArgument, check_certificate, checker_planner
+from scbm.proofcheck import Certificate, GoalRuns, RunsArgument, check_certificate, checker_planner
 from scbm.proofcheck.certificate import claimable_obligations
 from scbm.proofcheck.checker_planner import CanonicalPlanner, NoPlanExists, PlanFound, PlanningLimitReached
 from support.random_models import random_model
@@ -53,7 +53,7 @@ def test_a_step_that_needs_a_plan_beyond_the_limit_is_a_flaw(monkeypatch: pytest
     """Nothing is known of the plan that the runner gets, so nothing is proved."""
     model = read_model(THREE_PLACES + "runs: {goals: single}\n")
     variables = tuple(v.name for v in model.running_space if v.role is not Role.OPERATION_STATE)
-    claims = (Claim("to_b/failed", "nothing fails it"),)
+    claims = ("to_b/failed",)
     argument = RunsArgument(variables, (GoalRuns("at_c", ()),))
     certificate = Certificate(model.name, "0" * 64, claims, argument, FIRST_PLANNER)
     assert check_certificate(certificate, model) == ()  # all is done at one moment

@@ -10,13 +10,13 @@ from typing import Any
 import pytest
 
 from scbm.files import digest_of, load_model
-from scbm.proofcheck import Certificate, Claim, certificate, certificate_text
+from scbm.proofcheck import Certificate, certificate, certificate_text
 from support.recipe_page import followed
 
 
 def write(directory: Path, *obligations: str) -> None:
     model = load_model(directory / "lamp.yaml")
-    claims = tuple(Claim(obligation, "its guard is false") for obligation in obligations)
+    claims = tuple(obligations)
     argument = vars(certificate)["FalseGuardArgument"]()
     text = certificate_text(Certificate(model.name, digest_of(model), claims, argument), "lamp.yaml")
     (directory / "explode.json").write_text(text, encoding="utf-8")

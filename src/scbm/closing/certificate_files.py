@@ -6,18 +6,19 @@ import json
 import os
 import re
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from shlex import quote
 from typing import TYPE_CHECKING
 
+from scbm.closing.proof_reasons import REASONS_SUFFIX, read_reasons
 from scbm.closing.proved_statuses import assumed_by
 from scbm.files import digest_of, open_input, read_file
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.proofcheck import RunsArgument, check_certificate, read_certificate_file
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Mapping
 
     from scbm.model import BehaviorModel
     from scbm.proofcheck import Certificate, CertificateFlaw
@@ -48,11 +49,13 @@ class CertificateFile:
 
     Attributes:
         model_path: the model file that the certificate names; `None` if it names none.
+        reasons: for each claim why, in words for people, which no check verifies.
     """
 
     certificate: Certificate
     path: Path
     model_path: Path | None
+    reasons: Mapping[str, str] = field(default_factory=dict, compare=False)
 
     def required_model_path(self) -> Path:
         """Return `model_path`. Raises `InputError` if it is `None`."""
@@ -111,7 +114,7 @@ class CheckedCertificate:
     @property
     def obligations(self) -> tuple[str, ...]:
         """The obligations that the certificate claims to be uncoverable."""
-        return tuple(claim.obligation for claim in self.file.certificate.claims)
+        return self.file.certificate.claims
 
     @property
     def situations(self) -> int | None:
@@ -130,11 +133,17 @@ def is_certificate_text(text: str) -> bool:
 def find_certificates(paths: Iterable[Path]) -> tuple[Path, ...]:
     """Return the certificate files of paths: files as they are, and all JSON files below directories.
 
+    The reasons beside a certificate are left out, so that a shell may name all files of a directory.
+
     Raises:
         InputError: a directory has no such file below it.
     """
     found: dict[Path, None] = {}
-    for path in paths:
+    known = list(paths)
+    beside = {path.with_suffix(REASONS_SUFFIX) for path in known if path.suffix == SUFFIX}
+    for path in known:
+        if path in beside:
+            continue
         files = sorted(path.rglob(f"*{SUFFIX}")) if path.is_dir() else [path]
         if not files:
             message = f"there are no certificates below: no file that ends in `{SUFFIX}`"
@@ -158,11 +167,11 @@ def _start(path: Path) -> str:
 
 
 def open_certificate(path: Path) -> CertificateFile:
-    """Return the certificate in a file. Raises `InputError` if the file cannot be read, or is no certificate."""
+    """Return the certificate in a file. Raises `InputError` if it or its reasons cannot be read, or are none."""
     text = _read(path)
     certificate, model_file = read_certificate_file(text, str(path))
     model_path = None if model_file is None else normalised(path.parent / model_file)
-    return CertificateFile(certificate, path, model_path)
+    return CertificateFile(certificate, path, model_path, read_reasons(path, certificate))
 
 
 def model_path_in(text: str, path: Path) -> Path | None:

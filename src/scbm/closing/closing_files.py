@@ -12,6 +12,7 @@ from textwrap import wrap
 from typing import TYPE_CHECKING
 
 from scbm.closing.certificate_files import SUFFIX, is_certificate_text, model_path_in, normalised
+from scbm.closing.proof_reasons import REASONS_SUFFIX, is_reasons_text, reasons_text
 from scbm.closing.summaries import in_few_words
 from scbm.files import FileWriter, open_case, open_input, write_case
 from scbm.model import Diagnostic, InputError, Place, PlannerChoice, Slug
@@ -68,9 +69,11 @@ def write_output(closing: Closing, directory: Path, model_file: Path, suite: Col
     cases = {made.case.name: directory / _CASES / f"{made.case.name}.yaml" for made in closing.cases}
     certificates = {name: directory / _CERTIFICATES / f"{name}{SUFFIX}" for name, _ in closing.certificates}
     texts = {cases[made.case.name]: _case_text(made, closing.model, model_file, directory) for made in closing.cases}
+    reasons = {str(decided.obligation): decided.reason for decided in closing.decided}
     for name, certificate in closing.certificates:
         shown = _seen_from(certificates[name].parent, model_file)
         texts[certificates[name]] = certificate_text(certificate, shown)
+        texts[certificates[name].with_suffix(REASONS_SUFFIX)] = reasons_text(certificate, reasons)
     kept = {path.resolve() for path in suite}
     _refuse_to_lose(texts, kept, model_file)
     before = _written_before(directory, model_file)
@@ -82,16 +85,19 @@ def write_output(closing: Closing, directory: Path, model_file: Path, suite: Col
 
 def _case_text(made: ClosingCase, model: BehaviorModel, model_file: Path, directory: Path) -> str:
     shown = _seen_from(directory / _CASES, model_file)
-    return write_case(_planned_case(made, model), model, shown, tuple(_comment(made, model)))
+    return write_case(_recorded_case(made, model), model, shown, tuple(_comment(made, model)))
 
 
-def _planned_case(made: ClosingCase, model: BehaviorModel) -> Case:
-    """Return a case with its run, if `model` names a planner or limits: a replay under others is another run."""
-    if model.planner == PlannerChoice():
-        return made.case
+def _recorded_case(made: ClosingCase, model: BehaviorModel) -> Case:
+    """Return a case with its run; with plans and trace too if `model` names a planner or limits.
+
+    A replay under others is another run then. Else the trace is left out, since any change of the model changes it.
+    """
     recorded = made.execution.recorded
     if made.case.plans:  # they are shortest ones, and need not be canonical
         recorded = replace(recorded, planner=planner_of_random_runs(model))
+    if model.planner == PlannerChoice():
+        return replace(made.case, recorded=replace(recorded, trace=None) if recorded.goals else None)
     return replace(made.case, recorded=recorded, plans=made.execution.plans_to_keep)
 
 
@@ -134,6 +140,9 @@ def _written_before(directory: Path, model_file: Path) -> Iterator[Path]:
     for path in (*_entries(directory / _CASES, ".yaml"), *_entries(directory / _CERTIFICATES, SUFFIX)):
         if _is_own(path) and _other_model(path, model_file) is None:
             yield path
+            reasons = path.with_suffix(REASONS_SUFFIX)
+            if path.suffix == SUFFIX and _is_own(reasons):
+                yield reasons
 
 
 def _other_model(path: Path, model_file: Path) -> Path | None:
@@ -147,6 +156,8 @@ def _other_model(path: Path, model_file: Path) -> Path | None:
 
 def _model_in(path: Path) -> Path | None:
     """Return the model file that a case or a certificate names."""
+    if path.suffix == REASONS_SUFFIX:
+        path = path.with_suffix(SUFFIX)
     if path.suffix == SUFFIX:
         return model_path_in(_text_of(path, _SNIFFED_BYTES) or "", path)
     named = open_case(path).model_path
@@ -161,10 +172,12 @@ def _entries(directory: Path, suffix: str) -> Sequence[Path]:
 
 
 def _is_own(path: Path) -> bool:
-    """Return whether closing wrote the file: a case with its comment, or a certificate with its format."""
+    """Return whether closing wrote the file: a case with its comment, or a certificate or reasons by their format."""
     text = _text_of(path, _SNIFFED_BYTES)
     if text is None:
         return False
+    if path.suffix == REASONS_SUFFIX:
+        return is_reasons_text(text)
     return is_certificate_text(text) if path.suffix == SUFFIX else text.startswith(_OWN)
 
 

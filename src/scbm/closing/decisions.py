@@ -14,7 +14,7 @@ from scbm.cases.coverage.assumptions import assumptions
 from scbm.cases.trace import End, InjectionApplied, PutBack, run_end
 from scbm.model import format_moment
 from scbm.running import describe_cycle
-from scbm.testing.verdicts import FailureKind, Verdict
+from scbm.testing.verdicts import Verdict, violation_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -105,9 +105,9 @@ class ClosingCase:
     @property
     def verdict(self) -> Verdict:
         """The verdict on its run without the consequences of force."""
-        broken = [violation.requirement for violation in _broken_by_force(self.execution)]
+        broken = _broken_by_force(self.execution)
         verdict = self.execution.verdict
-        kept = (f for f in verdict.failures if f.kind is not FailureKind.REQUIREMENT or f.subject not in broken)
+        kept = (failure for failure in verdict.failures if violation_of(failure, broken) is None)
         return Verdict(verdict.end, tuple(kept))
 
 

@@ -104,14 +104,10 @@ def _few(names: tuple[str, ...]) -> str:
 
 def claims_of(checked: CheckedCertificate) -> Iterator[tuple[str, StatusProof]]:
     """Yield what a sound certificate proves: the names of obligations, each with its proof."""
-    yield from proofs_of(checked.file.certificate, str(checked.file.path))
-
-
-def proofs_of(certificate: Certificate, name: str) -> Iterator[tuple[str, StatusProof]]:
-    """Yield what a certificate proves if it is sound; `name` is its file or its name."""
-    status = proved_status(certificate)
-    for claim in certificate.claims:
-        yield claim.obligation, StatusProof(status, claim.reason, name)
+    file = checked.file
+    status = proved_status(file.certificate)
+    for claim in file.certificate.claims:
+        yield claim, StatusProof(status, file.reasons[claim], str(file.path))
 
 
 def with_waivers(closing: Closing, waivers: WaiverReview) -> Closing:

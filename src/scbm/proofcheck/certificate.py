@@ -56,19 +56,6 @@ class Fact(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Claim:
-    """One obligation that cannot be visited.
-
-    Attributes:
-        obligation: its name, such as `scan/timedout` or `automatic/scan_failed`.
-        reason: one sentence for people; checking does not read it.
-    """
-
-    obligation: str
-    reason: str
-
-
-@dataclass(frozen=True, slots=True)
 class StructureArgument:
     """Facts of the model file, one for each claim, in the same order."""
 
@@ -186,7 +173,7 @@ class Certificate:
 
     model: str
     digest: str
-    claims: tuple[Claim, ...]
+    claims: tuple[str, ...]
     argument: Argument
     planner: PlannerIdentity | None = None
 

@@ -193,7 +193,7 @@ def _flaws(certificate: Certificate, model: BehaviorModel) -> Iterator[Certifica
         )
         return
     known = {str(obligation): obligation for obligation in claimable_obligations(model)}
-    names = [claim.obligation for claim in certificate.claims]
+    names = certificate.claims
     flaws = [
         CertificateFlaw(f"claim {name}", "the model has no such obligation") for name in names if name not in known
     ]

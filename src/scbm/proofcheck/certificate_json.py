@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from scbm.model import FIRST_PLANNER, Diagnostic, GoalOrder, InputError, Place, PlannerIdentity, PlanSet, Slug
 from scbm.model.json_reader import JsonError, line_and_column, quoted, read_json, value_positions
-from scbm.proofcheck.certificate import Certificate, Claim, RunsArgument
+from scbm.proofcheck.certificate import Certificate, RunsArgument
 from scbm.proofcheck.certificate_arguments import ARGUMENTS, json_list, json_text
 
 if TYPE_CHECKING:
@@ -23,18 +23,17 @@ if TYPE_CHECKING:
 
     Part = TypeVar("Part")
 
-FORMAT_VERSION = 3
+FORMAT_VERSION = 4
 
 
 def certificate_text(certificate: Certificate, model_file: str | None = None) -> str:
     """Return the text that `read_certificate_file` reads; `model_file` is the path of the model relative to it."""
-    claims = [json_text({"obligation": claim.obligation, "reason": claim.reason}) for claim in certificate.claims]
     parts = [
         f'"scbm_certificate": {FORMAT_VERSION}',
         f'"model": {json_text(certificate.model)}',
         *([] if model_file is None else [f'"model_file": {json_text(model_file)}']),
         f'"digest": {json_text(certificate.digest)}',
-        f'"claims": {json_list(claims)}',
+        f'"claims": {json_list(map(json_text, certificate.claims))}',
         f'"argument": {json_text(certificate.argument.kind)}, "planner": {_planner_text(certificate.planner)}',
         f'"goals": {json_text(certificate.goals)}, "plans": {json_text(certificate.plans)}',
         *ARGUMENTS[certificate.argument.kind].write(certificate.argument),
@@ -58,6 +57,8 @@ _WITHOUT_PLANNER = 1
 """The last version that does not name the planner."""
 _WITHOUT_RUNS = 2
 """The last version that does not name the goals and plans of the runs; they have one goal and canonical plans."""
+_WITH_REASONS = 3
+"""The last version whose claims have reasons, which nothing checks; they are read, and do not count."""
 _MAX_NUMBER = 2**63
 _DIGEST = re.compile(r"[0-9a-f]{64}")
 
@@ -137,7 +138,7 @@ class CertificateParts:
         return Certificate(
             self.word(document["model"], ("model",)),
             self._digest(document["digest"], ("digest",)),
-            self.each(document["claims"], ("claims",), self._claim),
+            self.each(document["claims"], ("claims",), self._claim if version <= _WITH_REASONS else self.word),
             ARGUMENTS[kind].read(self, document),
             self._planner(document, kind, ("planner",)),
         )
@@ -178,10 +179,10 @@ class CertificateParts:
             raise _FaultError(path, "a digest has 64 digits, `0` to `9` and `a` to `f`")
         return value
 
-    def _claim(self, value: object, path: JsonPath) -> Claim:
+    def _claim(self, value: object, path: JsonPath) -> str:
         claim = self.keys(value, ("obligation", "reason"), path)
-        obligation = self.word(claim["obligation"], (*path, "obligation"))
-        return Claim(obligation, self.word(claim["reason"], (*path, "reason")))
+        self.word(claim["reason"], (*path, "reason"))
+        return self.word(claim["obligation"], (*path, "obligation"))
 
     def value(self, value: object, path: JsonPath) -> Value:
         """Return a value of a variable."""

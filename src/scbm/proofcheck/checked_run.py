@@ -239,7 +239,6 @@ class CheckedRun:
     def _leave(self) -> bool:
         """Set the current operation to initial; no operation is current afterwards."""
         self._set({**self._rules.at_rest, CURRENT_NAME: NO_OPERATION, CURRENT_STATE: OperationState.INITIAL.value})
-        self._deadline_has_passed = False
         return True
 
     def _give_up_waiting(self) -> bool:

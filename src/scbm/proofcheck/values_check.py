@@ -84,7 +84,7 @@ def all_possible(sets: Sets, model: BehaviorModel) -> Iterator[Possible]:
     """Yield everything that is possible from the beginning of a run until nothing follows its end any more."""
     yield _begin(model)
     yield _change_from_outside(model)
-    yield _end(model)
+    yield _end()
     for resource in model.resources:
         if _can_be_sent(resource, sets):
             yield _request(resource, model)
@@ -125,13 +125,10 @@ def _environment_transitions(moment: _Moment, model: BehaviorModel) -> Iterator[
             yield Possible(f"the environment transition {transition.name}", given)
 
 
-def _end(model: BehaviorModel) -> Possible:
-    """Return the end of a run: all requests are cleared. Automatic transitions may follow it."""
+def _end() -> Possible:
+    """Return the end of a run. Requests are cleared, which gives back the values of the beginning of a run."""
     ends = (PlanState.COMPLETED, PlanState.UNSOLVABLE, PlanState.ABORTED)
-    given: list[tuple[str, Value]] = [(PLAN_STATE, end.value) for end in ends]
-    given += [(resource.trigger, False) for resource in model.resources]
-    given += [(resource.request_state, RequestState.INITIAL.value) for resource in model.resources]
-    return Possible("the end of a run", tuple(given))
+    return Possible("the end of a run", tuple((PLAN_STATE, end.value) for end in ends))
 
 
 def _can_be_sent(resource: Resource, sets: Sets) -> bool:

@@ -45,6 +45,14 @@ def before(tmp_path: Path) -> Path:
     return Path(shutil.copy(ROOT / BEFORE, tmp_path / "before.yaml"))
 
 
+@pytest.fixture
+def cell(tmp_path: Path) -> Path:
+    """A small model, for what does not depend on the size of a model."""
+    path = tmp_path / "cell.yaml"
+    path.write_text(SCAN_CELL, encoding="utf-8")
+    return path
+
+
 # the report
 
 
@@ -96,14 +104,14 @@ def test_what_is_undecided_makes_the_exit_code_1(scbm: Scbm) -> None:
     assert all(entry["reason"] for entry in undecided)
 
 
-def test_options_come_again_in_the_commands(scbm: Scbm) -> None:
-    out = scbm("close", BEFORE, "--cases", 1, "--max-states", 7).out
-    assert f"scbm close {BEFORE} --cases 1 --seed 0 --max-states 7 --out closed" in out
+def test_options_come_again_in_the_commands(scbm: Scbm, cell: Path) -> None:
+    out = scbm("close", cell, "--cases", 1, "--max-states", 7).out
+    assert f"scbm close {cell} --cases 1 --seed 0 --max-states 7 --out closed" in out
 
 
 @pytest.mark.parametrize("option", ["--max-random", "--max-changes", "--max-planning"])
-def test_limits_come_again_in_the_commands(scbm: Scbm, option: str) -> None:
-    assert f"{option} 7 --out closed" in scbm("close", BEFORE, "--max-states", 5, option, 7).out
+def test_limits_come_again_in_the_commands(scbm: Scbm, cell: Path, option: str) -> None:
+    assert f"{option} 7 --out closed" in scbm("close", cell, "--max-states", 5, option, 7).out
 
 
 def _interrupt(*_: object) -> None:
@@ -128,10 +136,12 @@ def test_an_interrupted_command_writes_what_it_has(
 # what failed
 
 
-def test_a_failed_case_of_the_suite_makes_the_exit_code_1(scbm: Scbm, tmp_path: Path, wording: Wording) -> None:
+def test_a_failed_case_of_the_suite_makes_the_exit_code_1(
+    scbm: Scbm, cell: Path, tmp_path: Path, wording: Wording
+) -> None:
     path = tmp_path / "fails.yaml"
-    path.write_text("case: fails\ngoal: item_a_scanned\nexpect: {verdict: aborted}\n", encoding="utf-8")
-    ran = scbm("close", BEFORE, "--suite", path)
+    path.write_text("case: fails\ngoal: scanned\nexpect: {verdict: aborted}\n", encoding="utf-8")
+    ran = scbm("close", cell, "--suite", path)
     assert ran.code == 1
     failed = ran.out.splitlines().index("  fails")
     wording(ran.out.splitlines()[failed - 1 : failed + 2])
@@ -171,8 +181,9 @@ def test_a_new_case_that_breaks_a_requirement_is_reported(
 # the output directory
 
 
-def test_the_commands_of_the_report_work(scbm: Scbm, before: Path, tmp_path: Path) -> None:
-    ran = scbm("close", before, "--cases", 3, "--seed", 2, "--out", tmp_path / "out")
+def test_the_commands_of_the_report_work(scbm: Scbm, cell: Path, tmp_path: Path) -> None:
+    cell.write_text(SCAN_CELL.replace("gr: light != red", "gr: true"), encoding="utf-8")  # never disabled
+    ran = scbm("close", cell, "--cases", 3, "--seed", 2, "--out", tmp_path / "out")
     lines = [line.strip().partition("   ")[0] for line in ran.out.partition("\nWritten: ")[2].splitlines()[1:]]
     assert [line.split()[1] for line in lines] == ["test", "test", "close"]
     for line in lines:
@@ -223,15 +234,15 @@ def test_entries_name_the_files(scbm: Scbm, before: Path, tmp_path: Path) -> Non
     assert report["out"] == str(tmp_path / "out")
 
 
-def test_closing_again_from_its_own_output_loses_nothing(scbm: Scbm, before: Path, tmp_path: Path) -> None:
+def test_closing_again_from_its_own_output_loses_nothing(scbm: Scbm, cell: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
-    scbm("close", before, "--out", out)
+    scbm("close", cell, "--out", out)
     cases = {path: path.read_bytes() for path in sorted((out / "cases").iterdir())}
-    ran = scbm("close", before, "--suite", out, "--out", out)
+    ran = scbm("close", cell, "--suite", out, "--out", out)
     assert ran.code == 0
-    assert _json(scbm("close", before, "--suite", out, "--out", out, "--json"))["cases"] == []
+    assert _json(scbm("close", cell, "--suite", out, "--out", out, "--json"))["cases"] == []
     assert {path: path.read_bytes() for path in sorted((out / "cases").iterdir())} == cases
-    assert f"scbm test {before} " in ran.out
+    assert f"scbm test {cell} " in ran.out
 
 
 def test_a_file_of_someone_else_is_not_lost(scbm: Scbm, before: Path, tmp_path: Path, wording: Wording) -> None:
@@ -438,13 +449,13 @@ def test_close_wants_one_model(scbm: Scbm, wording: Wording) -> None:
         wording(ran.err)
 
 
-def test_a_wrong_suite_is_wrong_input(scbm: Scbm, tmp_path: Path) -> None:
+def test_a_wrong_suite_is_wrong_input(scbm: Scbm, cell: Path, tmp_path: Path) -> None:
     path = tmp_path / "seed-0-case-1.yaml"
-    path.write_text("case: seed-0-case-1\ngoal: item_a_scanned\n", encoding="utf-8")
-    assert scbm("close", BEFORE, "--suite", path).code == 0
-    ran = scbm("close", BEFORE, "--suite", path, "--cases", 1)
+    path.write_text("case: seed-0-case-1\ngoal: scanned\n", encoding="utf-8")
+    assert scbm("close", cell, "--suite", path).code == 0
+    ran = scbm("close", cell, "--suite", path, "--cases", 1)
     assert (ran.code, "--cases: error[duplicate-name]" in ran.err) == (2, True)
-    ran = scbm("close", BEFORE, "--suite", "src")
+    ran = scbm("close", cell, "--suite", "src")
     assert (ran.code, "error[no-cases]" in ran.err) == (2, True)
 
 

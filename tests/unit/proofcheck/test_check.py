@@ -14,7 +14,6 @@ from scbm.proofcheck import (
     Argument,
     Awaits,
     Certificate,
-    Claim,
     Fact,
     GoalRuns,
     RunsArgument,
@@ -67,7 +66,7 @@ def lamp(*replacements: tuple[str, str], more: str = "") -> BehaviorModel:
 
 
 def flaws_of(model: BehaviorModel, argument: Argument, *names: str) -> list[str]:
-    claims = tuple(Claim(name, "because") for name in names)
+    claims = tuple(names)
     planner = FIRST_PLANNER if isinstance(argument, RunsArgument) else None
     certificate = Certificate(model.name, "0" * 64, claims, argument, planner)
     return [str(flaw) for flaw in check_certificate(certificate, model)]
@@ -84,7 +83,7 @@ def test_claims_name_obligations_of_the_model_and_each_once(wording: Wording) ->
 
 
 def test_a_certificate_of_another_model_proves_nothing(wording: Wording) -> None:
-    certificate = Certificate("press", "0" * 64, (Claim("light/failed", "x"),), StructureArgument(()))
+    certificate = Certificate("press", "0" * 64, ("light/failed",), StructureArgument(()))
     (flaw,) = check_certificate(certificate, lamp())
     wording(flaw)
 
@@ -107,7 +106,7 @@ def test_no_more_than_twenty_flaws_are_reported() -> None:
 def test_a_certificate_names_the_planner_that_its_argument_is_about(
     argument: Argument, planner: PlannerIdentity | None, wording: Wording
 ) -> None:
-    certificate = Certificate("lamp", "0" * 64, (Claim("light/failed", "x"),), argument, planner)
+    certificate = Certificate("lamp", "0" * 64, ("light/failed",), argument, planner)
     (flaw,) = check_certificate(certificate, lamp())
     assert flaw.where == "the planner"
     wording(flaw)
@@ -122,6 +121,14 @@ def test_facts_that_hold_prove_their_claims() -> None:
     )
     facts = StructureArgument((Fact.NO_DEADLINE, Fact.CANNOT_FAIL, Fact.ALWAYS_ENABLED))
     assert flaws_of(model, facts, "light/timedout", "light/failed", "light/disabled") == []
+
+
+def test_an_action_that_copies_a_value_of_the_same_domain_disables_no_operation() -> None:
+    model = lamp(
+        ("resources:", "  other: {domain: [x, y], initial: x}\nresources:"),
+        ("g: lamp == dark, a: [", "g: true, a: [other <- note, "),
+    )
+    assert flaws_of(model, StructureArgument((Fact.ALWAYS_ENABLED,)), "light/disabled") == []
 
 
 def test_there_is_one_fact_for_each_claim_and_a_fitting_one(wording: Wording) -> None:
@@ -464,3 +471,23 @@ def test_too_many_initial_states_are_not_checked(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("scbm.proofcheck.runs_check.MAX_INITIAL_STATES", 3)
     (flaw,) = flaws_of(lamp(), runs(EXECUTING, FAILED), *NEVER)
     wording(flaw)
+
+
+def test_only_initial_states_that_are_allowed_count_towards_their_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`number` is chosen before `note` and `lamp`, and all but one of its values are ruled out at once."""
+    monkeypatch.setattr("scbm.proofcheck.runs_check.MAX_INITIAL_STATES", 30)
+    model = lamp(
+        ("initial: dark}", "initial: dark, random: any}"),
+        ("initial: x}", "initial: x, random: any}\n  number: {domain: 0..9, initial: 3, random: any}"),
+        more="initial_states: number == 3\n",
+    )
+    flaws = flaws_of(model, runs(), "light/queued")
+    assert flaws
+    assert not [flaw for flaw in flaws if flaw.startswith("the initial states")]
+
+
+@pytest.mark.parametrize(("allowed", "is_proof"), [("lamp == lit", True), ("'true'", False)])
+def test_the_nominal_state_is_begun_from_if_it_is_allowed_though_it_is_not_drawn(allowed: str, is_proof: bool) -> None:  # noqa: FBT001 - a parameter of the test
+    """From `lit`, which alone is drawn, the goal is reached at once; from the nominal `dark` a plan is needed."""
+    model = lamp(("initial: dark}", "initial: dark, random: [lit]}"), more=f"initial_states: {allowed}\n")
+    assert (flaws_of(model, runs(), "light/queued") == []) == is_proof

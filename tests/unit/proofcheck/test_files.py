@@ -11,7 +11,6 @@ from scbm.model import FIRST_PLANNER, InputError, PlannerIdentity, Slug
 from scbm.proofcheck import (
     Awaits,
     Certificate,
-    Claim,
     Fact,
     GoalRuns,
     RunsArgument,
@@ -24,7 +23,7 @@ from scbm.proofcheck import (
 from support.wording import Wording
 
 DIGEST = "0123456789abcdef" * 4
-CLAIMS = (Claim("scan/failed", "no reply fails it"), Claim("automatic/hook", "“hook” comes too late"))
+CLAIMS = ("scan/failed", "automatic/“hook”")
 STRUCTURE = Certificate("cell", DIGEST, CLAIMS, StructureArgument((Fact.CANNOT_FAIL, Fact.NO_DEADLINE)), None)
 VALUES = Certificate(
     "cell", DIGEST, CLAIMS, ValuesArgument((("at", ("home", "box")), ("n", (0, 1)), ("on", (True,)))), None
@@ -46,12 +45,12 @@ RUNS = Certificate(
     FIRST_PLANNER,
 )
 RUNS_TEXT = """\
-{"scbm_certificate": 3,
+{"scbm_certificate": 4,
 "model": "cell",
 "digest": "0123456789abcdef0123456789abcdef0123456789abcdef0123456789abcdef",
 "claims": [
-{"obligation": "scan/failed", "reason": "no reply fails it"},
-{"obligation": "automatic/hook", "reason": "“hook” comes too late"}
+"scan/failed",
+"automatic/“hook”"
 ],
 "argument": "runs", "planner": {"name": "canonical", "version": "1"},
 "goals": "single", "plans": "canonical",
@@ -110,7 +109,7 @@ def test_true_is_not_read_as_one() -> None:
 def test_the_page_of_messages_shows_how_a_text_is_refused() -> None:
     page = (Path(__file__).parents[3] / "docs" / "reference" / "messages.md").read_text(encoding="utf-8")
     with pytest.raises(InputError) as caught:
-        read_certificate('{"scbm_certificate": 4}', "runs.json")
+        read_certificate('{"scbm_certificate": 5}', "runs.json")
     assert f"```text\n{caught.value}\n```" in page
 
 
@@ -120,8 +119,8 @@ def test_the_page_of_messages_shows_how_a_text_is_refused() -> None:
         (RUNS_TEXT, "", "1:1"),
         (RUNS_TEXT, "[]", "1:1"),
         (RUNS_TEXT, '{"format": "scbm-trace"}', "1:1"),
-        ('te": 3,', 'te": 4,', "1:22"),
-        ('te": 3,', 'te": true,', "1:22"),
+        ('te": 4,', 'te": 5,', "1:22"),
+        ('te": 4,', 'te": true,', "1:22"),
         ('"cell"', '""', "2:10"),
         ('"cell"', '"a\\nb"', "2:10"),
         ('"cell"', '"\\ud800"', "2:11"),
@@ -136,8 +135,8 @@ def test_the_page_of_messages_shows_how_a_text_is_refused() -> None:
         (', "planner": {"name": "canonical", "version": "1"}', "", "1:1"),
         ('"version": "1"}', '"version": 1}', "8:65"),
         ('"runs",', '"values",', "1:1"),
-        ('{"obligation": "scan/failed", ', "{", "5:1"),
-        ('{"obligation": "scan/failed"', '["obligation"', "5:24"),
+        ('"scan/failed",', '{"obligation": "scan/failed"},', "5:1"),
+        ('"scan/failed",', '"",', "5:1"),
         ("[],[]],", "[]],", "13:1"),
         ("[],[]],", "[],{}],", "13:21"),
         ("[],[]],", "[],[3]],", "13:22"),
@@ -158,7 +157,8 @@ def test_what_is_wrong_is_reported_where_it_stands(old: str, new: str, place: st
 
 
 def test_everything_that_is_wrong_is_reported_at_once_from_the_top(wording: Wording) -> None:
-    text = RUNS_TEXT.replace('"plan"', "3").replace("true", "null").replace('"reason"', '"because"')
+    text = RUNS_TEXT.replace('"plan"', "3").replace("true", "null")
+    text = text.replace('"scan/failed"', "1").replace('"automatic/“hook”"', '""')
     assert refused(text, wording) == ["5:1", "6:1", "13:12", "17:11", "17:42"]
 
 
@@ -188,13 +188,23 @@ def test_a_text_can_be_too_large(monkeypatch: pytest.MonkeyPatch, wording: Wordi
     assert refused(RUNS_TEXT, wording) == ["1:1"]
 
 
-def test_certificates_of_older_versions_are_about_single_goals_and_canonical_plans() -> None:
-    version_2 = RUNS_TEXT.replace('{"scbm_certificate": 3,', '{"scbm_certificate": 2,')
+def test_certificates_of_older_versions_are_read() -> None:
+    version_3 = RUNS_TEXT.replace('{"scbm_certificate": 4,', '{"scbm_certificate": 3,')
+    for claim in CLAIMS:
+        version_3 = version_3.replace(f'"{claim}"', f'{{"obligation": "{claim}", "reason": "whatever is said"}}')
+    version_2 = version_3.replace('{"scbm_certificate": 3,', '{"scbm_certificate": 2,')
     version_2 = version_2.replace('"goals": "single", "plans": "canonical",\n', "")
     version_1 = version_2.replace('{"scbm_certificate": 2,', '{"scbm_certificate": 1,')
     version_1 = version_1.replace(', "planner": {"name": "canonical", "version": "1"}', "")
     assert read_certificate(version_1).planner == PlannerIdentity("canonical", "1")
-    assert read_certificate(version_1) == read_certificate(version_2) == read_certificate(RUNS_TEXT)
+    assert [read_certificate(text) for text in (version_1, version_2, version_3)] == [read_certificate(RUNS_TEXT)] * 3
+
+
+def test_the_reason_of_a_claim_in_an_older_version_is_a_text(wording: Wording) -> None:
+    text = RUNS_TEXT.replace('{"scbm_certificate": 4,', '{"scbm_certificate": 3,')
+    for claim in CLAIMS:
+        text = text.replace(f'"{claim}"', f'{{"obligation": "{claim}", "reason": 3}}')
+    assert len(refused(text, wording)) == len(CLAIMS)
 
 
 def test_a_certificate_for_any_plan_names_no_planner() -> None:

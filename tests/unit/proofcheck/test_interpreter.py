@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import pytest
+
 from scbm.files import read_model
 from scbm.model import BehaviorModel, Role, Value
 from scbm.proofcheck import Awaits, Situation
-from scbm.proofcheck.checked_run import DeadlineEvent, PlannerAnswer, ReplyEvent
+from scbm.proofcheck.checked_run import DeadlineEvent, GivingUp, PlannerAnswer, ReplyEvent
 from scbm.proofcheck.interpreter import Interpreter
 from support.models import as_closed
 from support.wording import Wording
@@ -137,6 +139,85 @@ def test_timedout_actions_that_do_not_fit_are_a_model_error() -> None:
     assert ended.situation is None
     assert ended.visited == ()
     assert ended.values["plan.state"] == "aborted"
+
+
+def test_the_rest_of_a_plan_is_given_up_at_the_disabled_deadline() -> None:
+    text = LAMP.replace("deadline: 5 s", "disabled_deadline: 2 s").replace(
+        "seen == 1}", "seen == 1, gr: eye_req_state == succeeded}"
+    )
+    paint = "  paint: {pre: {g: lamp == lit}, post: {g: true, a: [seen <- 0]}}\n"
+    text = text.replace(
+        "goals:\n  lit: lamp == lit\nautomatic_transitions:\n", f"{paint}goals:\n  done: seen == 0 && lamp == lit\n"
+    )
+    steps, model = interpreter(text)
+    situation = steps.begin(steps.initial({**model.nominal_state, "seen": 1})).situation
+    assert situation is not None
+    assert situation.queue == ("paint",)
+    step = steps.after(situation, DeadlineEvent())
+    assert step.visited == ("light/queued", "paint/queued", "light/disabled")
+    assert step.situation == situation
+
+
+def test_changes_from_outside_after_the_end_belong_to_the_run() -> None:
+    """The goal holds, so the run ends at once. The key turns twice before both transitions have been taken."""
+    text = LAMP.replace("resources:", "  key: {domain: [off, on, far], initial: off, source: input}\nresources:")
+    burns_out = "  burns_out: {g: plan.state == completed && key == on && seen == 0, a: [seen <- 1]}\n"
+    breaks = "  breaks: {g: plan.state == completed && key == far && seen == 1, a: [seen <- 2]}\n"
+    steps, model = interpreter(text + burns_out + breaks)
+    step = steps.begin(steps.initial({**model.nominal_state, "lamp": "lit"}))
+    assert step.situation is None
+    assert step.visited == ("automatic/burns_out", "automatic/breaks")
+
+
+def test_a_run_can_end_as_unsolvable_though_something_may_change_from_outside() -> None:
+    text = LAMP.replace("resources:", "  key: {domain: [off, on], initial: off, source: input}\nresources:")
+    steps, model = interpreter(text + "  regrets: {g: plan.state == unsolvable && key == off, a: [seen <- 2]}\n")
+    asked = steps.begin(steps.initial(model.nominal_state)).situation
+    assert asked is not None
+    assert asked.awaits is Awaits.UNSOLVABLE
+    waiting = steps.after(asked, PlannerAnswer()).situation
+    assert waiting is not None
+    assert waiting.awaits is Awaits.CHANGE
+    assert GivingUp() in list(steps.events(waiting))
+    ended = steps.after(waiting, GivingUp())
+    assert ended.situation is None
+    assert ended.values["plan.state"] == "unsolvable"
+    assert ended.visited == ("automatic/regrets",)
+
+
+def test_nothing_is_sent_after_the_end_of_a_run() -> None:
+    """The goal holds, so the run ends at once. Then the key turns, and triggers a request."""
+    text = LAMP.replace("resources:", "  key: {domain: [off, on], initial: off, source: input}\nresources:")
+    looks_again = "  looks_again: {g: plan.state == completed && key == on, a: [eye_req_trigger <- true]}\n"
+    is_sent = "  is_sent: {g: plan.state == completed && eye_req_state == executing, a: [seen <- 2]}\n"
+    steps, model = interpreter(text + looks_again + is_sent)
+    step = steps.begin(steps.initial({**model.nominal_state, "lamp": "lit"}))
+    assert step.visited == ("automatic/looks_again",)
+
+
+def test_automatic_transitions_are_counted_anew_after_each_event(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two of them come before the answer of the planner, and two after it. Nothing else happens, so it is one step."""
+    monkeypatch.setattr("scbm.proofcheck.checked_run.MAX_AUTOMATIC", 3)
+    before = [
+        "plan.state == planning && seen == 0, a: [seen <- 1]",
+        "plan.state == planning && lamp == lit, a: [lamp <- dark]",
+    ]
+    after = ["lamp == lit && seen == 1, a: [seen <- 2]", "lamp == lit && seen == 2, a: [seen <- 0]"]
+    text = "".join(
+        f"  t{n}: {{g: {guard}}}\n"
+        for n, guard in enumerate((*before, *(f"light.state == completed && {g}" for g in after)))
+    )
+    _, situation, visited = begun(text, lamp="lit")
+    assert situation is None
+    assert visited == (
+        "automatic/t0",
+        "automatic/t1",
+        "light/queued",
+        "light/executing",
+        "light/completed",
+        "automatic/t2",
+        "automatic/t3",
+    )
 
 
 # the order of micro-steps, and what fails an operation

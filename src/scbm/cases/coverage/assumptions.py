@@ -19,6 +19,7 @@ def assumptions(
     decisions: Collection[Decision],
     goals: GoalOrder | None = None,
     plans: PlanSet | None = None,
+    planner: str = PlanSet.CANONICAL.value,
 ) -> tuple[str, ...]:
     """Return what the proofs of a model assume, one sentence each.
 
@@ -27,25 +28,26 @@ def assumptions(
         decisions: the statuses that are proved; without `UNCOVERABLE` and `EXCLUDED` nothing is assumed.
         goals: the runs that the proofs are about; `None` for those that the model declares.
         plans: the plans that proofs of what is excluded are about; `None` for those that the model declares.
+        planner: the planner whose plans these are, unless they are any shortest ones.
     """
     if Decision.UNCOVERABLE not in decisions and Decision.EXCLUDED not in decisions:
         return ()
-    return tuple(_sentences(model, decisions, goals or model.runs.goals, plans or model.runs.plans))
+    return tuple(_sentences(model, decisions, goals or model.runs.goals, plans or model.runs.plans, planner))
 
 
 def _sentences(
-    model: BehaviorModel, decisions: Collection[Decision], goals: GoalOrder, plans: PlanSet
+    model: BehaviorModel, decisions: Collection[Decision], goals: GoalOrder, plans: PlanSet, planner: str
 ) -> Iterator[str]:
     if goals is GoalOrder.SINGLE:
         yield "Each run starts in an allowed initial state, and pursues one goal of the model."
     else:
         yield "Goals of the model follow each other in any order, from an allowed initial state on."
     is_shortest = plans is PlanSet.SHORTEST
-    excluding = "any shortest plans" if is_shortest else f"plans of the planner {PlanSet.CANONICAL}"
+    excluding = "any shortest plans" if is_shortest else f"plans of the planner {planner}"
     if Decision.EXCLUDED not in decisions:
         yield "A plan is any sequence of operations that leads to the goal by the planner's rules."
     elif Decision.UNCOVERABLE not in decisions:
-        yield f"Plans are {'any shortest ones' if is_shortest else f'those of the planner {PlanSet.CANONICAL}'}."
+        yield f"Plans are {'any shortest ones' if is_shortest else f'those of the planner {planner}'}."
     else:
         yield f"What is excluded by the planner assumes {excluding}; all else, any plans."
     yield from _changes_from_outside(model)

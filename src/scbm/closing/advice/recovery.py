@@ -1,8 +1,9 @@
 """The states that plans and recovery can reach: a superset of those of all runs without injections.
 
 Plans alone do not reach every state of a run: a failure, a timeout, an automatic transition or a measured value can
-enable an operation. These are moves here, beside the start and the completion of each operation. Conditions on requests
-and on the states of operations are left out, so that more moves are possible than in runs, never fewer.
+enable an operation. These are moves here, beside the start and the completion of each
+operation. Conditions on requests, on the states of operations and on what changes from outside are left out, so that
+more moves are possible than in runs, never fewer.
 """
 
 from __future__ import annotations
@@ -11,7 +12,8 @@ from typing import TYPE_CHECKING
 
 from scbm.model import And, Assign, Constant, Equal, Reference, conjunction
 from scbm.model.predicates import TRUE
-from scbm.model.variables import CURRENT_NAME, NO_OPERATION
+from scbm.model.sources import moved, outside_values, published_by
+from scbm.model.variables import CURRENT_NAME, NO_OPERATION, VariableSource
 from scbm.planning.engines import Move, MovePart, TransitionSystem
 
 if TYPE_CHECKING:
@@ -32,6 +34,16 @@ def recovery_system(model: BehaviorModel) -> TransitionSystem:
     return TransitionSystem(model.running_space, tuple(moves))
 
 
+def _changed_from_outside(model: BehaviorModel) -> Iterator[str]:
+    """Yield the variables that change from outside by declaration.
+
+    One that nothing assigns counts as an input elsewhere. Here it does not: the model may lack what assigns it.
+    """
+    undeclared = [variable.name for variable in model.variables if variable.source is not VariableSource.INPUT]
+    by_others = [*moved(model), *(name for resource in model.resources for name in published_by(resource, model))]
+    yield from (name for name in outside_values(model) if name not in undeclared or name in by_others)
+
+
 class _Weakening:
     """Makes moves from the transitions of a model; a move is possible wherever its transition is."""
 
@@ -39,7 +51,7 @@ class _Weakening:
         self._model = model
         requests = [resource.request_state for resource in model.resources]
         runner = [v.name for v in model.running_space if v.role.is_runner and v.name != CURRENT_NAME]
-        self._left_out = dict.fromkeys((*requests, *runner))
+        self._left_out = dict.fromkeys((*requests, *runner, *_changed_from_outside(model)))
 
     def start(self, operation: Operation) -> Move:
         """Return the start of an operation."""
@@ -61,7 +73,10 @@ class _Weakening:
             yield self.move(f"{operation.name} ends", conjunction([is_current, guard]), ending)
 
     def free_values(self) -> Iterator[Move]:
-        """Yield moves that give measured variables, and variables that copy a left-out one, any of their values."""
+        """Yield moves that give any of their values to variables whose changes nothing here describes.
+
+        These are measured variables, and those that copy a left-out one.
+        """
         measured = [name for resource in self._model.resources for name in resource.measures]
         copies = [action.target for action in self._model.actions if self._reads_left_out(action)]
         for name in dict.fromkeys((*measured, *copies)):

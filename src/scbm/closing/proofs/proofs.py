@@ -33,7 +33,6 @@ from scbm.planning import planner_of
 from scbm.planning.engines import may_leave
 from scbm.proofcheck import (
     Certificate,
-    Claim,
     Fact,
     GoalRuns,
     RunsArgument,
@@ -149,7 +148,7 @@ class Proofs:
             claims = tuple((obligation, proof) for obligation, proof in proved if proof.certificate == name)
             if claims:
                 argument = self._argument(name, [obligation for obligation, _ in claims], runs)
-                claimed = tuple(Claim(str(obligation), proof.reason) for obligation, proof in claims)
+                claimed = tuple(str(obligation) for obligation, _ in claims)
                 planner = self._planner if runs is not None and runs.plans is PlanSet.CANONICAL else None
                 yield name, Certificate(self._model.name, digest, claimed, argument, planner)
 

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 from scbm.reports.ci.xml_text import visible
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from scbm.cases.coverage import Figure
     from scbm.store import History
 
@@ -27,23 +29,31 @@ _MARGIN = 6
 
 def badge(history: History) -> str:
     """Return the badge for all cases of a store."""
-    return badge_svg(history.coverage.figure, coverable=None if history.decided is None else history.decided.coverable)
+    decided = history.decided
+    if decided is None:
+        return badge_svg(history.coverage.figure)
+    return badge_svg(history.coverage.figure, coverable=decided.coverable, assumptions=decided.assumptions)
 
 
-def badge_svg(figure: Figure, label: str = "SCBM-IAS", coverable: Figure | None = None) -> str:
+def badge_svg(
+    figure: Figure, label: str = "SCBM-IAS", coverable: Figure | None = None, assumptions: Sequence[str] = ()
+) -> str:
     """Return a badge, 20 pixels high: a label, and the figure on the colour for its percentage.
 
     Args:
         figure: the figure to show.
         label: the text before it.
         coverable: the figure of what can be covered, which stands behind it and does not decide the colour.
+        assumptions: what the proofs behind that figure assume, one sentence each; viewers show them on hovering.
     """
     value = str(figure) if coverable is None else f"{figure}, {coverable} of what can be covered"
     left, right = _width(label), _width(value)
     name = escape(visible(f"{label}: {value}"))
+    assumed = f". Proofs assume: {' '.join(assumptions)}" if assumptions else ""
+    title = escape(visible(f"{label}: {value}{assumed}"))
     return f"""\
 <svg xmlns="http://www.w3.org/2000/svg" width="{left + right}" height="20" role="img" aria-label="{name}">
-  <title>{name}</title>
+  <title>{title}</title>
   <path d="M3 0h{left - 3}v20H3a3 3 0 0 1-3-3V3a3 3 0 0 1 3-3z" fill="{_LABEL}"/>
   <path d="M{left} 0h{right - 3}a3 3 0 0 1 3 3v14a3 3 0 0 1-3 3H{left}z" fill="{_colour(figure)}"/>
   <g fill="#fff" text-anchor="middle" font-family="Verdana,DejaVu Sans,Geneva,sans-serif" font-size="11">

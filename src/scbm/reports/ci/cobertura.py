@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import posixpath
+import re
 from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING
-from xml.etree.ElementTree import Element, SubElement
+from xml.etree.ElementTree import Comment, Element, SubElement
 
 from scbm import __version__
 from scbm.cases.coverage import Decision, Figure
@@ -38,6 +39,8 @@ def cobertura_xml(history: History) -> str:
     root.set("branches-valid", str(branches.of))
     root.set("version", f"scbm {__version__}")
     root.set("timestamp", str(_milliseconds(history.runs[-1].started)))
+    if history.statuses.assumptions:
+        root.append(Comment(_comment(f"Proofs assume: {' '.join(history.statuses.assumptions)}")))
     SubElement(SubElement(root, "sources"), "source").text = base
     package = SubElement(SubElement(root, "packages"), "package", _rates(marked.measured))
     package.set("name", posixpath.dirname(name) or ".")
@@ -48,6 +51,11 @@ def cobertura_xml(history: History) -> str:
     _add_parts(file, marked, kinds)
     _add_lines(file, marked.measured, kinds)
     return xml_text(root)
+
+
+def _comment(text: str) -> str:
+    """Return a text as that of a comment, which may have no `--`."""
+    return f" {re.sub('-(?=-)', '- ', text)} "
 
 
 def _located(path: str) -> tuple[str, str]:

@@ -247,6 +247,32 @@ def test_recovery_ends_an_operation_that_an_automatic_transition_fails() -> None
     assert Slug.OPERATION_NEVER_ENABLED not in [doubt.slug for doubt in doubts]
 
 
+_HELD_FROM_OUTSIDE = """
+behavior_model: held
+variables:
+  button: {domain: [released, pressed], initial: released, source: input}
+  lamp: {domain: [off, on], initial: off}
+  state: {domain: [idle, held, done], initial: idle}
+resources:
+  panel: {publishes: [lamp]}
+operations:
+  work: {deadline: 5 s, pre: {g: state == idle}, post: {g: true, gr: button == released, a: [state <- done]}}
+  go_on: {pre: {g: state == held}, post: {g: true, a: [state <- idle]}}
+  check_lamp: {pre: {g: lamp == on && state == held}, post: {g: true, a: [state <- idle]}}
+automatic_transitions:
+  hold: {g: button == pressed && work.state == executing, a: [current.state <- failed, state <- held]}
+goals: {done: state == done}
+"""
+
+
+@pytest.mark.parametrize(
+    "more", ["", "environment: {press: {guard: button == released, actions: [button <- pressed]}}"]
+)
+def test_operations_that_only_a_change_from_outside_enables_are_not_doubted(more: str) -> None:
+    doubts = check_model(read_model(_HELD_FROM_OUTSIDE + more)).doubts
+    assert Slug.OPERATION_NEVER_ENABLED not in [doubt.slug for doubt in doubts]
+
+
 def test_recovery_reaches_every_state_in_which_a_run_starts_an_operation() -> None:
     model = read_model(_RECOVERY)
     tester = Tester(model)

@@ -1,0 +1,139 @@
+"""Certificates about each set of plans and each order of goals, compared with what runs of a small model visit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+from itertools import product
+
+import pytest
+
+from scbm.cases.coverage import Obligations
+from scbm.closing.proofs.proofs import Proofs, by_runs
+from scbm.closing.runs.all_runs import AllRuns, CloseLimits, RunScope
+from scbm.files import read_model
+from scbm.model import BehaviorModel, GoalOrder, PlanSet
+from scbm.model.sources import outside_groups
+from scbm.proofcheck import Certificate, GoalRuns, RunsArgument, certificate_text, check_certificate, read_certificate
+
+CRANE = """
+behavior_model: crane
+variables:
+  at: {domain: [a, b, c], initial: a}
+  marked: {domain: bool, initial: false, source: state}
+resources: {arm: {}}
+operations:
+  direct:
+    deadline: 5 s
+    pre: {g: at == a, a: [arm_req_trigger <- true]}
+    post: {g: true, gr: arm_req_state == succeeded, a: [at <- c, arm_req_trigger <- false, arm_req_state <- initial]}
+    timedout: [arm_req_trigger <- false]
+  other: {pre: {g: at == a}, post: {g: true, a: [at <- c]}}
+  half: {pre: {g: at == a}, post: {g: true, a: [at <- b]}}
+  rest: {pre: {g: at == b}, post: {g: true, a: [at <- c]}}
+  back: {pre: {g: at == c && marked == true}, post: {g: true, a: [at <- a]}}
+automatic_transitions:
+  mark: {g: plan.state == completed && at == c, a: [marked <- true]}
+goals:
+  there: at == c
+  home: at == a
+"""
+"""The canonical plan to `c` is `direct`. `other` is as short, and `half` and `rest` together are longer. Only a second
+goal needs `back`, as `marked` is still false in each run that starts in the initial state. In the open model `marked`
+is an input."""
+
+KINDS = [pytest.param(*kind, id="-".join(kind)) for kind in product(GoalOrder, PlanSet)]
+
+
+@cache
+def crane(goals: GoalOrder, *, is_open: bool = False) -> BehaviorModel:
+    text = CRANE.replace("source: state", "source: input") if is_open else CRANE
+    return read_model(f"{text}runs: {{goals: {goals}}}\n")
+
+
+@cache
+def certified(goals: GoalOrder, plans: PlanSet, *, is_open: bool = False) -> Certificate:
+    return certificate_of(crane(goals, is_open=is_open), goals, plans)
+
+
+def certificate_of(model: BehaviorModel, goals: GoalOrder, plans: PlanSet) -> Certificate:
+    """Return the certificate of all that closing proves about these runs."""
+    outside = outside_groups(model)
+    runs = AllRuns(model, CloseLimits(), lambda _: None, RunScope(outside, goals, plans, from_rest=bool(outside)))
+    proofs = Proofs(model)
+    proofs.explored = (runs,)
+    found = ((obligation, by_runs(obligation, runs)) for obligation in Obligations.of(model))
+    ((_, certificate),) = proofs.certificates([(obligation, proof) for obligation, proof in found if proof is not None])
+    return certificate
+
+
+def claimed_anew(certificate: Certificate, *claims: str) -> Certificate:
+    return replace(certificate, claims=claims)
+
+
+def is_proof(certificate: Certificate, *, is_open: bool = False) -> bool:
+    return not check_certificate(certificate, crane(certificate.goals, is_open=is_open))
+
+
+@pytest.mark.parametrize(("goals", "plans"), KINDS)
+@pytest.mark.parametrize("is_open", [False, True], ids=["closed", "open"])
+def test_what_no_run_visits_is_proved_and_nothing_else(goals: GoalOrder, plans: PlanSet, is_open: bool) -> None:  # noqa: FBT001 - a parameter of the test
+    certificate = certified(goals, plans, is_open=is_open)
+    assert is_proof(certificate, is_open=is_open)
+    names = [str(obligation) for obligation in Obligations.of(crane(goals))]
+    others = [name for name in names if name not in certificate.claims]
+    refused = [name for name in others if not is_proof(claimed_anew(certificate, name), is_open=is_open)]
+    assert refused == others
+
+
+@pytest.mark.parametrize(
+    ("goals", "plans", "never_queued"),
+    [
+        ("single", "canonical", ["other", "half", "rest", "back"]),
+        ("single", "shortest", ["half", "rest", "back"]),
+        ("single", "any", ["back"]),
+        ("sequence", "canonical", ["other", "half", "rest"]),
+        ("sequence", "shortest", ["half", "rest"]),
+        ("sequence", "any", []),
+    ],
+)
+def test_the_plans_and_the_order_of_goals_decide_which_operations_are_never_planned(
+    goals: str, plans: str, never_queued: list[str]
+) -> None:
+    certificate = certified(GoalOrder(goals), PlanSet(plans))
+    queued = [f"{name}/queued" for name in ("direct", "other", "half", "rest", "back")]
+    never = [name for name in queued if is_proof(claimed_anew(certificate, name))]
+    assert never == [f"{name}/queued" for name in never_queued]
+
+
+@pytest.mark.parametrize(("goals", "plans"), KINDS)
+@pytest.mark.parametrize("is_open", [False, True], ids=["closed", "open"])
+def test_a_certificate_is_read_as_it_was_written(goals: GoalOrder, plans: PlanSet, is_open: bool) -> None:  # noqa: FBT001 - a parameter of the test
+    certificate = certified(goals, plans, is_open=is_open)
+    assert read_certificate(certificate_text(certificate)) == certificate
+
+
+def test_a_single_goal_can_follow_itself() -> None:
+    """The operation `back` is never planned: the goal that is given again holds at once."""
+    model = read_model(CRANE.replace("  home: at == a\n", ""))
+    certificate = certificate_of(model, GoalOrder.SEQUENCE, PlanSet.ANY)
+    assert "back/queued" in certificate.claims
+    assert check_certificate(certificate, model) == ()
+
+
+def without(argument: RunsArgument, goal: int, situation: int) -> RunsArgument:
+    runs = argument.runs[goal]
+    left = (*runs.situations[:situation], *runs.situations[situation + 1 :])
+    changed: dict[int, GoalRuns] = {goal: replace(runs, situations=left)}
+    return replace(argument, runs=tuple(changed.get(n, each) for n, each in enumerate(argument.runs)))
+
+
+@pytest.mark.parametrize(("goals", "plans"), KINDS)
+def test_no_situation_can_be_left_out(goals: GoalOrder, plans: PlanSet) -> None:
+    certificate = certified(goals, plans)
+    argument = certificate.argument
+    assert isinstance(argument, RunsArgument)
+    places = [(goal, n) for goal, runs in enumerate(argument.runs) for n in range(len(runs.situations))]
+    assert places
+    for goal, situation in places:
+        assert not is_proof(replace(certificate, argument=without(argument, goal, situation)))
