@@ -46,8 +46,8 @@ from property.test_closing import (  # noqa: E402 - they live with the tests
     wrong_exclusions,
     wrong_proofs,
 )
-from property.test_environment_closing import opened  # noqa: E402
 from support.enumeration import enumerate_runs  # noqa: E402
+from support.opened_models import opened  # noqa: E402
 from support.random_models import random_model, small_random_model  # noqa: E402
 
 LARGE = ("blocks-8-0", "logistics-8-0", "rovers-05", "factory-157", "independent-10x10")

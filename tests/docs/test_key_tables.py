@@ -9,9 +9,9 @@ import pytest
 
 from scbm.files.codec.binding_keys import BindingsKeys
 from scbm.files.codec.case_keys import CaseKeys
-from scbm.files.codec.key_reference import key_table, mappings_of
 from scbm.files.codec.model_keys import ModelKeys
 from scbm.files.codec.waiver_keys import WaiversKeys
+from scbm.files.key_reference import key_table, mappings_of
 
 DOCS = Path(__file__).parent.parent.parent / "docs"
 PAGES = [path for path in sorted(DOCS.glob("**/*.md")) if "<!-- keys: " in path.read_text(encoding="utf-8")]

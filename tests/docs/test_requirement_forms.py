@@ -10,6 +10,7 @@ import pytest
 
 from scbm.model import FORMS
 from scbm.model.requirement_patterns import spellings
+from scbm.testing.built_in_requirements import BUILT_INS
 
 DOCS = Path(__file__).parents[2] / "docs"
 TABLE = re.compile(r"(?<=\| form \| violated \|\n\| --- \| --- \|\n)(\|.*\n)*")
@@ -52,3 +53,9 @@ def test_each_form_has_a_section() -> None:
     chapter = page.partition("\n## Choose a form\n")[2].partition("\n## ")[0]
     headings = [", ".join(f"`{spelling}`" for spelling in spellings(form.pattern)) for form in FORMS.values()]
     assert re.findall(r"^### (.*)$", chapter, re.MULTILINE) == headings
+
+
+def test_the_table_lists_the_built_in_requirements() -> None:
+    page = (DOCS / "reference/semantics.md").read_text(encoding="utf-8")
+    rows = re.findall(r"\| name \| violated if \|\n\| --- \| --- \|\n((?:\|.*\n)*)", page)
+    assert rows == ["".join(f"| `{name}` | {each.violated} |\n" for name, each in BUILT_INS.items())]

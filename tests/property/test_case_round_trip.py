@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hypothesis import given
 from hypothesis import strategies as st
 
 from scbm.files import read_case, read_network, write_case, write_network
-from support.case_strategies import cases, networks
+from scbm.files.record_editing import with_record
+from support.case_strategies import cases, networks, recorded_runs
 from support.profiles import examples
 from support.strategies import open_models, running_models
 
@@ -20,6 +23,15 @@ def test_cases(data: st.DataObject) -> None:
     again = read_case(written, model)
     assert again == case
     assert write_case(again, model, "cell.yaml", ["drawn"]) == written
+
+
+@given(st.data())
+@examples(100, usual=5)
+def test_the_recorded_run_of_a_written_case_can_be_replaced(data: st.DataObject) -> None:
+    model = data.draw(st.one_of(running_models(), open_models()))
+    case, run = data.draw(cases(model)), data.draw(recorded_runs(model))
+    edited = with_record(write_case(case, model, "cell.yaml", ["drawn"]), "case.yaml", run, model)
+    assert edited == write_case(replace(case, recorded=run), model, "cell.yaml", ["drawn"])
 
 
 @given(st.data())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, assert_never
 
@@ -21,6 +22,7 @@ from scbm.cases import (
     Network,
     Origin,
     OutcomeRule,
+    RecordedGoal,
     RecordedRun,
     ShareFault,
     TimeFault,
@@ -28,7 +30,7 @@ from scbm.cases import (
 )
 from scbm.cases.coverage import Obligations
 from scbm.cases.trace import End
-from scbm.model import BehaviorModel, Outcome, Requirement, Resource, Role, State, Variable
+from scbm.model import BehaviorModel, Outcome, Requirement, Resource, Role, State, Variable, format_value
 from scbm.model.sources import outside_values
 from support.strategies import SECOND_NS, predicates, sentences
 
@@ -73,11 +75,37 @@ def cases(draw: DrawFn, model: BehaviorModel) -> Case:
         tuple(requirements),
         draw(_expectations(model)),
         origin,
-        draw(optional(st.builds(RecordedRun, st.sampled_from(ENDS).map(str), DIGESTS))),
+        draw(optional(recorded_runs(model))),
         environment=draw(optional(environment_changes(model))),
         may_end=draw(MAY_END),
         later=tuple(draw(_later_goal(model)) for _ in range(draw(st.integers(0, 2)))),
     )
+
+
+@st.composite
+def recorded_runs(draw: DrawFn, model: BehaviorModel) -> RecordedRun:
+    """The result of a run of a model, as a file can say it: of each goal some of its parts."""
+    goals = tuple(draw(_recorded_goal(model)) for _ in range(draw(st.integers(0, 3))))
+    end = goals[-1].end if goals else str(draw(st.sampled_from(ENDS)))
+    if len(goals) == 1 and replace(goals[0], end="") == RecordedGoal(""):
+        goals = ()
+    return RecordedRun(end, draw(optional(DIGESTS)), goals=goals)
+
+
+@st.composite
+def _recorded_goal(draw: DrawFn, model: BehaviorModel) -> RecordedGoal:
+    some = (st.lists(st.sampled_from(names), unique=True) if names else st.just([]) for names in _recordable(model))
+    subsets = [draw(optional(each)) for each in some]
+    visits, order, final = (None if names is None else tuple(names) for names in subsets)
+    if visits is not None:
+        visits = tuple(sorted(visits, key=lambda name: name.partition("/")[0]))
+    return RecordedGoal(str(draw(st.sampled_from(ENDS))), visits, order, final, draw(optional(TIMES_NS)))
+
+
+def _recordable(model: BehaviorModel) -> tuple[list[Any], ...]:
+    """The names of obligations and operations of a model, and the values of its variables as texts."""
+    values = [(variable.name, format_value(variable.domain.values[-1])) for variable in model.space]
+    return list(map(str, Obligations.of(model))), [operation.name for operation in model.operations], values
 
 
 MAY_END = st.lists(st.sampled_from([End.ABORTED, End.UNSOLVABLE, End.NOT_STARTED]), unique=True, max_size=2).map(tuple)

@@ -9,7 +9,7 @@ from scbm.cases.coverage import Coverage, Obligation, Obligations
 from scbm.closing import Closing, ClosingCase, Decided, Decision, Suggestion
 from scbm.files import digest_of
 from scbm.model import BehaviorModel
-from scbm.proofcheck import Certificate, Claim, Fact, StructureArgument
+from scbm.proofcheck import Certificate, Fact, StructureArgument
 from scbm.testing import Campaign, Tester
 
 
@@ -30,7 +30,7 @@ def closing_of(
         after += Coverage(before.obligations, ((case.name, execution.visited),))
         made.append(ClosingCase(case, execution, adds))
     decided = tuple(_decided(obligation, after, undecided) for obligation in before.obligations)
-    claims = tuple(Claim(str(d.obligation), d.reason) for d in decided if d.certificate is not None)
+    claims = tuple(str(d.obligation) for d in decided if d.certificate is not None)
     argument = StructureArgument(tuple(Fact.NO_DEADLINE for _ in claims))
     certificates = (("structure", Certificate(model.name, digest_of(model), claims, argument)),) if claims else ()
     return Closing(model, before, after, decided, tuple(made), certificates, tuple(suggestions))

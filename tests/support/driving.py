@@ -39,18 +39,19 @@ class Hand:
 
     def __init__(
         self,
-        model: BehaviorModel,
+        model: BehaviorModel | Program,
         options: RunnerOptions | None = None,
         state: dict[str, Value] | None = None,
         *,
         plans: Sequence[PlanAnswered | tuple[str, ...]] | None = None,
         answering: bool = True,
     ) -> None:
-        self.model = model
-        self.runner = Runner(Program(model), model.nominal_state.replace(state or {}), options)
+        program = model if isinstance(model, Program) else Program(model)
+        self.model = program.model
+        self.runner = Runner(program, self.model.nominal_state.replace(state or {}), options)
         self.effects: list[Effect] = []
         self.now_ns = 0
-        self._planner = Planner(model)
+        self._planner = Planner(self.model)
         self._plans = None if plans is None else list(plans)
         self._answering = answering
 

@@ -47,6 +47,7 @@ from scbm.model import (
 )
 from scbm.model.requirement_patterns import PlaceholderKind, pattern_parts
 from scbm.model.variables import PLAN_STATE, request_state_name, resource_variables, runner_variables, trigger_name
+from support.draws import flag, one_of, some_of, whole
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -66,66 +67,76 @@ def domains() -> SearchStrategy[Domain]:
     )
 
 
+_DOMAINS = domains()
+
+
 @st.composite
 def variables(draw: DrawFn, most: int = 4) -> tuple[Variable, ...]:
     declared = []
-    for index in range(draw(st.integers(1, most))):
-        domain = draw(domains())
-        initial = draw(st.sampled_from(domain.values))
-        random = draw(st.lists(st.sampled_from(domain.values), min_size=1, unique=True))
-        declared.append(Variable(f"v{index}", domain, initial, draw(st.sampled_from([(initial,), tuple(random)]))))
+    for index in range(whole(draw, 1, most)):
+        domain = draw(_DOMAINS)
+        initial = one_of(draw, domain.values)
+        random = some_of(draw, domain.values, 1)
+        declared.append(Variable(f"v{index}", domain, initial, one_of(draw, [(initial,), tuple(random)])))
     return tuple(declared)
 
 
 def _leaf(draw: DrawFn, space: Sequence[Variable]) -> Predicate:
-    variable = draw(st.sampled_from(list(space)))
+    variable = one_of(draw, space)
     reference, domain = Reference(variable.name), variable.domain
-    constant = Constant(draw(st.sampled_from(domain.values)))
+    constant = Constant(one_of(draw, domain.values))
     fitting = [v for v in space if v.domain.kind is domain.kind and any(x in domain for x in v.domain.values)]
-    other = Reference(draw(st.sampled_from(fitting)).name)
-    right: Term = constant if draw(st.booleans()) else other
+    other = Reference(one_of(draw, fitting).name)
+    right: Term = constant if flag(draw) else other
     leaves: list[Predicate] = [Equal(reference, right), NotEqual(reference, right), Equal(constant, reference)]
     if domain.kind is ValueKind.INTEGER:
-        leaves.append(Order(reference, draw(st.sampled_from(list(Relation))), right))
-    members = draw(st.lists(st.sampled_from(domain.values), min_size=1, max_size=3, unique=True))
+        leaves.append(Order(reference, one_of(draw, list(Relation)), right))
+    members = some_of(draw, domain.values, 1, 3)
     leaves.append(Member(reference, tuple(Constant(value) for value in members)))
-    return draw(st.sampled_from(leaves))
+    return one_of(draw, leaves)
 
 
 @st.composite
 def predicates(draw: DrawFn, space: Sequence[Variable], depth: int = 3) -> Predicate:
-    shape = draw(st.integers(0, 7)) if depth else 0
+    return _predicate(draw, space, depth)
+
+
+def _predicate(draw: DrawFn, space: Sequence[Variable], depth: int) -> Predicate:
+    shape = whole(draw, 0, 7) if depth else 0
     if shape <= 2:
         return _leaf(draw, space)
     if shape == 3:
-        return Truth(draw(st.booleans()))
+        return Truth(flag(draw))
     if shape == 4:
-        return Not(draw(predicates(space, depth - 1)))
+        return Not(_predicate(draw, space, depth - 1))
     if shape == 5:
-        return Implies(draw(predicates(space, depth - 1)), draw(predicates(space, depth - 1)))
-    operands = tuple(draw(st.lists(predicates(space, depth - 1), min_size=2, max_size=3)))
+        return Implies(_predicate(draw, space, depth - 1), _predicate(draw, space, depth - 1))
+    operands = tuple(_predicate(draw, space, depth - 1) for _ in range(whole(draw, 2, 3)))
     return And(operands) if shape == 6 else Or(operands)
 
 
 @st.composite
 def actions(draw: DrawFn, space: Sequence[Variable], most: int = 3) -> tuple[Action, ...]:
-    targets = draw(st.lists(st.sampled_from(list(space)), max_size=most, unique_by=lambda v: v.name))
-    return tuple(_action(draw, target, space) for target in targets)
+    return _actions(draw, space, most)
+
+
+def _actions(draw: DrawFn, space: Sequence[Variable], most: int) -> tuple[Action, ...]:
+    return tuple(_action(draw, target, space) for target in some_of(draw, space, 0, most))
 
 
 def _action(draw: DrawFn, target: Variable, space: Sequence[Variable]) -> Action:
-    choices: list[Action] = [Assign(target.name, Constant(draw(st.sampled_from(target.assignable))))]
+    choices: list[Action] = [Assign(target.name, Constant(one_of(draw, target.assignable)))]
     if target.role in (Role.DECLARED, Role.RESOURCE):
         sources = [
             v
             for v in space
             if v.domain.kind is target.domain.kind and any(value in target.domain for value in v.domain.values)
         ]
-        choices.append(Assign(target.name, Reference(draw(st.sampled_from(sources)).name)))
+        choices.append(Assign(target.name, Reference(one_of(draw, sources).name)))
         if target.domain.kind is ValueKind.INTEGER and len(target.domain) > 1:
-            amount = draw(st.integers(1, len(target.domain) - 1))
-            choices.append(Add(target.name, draw(st.sampled_from([amount, -amount]))))
-    return draw(st.sampled_from(choices))
+            amount = whole(draw, 1, len(target.domain) - 1)
+            choices.append(Add(target.name, one_of(draw, [amount, -amount])))
+    return one_of(draw, choices)
 
 
 @st.composite
@@ -133,11 +144,11 @@ def planning_models(draw: DrawFn, most_operations: int = 5) -> BehaviorModel:
     """Models of the world alone: variables, operations that set them, goals."""
     space = draw(variables())
     operations = []
-    for index in range(draw(st.integers(1, most_operations))):
-        pre = Transition(f"start_o{index}", draw(predicates(space, 2)), a=draw(actions(space)))
-        post = Transition(f"complete_o{index}", draw(predicates(space, 1)), a=draw(actions(space)))
+    for index in range(whole(draw, 1, most_operations)):
+        pre = Transition(f"start_o{index}", _predicate(draw, space, 2), a=_actions(draw, space, 3))
+        post = Transition(f"complete_o{index}", _predicate(draw, space, 1), a=_actions(draw, space, 3))
         operations.append(Operation(f"o{index}", pre, post))
-    goals = draw(st.lists(predicates(space, 2), min_size=1, max_size=2))
+    goals = [_predicate(draw, space, 2) for _ in range(whole(draw, 1, 2))]
     named = tuple((f"goal{index}", goal) for index, goal in enumerate(goals))
     return BehaviorModel("planned", space, tuple(operations), goals=named)
 
@@ -146,26 +157,24 @@ def planning_models(draw: DrawFn, most_operations: int = 5) -> BehaviorModel:
 def running_models(draw: DrawFn) -> BehaviorModel:
     """Models with everything: resources, deadlines, failures, automatic transitions, requirements."""
     declared = draw(variables(3))
-    resources = tuple(draw(_resource(f"r{index}", declared)) for index in range(draw(st.integers(1, 2))))
+    resources = tuple(_resource(draw, f"r{index}", declared) for index in range(whole(draw, 1, 2)))
     owned = [variable for resource in resources for variable in resource_variables(resource.name)]
     world = (*declared, *owned)
-    names = [f"o{index}" for index in range(draw(st.integers(1, 4)))]
-    operations = tuple(draw(_operation(name, world, resources)) for name in names)
+    names = [f"o{index}" for index in range(whole(draw, 1, 4))]
+    operations = tuple(_operation(draw, name, world, resources) for name in names)
     runner = tuple(v for v in runner_variables(names) if v.assignable and v.name != PLAN_STATE)
     everything = (*world, *runner_variables(names))
     automatic = []
-    for index in range(draw(st.integers(0, 3))):
-        acts = draw(actions(world, 2))
-        if draw(st.integers(0, 2)) == 0:
-            acts = (*acts, _action(draw, draw(st.sampled_from(runner)), world))
+    for index in range(whole(draw, 0, 3)):
+        acts = _actions(draw, world, 2)
+        if whole(draw, 0, 2) == 0:
+            acts = (*acts, _action(draw, one_of(draw, runner), world))
         if not acts:
             continue
-        guard = draw(predicates(everything, 2))
-        automatic.append(Transition(f"t{index}", guard, draw(predicates(everything, 1)), acts))
-    goals = tuple((f"goal{index}", draw(predicates(declared, 2))) for index in range(2))
-    requirements = tuple(
-        Requirement(f"q{index}", draw(sentences(everything))) for index in range(draw(st.integers(0, 2)))
-    )
+        guard = _predicate(draw, everything, 2)
+        automatic.append(Transition(f"t{index}", guard, _predicate(draw, everything, 1), acts))
+    goals = tuple((f"goal{index}", _predicate(draw, declared, 2)) for index in range(2))
+    requirements = tuple(Requirement(f"q{index}", draw(sentences(everything))) for index in range(whole(draw, 0, 2)))
     return BehaviorModel(
         "run", declared, operations, resources, tuple(automatic), goals=goals, requirements=requirements
     )
@@ -176,82 +185,71 @@ def open_models(draw: DrawFn) -> BehaviorModel:
     """Running models in which the environment acts, resources publish some values only, and others use resources."""
     model = draw(running_models())
     world = (*model.variables, *(v for r in model.resources for v in resource_variables(r.name)))
-    resources = tuple(draw(_open_resource(resource, model)) for resource in model.resources)
+    resources = tuple(_open_resource(draw, resource, model) for resource in model.resources)
     environment = []
-    for index in range(draw(st.integers(0, 2))):
-        acts = tuple(_action(draw, target, world) for target in draw(_some(model.variables)))
-        rate = draw(st.sampled_from([None, *RateKind]))
-        shape, points = draw(
-            st.sampled_from([(LatencyShape.EXPONENTIAL, (3 * SECOND_NS,)), (LatencyShape.FIXED, (1,))])
-        )
-        guard = draw(predicates(world, 1))
+    for index in range(whole(draw, 0, 2)):
+        acts = tuple(_action(draw, target, world) for target in some_of(draw, model.variables, 1, 2))
+        rate = one_of(draw, [None, *RateKind])
+        shape, points = one_of(draw, [(LatencyShape.EXPONENTIAL, (3 * SECOND_NS,)), (LatencyShape.FIXED, (1,))])
+        guard = _predicate(draw, world, 1)
         chosen = None if rate is None else Rate(rate, Latency(shape, points))
         environment.append(EnvironmentTransition(f"e{index}", guard, acts, chosen))
     return replace(model, resources=resources, environment=tuple(environment))
 
 
-def _some(variables: Sequence[Variable]) -> SearchStrategy[list[Variable]]:
-    return st.lists(st.sampled_from(list(variables)), min_size=1, max_size=2, unique_by=lambda v: v.name)
-
-
-@st.composite
 def _open_resource(draw: DrawFn, resource: Resource, model: BehaviorModel) -> Resource:
-    published = tuple(variable.name for variable in draw(_some(model.variables)))
+    published = tuple(variable.name for variable in some_of(draw, model.variables, 1, 2))
     values = []
     for name in sorted({*published, *resource.measures}):
         domain = model.space[name].domain.values
-        kept = draw(st.lists(st.sampled_from(domain), min_size=1, unique=True))
+        kept = some_of(draw, domain, 1)
         if len(kept) < len(domain):
             values.append((name, tuple(value for value in domain if value in kept)))
     sent = dict(values)
     drawn = tuple((name, sent.get(name, known)) for name, known in resource.simulation.measured)
     simulation = replace(resource.simulation, measured=drawn)
-    shared = draw(st.booleans())
+    shared = flag(draw)
     return replace(resource, publishes=published, values=tuple(values), shared=shared, simulation=simulation)
 
 
-@st.composite
 def _resource(draw: DrawFn, name: str, declared: Sequence[Variable]) -> Resource:
     names = [variable.name for variable in declared]
-    measured = draw(st.lists(st.sampled_from(list(declared)), max_size=1))
-    outcomes = draw(
-        st.sampled_from(
-            [
-                ((Outcome.SUCCEED, Fraction(1)),),
-                ((Outcome.SUCCEED, Fraction(1, 2)), (Outcome.FAIL, Fraction(1, 4)), (Outcome.TIMEOUT, Fraction(1, 4))),
-                ((Outcome.SUCCEED, Fraction(0)), (Outcome.FAIL, Fraction(1))),
-            ]
-        )
+    measured = some_of(draw, declared, 0, 1)
+    outcomes = one_of(
+        draw,
+        [
+            ((Outcome.SUCCEED, Fraction(1)),),
+            ((Outcome.SUCCEED, Fraction(1, 2)), (Outcome.FAIL, Fraction(1, 4)), (Outcome.TIMEOUT, Fraction(1, 4))),
+            ((Outcome.SUCCEED, Fraction(0)), (Outcome.FAIL, Fraction(1))),
+        ],
     )
-    latency = draw(
-        st.sampled_from(
-            [
-                Latency(LatencyShape.FIXED, (0,)),
-                Latency(LatencyShape.UNIFORM, (1_000, 2 * SECOND_NS)),
-                Latency(LatencyShape.TRIANGULAR, (0, SECOND_NS, 3 * SECOND_NS)),
-            ]
-        )
+    latency = one_of(
+        draw,
+        [
+            Latency(LatencyShape.FIXED, (0,)),
+            Latency(LatencyShape.UNIFORM, (1_000, 2 * SECOND_NS)),
+            Latency(LatencyShape.TRIANGULAR, (0, SECOND_NS, 3 * SECOND_NS)),
+        ],
     )
     return Resource(
         name,
-        tuple(draw(st.lists(st.sampled_from(names), max_size=2, unique=True))),
+        tuple(some_of(draw, names, 0, 2)),
         tuple(variable.name for variable in measured),
         Simulation(latency, outcomes, tuple((variable.name, variable.domain.values) for variable in measured)),
     )
 
 
-@st.composite
 def _operation(draw: DrawFn, name: str, world: Sequence[Variable], resources: Sequence[Resource]) -> Operation:
     """Half of the operations send a request as the paper's `scan_box` does, the others are anything."""
-    resource = draw(st.sampled_from(list(resources)))
+    resource = one_of(draw, list(resources))
     trigger, state = trigger_name(resource.name), request_state_name(resource.name)
     free = [variable for variable in world if variable.role is Role.DECLARED]
-    deadline_ns = draw(st.sampled_from([None, SECOND_NS, 5 * SECOND_NS]))
-    if draw(st.booleans()):
+    deadline_ns = one_of(draw, [None, SECOND_NS, 5 * SECOND_NS])
+    if flag(draw):
         idle = And((Equal(Reference(state), Constant("initial")), Equal(Reference(trigger), Constant(False))))
-        pre = Transition(f"start_{name}", And((idle, draw(predicates(free, 1)))), a=(Assign(trigger, Constant(True)),))
+        pre = Transition(f"start_{name}", And((idle, _predicate(draw, free, 1))), a=(Assign(trigger, Constant(True)),))
         succeeded = Equal(Reference(state), Constant("succeeded"))
-        done = (Assign(state, Constant("initial")), Assign(trigger, Constant(False)), *draw(actions(free, 2)))
+        done = (Assign(state, Constant("initial")), Assign(trigger, Constant(False)), *_actions(draw, free, 2))
         post = Transition(f"complete_{name}", Truth(True), succeeded, done)
         failed = Transition(
             f"fail_{name}",
@@ -259,23 +257,23 @@ def _operation(draw: DrawFn, name: str, world: Sequence[Variable], resources: Se
             a=(Assign(state, Constant("initial")), Assign(trigger, Constant(False))),
         )
         timedout: tuple[Action, ...] = (Assign(trigger, Constant(False)),) if deadline_ns else ()
-        return Operation(name, pre, post, deadline_ns, draw(st.sampled_from([None, failed])), timedout)
-    pre = Transition(f"start_{name}", draw(predicates(world, 1)), draw(predicates(world, 1)), draw(actions(world, 2)))
+        return Operation(name, pre, post, deadline_ns, one_of(draw, [None, failed]), timedout)
+    pre = Transition(f"start_{name}", _predicate(draw, world, 1), _predicate(draw, world, 1), _actions(draw, world, 2))
     post = Transition(
-        f"complete_{name}", draw(predicates(world, 1)), draw(predicates(world, 1)), draw(actions(world, 2))
+        f"complete_{name}", _predicate(draw, world, 1), _predicate(draw, world, 1), _actions(draw, world, 2)
     )
-    timedout = draw(actions(world, 1)) if deadline_ns else ()
-    disabled_ns = draw(st.sampled_from([None, SECOND_NS]))
+    timedout = _actions(draw, world, 1) if deadline_ns else ()
+    disabled_ns = one_of(draw, [None, SECOND_NS])
     return Operation(name, pre, post, deadline_ns, None, timedout, disabled_ns)
 
 
 @st.composite
 def sentences(draw: DrawFn, space: Sequence[Variable]) -> RequirementForm:
     """Sentences of each form that there is."""
-    form: Callable[..., RequirementForm] = draw(st.sampled_from(list(FORMS.values())))
+    form: Callable[..., RequirementForm] = one_of(draw, list(FORMS.values()))
     values: list[object] = []
     for part in pattern_parts(cast("type[RequirementForm]", form).pattern):
-        is_left_out = part.is_optional and draw(st.booleans())
+        is_left_out = part.is_optional and flag(draw)
         values += [None if is_left_out else draw(_values(kind, space)) for kind in part.kinds]
     return form(*values)
 

@@ -15,6 +15,7 @@ from scbm.cases.case import (
     Origin,
     OutcomeRule,
     Reaction,
+    RecordedGoal,
     RecordedPlan,
     RecordedRun,
 )
@@ -67,6 +68,7 @@ __all__ = [
     "OutcomeRule",
     "Partition",
     "Reaction",
+    "RecordedGoal",
     "RecordedPlan",
     "RecordedRun",
     "Restart",

@@ -175,18 +175,41 @@ class RecordedPlan:
 
 
 @dataclass(frozen=True, slots=True)
+class RecordedGoal:
+    """What the run for one goal of a case did; a part that is `None` is not recorded.
+
+    Names and values are texts, so that a record can be read for a model that no longer has them.
+
+    Attributes:
+        end: how the run ended.
+        visits: the names of exactly the obligations that it visited, those of one operation together.
+        order: exactly the operations that completed, in their order.
+        final: the values of all declared variables at its end.
+        ended_ns: the simulated time from the beginning of the case to its end, in nanoseconds.
+    """
+
+    end: str
+    visits: tuple[str, ...] | None = None
+    order: tuple[str, ...] | None = None
+    final: tuple[tuple[str, str], ...] | None = None
+    ended_ns: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class RecordedRun:
     """The result of the run that a case was saved from.
 
     Attributes:
-        end: how the run ended.
-        trace: the digest of its trace.
+        end: how the run for the last goal ended.
+        trace: the digest of its trace; `None` if it is not recorded.
         planner: the planner that made its plans.
+        goals: what the run for each goal did; empty if that is not recorded.
     """
 
     end: str
-    trace: str
+    trace: str | None = None
     planner: PlannerIdentity = FIRST_PLANNER
+    goals: tuple[RecordedGoal, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from scbm.cli.campaigns.suite_recording import record_suite, refuse_without_files
 from scbm.cli.campaigns.test_campaign import (
     CampaignOptions,
     CampaignOutput,
@@ -55,6 +56,7 @@ from scbm.cli.options.node_options import (
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
 from scbm.cli.options.status_options import Certificates, WaiversFile, read_asked_evidence
 from scbm.reports.figure_table import shown_path
+from scbm.testing.case_recording import RecordingMode
 
 
 def command(
@@ -105,6 +107,22 @@ def command(
             "--save", metavar="DIRECTORY", help="Save every random case as a file.", rich_help_panel=HelpSection.OUTPUT
         ),
     ] = None,
+    record: Annotated[
+        bool,
+        typer.Option(
+            "--record",
+            help="Record results in the case files that have none, of cases that pass.",
+            rich_help_panel=HelpSection.OUTPUT,
+        ),
+    ] = False,
+    update: Annotated[
+        bool,
+        typer.Option(
+            "--update",
+            help="Show how runs differ from recorded results, and record them anew.",
+            rich_help_panel=HelpSection.OUTPUT,
+        ),
+    ] = False,
     shrink: Annotated[
         bool, typer.Option("--shrink/--no-shrink", help="Shrink failing cases.", rich_help_panel=HelpSection.RUNNING)
     ] = True,
@@ -161,6 +179,8 @@ def command(
     suite = wanted.suite({"--save": save, "--until-dry": until_dry})
     figures = read_thresholds(fail_under or [])
     refuse_selection(until_dry, {"-k": select, "--lf": last_failed or None})
+    recording = RecordingMode(record, update)
+    refuse_without_files(recording, suite, {"--time-limit": time_limit})
     suite = select_cases(suite, select, failures if last_failed else None)
     suite = replace(suite, evidence=read_asked_evidence(suite.model, model, certificates, waivers, figures))
     output = CampaignOutput(figures, missing, json, store, save, failures, shrink, stop, until_dry)
@@ -176,8 +196,19 @@ def command(
                 "--logs": logs,
             }
         )
-        return simulate(suite, output, read_executor(jobs, cluster))
-    refuse_with_nodes({"-j": jobs, "--cluster": cluster, "--until-dry": until_dry, "--inputs": inputs})
+        executor = read_executor(jobs, cluster)
+        suite, recorded = record_suite(suite, recording, shows=not json)
+        return simulate(suite, replace(output, recorded=recorded), executor)
+    refuse_with_nodes(
+        {
+            "-j": jobs,
+            "--cluster": cluster,
+            "--until-dry": until_dry,
+            "--inputs": inputs,
+            "--record": record or None,
+            "--update": update or None,
+        }
+    )
     refuse_in_one_process(transport, {"--real": real, "--via": via, "--bindings": bindings, "--domain": domain})
     bound = load_bound(model, bindings)
     chosen = read_real(real or [], bound)

@@ -77,7 +77,7 @@ def suggestion_json(suggestion: Suggestion) -> dict[str, Any]:
 def _certificate(name: str, certificate: Certificate, output: ClosingFiles | None) -> dict[str, Any]:
     return {
         "name": name,
-        "obligations": [claim.obligation for claim in certificate.claims],
+        "obligations": list(certificate.claims),
         "file": None if output is None else str(output.certificates[name]),
     }
 

@@ -14,7 +14,6 @@ from scbm.files.codec.case_files import (
     write_case,
     write_network,
 )
-from scbm.files.codec.key_reference import bindings_schema, case_schema, model_schema, waivers_schema
 from scbm.files.codec.model_files import (
     Places,
     digest_of,
@@ -33,6 +32,7 @@ from scbm.files.codec.model_files import (
 from scbm.files.file_writer import FileWriter
 from scbm.files.goal_editing import add_goals, with_goals
 from scbm.files.input_file import open_input
+from scbm.files.key_reference import bindings_schema, case_schema, model_schema, waivers_schema
 from scbm.files.language.expressions import parse_action, parse_predicate, parse_requirement, parse_state, parse_value
 from scbm.files.language.quantities import parse_duration, parse_share
 from scbm.files.language.scope import Scope, Where

@@ -174,6 +174,7 @@ class BehaviorModel:
         may_end: the ends of runs that excuse a missed goal, whichever goal it is (semantics 7.4).
         goals_may_end: by the name of a goal, further ends that excuse missing this goal.
         runs: what its runs are.
+        requirements_off: the names of the built-in requirements that do not hold in it, each with the reason.
     """
 
     name: str
@@ -190,6 +191,7 @@ class BehaviorModel:
     may_end: tuple[str, ...] = ()
     goals_may_end: tuple[tuple[str, tuple[str, ...]], ...] = ()
     runs: RunsDeclaration = RunsDeclaration()
+    requirements_off: tuple[tuple[str, str], ...] = ()
 
     @cached_property
     def space(self) -> StateSpace:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
+from enum import StrEnum
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, cast
 
 from scbm.model.durations import format_duration, format_moment
@@ -236,3 +237,19 @@ class Requirement:
 
     def __str__(self) -> str:
         return f"{self.name}: {self.sentence}"
+
+
+class BuiltIn(StrEnum):
+    """The names of the requirements that each model has unless it switches them off (semantics 7.12).
+
+    `BUILT_INS` in `testing/built_in_requirements.py` has the class of each, which finds violations in a run.
+    """
+
+    NO_ORPHAN = "no_orphan"
+    """No request outlives its operation."""
+    READY_AGAIN = "ready_again"
+    """A resource can be used again after its operation failed or timed out."""
+    RECOVERS = "recovers"
+    """One failed or missing reply does not keep a run from its goal."""
+    STOPS = "stops"
+    """Nothing is sent after an abort or the end of a run."""

@@ -142,5 +142,6 @@ class Slug(StrEnum):
     PLANNER_READS_RUNNER = "planner-reads-runner"
     FAILURE_UNNOTICED = "failure-unnoticed"
     NO_DEADLINE = "no-deadline"
+    REQUEST_NOT_CLEARED = "request-not-cleared"
     UNDECLARED_SOURCE = "undeclared-source"
     UNUSED_VARIABLE = "unused-variable"

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
     from scbm.cases.coverage import Coverage, Figure
     from scbm.model import BehaviorModel
+    from scbm.testing import Excuse
 
 DEFAULT_COLUMNS = 80
 """The width of a report where nothing says another one."""
@@ -52,6 +53,20 @@ _GUARD_INDENT = 8
 def counted(count: int, singular: str, plural: str | None = None) -> str:
     """Return a number with its noun: `1 error`, `2 errors`."""
     return f"{count} {singular if count == 1 else plural or singular + 's'}"
+
+
+def short_of_goal_in_words(cases: int, excuses: Mapping[Excuse, int]) -> str:
+    """Return how many cases passed although they missed a goal, and why they were allowed to; empty for none.
+
+    Args:
+        cases: the number of these cases.
+        excuses: how many of their missed goals were excused, by the reason.
+    """
+    if list(excuses.values()) == [cases]:  # one reason for all
+        reasons = ", ".join(f"by {excuse.words}" for excuse in excuses)
+    else:
+        reasons = ", ".join(f"{number} by {excuse.words}" for excuse, number in excuses.items())
+    return f"{counted(cases, 'case')}, {reasons}" if cases else ""
 
 
 def wrapped(words: str, columns: int, first: str, following: int) -> Iterator[str]:
@@ -96,10 +111,10 @@ def headline(figure: Figure, columns: int = DEFAULT_COLUMNS) -> Text:
     if figure.percent is None:
         return line
     line.append("  ")
-    return line.append_text(_bar(figure, max(10, min(_LONGEST_BAR, columns - len(line)))))
+    return line.append_text(bar_of(figure, max(10, min(_LONGEST_BAR, columns - len(line)))))
 
 
-def _bar(figure: Figure, width: int) -> Text:
+def bar_of(figure: Figure, width: int) -> Text:
     """Return a bar that is never full before all is visited, and never empty when something is."""
     if not figure.of:
         return Text()
@@ -119,7 +134,7 @@ def figures(coverage: Coverage, columns: int = DEFAULT_COLUMNS) -> Iterator[Text
 
 def _row(label: str, figure: Figure, columns: int) -> Text:
     line = Text(f"  {label + ':':<29}{figure.visited:>4} / {figure.of:<4}")
-    line.append_text(_bar(figure, min(figure.of, _LONGEST_BAR, max(10, columns - _FIGURE_WIDTH))))
+    line.append_text(bar_of(figure, min(figure.of, _LONGEST_BAR, max(10, columns - _FIGURE_WIDTH))))
     line.rstrip()
     return line
 

@@ -25,7 +25,6 @@ from scbm.cases.trace import (
     RunStarted,
 )
 from scbm.model import OperationState
-from scbm.model.sources import free_groups
 from scbm.running.events import PlanStatus
 from scbm.running.micro_steps import PlanStep, RunTurn, next_in_plan
 
@@ -62,7 +61,7 @@ class _TraceFollower:
     def __init__(self, program: Program, initial: Mapping[str, Value], goals: Sequence[Predicate]) -> None:
         self._program = program
         self._lines = {line.resource.name: line for line in program.requests}
-        packing, groups = program.packing, free_groups(program.model)
+        packing, groups = program.packing, program.free_groups
         self._outside = tuple((sum(packing[name].mask for name in group.names), group) for group in groups)
         self._goals = list(goals)
         self._state = program.begin(initial)

@@ -5,6 +5,7 @@ A program is made once for a model, never changes, and is shared by all runners 
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -29,14 +30,14 @@ from scbm.model import (
     Truth,
     conjunction,
 )
-from scbm.model.sources import outside_values
+from scbm.model.sources import free_groups, outside_values
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, operation_state_name
 from scbm.running.lifecycle import LifecycleState, OperationPart
 from scbm.running.macro_steps import PlanQueue
 from scbm.running.micro_steps import MicroSteps
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     from scbm.cases import Injection
     from scbm.model import EnvironmentTransition, Value
@@ -51,14 +52,14 @@ class CompiledStep:
         name: the name of the transition; empty if the model file has none.
         test: whether the guard holds in a packed state.
         update: the packed state after the actions; `None` if one of them would leave its domain.
-        cube: `(mask, bits)` with `state & mask == bits` wherever the guard holds.
+        cube: `(mask, bits)` with `state & mask == bits` wherever the guard holds; for automatic transitions alone.
         fails_operation: whether the actions fail the current operation.
     """
 
     name: str
     test: Test
     update: Update
-    cube: tuple[int, int]
+    cube: tuple[int, int] = (0, 0)
     fails_operation: bool = False
 
 
@@ -145,7 +146,20 @@ def _unchanged(state: int) -> int:
     return state
 
 
-_NOTHING = CompiledStep("", _always, _unchanged, (0, 0))
+_NOTHING = CompiledStep("", _always, _unchanged)
+
+
+def _no_queues() -> tuple[PlanQueue, dict[tuple[str, PlanQueue], PlanQueue]]:
+    """Return the empty queue, and no memoized queues."""
+    return PlanQueue(), {}
+
+
+def _have_equal_variables(model: BehaviorModel, mutant: BehaviorModel) -> bool:
+    """Return whether the running spaces of a model and its mutant are equal."""
+    if mutant.variables is not model.variables:
+        return False
+    pairs = ((model.operations, mutant.operations), (model.resources, mutant.resources))
+    return all([entry.name for entry in before] == [entry.name for entry in after] for before, after in pairs)
 
 
 class Program:
@@ -163,6 +177,7 @@ class Program:
         triggers: the bits of all triggers.
         plan_states: for each value of `plan.state`, `(keep, bits)` that set it.
         aborted: `(mask, bits)` with `state & mask == bits` where `plan.state` is `aborted`.
+        free_groups: the variables that change freely at settled moments, in groups.
         unasked: for each variable that is published, or that the environment changes, the values that it can get.
         measured: the same for the replies of each resource, in the order of the model.
     """
@@ -173,8 +188,7 @@ class Program:
         self._tests: dict[Predicate, Test] = {}
         self._micro_steps: dict[Predicate | None, MicroSteps] = {}
         self._planner_reads: dict[Predicate, int] = {}
-        self._no_operations = PlanQueue()
-        self._queues: dict[tuple[str, PlanQueue], PlanQueue] = {}
+        self._no_operations, self._queues = _no_queues()
         self.operations = {operation.name: self._operation(operation) for operation in model.operations}
         self._rest = {v.name: v.initial for v in model.running_space if v.role.is_runner}
         self._world = tuple(v.name for v in model.running_space if not v.role.is_runner)
@@ -186,13 +200,46 @@ class Program:
         self.triggers = sum(line.trigger for line in self.requests)
         self.plan_states = {s: self.packing.assignment({PLAN_STATE: s.value}) for s in PlanState}
         self.aborted = self.packing.cube(Equal(Reference(PLAN_STATE), Constant(PlanState.ABORTED.value)))
+        self.free_groups = free_groups(model)
         self.unasked = {name: Domain(values) for name, values in outside_values(model).items()}
         self.measured = [
             {name: Domain(resource.sends(model.space[name])) for name in resource.measures}
             for resource in model.resources
         ]
         self._current_mask = self.packing[CURRENT_NAME].mask | self.packing[CURRENT_STATE].mask
-        self._current = dict(self._lifecycle_states())
+        self._current = dict(self._lifecycle_states(self.operations.values()))
+
+    def of_mutant(self, mutant: BehaviorModel) -> Program:
+        """Return the program of a mutant of the model; entries that both have are the same objects.
+
+        What changes from outside is that of the model, whatever the mutant assigns: the world does not change with it.
+        Entries that the mutant shares with the model are not compiled again, unless variables or operations differ.
+        """
+        if not _have_equal_variables(self.model, mutant):
+            program = Program(mutant)
+            program.free_groups, program.unasked = self.free_groups, self.unasked
+            return program
+        program = copy(self)
+        program._replace(mutant)
+        return program
+
+    def _replace(self, mutant: BehaviorModel) -> None:
+        """Take another model with the same variables and operations."""
+        before, self.model = self.model, mutant
+        pairs = list(zip(before.operations, mutant.operations, strict=True))
+        changed = {new.name: self._operation(new) for old, new in pairs if new is not old}
+        automatic = {id(old): step for old, step in zip(before.automatic_transitions, self.automatic, strict=True)}
+        environment = {id(old): step for old, step in zip(before.environment, self.environment, strict=True)}
+        requests = {id(line.resource): line for line in self.requests}
+        self.operations = {name: changed.get(name, known) for name, known in self.operations.items()}
+        self.automatic = tuple(automatic.get(id(t)) or self._automatic(t) for t in mutant.automatic_transitions)
+        self.automatic_cubes = tuple((*step.cube, step) for step in self.automatic)
+        self.environment = tuple(environment.get(id(t)) or self._environment(t) for t in mutant.environment)
+        self.requests = tuple(requests.get(id(r)) or self._request_line(n, r) for n, r in enumerate(mutant.resources))
+        self.shared = tuple(line for line in self.requests if line.resource.shared)
+        self._current = self._current | dict(self._lifecycle_states(changed.values()))
+        self._micro_steps, self._planner_reads = {}, {}
+        self._no_operations, self._queues = _no_queues()
 
     def begin(self, state: Mapping[str, Value]) -> int:
         """Return the packed state of a world whose runner is at rest; `state` has a value for every variable of it."""
@@ -292,46 +339,41 @@ class Program:
         parts = {
             OperationPart.PRE: self._step(operation.pre),
             OperationPart.POST: self._step(operation.post),
-            OperationPart.TIMEDOUT: CompiledStep("", _always, self.packing.update(operation.timedout), (0, 0)),
+            OperationPart.TIMEDOUT: CompiledStep("", _always, self.packing.update(operation.timedout)),
             OperationPart.NOTHING: _NOTHING,
         }
         if operation.failed is not None:
             parts[OperationPart.FAILED] = self._step(operation.failed)
         return parts
 
-    def _lifecycle_states(self) -> Iterator[tuple[int, LifecycleState]]:
+    def _lifecycle_states(self, operations: Iterable[RunnableOperation]) -> Iterator[tuple[int, LifecycleState]]:
         """Yield each operation in each of its states, after the bits of `current.name` and `current.state`."""
-        for operation in self.operations.values():
+        for operation in operations:
             for state in OperationState:
                 _, bits = self.packing.assignment({CURRENT_NAME: operation.name, CURRENT_STATE: state.value})
                 yield bits, LifecycleState(operation, state)
 
     def _step(self, transition: Transition) -> CompiledStep:
-        guard = transition.running_guard
         update = self.packing.update(transition.running_actions)
-        return CompiledStep(transition.name, self.packing.test(guard), update, self.packing.cube(guard))
+        return CompiledStep(transition.name, self.packing.test(transition.running_guard), update)
 
     def _environment(self, transition: EnvironmentTransition) -> CompiledStep:
-        guard = transition.guard
         update = self.packing.update(transition.actions)
-        return CompiledStep(transition.name, self.packing.test(guard), update, self.packing.cube(guard))
+        return CompiledStep(transition.name, self.packing.test(transition.guard), update)
 
     def _automatic(self, transition: Transition) -> CompiledStep:
         """Return an automatic transition; one that fails an operation needs that operation to be executing."""
-        failing = [action for action in transition.running_actions if self._is_operation_state(action)]
-        if not failing:
-            return self._step(transition)
-        executing = Constant(OperationState.EXECUTING.value)
-        guards = [transition.running_guard, *(Equal(Reference(action.target), executing) for action in failing)]
-        # The file may assign `current.state` or `<operation>.state`. Here `current.state` is assigned, and
-        # `fail_current` sets the other one.
-        failed = Assign(CURRENT_STATE, Constant(OperationState.FAILED.value))
-        others = tuple(action for action in transition.running_actions if action.target != CURRENT_STATE)
-        guard = conjunction(guards)
-        update = self.packing.update((*others, failed))
-        return CompiledStep(
-            transition.name, self.packing.test(guard), update, self.packing.cube(guard), fails_operation=True
-        )
+        guard, actions = transition.running_guard, transition.running_actions
+        failing = [action for action in actions if self._is_operation_state(action)]
+        if failing:
+            executing = Constant(OperationState.EXECUTING.value)
+            guard = conjunction([guard, *(Equal(Reference(action.target), executing) for action in failing)])
+            # The file may assign `current.state` or `<operation>.state`. Here `current.state` is assigned, and
+            # `fail_current` sets the other one.
+            failed = Assign(CURRENT_STATE, Constant(OperationState.FAILED.value))
+            actions = (*(action for action in actions if action.target != CURRENT_STATE), failed)
+        test, update = self.packing.test(guard), self.packing.update(actions)
+        return CompiledStep(transition.name, test, update, self.packing.cube(guard), fails_operation=bool(failing))
 
     def _is_operation_state(self, action: Action) -> bool:
         role = self.packing.space[action.target].role

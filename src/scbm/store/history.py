@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from scbm.cases.coverage import Obligation
     from scbm.model import BehaviorModel, Waiver
     from scbm.store.stored_evidence import StoredCertificate
-    from scbm.testing import Verdict
+    from scbm.testing import Excuse, Verdict
 
 
 _KEY_BYTES = 16
@@ -244,6 +244,19 @@ class History:
     def failed(self) -> tuple[StoredCase, ...]:
         """The cases that failed."""
         return tuple(case for case in self.cases if not case.verdict.passed)
+
+    @property
+    def short(self) -> dict[Excuse, int]:
+        """How many goals were missed by cases that passed, by the reason; older stores do not have the reasons."""
+        found: dict[Excuse, int] = {}
+        for excuse in (excuse for case in self.cases if case.verdict.is_short for excuse in case.verdict.excuses):
+            found[excuse] = found.get(excuse, 0) + 1
+        return found
+
+    @property
+    def short_count(self) -> int:
+        """The number of cases that passed although they missed a goal, as far as excuses are known."""
+        return sum(case.verdict.is_short for case in self.cases)
 
     @property
     def ended_ns(self) -> int:

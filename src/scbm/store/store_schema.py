@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from scbm.store.stored_evidence import waivers_text
+from scbm.store.stored_evidence import excuses_text, waivers_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -189,6 +189,14 @@ TABLES: dict[str, StoreTable] = {
                 "BLOB",
                 "of `visited` the set of obligations that it visited only after its state was forced; null for none",
                 since=5,
+            ),
+            StoreColumn(
+                "excuses",
+                "TEXT",
+                "JSON, if goals were missed and excused: a list of the reasons, such as `fault`; null in rows of older"
+                " versions",
+                since=6,
+                value=lambda case: excuses_text(case.verdict.excuses),
             ),
             StoreColumn(
                 "log", "BLOB", "of a run over nodes: its log, compressed as by zlib; null for simulation", since=2

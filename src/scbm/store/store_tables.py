@@ -29,7 +29,12 @@ from scbm.store.history import (
 )
 from scbm.store.store_file import open_for_reading, understood
 from scbm.store.store_schema import TABLES
-from scbm.store.stored_evidence import StoredCertificate, read_certificate_row, read_waivers_text
+from scbm.store.stored_evidence import (
+    StoredCertificate,
+    read_certificate_row,
+    read_excuses_text,
+    read_waivers_text,
+)
 from scbm.testing import Failure, FailureKind, Verdict
 
 if TYPE_CHECKING:
@@ -148,12 +153,13 @@ class Tables:
         settings = {
             id_: _options(text) for id_, text in self._connection.execute("SELECT id, options FROM setting ORDER BY id")
         }
-        rows = self._connection.execute(f"SELECT {_CASE_COLUMNS} FROM test_case ORDER BY key")  # noqa: S608 - our own
+        rows = self._connection.execute(f"SELECT {_CASE_COLUMNS}, excuses FROM test_case ORDER BY key")  # noqa: S608 - our own
         for row in rows:
             key, name, goal, model, run, position, setting, seed, number, text, path, *result = row
             recipe = _recipe(settings[setting], seed, number, text, path)
-            ended, failures, ended_ns, requests, visited, log, forced = result
-            verdict, bits = Verdict(End(ended), _failures(failures)), _known(visited, count)
+            ended, failures, ended_ns, requests, visited, log, forced, excuses = result
+            verdict = Verdict(End(ended), _failures(failures), read_excuses_text(excuses))
+            bits = _known(visited, count)
             _refuse_another_log(log, recipe)
             yield CaseRow(
                 key, _text(name), _text(goal), model, run, _number(position), recipe,

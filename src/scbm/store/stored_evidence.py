@@ -1,4 +1,4 @@
-"""Certificates and waivers as stores keep them: what decides statuses of obligations beside visits."""
+"""Certificates, waivers and excuses as stores keep them: what decides statuses and verdicts beside visits."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from scbm.cases.coverage import Decision, StatusProof
 from scbm.model import Waiver
 from scbm.model.json_reader import convert_json, read_json
 from scbm.store.history import packed_log, unpacked_log
+from scbm.testing import Excuse
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -69,6 +70,17 @@ def read_certificate_row(row: tuple[str, bytes, str, str], *, is_earlier: bool) 
     listed = convert_json(read_json(claims, _MAX_JSON_CHARACTERS), list[tuple[str, Decision, str]])
     proofs = {obligation: StatusProof(status, reason, name) for obligation, status, reason in listed}
     return StoredCertificate(name, packed, checked_by, proofs, is_earlier)
+
+
+def excuses_text(excuses: Iterable[Excuse]) -> str | None:
+    """Return the excuses of a verdict as JSON; `None` for none."""
+    listed = [excuse.value for excuse in excuses]
+    return json.dumps(listed) if listed else None
+
+
+def read_excuses_text(text: str | None) -> tuple[Excuse, ...]:
+    """Return the excuses of a verdict. Raises `ValueError` if they are damaged."""
+    return () if text is None else tuple(convert_json(read_json(text, _MAX_JSON_CHARACTERS), list[Excuse]))
 
 
 @dataclass(frozen=True, slots=True)

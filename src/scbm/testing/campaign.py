@@ -173,6 +173,7 @@ def campaign_json(
         "forecast": None if campaign.forecast is None else asdict(campaign.forecast),
         "case_count": campaign.count,
         "excused": {excuse.value: count for excuse, count in campaign.summary.excuses},
+        "short_of_goal": campaign.summary.short_count,
         "cases": [_case(result, campaign) for result in campaign.results],
     }
 

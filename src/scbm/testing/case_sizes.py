@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 from scbm.cases import FaultAction, WindowFault
 from scbm.cases.trace import OperationStepped
 from scbm.model import OperationState, Outcome, format_duration, format_value
-from scbm.testing.verdicts import FailureKind
+from scbm.testing.verdicts import violation_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -78,9 +78,9 @@ def _goals_size(case: Case, model: BehaviorModel) -> int:
 def _operations(execution: Execution, failure: Failure) -> int:
     """Return the number of operations that start until the run fails."""
     records: Sequence[object] = execution.trace.records
-    if failure.kind is FailureKind.REQUIREMENT:
-        found = (v.record for v in execution.violations if v.requirement == failure.subject)
-        records = records[: next(found, len(records)) + 1]
+    violation = violation_of(failure, execution.violations)
+    if violation is not None:
+        records = records[: violation.record + 1]
     return sum(isinstance(r, OperationStepped) and r.target is OperationState.EXECUTING for r in records)
 
 

@@ -33,6 +33,7 @@ class Violation:
         reason: what is wrong, in words.
         operation: the current operation, or `none`.
         values: the variables that the requirement reads, as they were.
+        is_built_in: whether the requirement is a built-in one; the reason then names what to change.
     """
 
     requirement: str
@@ -42,8 +43,11 @@ class Violation:
     reason: str
     operation: str
     values: Changes
+    is_built_in: bool = False
 
     def __str__(self) -> str:
+        if self.is_built_in:
+            return f"{self.requirement} is violated at {format_moment(self.at_ns)}: {self.reason}"
         values = ", ".join(f"{name} == {format_value(value)}" for name, value in self.values)
         seconds = format_moment(self.at_ns)
         current = "no operation is" if self.operation == NO_OPERATION else f"{self.operation} is"

@@ -16,7 +16,7 @@ from scbm.planning import DRAWN_SHORTEST
 from scbm.running.simulation import TooLongError
 from scbm.testing.case_sizes import choices_of, size_of
 from scbm.testing.shrink_steps import STEPS
-from scbm.testing.verdicts import Failure, FailureKind
+from scbm.testing.verdicts import Failure, FailureKind, violation_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -214,5 +214,5 @@ class _ShrinkSearch:
 def _begins_broken(execution: Execution, failure: Failure) -> bool:
     """Whether the initial state violates a requirement already."""
     first = execution.trace.records[0]  # before it, only an injection can have acted, and that is a reason of its own
-    found = [v.record for v in execution.violations if v.requirement == failure.subject]
-    return isinstance(first, RunStarted) and 0 in found
+    violation = violation_of(failure, execution.violations)
+    return isinstance(first, RunStarted) and violation is not None and violation.record == 0

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from copy import copy
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -38,20 +39,23 @@ from scbm.running.simulation import (
     Simulator,
     leave_nothing_open,
 )
+from scbm.testing.built_in_requirements import BuiltInJudge
 from scbm.testing.campaign import CaseResult
 from scbm.testing.random_streams import draw_plans, environment_stream, message_stream, reaction_stream
+from scbm.testing.recorded_results import RecordCheck, check_record, goals_to_record
 from scbm.testing.requirement_monitors import find_violations
 from scbm.testing.verdicts import ExcuseRules, Outcomes, Verdict, find_unused, judge, lost
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from scbm.cases import Case, EnvironmentChange, Reaction
+    from scbm.cases import Case, EnvironmentChange, Reaction, RecordedGoal
     from scbm.cases.trace import Record, Sentence
-    from scbm.model import BehaviorModel, PlannerIdentity, Value
+    from scbm.model import BehaviorModel, PlannerIdentity, Predicate, Value
     from scbm.nodes.log.event_log import EventLog
-    from scbm.planning import PlanLimits, PlanSource
+    from scbm.planning import Answer, PlanLimits, Planner, PlanSource
     from scbm.running import RunnerOptions
+    from scbm.running.program import Program
     from scbm.running.simulation import Simulated
     from scbm.running.simulation.environment_moves import EnvironmentMoves
     from scbm.testing.requirement_monitors import Violation
@@ -74,6 +78,7 @@ class Execution:
         forced: of what it visited the obligations that it visited only after its state was forced, as bits.
         forced_by: the index in the trace of the record from which on the state is forced; `None` if it never is.
         moves: what the environment changed; `None` if nothing decided about it.
+        model: the model; `None` if its result is not to be recorded.
     """
 
     case: Case
@@ -88,6 +93,7 @@ class Execution:
     forced: int = 0
     forced_by: int | None = None
     moves: tuple[EnvironmentChange, ...] | None = None
+    model: BehaviorModel | None = field(default=None, compare=False, repr=False)
 
     @property
     def result(self) -> CaseResult:
@@ -152,12 +158,20 @@ class Execution:
 
     @property
     def recorded(self) -> RecordedRun:
-        """The end and the digest of the run, to compare a replay with."""
-        return RecordedRun(self.verdict.end.value, self.digest, self.trace.planner)
+        """The end and the digest of the run, and what the run for each goal did if the case passed in simulation."""
+        goals = self.recorded_goals if self.verdict.passed else ()
+        return RecordedRun(self.verdict.end.value, self.digest, self.trace.planner, goals)
+
+    @property
+    def recorded_goals(self) -> tuple[RecordedGoal, ...]:
+        """What the run for each goal did; nothing of a run over nodes, whose times differ from run to run."""
+        if self.model is None or self.log is not None:
+            return ()
+        return goals_to_record(self.trace.records, self.model, Obligations.of(self.model))
 
     @property
     def recorded_case(self) -> Case:
-        """The closed case with its end and digest."""
+        """The closed case with the result of its run."""
         return replace(self.closed_case, recorded=self.recorded)
 
 
@@ -190,6 +204,33 @@ class Tester:
         self._simulator = Simulator(model, options, plan_limits, plans)
         self._plain = PlainReactions()
         self._excuses = ExcuseRules.of(model)
+        self._built_ins = BuiltInJudge(model, self._excuses)
+
+    def of_mutant(self, mutant: BehaviorModel, *, plans_alike: bool) -> Tester:
+        """Return a tester of a mutant of the model; it judges runs by the properties and excuses of the model.
+
+        For `plans_alike` see `Simulator.of_mutant`.
+        """
+        tester = copy(self)
+        tester.model = mutant
+        tester._simulator = self._simulator.of_mutant(mutant, plans_alike=plans_alike)  # noqa: SLF001 - of a copy
+        tester._built_ins = BuiltInJudge(mutant, self._excuses)  # noqa: SLF001 - as above; a rule about its requests
+        vars(tester).pop("_shortest", None)  # a cached property about the planner
+        return tester
+
+    @property
+    def program(self) -> Program:
+        """The compiled model."""
+        return self._simulator.program
+
+    def plan(self, state: Mapping[str, Value], goal: Predicate) -> Answer:
+        """Return the plan that a run gets in a state of the world, unless plans are drawn or its case has them."""
+        return self._simulator.plans.plan(state, goal, self._simulator.plan_limits)
+
+    @property
+    def planner(self) -> Planner:
+        """The planner of runs."""
+        return self._simulator.planner
 
     def execute(self, case: Case, most_records: int | None = None, preferred: Sequence[RecordedPlan] = ()) -> Execution:
         """Run one case. Open choices are drawn from its origin, or take their defaults if it has none.
@@ -231,11 +272,16 @@ class Tester:
         names = self.obligations.names(visited) if case.expect.visits else ()
         by_goal = self._visited_by_goal(run.records) if case.later else ()
         real = log.real if log else ()
-        outcomes = Outcomes(run.end, run.records, reactions, violations, names, real, by_goal)
-        verdict = judge(case, outcomes, self._excuses)
-        trace = Trace(self.model.name, case.name, run.records, planner or self._planner_of(case, log))
-        unused = find_unused(case, run.records)
         forced_by = self._forced_by(case, run.records)
+        outcomes = Outcomes(run.end, run.records, reactions, violations, names, real, by_goal)
+        violations += self._built_ins.find_violations(case, outcomes, forced_by)
+        outcomes = replace(outcomes, violations=violations)
+        trace = Trace(self.model.name, case.name, run.records, planner or self._planner_of(case, log))
+        verdict = judge(case, outcomes, self._excuses)
+        record = RecordCheck() if log else check_record(case, trace, self.model, self.obligations)
+        if record.failures:
+            verdict = replace(verdict, failures=(*verdict.failures, *record.failures))
+        unused = (*find_unused(case, run.records), *record.unused)
         forced = 0 if forced_by is None else visited & ~visited_by(run.records[:forced_by], self.obligations)
         return Execution(
             case,
@@ -250,6 +296,7 @@ class Tester:
             forced,
             forced_by,
             run.moves,
+            self.model,
         )
 
     def _forced_by(self, case: Case, records: Sequence[Record]) -> int | None:

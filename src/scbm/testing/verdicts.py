@@ -24,9 +24,11 @@ from scbm.cases.trace import (
     run_end,
     state_after,
 )
-from scbm.model import OperationState, Outcome, format_duration, format_moment, format_value
+from scbm.model import GoalOrder, OperationState, Outcome, format_duration, format_moment, format_value
+from scbm.model.requirements import BuiltIn
 from scbm.model.sources import inputs, published_by
 from scbm.running import describe_cycle
+from scbm.testing.withheld_changes import waits_for_change
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -127,6 +129,7 @@ class FailureKind(StrEnum):
     """Why a case can fail."""
 
     REQUIREMENT = "requirement"
+    BUILT_IN = "built_in"
     EXPECTATION = "expectation"
     LIVELOCK = "livelock"
     MODEL_ERROR = "model_error"
@@ -165,10 +168,12 @@ class Excuse(StrEnum):
     """`may_end` of the goal or of the model lists the end."""
     INPUT = "input"
     """An input was away from its nominal value as the run ended."""
+    EXPECTED = "expected"
+    """The case expects how the run ends."""
 
     @property
     def words(self) -> str:
-        """The excuse behind "excused by"."""
+        """The excuse behind "by"."""
         match self:
             case Excuse.FAULT:
                 return "a fault"
@@ -176,6 +181,8 @@ class Excuse(StrEnum):
                 return "`may_end`"
             case Excuse.INPUT:
                 return "an input away from nominal"
+            case Excuse.EXPECTED:
+                return "the verdict that the case expects"
             case _:
                 assert_never(self)
 
@@ -188,18 +195,23 @@ class ExcuseRules:
         inputs: each variable that changes unasked, an input or a published one, with its nominal value.
         may_end: the ends that excuse missing any goal.
         goals_may_end: by the name of a goal, further ends that excuse missing this goal.
+        recovers: whether a single failed or missing reply excuses nothing (semantics 7.12).
+        model: the model, which says what the environment could still do; `None` for an environment that does nothing.
     """
 
     inputs: tuple[tuple[str, Value], ...] = ()
     may_end: tuple[str, ...] = ()
     goals_may_end: tuple[tuple[str, tuple[str, ...]], ...] = ()
+    recovers: bool = False
+    model: BehaviorModel | None = None
 
     @staticmethod
     def of(model: BehaviorModel) -> ExcuseRules:
         """Return the rules of a model."""
         published = (name for resource in model.resources for name in published_by(resource, model))
         nominal = tuple((name, model.nominal_state[name]) for name in dict.fromkeys((*inputs(model), *published)))
-        return ExcuseRules(nominal, model.may_end, model.goals_may_end)
+        recovers = BuiltIn.RECOVERS.value not in dict(model.requirements_off)
+        return ExcuseRules(nominal, model.may_end, model.goals_may_end, recovers, model)
 
     def may_end_of(self, goal: CaseGoal) -> tuple[str, ...]:
         """Return all ends that excuse missing a goal of a case."""
@@ -216,18 +228,23 @@ class Verdict:
     Attributes:
         end: the end of the run for the last goal.
         failures: the reasons to call the case failed; none if it passed.
-        excuses: for each missed goal that does not fail the case the reason, in the order of the goals. A case that
-            expects the verdict of a goal needs no excuse for it. Verdicts that differ in excuses alone are equal.
+        excuses: for each missed goal that does not fail the case the reason, in the order of the goals. Verdicts that
+            differ in excuses alone are equal.
     """
 
     end: End
     failures: tuple[Failure, ...] = ()
-    excuses: tuple[Excuse, ...] = field(default=(), compare=False)  # stores do not keep them
+    excuses: tuple[Excuse, ...] = field(default=(), compare=False)  # older stores do not have them
 
     @property
     def passed(self) -> bool:
         """Whether the case passed."""
         return not self.failures
+
+    @property
+    def is_short(self) -> bool:
+        """Whether the case passed although its run missed a goal."""
+        return self.passed and bool(self.excuses)
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,22 +283,35 @@ def judge(case: Case, run: Outcomes, rules: ExcuseRules = _NO_RULES) -> Verdict:
         run: what happened.
         rules: the excuses that the model gives.
     """
-    failures = [Failure(FailureKind.REQUIREMENT, v.requirement, str(v)) for v in run.violations]
+    failures = [Failure(kind_of(v), v.requirement, str(v)) for v in run.violations]
     excuses: list[Excuse] = []
-    for each in _runs_of_goals(case, run):
+    for each in goal_runs(case, run):
         failures += each.failures_of_expectations()
-        if each.goal.expect.verdict is not None or each.end is End.REACHED:
+        if not each.is_missed:
+            if each.end is not End.REACHED and each.end is each.goal.expect.verdict:
+                excuses.append(Excuse.EXPECTED)
             continue  # how the run ends is expected, or complained of already
         excuse = each.excuse(case, rules)
-        if excuse is None:
-            failures.append(each.failure())
-        else:
+        if excuse is not None:
             excuses.append(excuse)
+        elif not each.must_recover(case, rules):  # that is a violation of `recovers`
+            failures.append(each.failure())
     return Verdict(run.end, tuple(failures), tuple(excuses))
 
 
+def kind_of(violation: Violation) -> FailureKind:
+    """Return the kind of the failure that a violation is."""
+    return FailureKind.BUILT_IN if violation.is_built_in else FailureKind.REQUIREMENT
+
+
+def violation_of(failure: Failure, violations: Sequence[Violation]) -> Violation | None:
+    """Return the violation that a failure reports; `None` if it reports none."""
+    found = (v for v in violations if kind_of(v) is failure.kind and v.requirement == failure.subject)
+    return next(found, None)
+
+
 @dataclass(frozen=True, slots=True)
-class _GoalRun:
+class GoalRun:
     """The run for one goal of a case.
 
     Attributes:
@@ -302,6 +332,7 @@ class _GoalRun:
 
     @property
     def words(self) -> str:
+        """The goal as the subject of a clause."""
         return "the goal" if self.number is None else f"goal {self.number}, {self.goal.name},"
 
     def failures_of_expectations(self) -> Iterator[Failure]:
@@ -310,12 +341,52 @@ class _GoalRun:
         for key, message in find_unmet(self.goal.expect, self.end, self.records, self.visited, self.run.records):
             yield Failure(FailureKind.EXPECTATION, key, f"{where}{message}")
 
+    @property
+    def is_missed(self) -> bool:
+        """Whether the run missed its goal, and the case does not expect how it ends."""
+        return self.goal.expect.verdict is None and self.end is not End.REACHED
+
+    def must_recover(self, case: Case, rules: ExcuseRules) -> bool:
+        """Return whether one failed or missing reply is all that went wrong, so that it excuses nothing (7.12)."""
+        if not rules.recovers or self.end in (*_NEVER_EXCUSED, End.NOT_STARTED):
+            return False
+        is_cut_off = (self.end is End.TIME_LIMIT and case.limits.time_ns is not None) or (
+            self.end is End.REPLAN_LIMIT and case.limits.plans is not None
+        )
+        if is_cut_off or (fault := self.only_fault(case)) is None:
+            return False
+        return rules.model is None or self._must_recover_from(fault, case, rules.model)
+
+    def _must_recover_from(self, fault: int, case: Case, model: BehaviorModel) -> bool:
+        """Return whether the model alone could have recovered from a reaction, and has to.
+
+        Where each run has one goal, nothing is promised for a goal after the one in whose run the fault was.
+        """
+        before = len(self.run.reactions) - sum(isinstance(record, RequestSent) for record in self.records)
+        if model.runs.goals is GoalOrder.SINGLE and fault < before:
+            return False
+        ended = max(i for i, record in enumerate(self.run.records) if isinstance(record, RunEnded))
+        return not waits_for_change(model, case, state_after(self.run.records[:ended]))
+
+    def only_fault(self, case: Case) -> int | None:
+        """Return the index of the only reaction that is a fault; `None` if there are others, or it was not caused."""
+        if _acts_beside_requests(case, self.run):
+            return None
+        faulty = [index for index, reaction in enumerate(self.run.reactions) if _is_faulty(reaction)]
+        if len(faulty) != 1:
+            return None
+        reaction = self.run.reactions[faulty[0]]
+        is_other = any(d is not None and len(d) > 1 for d in (reaction.request, reaction.reply)) or (
+            reaction.cancel is not None and len(reaction.cancel) != 1
+        )
+        return None if is_other or reaction.resource in self.run.real else faulty[0]
+
     def excuse(self, case: Case, rules: ExcuseRules) -> Excuse | None:
         """Return why missing the goal does not fail the case; `None` if it does."""
         if self.end in _NEVER_EXCUSED:
             return None
         is_begun = self.end is not End.NOT_STARTED  # else the case has tested nothing, whatever went wrong
-        if is_begun and _disturbed(case, self.run):
+        if is_begun and _disturbed(case, self.run) and not self.must_recover(case, rules):
             return Excuse.FAULT
         if self.end.value in rules.may_end_of(self.goal):
             return Excuse.MAY_END
@@ -347,9 +418,10 @@ class _GoalRun:
 _NEVER_EXCUSED = (End.LIVELOCK, End.MODEL_ERROR)
 
 
-def _runs_of_goals(case: Case, run: Outcomes) -> Iterator[_GoalRun]:
+def goal_runs(case: Case, run: Outcomes) -> Iterator[GoalRun]:
+    """Yield the run for each goal of a case, in order."""
     if not case.later:
-        yield _GoalRun(case.goals[0], None, run.end, run.records, run, run.visited)
+        yield GoalRun(case.goals[0], None, run.end, run.records, run, run.visited)
         return
     ranges = ranges_of_goals(run.records)
     ends = ends_of(run.records)
@@ -359,7 +431,7 @@ def _runs_of_goals(case: Case, run: Outcomes) -> Iterator[_GoalRun]:
         so_far = replace(run, records=until, reactions=run.reactions[:sent])
         records = run.records[indices.start : indices.stop]
         visited = run.visited_by_goal[number - 1] if run.visited_by_goal else run.visited
-        yield _GoalRun(goal, number, End(ended.end), records, so_far, visited)
+        yield GoalRun(goal, number, End(ended.end), records, so_far, visited)
 
 
 def _disturbed(case: Case, run: Outcomes) -> bool:
@@ -387,11 +459,20 @@ def _went_wrong(run: Outcomes) -> Iterator[str]:
     for record in run.records:
         if isinstance(record, ResourceChanged) and record.injection == "network":
             yield record.resource
-    for reaction in run.reactions:
-        if reaction.outcome is not Outcome.SUCCEED or any(
-            d is not None and len(d) != 1 for d in (reaction.request, reaction.reply, reaction.cancel)
-        ):
-            yield reaction.resource
+    yield from (reaction.resource for reaction in run.reactions if _is_faulty(reaction))
+
+
+def _is_faulty(reaction: Reaction) -> bool:
+    """Return whether a request failed or got no reply, or one of its messages did not arrive exactly once."""
+    deliveries = (reaction.request, reaction.reply, reaction.cancel)
+    return reaction.outcome is not Outcome.SUCCEED or any(d is not None and len(d) != 1 for d in deliveries)
+
+
+def _acts_beside_requests(case: Case, run: Outcomes) -> bool:
+    """Return whether an injection acted, a fault of the network came, or a resource was lost."""
+    if case.network.kept != Network() or _acted(case, run.records):
+        return True
+    return any(isinstance(record, ResourceChanged) for record in run.records)
 
 
 def _but_for_real(run: Outcomes) -> str:

@@ -103,7 +103,7 @@ def test_reports_say_what_proofs_assume(lamp: Path, closed: Path, scbm: Scbm) ->
     store = lamp.parent / "runs.db"
     ran = scbm("test", lamp, closed, "--certificates", closed, "--store", store)
     assert ran.code == 0
-    for option in ("--html", "--markdown", "--junit", "--sarif"):
+    for option in ("--html", "--markdown", "--junit", "--sarif", "--cobertura", "--badge", "--lcov"):
         file = f"report{option}"
         assert scbm("report", store, option, lamp.parent / file).code == 0
         assert words in (lamp.parent / file).read_text(encoding="utf-8"), option

@@ -85,7 +85,11 @@ def test_the_order_of_operations_in_the_file_does_not_decide_what_is_covered() -
     assert decisions["pick_1/executing"] is decisions["pick_2/executing"] is Decision.COVERED
 
 
-@pytest.mark.parametrize("number", range(share(12, least=3)))
+QUICK_FIRST = (2, 9, 10, 0, 1, 3, 4, 5, 6, 7, 8, 11)
+"""Numbers of random models: a usual run takes those at the front, which are closed fastest."""
+
+
+@pytest.mark.parametrize("number", QUICK_FIRST[: share(12, least=3)])
 def test_no_random_case_visits_what_is_proved_of_a_random_model(number: int) -> None:
     model = model_with_plans(PlanSet.SHORTEST, random_model(number))
     closing = Closer(model, _FEW).close()

@@ -99,7 +99,7 @@ def test_the_operator_case_finds_a_cut_that_the_planner_cannot_finish(tmp_path: 
     path = tmp_path / "cell.yaml"
     path.write_text(text.replace(reset, reset.replace("cnc_1_req_state <- initial, ", "")), encoding="utf-8")
     failures = run_case(load_model(path), EXAMPLE / "cases" / "operator_after_two_missed_picks.yaml").verdict.failures
-    assert ["expected start_cut_1" in str(failure) for failure in failures] == [True]
+    assert any("expected start_cut_1" in str(failure) for failure in failures)
 
 
 @pytest.mark.slow

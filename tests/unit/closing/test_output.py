@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -41,7 +42,8 @@ def _write(closing: Closing, directory: Path, model_file: Path, suite: tuple[Pat
 def test_the_cases_can_be_run_as_they_are(tmp_path: Path, model_file: Path) -> None:
     output = _write(BOTH, tmp_path / "out", model_file)
     written = load_suite([tmp_path / "out"], CELL)
-    assert {case.case for case in written} == {SCANS, FAILS}
+    assert {replace(case.case, recorded=None) for case in written} == {SCANS, FAILS}
+    assert all(case.case.recorded is not None and case.case.recorded.goals for case in written)
     assert {case.path for case in written} == set(output.cases.values())
     for case in written:
         assert case.model_path is not None
@@ -83,7 +85,8 @@ def test_what_an_earlier_closing_wrote_is_replaced_or_removed(tmp_path: Path, mo
     _write(BOTH, out, model_file)
     everything = closing_of(CELL, [FAILS], undecided=[str(d.obligation) for d in BOTH.decided])
     output = _write(everything, out, model_file)
-    assert set(output.removed) == {out / "cases" / "scans.yaml", out / "certificates" / "structure.json"}
+    certificates = (out / "certificates" / f"structure.{suffix}" for suffix in ("json", "reasons"))
+    assert set(output.removed) == {out / "cases" / "scans.yaml", *certificates}
     assert list(_texts(out)) == ["cases/fails.yaml"]
     assert "scan_box: executing, failed, completed, queued" in _texts(out)["cases/fails.yaml"]
 
@@ -130,7 +133,7 @@ def test_what_closing_wrote_for_another_model_stays(tmp_path: Path, model_file: 
     assert _texts(out) == before
     link = tmp_path / "link.yaml"
     link.symlink_to(model_file)
-    assert len(_write(nothing, out, link).removed) == 3, "it is the same model"
+    assert len(_write(nothing, out, link).removed) == 4, "it is the same model"
 
 
 def test_a_directory_of_the_same_name_is_an_error(tmp_path: Path, model_file: Path, wording: Wording) -> None:

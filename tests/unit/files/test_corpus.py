@@ -156,6 +156,7 @@ def facts(model: BehaviorModel) -> Iterator[str]:
     yield f"initial states {model.initial_states}"
     yield from (f"goal {name}: {goal}" for name, goal in model.goals)
     yield from (f"requirement {requirement}" for requirement in model.requirements)
+    yield from (f"requirement {name} off: {reason}" for name, reason in model.requirements_off)
     if model.runs != RunsDeclaration():
         yield str(model.runs)
     if model.planner != PlannerChoice():

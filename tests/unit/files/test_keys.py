@@ -11,14 +11,15 @@ import pytest
 from scbm.files import load_model, open_case, read_bindings
 from scbm.files.codec.binding_keys import BindingsKeys
 from scbm.files.codec.case_keys import CaseKeys
-from scbm.files.codec.key_reference import json_schema, key_table, mappings_of
 from scbm.files.codec.key_types import DURATION, MODEL_NAME, MappingListType, MappingType, NamesType
 from scbm.files.codec.keys import DefaultKey, Key, Keys, check_shape
 from scbm.files.codec.model_keys import ModelKeys
 from scbm.files.codec.value_reader import ValueReader
+from scbm.files.key_reference import json_schema, key_table, mappings_of
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import ErrorCollector, read_tree
 from scbm.model import InputError, Slug
+from support.shared_models import clear_models
 from support.wording import Wording
 
 MODELS = Path(__file__).parent.parent.parent / "models"
@@ -153,6 +154,7 @@ def test_every_declared_key_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
             read.add((type(keys), key.name))
         return get(key, keys, owner)
 
+    clear_models()  # other tests of this process may have read some of the files
     monkeypatch.setattr(Key, "__get__", noting)
     models = [load_model(path) for path in sorted((MODELS / "valid").glob("*.yaml"))]
     read_bindings(f"{{bindings_of: {models[0].name}, resources: {{}}}}", models[0])

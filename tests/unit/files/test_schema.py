@@ -105,6 +105,7 @@ def test_the_schema_is_one() -> None:
         "goals",
         "may_end",
         "requirements",
+        "requirements_off",
         "planner",
         "waivers",
         "runs",

@@ -8,7 +8,15 @@ from itertools import pairwise
 import pytest
 
 from scbm.cases import CONDITIONS, Case, CaseLimits, Condition, EnvironmentChange, Injection, Origin
-from scbm.cases.trace import InjectionApplied, MeasurementReceived, PutBack, RunStarted, sentence_of, write_trace
+from scbm.cases.trace import (
+    InjectionApplied,
+    MeasurementReceived,
+    PutBack,
+    RunStarted,
+    ends_of,
+    sentence_of,
+    write_trace,
+)
 from scbm.files import read_case, read_model, write_case
 from scbm.model import BehaviorModel, Constant, Equal, InputError, Reference
 from scbm.running.simulation import environment_moves
@@ -229,3 +237,13 @@ def test_an_occupied_shared_resource_forces_nothing() -> None:
     other = Injection("other", resource="scan", condition=OCCUPIED, hold_ns=SECOND_NS)
     execution = Tester(model).execute(replace(case, injections=(other,)))
     assert (execution.verdict.end, execution.ended_ns, execution.forced) == ("reached", SECOND_NS, 0)
+
+
+def test_a_run_without_a_plan_ends_after_the_last_change_of_its_case() -> None:
+    model = press()
+    changes = tuple(
+        EnvironmentChange(seconds * SECOND_NS, (("door", door),)) for seconds, door in [(2, "open"), (5, "closed")]
+    )
+    execution = run(model, initial=model.nominal_state.replace({"stop": "pressed"}), environment=changes)
+    (ended,) = ends_of(execution.trace.records)
+    assert (ended.end, ended.at_ns) == ("unsolvable", 5 * SECOND_NS)

@@ -123,6 +123,23 @@ def test_measured_values_come_with_replies_alone() -> None:
     assert run(scan_cell(published, is_open=True), injection).forced_by is None
 
 
+@pytest.mark.parametrize(
+    ("state", "is_shared", "is_forced"),
+    [("executing", True, False), ("executing", False, True), ("succeeded", True, True), ("failed", True, True)],
+)
+def test_other_users_occupy_and_leave_shared_resources_alone(state: str, is_shared: bool, is_forced: bool) -> None:  # noqa: FBT001 - parameters of the test
+    """The operation is disabled, so no request is in flight. The resource is put back to `initial` after 1 s."""
+    text = STOP.replace("[on, off], initial: on", "[on, off], initial: off, source: input")
+    model = read_model(text.replace("  arm: {", "  arm: {shared: true, ") if is_shared else text)
+    injections = [
+        f"  - {{name: one, at: 1 s, set: {{arm_req_state: {state}}}, hold: 1 s}}\n",
+        "  - {name: two, at: 3 s, set: {key: on}}\n",
+    ]
+    execution = run(model, "".join(injections))
+    assert (execution.forced_by is not None) == is_forced
+    assert "work/completed" in Obligations.of(model).names(execution.visited)
+
+
 @pytest.mark.parametrize("position", [1, 2, 3])
 def test_results_of_campaigns_have_what_was_forced(position: int) -> None:
     injections = [

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from scbm.files import load_model
-from scbm.running import Runner
+from scbm.cases.trace import AutomaticTaken, End
+from scbm.files import load_model, read_model
+from scbm.running import Measured, Program, Runner, RunnerOptions
 from scbm.testing import RandomCases, Tester
+from support.driving import SECOND_NS, Hand
 from support.histories import EXAMPLE
 
 
@@ -25,3 +27,46 @@ def test_a_campaign_gives_the_traces_that_micro_steps_give(name: str, monkeypatc
     traces = [tester.execute(case).trace for case in cases]
     monkeypatch.setattr("scbm.running.simulation.simulator.Runner", _MicroStepRunner)
     assert [Tester(model).execute(case).trace for case in cases] == traces
+
+
+CELL = """
+behavior_model: cell
+variables:
+  level: {domain: 0..9, initial: 0, source: input}
+  seen: {domain: bool, initial: false}
+  lamp: {domain: [dark, lit], initial: dark}
+  full: {domain: bool, initial: false}
+operations:
+  fill:
+    deadline: 10 s
+    pre: {g: full == false}
+    post: {g: true, gr: level == 9, a: [full <- true]}
+automatic_transitions:
+  see: {g: level == 1 && seen == false, a: [seen <- true]}
+  light: {g: level == 2 && lamp == dark, a: [lamp <- lit]}
+  darken: {g: level == 2 && lamp == lit, a: [lamp <- dark]}
+goals:
+  full: full == true
+"""
+
+
+def test_a_step_that_is_repeated_at_another_time_does_not_change_the_deadline() -> None:
+    program = Program(read_model(CELL))
+    for seconds in (3, 5):
+        hand = Hand(program)
+        hand.goal("full")
+        hand.give(Measured((("level", 1),)), seconds)
+        assert hand.runner.state["seen"] is True
+        assert hand.runner.deadline_ns == 10 * SECOND_NS
+
+
+@pytest.mark.parametrize("bound", [10, 50, 51, 120])
+def test_a_livelock_ends_after_as_many_transitions_when_it_is_repeated(bound: int) -> None:
+    program = Program(read_model(CELL))
+    for _ in range(2):
+        hand = Hand(program, RunnerOptions(livelock_bound=bound))
+        hand.goal("full")
+        hand.give(Measured((("level", 2),)), 1)
+        assert hand.ends == [End.LIVELOCK]
+        before = len([record for record in hand.records if isinstance(record, AutomaticTaken)])
+        assert before == 2 * bound  # as many again follow the end

@@ -82,6 +82,14 @@ def test_automatic_transitions_of_the_initial_state_follow_the_start_though_a_la
     assert [type(record) for record in hand.records[:2]] == [RunStarted, AutomaticTaken]
 
 
+def test_injections_that_are_given_are_no_events_of_the_run() -> None:
+    hand = Hand(scan_cell(), RunnerOptions(instant_bound=3))
+    for number in range(5):
+        hand.inject(Injection(f"later{number}", (("count", 1),), at_ns=SECOND_NS))
+    hand.goal()
+    assert (hand.ends, hand.lifecycle) == ([], ["scan_box executing"])
+
+
 # after
 
 

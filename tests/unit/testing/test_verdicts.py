@@ -12,11 +12,12 @@ from scbm.files import read_case
 from scbm.model import Always, BehaviorModel, Constant, Equal, InputError, Outcome, Reference, Requirement
 from scbm.running import RunnerOptions
 from scbm.running.simulation import Simulated
-from scbm.testing import CaseResult, Execution, FailureKind, Outcomes, Tester, judge
+from scbm.testing import CaseResult, Excuse, Execution, FailureKind, Outcomes, Tester, judge
 from support.models import scan_cell
 from support.wording import Wording
 
 S = 1_000_000_000
+OFF = "requirements_off: {ready_again: these tests are about excuses, recovers: these tests are about excuses}\n"
 OPTIONS = RunnerOptions(time_limit_ns=60 * S, livelock_bound=20)
 
 
@@ -37,7 +38,7 @@ STUCK = ("gr: scan_req_state == succeeded", "gr: scan_req_state == succeeded && 
 
 
 def test_a_goal_not_reached_fails_if_nothing_was_made_to_go_wrong(wording: Wording) -> None:
-    model = scan_cell(STUCK)
+    model = scan_cell(STUCK, more=OFF)
     done = _execute(model, *[Outcome.SUCCEED] * 6)
     assert not done.verdict.passed
     (failure,) = done.verdict.failures
@@ -47,7 +48,7 @@ def test_a_goal_not_reached_fails_if_nothing_was_made_to_go_wrong(wording: Wordi
 
 @pytest.mark.parametrize("wrong", [Outcome.FAIL, Outcome.TIMEOUT])
 def test_a_goal_not_reached_after_a_failure_or_a_missing_reply_is_a_verdict_and_no_failure(wrong: Outcome) -> None:
-    done = _execute(scan_cell(STUCK), wrong, *[Outcome.SUCCEED] * 9)
+    done = _execute(scan_cell(STUCK, more=OFF), wrong, *[Outcome.SUCCEED] * 9)
     assert done.verdict.end is not End.REACHED
     assert done.verdict.passed
 
@@ -99,7 +100,7 @@ def test_a_violated_requirement_fails_though_the_goal_is_reached(wording: Wordin
 def test_a_goal_not_reached_on_a_bad_network_is_a_verdict_and_no_failure(
     network: Network, rules: tuple[OutcomeRule, ...]
 ) -> None:
-    model = scan_cell(STUCK)
+    model = scan_cell(STUCK, more=OFF)
     case = Case("case", *model.goals[0], model.nominal_state, rules, network=network)
     done = Tester(model, OPTIONS).execute(case)
     assert done.verdict.end is not End.REACHED
@@ -107,15 +108,16 @@ def test_a_goal_not_reached_on_a_bad_network_is_a_verdict_and_no_failure(
 
 
 def test_that_messages_take_their_time_excuses_nothing() -> None:
-    model = scan_cell(STUCK)
+    model = scan_cell(STUCK, more=OFF)
     case = Case("case", *model.goals[0], model.nominal_state, network=Network(latency_ns=S))
     assert not Tester(model, OPTIONS).execute(case).verdict.passed
 
 
 def test_an_expected_verdict_goes_before_the_rule() -> None:
-    model = scan_cell(STUCK)
+    model = scan_cell(STUCK, more=OFF)
     case = Case("case", *model.goals[0], model.nominal_state, expect=Expectations(End.UNSOLVABLE))
-    assert Tester(model, OPTIONS).execute(case).verdict.passed
+    verdict = Tester(model, OPTIONS).execute(case).verdict
+    assert (verdict.passed, verdict.excuses, verdict.is_short) == (True, (Excuse.EXPECTED,), True)
     case = Case("case", *model.goals[0], model.nominal_state, expect=Expectations(End.REACHED))
     failures = Tester(model, OPTIONS).execute(case).verdict.failures
     assert [(f.kind.value, f.subject) for f in failures] == [("expectation", "verdict")]
@@ -134,7 +136,7 @@ def test_a_requirement_of_the_case_counts_like_one_of_the_model() -> None:
 
 def _not_reached(*records: Record, reactions: tuple[Reaction, ...] = ()) -> Execution:
     """A run that came from somewhere, in which the goal was not reached, judged."""
-    model = scan_cell(STUCK)
+    model = scan_cell(STUCK, more=OFF)
     case = Case("case", *model.goals[0], model.nominal_state)
     tester = Tester(model, OPTIONS)
     real = tester.execute(case).trace.records

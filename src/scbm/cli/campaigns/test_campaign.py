@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from os.path import lexists
 from typing import TYPE_CHECKING, Any
 
 from scbm.cli.campaigns.campaign_loop import CampaignEnd, carry_out, finished_batches, finished_executions
 from scbm.cli.campaigns.suite import Suite
+from scbm.cli.campaigns.suite_recording import update_hint
 from scbm.cli.main import INTERRUPTED
 from scbm.cli.options.campaign_options import meets_thresholds, read_inputs
 from scbm.cli.options.case_selection import LastFailed, name_filter, select_last_failed
@@ -102,6 +103,7 @@ class CampaignOutput:
         shrink: whether to search for small failing cases.
         stop: whether the first failure ends the campaign.
         dry: after how many random cases in a row that visited nothing new it ends; `None` for never.
+        recorded: what was recorded in case files before, as further parts of the JSON.
     """
 
     thresholds: Sequence[Threshold]
@@ -113,6 +115,7 @@ class CampaignOutput:
     shrink: bool
     stop: bool
     dry: int | None = None
+    recorded: Mapping[str, Any] = field(default_factory=dict)
 
 
 def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
@@ -193,12 +196,13 @@ def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput, suite: 
         early = {"ended_early": done.words} if done.words else {}
         report = campaign_json(campaign, setting.seed, setting.findings, setting.commands, setting.answers)
         decided = {} if statuses is None else {"statuses": statuses_json(statuses)}
-        write_json(report | decided | _dry_json(campaign.summary, output.dry) | stored | early)
+        write_json(report | decided | _dry_json(campaign.summary, output.dry) | stored | early | dict(output.recorded))
     else:
         dry = _dry_words(campaign.summary, output.dry)
         shown = replace(setting, random=done.drawn, ended_early=done.words, dry=dry, columns=report_columns())
         shown = replace(shown, statuses=statuses)
         results().lines((missing_report if output.missing else coverage_report)(campaign, shown))
+        results().lines(update_hint(campaign, suite))
         results().lines([] if since is None else since.lines)
     if done.words:
         return _report_early_end(done, output)

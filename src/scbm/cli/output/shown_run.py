@@ -69,6 +69,7 @@ def _json(model: BehaviorModel, execution: Execution) -> dict[str, Any]:
 def _violation(violation: Violation) -> dict[str, Any]:
     return {
         "requirement": violation.requirement,
+        "built_in": violation.is_built_in,
         "at_ns": violation.at_ns,
         "record": violation.record,
         "begins": violation.begins,

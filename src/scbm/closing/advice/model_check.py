@@ -14,6 +14,7 @@ from scbm.closing.advice.doubts import (
     doubts_about_variables,
 )
 from scbm.closing.advice.plan_doubts import CheckLimits, doubts_about_livelocks, doubts_about_plans, explore_model
+from scbm.closing.advice.request_doubts import doubts_about_requests
 from scbm.planning import explore
 
 if TYPE_CHECKING:
@@ -71,7 +72,8 @@ def check_model(
             found(result)
 
     guards = tuple(doubts_about_guards(model))
-    for doubt in chain(doubts_about_variables(model), doubts_about_resources(model), guards):
+    resources = chain(doubts_about_resources(model), doubts_about_requests(model))
+    for doubt in chain(doubts_about_variables(model), resources, guards):
         note(doubt)
     explained = [doubt.path for doubt in guards if isinstance(doubt, Doubt)]
     exploration = explore_model(model, limits, progress)

@@ -186,6 +186,7 @@ def _with(case: Case, name: str, changed: dict[str, Value], hold_ns: int | None 
 
 def _breaks(base: Execution, execution: Execution) -> bool:
     """Return whether a run breaks a requirement, or ends as no run should, and the run before the changes does not."""
-    before = {violation.requirement for violation in base.violations}
+    before = {(violation.requirement, violation.is_built_in) for violation in base.violations}
     is_wrong = execution.verdict.end in _WRONG_ENDS and execution.verdict.end is not base.verdict.end
-    return is_wrong or any(violation.requirement not in before for violation in execution.violations)
+    after = ((violation.requirement, violation.is_built_in) for violation in execution.violations)
+    return is_wrong or any(each not in before for each in after)

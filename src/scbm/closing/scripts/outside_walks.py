@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from scbm.closing.runs.run_graph import Edge, RunGraph
+    from scbm.closing.runs.walks import RunPath
 
 
 class _Phase(IntEnum):
@@ -74,6 +75,51 @@ def _shortest(graph: RunGraph, wanted: int, kind: _Kind) -> Walk | None:
     if search.expand_all(lambda place: place == _FOUND) is None:
         return None
     return Walk(path_along(graph, search.actions_to(_FOUND)), wanted)
+
+
+class ShownWalks:
+    """The shortest walks of one graph that a test can show, one to each edge that is on any of them.
+
+    A place is a node together with how far a walk has come.
+    """
+
+    def __init__(self, graph: RunGraph, *, cuts_short: bool) -> None:
+        """Take no walk yet.
+
+        Args:
+            graph: the graph.
+            cuts_short: whether the time limit may end a run that is not the last one.
+        """
+        self.graph = graph
+        self._kind = _Kind(only_in_motion=False, cuts_short=cuts_short)
+        self._edges: list[tuple[int, Edge]] = []
+        self._search = BreadthFirst((0,), self._successors)
+
+    def __iter__(self) -> Iterator[tuple[int, Edge]]:
+        """Yield the edges with their places, the nearest to an initial state first."""
+        while self._search.frontier:
+            self._edges.clear()
+            self._search.expand(self._search.expanded + 1)
+            yield from self._edges
+
+    def _successors(self, place: int) -> Iterator[tuple[Edge, int]]:
+        node, phase = divmod(place, len(_Phase))
+        for edge in self.graph.edges(node):
+            if not _can_be_shown(self.graph, node, edge, _Phase(phase), self._kind):
+                continue
+            self._edges.append((place, edge))
+            if edge.target >= 0 and _may_go_on(self.graph, edge, self._kind):
+                yield edge, len(_Phase) * edge.target + _phase_after(self.graph, edge, _Phase(phase))
+
+    @staticmethod
+    def node(place: int) -> int:
+        """Return the node of a place."""
+        return place // len(_Phase)
+
+    def path(self, place: int, edge: Edge | None = None) -> RunPath:
+        """Return the walk to a place, and over an edge from there."""
+        edges = self._search.actions_to(place)
+        return path_along(self.graph, edges if edge is None else [*edges, edge])
 
 
 def _phase_after(graph: RunGraph, edge: Edge, phase: _Phase) -> _Phase:

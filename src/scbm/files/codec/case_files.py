@@ -14,16 +14,17 @@ from typing import TYPE_CHECKING
 from scbm.files.codec.case_keys import CaseKeys, CaseToWrite, case_owners
 from scbm.files.codec.keys import check_shape
 from scbm.files.codec.network_keys import NetworkKeys, network_owners
+from scbm.files.codec.recorded_keys import RecordedKeys
 from scbm.files.codec.value_reader import ValueReader
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import read_file, read_tree, similar_file_remedy
-from scbm.files.yaml.yaml_writer import FlowMapping, dump
+from scbm.files.yaml.yaml_writer import FlowMapping, dump, dump_folded
 from scbm.model import Diagnostic, InputError, Place, Slug
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from scbm.cases import Case, Network
+    from scbm.cases import Case, Network, RecordedRun
     from scbm.files.yaml.document import YamlNode
     from scbm.files.yaml.source_text import SourceText
     from scbm.files.yaml.text_files import ErrorCollector
@@ -181,9 +182,23 @@ def write_case(case: Case, model: BehaviorModel, model_path: str | None, comment
         model_path: the path of the model, relative to the directory of the file to be written.
         comment: lines of a comment at the top.
     """
-    text = dump(CaseKeys.write(CaseToWrite(case, model, model_path)))
+    data = CaseKeys.write(CaseToWrite(replace(case, recorded=None), model, model_path))
     lines = chain.from_iterable(words.splitlines() or [""] for words in comment)
-    return "".join(f"{_comment(line)}\n" for line in lines) + text
+    recorded = "" if case.recorded is None else write_recorded(case.recorded)
+    return "".join(f"{_comment(line)}\n" for line in lines) + dump(data) + recorded
+
+
+def write_recorded(recorded: RecordedRun, *, in_flow: bool = False) -> str:
+    """Return the key `recorded` of a case file, the last one of a written case, with long lists folded.
+
+    Args:
+        recorded: the run.
+        in_flow: whether it is written for a case in braces: on one line, without a line end.
+    """
+    data = {"recorded": RecordedKeys.write(recorded)}
+    if in_flow:
+        return dump(FlowMapping(data)).strip().removeprefix("{").removesuffix("}")
+    return dump_folded(data)
 
 
 def write_network(network: Network) -> str:

@@ -16,7 +16,6 @@ from scbm.cases import (
     Network,
     Origin,
     RecordedPlan,
-    RecordedRun,
 )
 from scbm.cases.coverage import Obligation, Obligations
 from scbm.cases.injections import MAX_CHANGES
@@ -46,10 +45,11 @@ from scbm.files.codec.key_types import (
 from scbm.files.codec.keys import Data, DefaultKey, Definitions, Key, Keys, KeyType, ShapeCheck, Spot
 from scbm.files.codec.network_keys import NetworkKeys, network_owners, random_keys
 from scbm.files.codec.outcome_keys import OutcomeKeys, RuleReader, RuleType, stretches_of
+from scbm.files.codec.recorded_keys import RecordedGoalKeys, RecordedKeys
 from scbm.files.codec.value_reader import NAME, ValueReader
 from scbm.files.language.scope import Where
 from scbm.files.spelling import nearest, suggestion
-from scbm.model import FIRST_PLANNER, PlannerIdentity, Slug
+from scbm.model import Slug
 from scbm.model.predicates import TRUE, Predicate
 from scbm.model.requirements import Requirement
 from scbm.model.sources import outside_values
@@ -62,7 +62,6 @@ if TYPE_CHECKING:
     from scbm.model.behavior import BehaviorModel
     from scbm.model.variables import State
 
-_DIGEST = re.compile(r"[0-9a-f]{64}", re.ASCII)
 _WORD = re.compile(rf"(?!true$|false$){NAME.pattern}", re.ASCII)
 """What can only be meant as the name of a goal: no predicate is a word, except two."""
 
@@ -98,24 +97,8 @@ def _final_data(final: tuple[Predicate, ...]) -> object:
     return written[0] if len(written) == 1 else written
 
 
-def _read_digest(reader: ValueReader, node: YamlNode, text: str) -> str:
-    if not _DIGEST.fullmatch(text):
-        message = f"expected the SHA-256 of a trace, 64 hexadecimal digits, found `{text}`"
-        reader.add(Slug.WRONG_SHAPE, message, node.place, "leave out `recorded`, or save the case again")
-    return text
-
-
 def _read_inputs(reader: ValueReader, node: YamlNode, text: str) -> bool:
     return reader.word(node, text, ("drawn",), "a way to move inputs") is not None
-
-
-def _read_planner(reader: ValueReader, node: YamlNode, text: str) -> PlannerIdentity | None:
-    try:
-        return PlannerIdentity.parse(text)
-    except ValueError:
-        message = f"expected the name and the version of a planner, found `{text}`"
-        reader.add(Slug.WRONG_SHAPE, message, node.place, "write for example `greedy 1`, or save the case again")
-        return None
 
 
 _NO_PLAN = ("unsolvable", "limit_reached", "no_plan_found")
@@ -292,27 +275,6 @@ class DrawnKeys(Keys):
         return Origin(self.seed or 0, self.case, self.inputs)
 
 
-class RecordedKeys(Keys):
-    """The result of the run that the case was saved from."""
-
-    end = Key(verdict_type("the end of a run"), "How the run for the last goal ended.", required=True)
-    trace = Key(
-        ScalarType(
-            "SHA-256",
-            "the SHA-256 of a trace",
-            {"type": ["string", "number"], "pattern": "^[0-9a-f]{64}$"},
-            _read_digest,
-        ),
-        "The SHA-256 of the trace of the run, in 64 hexadecimal digits.",
-        required=True,
-    )
-    planner: DefaultKey[PlannerIdentity] = DefaultKey(
-        ScalarType("name and version", "the name and the version of a planner", {"type": "string"}, _read_planner, str),
-        "The planner that made the plans: name, version and the limits that were set, as in `greedy 1, max_length 50`.",
-        default=FIRST_PLANNER,
-    )
-
-
 # the case
 
 
@@ -477,9 +439,7 @@ class CaseKeys(Keys):
             tuple(self._requirements(model)),
             first.expect,
             None if self.drawn is None else self.drawn.origin(),
-            None
-            if self.recorded is None
-            else RecordedRun(str(self.recorded.end or ""), self.recorded.trace or "", self.recorded.planner),
+            None if self.recorded is None else self.recorded.recorded_run(),
             self.plans,
             self._environment(model),
             first.may_end,
@@ -583,7 +543,8 @@ def case_owners() -> tuple[tuple[type[Keys], str], ...]:
         (LimitsKeys, "the limits"),
         (ExpectationsKeys, "what the case expects"),
         (DrawnKeys, "`drawn`"),
-        (RecordedKeys, "`recorded`"),
         (CaseKeys, "the case"),
         (CaseGoalKeys, "a goal of the case"),
+        (RecordedKeys, "`recorded`"),
+        (RecordedGoalKeys, "a goal of `recorded`"),
     )

@@ -23,14 +23,14 @@ from scbm.files.codec.operation_keys import AutomaticKeys, EnvironmentKeys, Oper
 from scbm.files.codec.resource_keys import ResourceKeys, SimulationKeys
 from scbm.files.codec.value_reader import NAME, ValueReader
 from scbm.files.codec.variable_keys import VariableKeys
-from scbm.files.codec.waiver_keys import WAIVER_LIST, WaiverKeys, waivers_of
+from scbm.files.codec.waiver_keys import TEXT, WAIVER_LIST, WaiverKeys, waivers_of
 from scbm.files.language.grammar import keywords
 from scbm.files.language.scope import Scope, Where
 from scbm.files.spelling import suggestion
 from scbm.model import Place, Slug
 from scbm.model.behavior import FIRST_PLANNER, BehaviorModel, GoalOrder, PlannerChoice, PlanSet, RunsDeclaration
 from scbm.model.predicates import TRUE, Predicate
-from scbm.model.requirements import Requirement
+from scbm.model.requirements import BuiltIn, Requirement
 from scbm.model.variables import NO_OPERATION, Variable, VariableSource, resource_variables, runner_variables
 
 if TYPE_CHECKING:
@@ -195,6 +195,18 @@ class RunsKeys(Keys):
         return RunsDeclaration(self.goals, self.plans)
 
 
+class RequirementsOffType(NamesType[str | None]):
+    """The built-in requirements that a model switches off, each with its reason."""
+
+    def schema(self, definitions: Definitions) -> dict[str, Data]:
+        """Return the JSON Schema, in which only built-in requirements are keys."""
+        reason = self.inner.schema(definitions)
+        return {"type": "object", "properties": {name.value: reason for name in BuiltIn}, "additionalProperties": False}
+
+
+_REQUIREMENTS_OFF = RequirementsOffType(TEXT, "name → reason", in_flow=lambda written: len(written) == 1)
+
+
 class ModelKeys(Keys):
     """A behavior model."""
 
@@ -247,6 +259,11 @@ class ModelKeys(Keys):
         default=(),
         source=lambda model: {requirement.name: requirement.sentence for requirement in model.requirements},
     )
+    requirements_off = DefaultKey(
+        _REQUIREMENTS_OFF,
+        f"Built-in requirements that do not hold, each with the reason: {', '.join(f'`{name}`' for name in BuiltIn)}.",
+        default=(),
+    )
     planner = Key(
         _PLANNER,
         "The planner of runs and tests, by its name or as a mapping with limits; `--planner` overrides it.",
@@ -285,12 +302,24 @@ class ModelKeys(Keys):
             may_end=self.may_end,
             goals_may_end=tuple((entry.name, entry.value.may_end) for entry in self.goals if entry.value.may_end),
             runs=RunsDeclaration() if self.runs is None else self.runs.declaration(),
+            requirements_off=tuple(self._switched_off()),
         )
         self._refuse_false_sources(model)
         self._refuse_drawn_plans(model)
         if self.waivers:
             model = replace(model, waivers=waivers_of(self.waivers, model))
         return self._bound(model)
+
+    def _switched_off(self) -> Iterator[tuple[str, str]]:
+        """Yield the built-in requirements that are switched off, with their reasons; note unknown ones."""
+        names = [name.value for name in BuiltIn]
+        for entry in self.requirements_off:
+            if entry.name not in names:
+                remedy = suggestion(entry.name, names, "the built-in requirements are")
+                message = f"there is no built-in requirement `{entry.name}`"
+                self.reader.add(Slug.UNKNOWN_WORD, message, entry.place, remedy)
+            elif entry.value is not None:
+                yield entry.name, entry.value
 
     def _refuse_drawn_plans(self, model: BehaviorModel) -> None:
         """Note plans that are drawn from all shortest ones where the planner knows no lengths of shortest plans."""

@@ -162,7 +162,7 @@ VALUES = ScalarOrListType(
     {"anyOf": [{"const": "any"}, {"type": "array", "items": SCALAR_SCHEMA, "minItems": 1}]},
     "a value",
     node_of,
-    list,
+    lambda values: values if values == "any" else list(values),
 )
 
 

@@ -41,7 +41,7 @@ def _read_sentence(reader: ValueReader, node: YamlNode, text: str) -> str | None
     return None
 
 
-_TEXT = ScalarType("text", "a text", {"type": "string", "minLength": 1}, _read_sentence)
+TEXT = ScalarType("text", "a text", {"type": "string", "minLength": 1}, _read_sentence)
 _DATE_TYPE = ScalarType("date", "a date such as `2026-11-23`", {"type": "string", "format": "date"}, _read_date)
 
 
@@ -53,8 +53,8 @@ class WaiverKeys(Keys):
         "The obligation: `<operation>/<state>`, `<operation>/queued` or `automatic/<transition>`.",
         required=True,
     )
-    reason = Key(_TEXT, "Why it need not be covered.", required=True)
-    author = Key(_TEXT, "Who decided that.", required=True)
+    reason = Key(TEXT, "Why it need not be covered.", required=True)
+    author = Key(TEXT, "Who decided that.", required=True)
     date = Key(_DATE_TYPE, "When that was decided.", required=True)
     expires = Key(_DATE_TYPE, "The last day on which the waiver counts.", absent="it does not expire")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from io import StringIO
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 from ruamel.yaml import YAML
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
 
 _WIDTH = 1_000_000
 """The width at which lines are folded: never."""
+
+_FOLDED_WIDTH = 110
+"""The width at which `dump_folded` folds lists in brackets."""
 
 
 class FlowMapping(dict[str, Any]):
@@ -74,3 +78,18 @@ def dump(data: dict[str, Any], *, short_in_flow: bool = False) -> str:
     stream = StringIO()
     yaml.dump(data, stream)
     return stream.getvalue()
+
+
+def dump_folded(data: dict[str, Any]) -> str:
+    """Return the data as `dump` does, with long lists in brackets folded into lines of at most 110 columns.
+
+    Their elements are names: runs of blanks in an element may be lost.
+    """
+    lines = dump(data).split("\n")
+    return "\n".join(folded for line in lines for folded in (_folded(line) if line.endswith("]") else [line]))
+
+
+def _folded(line: str) -> list[str]:
+    """Return a key with its list as lines; those after the first are indented by two more blanks."""
+    indent = " " * (len(line) - len(line.lstrip(" ")) + 2)
+    return wrap(line, _FOLDED_WIDTH, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)

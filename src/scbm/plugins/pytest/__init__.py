@@ -45,6 +45,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "--scbm-fail-under", type=_percent, metavar="P", help="Fail if fewer per cent of a model are visited."
     )
     group.addoption("--scbm-store", metavar="FILE", help="Add the cases that were run to this coverage store.")
+    group.addoption(
+        "--scbm-record", action="store_true", help="Record results in case files that have none, of cases that pass."
+    )
+    group.addoption(
+        "--scbm-update", action="store_true", help="Replace recorded results from which the runs of case files differ."
+    )
     group.addoption("--scbm-planner", metavar="NAME", help="The planner of all cases. [that of the model]")
     group.addoption(
         "--scbm-max-length", type=int, metavar="N", help="Maximum number of operations in a plan. [that of the model]"

@@ -14,6 +14,8 @@ from scbm.plugins.pytest import models_of
 from scbm.plugins.pytest.session_models import ModelResults, planner_words
 from scbm.reports import failure_lines
 from scbm.testing.planner_override import planner_of_replay
+from scbm.testing.recorded_results import is_of_record
+from scbm.testing.written_cases import WrittenCase
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -105,9 +107,12 @@ class CaseItem(pytest.Item):
         models = models_of(self.config)
         loaded = models.load(self._model)
         case = self._document.read(loaded.behavior)
+        case = models.recorded(loaded, WrittenCase(case, self.path, self._document.model_path), self.nodeid)
         execution = models.run(loaded, case, self.nodeid, ModelResults.FILE)
         if not execution.verdict.passed:
             lines = [text.plain for text in failure_lines(loaded.behavior, execution)]
+            if any(map(is_of_record, execution.verdict.failures)):
+                lines.append("if the differences are right: --scbm-update records the new results")
             raise CaseFailedError("\n".join([*lines, f"again: {self._command(models, loaded, case)}"]))
 
     def _command(self, models: SessionModels, loaded: LoadedModel, case: Case) -> str:

@@ -18,6 +18,7 @@ import pytest
 from scbm.files import load_model
 from scbm.model import InputError, PlannerChoice
 from scbm.testing import Campaign, Tester
+from scbm.testing.case_recording import RecordingMode, recordings_of, write_recordings
 from scbm.testing.planner_override import override_planner, refuse_unknown_planner
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from scbm.cases import Case
     from scbm.model import BehaviorModel
     from scbm.testing import CaseResult, Execution
+    from scbm.testing.written_cases import WrittenCase
 
 
 _PREFIX = "--scbm-"
@@ -107,12 +109,22 @@ class SessionResults:
     def __init__(self) -> None:
         self._models: dict[str, tuple[str, BehaviorModel]] = {}
         self._entries: list[TestResult] = []
+        self._recordings: dict[str, tuple[str, ...]] = {}
 
     def add(self, loaded: LoadedModel, test: str, group: ModelResults, result: CaseResult) -> None:
         """Keeps a result."""
         key = str(loaded.path)
         self._models[key] = (loaded.shown, loaded.behavior)
         self._entries.append(TestResult(key, test, len(self._entries), group, result))
+
+    def add_recording(self, test: str, lines: tuple[str, ...]) -> None:
+        """Keep what was recorded in the case file of a test, as lines."""
+        self._recordings[test] = lines
+
+    def recordings(self) -> Iterator[str]:
+        """Yield the lines about the case files that were changed, in the order of their tests' ids."""
+        for _, lines in sorted(self._recordings.items()):
+            yield from lines
 
     def place(self, session: pytest.Session) -> None:
         """Note the positions of tests, so that the order does not depend on the distribution over workers."""
@@ -125,13 +137,14 @@ class SessionResults:
 
     def pack(self) -> bytes:
         """Return all results as a text for another process."""
-        return pickle.dumps((self._models, self._entries))
+        return pickle.dumps((self._models, self._entries, self._recordings))
 
     def unpack(self, packed: bytes) -> None:
         """Add the results that another process packed."""
-        models, entries = pickle.loads(packed)  # noqa: S301 - it comes from a worker that this session started
+        models, entries, recordings = pickle.loads(packed)  # noqa: S301 - it comes from a worker that this session started
         self._models = models | self._models
         self._entries += entries
+        self._recordings |= recordings
 
     def parts(self) -> Iterator[SessionPart]:
         """The cases of each model, the models in the order of their first tests."""
@@ -214,6 +227,26 @@ class SessionModels:
         except InputError as error:
             return error
         return LoadedModel(path, shown, behavior, Tester(behavior))
+
+    @property
+    def recording(self) -> RecordingMode:
+        """What the options ask to be recorded in case files."""
+        return RecordingMode(*(bool(self.config.getoption(f"{_PREFIX}{name}")) for name in ("record", "update")))
+
+    def recorded(self, loaded: LoadedModel, written: WrittenCase, test: str) -> Case:
+        """Return a case as it is in its file after its result is recorded there, if the options ask for that.
+
+        Raises:
+            InputError: the file cannot be edited or written.
+        """
+        if not any(self.recording):
+            return written.case
+        (done,) = found = recordings_of(loaded.tester, [(written, written.case)], self.recording)
+        write_recordings(found)
+        if done.text is not None:
+            differences = (f"  {part}: {words}" for part, words in done.differences)
+            self.results.add_recording(test, (f"{self.shown(written.path)}: {done.status}", *differences))
+        return done.written.case
 
     def run(self, loaded: LoadedModel, case: Case, test: str, group: ModelResults) -> Execution:
         """Runs a case on behalf of a test."""

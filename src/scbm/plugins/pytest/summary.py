@@ -74,6 +74,11 @@ def summarize(models: SessionModels, terminal: pytest.TerminalReporter, *, judge
         for number, part in enumerate(parts):
             for text in _full(part, is_first=not number) if style == "full" else _short(part):
                 terminal.write_line(_rendered(text, coloured=terminal.hasmarkup))
+    recordings = list(models.results.recordings())
+    if recordings:
+        terminal.write_sep("=", "recorded results")
+        for line in recordings:
+            terminal.write_line(line)
     if judged:
         wanted = _wanted(models.config)
         shortfalls = find_shortfalls(models)

@@ -31,6 +31,7 @@ def history_json(history: History) -> dict[str, Any]:
         "simulated_seconds": history.ended_ns / 1e9,
         "over_nodes_seconds": history.over_nodes_ns / 1e9,
         "outdated": history.outdated,
+        "short_of_goal": history.short_count,
         "runs": [_run(run, names) for run in history.runs],
         "cases": [
             _case(label, case, history)
@@ -91,6 +92,7 @@ def _case(label: str, case: StoredCase, history: History) -> dict[str, Any]:
         "is_earlier": case.is_earlier,
         "verdict": case.verdict.end.value,
         "passed": case.verdict.passed,
+        "excused": [excuse.value for excuse in case.verdict.excuses],
         "failures": [
             {"kind": failure.kind.value, "subject": failure.subject, "message": failure.message}
             for failure in case.verdict.failures

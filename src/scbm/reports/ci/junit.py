@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from xml.etree.ElementTree import Element, SubElement
 
 from scbm.reports.ci.xml_text import portable, xml_text
-from scbm.reports.figure_table import counted
+from scbm.reports.figure_table import counted, short_of_goal_in_words
 from scbm.reports.status_lines import status_warnings
 from scbm.reports.stored_cases import again, again_words, place_of
 from scbm.store import Drawn
@@ -55,6 +55,8 @@ def _properties(history: History) -> Iterator[tuple[str, str]]:
     yield "scbm_ias", str(figure)
     yield "obligations_visited", str(figure.visited)
     yield "obligations", str(figure.of)
+    if history.short_count:
+        yield "cases_short_of_goal", short_of_goal_in_words(history.short_count, history.short)
     if history.decided is not None:
         yield "of_what_can_be_covered", str(history.decided.coverable)
         for status, count in history.decided.counts.items():
@@ -71,8 +73,12 @@ def _add_case(suite: Element, label: str, case: StoredCase, history: History) ->
     place = place_of(case, history)
     if not case.verdict.passed:
         _add_failure(test, case, history)
-    if place:
-        SubElement(test, "system-out").text = f"ran {place}"
+    output = [f"ran {place}"] if place else []
+    if case.verdict.is_short:
+        reasons = ", ".join(excuse.words for excuse in dict.fromkeys(case.verdict.excuses))
+        output.append(f"passed short of the goal ({case.verdict.end.replace('_', ' ')}), excused by {reasons}")
+    if output:
+        SubElement(test, "system-out").text = "\n".join(output)
 
 
 def _add_failure(test: Element, case: StoredCase, history: History) -> None:

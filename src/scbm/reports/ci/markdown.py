@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import STATE_ASPECTS, Aspect, Decision, Figure, status_counts_in_words
 from scbm.reports.ci.xml_text import visible
-from scbm.reports.figure_table import counted
+from scbm.reports.figure_table import counted, short_of_goal_in_words
 from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.status_lines import status_warnings
 from scbm.reports.stored_cases import again, causes_of, durations
@@ -77,10 +77,12 @@ def _headline(history: History) -> str:
     bar = "" if figure.percent is None else f"`{_bar(figure, _BAR_WIDTH)}` "
     cases = f"{counted(len(history.cases), 'case')}: {', '.join(_ends(history))}" if history.cases else "no cases"
     failed = f"**{len(history.failed)} failed**; " if history.failed else ""
+    words = short_of_goal_in_words(history.short_count, history.short)
+    short = f"\nPassed short of the goal: {_plain(words)}\n" if words else ""
     return (
         f"## {mark} SCBM-IAS of {_code(history.model.name)}: {figure}\n\n"
         f"{bar}{figure.visited} of {figure.of} obligations visited\n\n"
-        f"{failed}{cases}; {durations(history)}\n"
+        f"{failed}{cases}; {durations(history)}\n{short}"
     )
 
 

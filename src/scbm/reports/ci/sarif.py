@@ -16,6 +16,7 @@ from scbm.reports.figure_table import counted
 from scbm.reports.stored_cases import again, again_words, asked_for, causes_of, place_of
 from scbm.store import Written
 from scbm.testing import FailureKind
+from scbm.testing.built_in_requirements import part_to_change
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -24,13 +25,17 @@ if TYPE_CHECKING:
     from scbm.reports.stored_cases import Cause
     from scbm.store import History
 
-_SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
+SARIF_SCHEMA = "https://docs.oasis-open.org/sarif/sarif/v2.1.0/errata01/os/schemas/sarif-schema-2.1.0.json"
 
 _MAX_NAMED = 3
 """Maximum number of cases that a message names; the properties of a result have all."""
 
 _RULES = {
     FailureKind.REQUIREMENT: ("A requirement was broken", "A run came into a state that a requirement forbids."),
+    FailureKind.BUILT_IN: (
+        "A built-in requirement was broken",
+        "A run broke a rule of the request protocol, or did not recover from its only fault (semantics 7.12).",
+    ),
     FailureKind.EXPECTATION: ("An expectation was not met", "Something that a case expects did not come of its run."),
     FailureKind.LIVELOCK: ("Automatic transitions go round", "Automatic transitions enable each other without end."),
     FailureKind.MODEL_ERROR: ("The model is wrong", "A run came to where the model does not say what happens."),
@@ -49,7 +54,7 @@ def sarif_log(history: History) -> str:
     Raises:
         InputError: the source of the history is not a model.
     """
-    log = {"$schema": _SCHEMA, "version": "2.1.0", "runs": [_run(history)]}
+    log = {"$schema": SARIF_SCHEMA, "version": "2.1.0", "runs": [_run(history)]}
     return json.dumps(log, indent=2, ensure_ascii=False) + "\n"
 
 
@@ -68,7 +73,7 @@ def _run(history: History) -> dict[str, Any]:
         "automationDetails": {"id": f"scbm/{history.model.name}/"},
         "invocations": [{"commandLine": history.runs[-1].command, "executionSuccessful": True}],
         "columnKind": "unicodeCodePoints",
-        "artifacts": [{"location": _artifact(file)} for file in files],
+        "artifacts": [{"location": artifact_of(file)} for file in files],
         "results": [*results, *_status_results(history, places)],
         **_status_properties(history),
     }
@@ -137,7 +142,7 @@ def _status_result(rule: str, message: str, obligation: str, places: Places) -> 
         "ruleIndex": len(_RULES) + list(_STATUS_RULES).index(rule),
         "level": _level(rule),
         "message": {"text": message},
-        "locations": [{"physicalLocation": _location(place)}],
+        "locations": [{"physicalLocation": region_of(place)}],
         "partialFingerprints": {"scbmCause/v1": fingerprint, "primaryLocationLineHash": f"{fingerprint}:1"},
     }
 
@@ -171,7 +176,7 @@ def _result(cause: Cause, history: History, places: Places) -> dict[str, Any]:
         "ruleIndex": list(_RULES).index(kind),
         "level": "error",
         "message": {"text": _message(cause, history)},
-        "locations": [{"physicalLocation": _location(place)}],
+        "locations": [{"physicalLocation": region_of(place)}],
         "partialFingerprints": {"scbmCause/v1": fingerprint, "primaryLocationLineHash": f"{fingerprint}:1"},
         "properties": {"subject": cause.failure.subject, "goal": cause.case.goal, "cases": list(cause.labels)},
     }
@@ -205,6 +210,8 @@ def _path(cause: Cause) -> tuple[str, ...]:
     match cause.failure.kind:
         case FailureKind.REQUIREMENT:
             return ("requirements", cause.failure.subject)
+        case FailureKind.BUILT_IN:
+            return part_to_change(cause.failure.message) or ("behavior_model",)
         case FailureKind.NOT_REACHED:
             return ("goals", cause.case.goal)
         case FailureKind.LIVELOCK:
@@ -213,14 +220,15 @@ def _path(cause: Cause) -> tuple[str, ...]:
             return ("behavior_model",)
 
 
-def _location(place: Place) -> dict[str, Any]:
+def region_of(place: Place) -> dict[str, Any]:
+    """Return a place as a physical location."""
     region = {"startLine": max(1, place.line)}
     if place.column:
         region |= {"startColumn": place.column, "endColumn": place.column + place.length}
-    return {"artifactLocation": _artifact(place.file), "region": region}
+    return {"artifactLocation": artifact_of(place.file), "region": region}
 
 
-def _artifact(file: str) -> dict[str, str]:
+def artifact_of(file: str) -> dict[str, str]:
     """Return a portable path as a URI; a relative path starts from the root of the repository."""
     address = quote(file, safe="/:")
     if is_absolute(file):

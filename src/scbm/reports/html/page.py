@@ -129,14 +129,14 @@ def html_report(
         replay: runs a case again for its timeline; returns `None` for a case that cannot be run again.
         progress: callback after each of these runs, with the number of finished runs and of all runs.
     """
-    environment = _environment()
+    environment = page_environment()
     visitors = Visitors.of(history)
     executions = _executions(history, replay, progress)
     return environment.get_template("page.html.j2").render(
         report=ReportView(history, visitors),
         growth=Markup(growth_svg(history)),  # noqa: S704 - our own SVG, in which names are escaped
-        styles=[_verbatim(environment, name) for name in _STYLES],
-        scripts=[_verbatim(environment, name) for name in _SCRIPTS],
+        styles=[verbatim(environment, name) for name in _STYLES],
+        scripts=[verbatim(environment, name) for name in _SCRIPTS],
         columns=as_json(case_columns(history, visitors)),
         details=as_json(case_details(history)),
         timelines=as_json(pack_timelines(history.model, executions)),
@@ -151,7 +151,8 @@ def as_json(value: Any) -> Markup:  # noqa: ANN401 - any value that JSON can rep
     return Markup(text)  # noqa: S704 - all characters with a meaning in HTML are escaped
 
 
-def _environment() -> Environment:
+def page_environment() -> Environment:
+    """Return the environment of the templates of this package: everything that is filled in is escaped."""
     environment = Environment(
         loader=PackageLoader("scbm.reports", "html"),
         autoescape=True,
@@ -166,7 +167,7 @@ def _environment() -> Environment:
     return environment
 
 
-def _verbatim(environment: Environment, name: str) -> Markup:
+def verbatim(environment: Environment, name: str) -> Markup:
     """Return the text of a style sheet or a script of this package, unchanged."""
     assert environment.loader is not None  # noqa: S101 - given above
     text, _, _ = environment.loader.get_source(environment, name)

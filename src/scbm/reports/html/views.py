@@ -12,7 +12,7 @@ from markupsafe import Markup, escape
 
 from scbm.cases.coverage import STATE_ASPECTS, Aspect, Decision, Obligation, growth, status_counts_in_words
 from scbm.reports.ci.marked_lines import mark_lines
-from scbm.reports.figure_table import STATUS_MARKS
+from scbm.reports.figure_table import STATUS_MARKS, short_of_goal_in_words
 from scbm.reports.html.diagrams import lifecycle_svg
 from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.status_lines import status_warnings
@@ -160,6 +160,11 @@ class ReportView:
     def durations(self) -> str:
         """The duration of the cases in words."""
         return durations(self.history)
+
+    @property
+    def short_of_goal(self) -> str:
+        """How many cases passed although they missed a goal, and why, in words; empty for none."""
+        return short_of_goal_in_words(self.history.short_count, self.history.short)
 
     @property
     def last_run(self) -> StoredRun:

@@ -315,6 +315,8 @@ def _requirements_of(model: BehaviorModel, execution: Execution) -> Iterator[Mca
         kept: Json = {"state": "kept", "reason": "", "values": {}}
         yield McapMessage(f"/requirements/{requirement.name}", 0, 0, kept)
     for each in execution.violations:
+        if each.is_built_in:
+            continue  # the log has it; a requirement of the model may have the same name
         broken = {"state": "violated", "reason": each.reason, "values": dict(each.values)}
         yield McapMessage(f"/requirements/{each.requirement}", each.at_ns, each.record, broken)
 

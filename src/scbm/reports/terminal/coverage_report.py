@@ -22,6 +22,7 @@ from scbm.reports.figure_table import (
     figures,
     headline,
     missed_table,
+    short_of_goal_in_words,
     shown_path,
     wrapped,
 )
@@ -157,7 +158,7 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     yield from _statuses(setting)
     duration = f"{campaign.simulated_ns / 1e9:.2f} s {setting.where or 'simulated'}"
     yield Text(f"  Testing duration: {duration}, {_cases(campaign, setting)}")
-    yield from _excused(campaign)
+    yield from _short_of_goal(campaign)
     yield from _early(setting)
     yield from _forecast(campaign, setting)
     yield Text()
@@ -169,13 +170,11 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     yield from _reasons(campaign, setting)
 
 
-def _excused(campaign: Campaign) -> Iterator[Text]:
-    """Yield how many missed goals were excused, by the reason; nothing if there are none."""
-    excuses = campaign.summary.excuses
-    if excuses:
-        count = sum(count for _, count in excuses)
-        parts = ", ".join(f"{number} by {excuse.words}" for excuse, number in excuses)
-        yield Text(f"  Excused: {counted(count, 'missed goal')}, {parts}")
+def _short_of_goal(campaign: Campaign) -> Iterator[Text]:
+    """Yield how many cases passed although they missed a goal, and why; nothing if there are none."""
+    words = short_of_goal_in_words(campaign.summary.short_count, dict(campaign.summary.short))
+    if words:
+        yield Text(f"  Passed short of the goal: {words}")
 
 
 def missing_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:

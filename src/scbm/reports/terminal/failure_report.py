@@ -15,7 +15,7 @@ from scbm.model import format_duration
 from scbm.reports.figure_table import command_text, counted
 from scbm.reports.run.event_lines import event_lines
 from scbm.reports.terminal.timeline import TIME_WIDTH, draw_line
-from scbm.testing import FailureKind
+from scbm.testing.verdicts import violation_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -64,10 +64,9 @@ def _window(lines: Sequence[EventLine], extent: tuple[int, int]) -> tuple[int, i
 
 def _extent(execution: Execution, failure: Failure) -> tuple[int, int]:
     """Return the range of records that shows a failure: that of the violation, else the end of the run."""
-    if failure.kind is FailureKind.REQUIREMENT:
-        for violation in execution.violations:
-            if violation.requirement == failure.subject:
-                return violation.begins, violation.record + 1
+    violation = violation_of(failure, execution.violations)
+    if violation is not None:
+        return violation.begins, violation.record + 1
     return len(execution.trace.records), len(execution.trace.records)
 
 

@@ -18,6 +18,7 @@ from scbm.reports.figure_table import (
     figures,
     headline,
     missed_table,
+    short_of_goal_in_words,
     shown_path,
 )
 from scbm.reports.missed_reasons import close_command
@@ -133,6 +134,9 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     if history.decided is not None:
         yield from status_lines(history.decided, columns)
     yield Text(f"  Testing duration: {durations(history)}, {_cases(history)}")
+    short = short_of_goal_in_words(history.short_count, history.short)
+    if short:
+        yield Text(f"  Passed short of the goal: {short}")
     for place in place_counts(history):
         yield Text(f"  Over nodes: {place}")
     finished = [run for run in history.runs if run.is_finished]

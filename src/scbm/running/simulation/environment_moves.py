@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 from scbm.cases import EnvironmentChange
 from scbm.cases.injections import MAX_CHANGES
 from scbm.model import Diagnostic, InputError, Latency, LatencyShape, Place, Rate, RateKind, Slug
-from scbm.model.sources import free_groups
 from scbm.running.simulation.default_reactions import draw_time_ns
 
 if TYPE_CHECKING:
@@ -157,7 +156,7 @@ class DrawnMoves:
         self._clocks = [_TransitionClock(each.rate, step) for each, step in rates if each.rate is not None]
         if moves_inputs:
             rate = Rate(RateKind.EVERY, Latency(LatencyShape.EXPONENTIAL, (DRAWN_INPUT_MEAN_NS,)))
-            self._clocks += [_TransitionClock(rate, None, group.values) for group in free_groups(program.model)]
+            self._clocks += [_TransitionClock(rate, None, group.values) for group in program.free_groups]
         self._guarded = [(n, c) for n, c in enumerate(self._clocks) if c.rate.kind is RateKind.AFTER]
         self._taken: list[EnvironmentChange] = []
 

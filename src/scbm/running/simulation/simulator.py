@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+from copy import copy
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import TYPE_CHECKING, TypeAlias, assert_never
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
     from scbm.cases import Case, CaseLimits, EnvironmentChange, Restart
     from scbm.cases.trace import Record
     from scbm.model import BehaviorModel
-    from scbm.planning import PlanSource
+    from scbm.planning import Answer, PlanSource
     from scbm.running.events import OutwardEffect
     from scbm.running.simulation.environment_moves import EnvironmentMoves
     from scbm.running.simulation.free_choices import Choices
@@ -98,6 +99,25 @@ class Simulator:
         self.planner = Planner.of(model)
         self.plans: PlanSource = plans or PlanCache(self.planner)
         self.resources = {resource.name: resource for resource in model.resources}
+        self.replans = False
+
+    def of_mutant(self, mutant: BehaviorModel, *, plans_alike: bool) -> Simulator:
+        """Return a simulator of a mutant of the model, with the same limits.
+
+        It asks the planner where a plan that a case has is no plan of the mutant.
+
+        Args:
+            mutant: the mutant.
+            plans_alike: whether each planning problem has the same answer in both, so that they share the answers.
+        """
+        simulator = copy(self)
+        simulator.model, simulator.replans = mutant, True
+        simulator.program = self.program.of_mutant(mutant)
+        simulator.resources = {resource.name: resource for resource in mutant.resources}
+        if not plans_alike:
+            simulator.planner = Planner.of(mutant)
+            simulator.plans = PlanCache(simulator.planner)
+        return simulator
 
     def run(self, case: Case, choices: Choices, most_records: int | None = None) -> Simulated:
         """Run a case until each of its goals is reached or given up.
@@ -341,7 +361,7 @@ class _SimulationRun:
     def _plan(self, asked: AskPlan) -> None:
         """Plan at once: planning takes no time in a simulation."""
         simulator = self._simulator
-        if self._case.plans:
+        if self._case.plans and not simulator.replans:
             known = recorded_answer(self._case, asked.ask, simulator.planner, asked.state, asked.goal)
             self.schedule(self._now_ns, PlanAnswered(asked.ask, PlanStatus(known.status), known.plan))
             return
@@ -351,4 +371,15 @@ class _SimulationRun:
         except PlanRefusedError as error:
             raise UnplannedError(asked.ask - 1) from error
         plan = answer.plan if isinstance(answer, Solved) else ()
+        if self._case.plans and self._is_still_a_plan(asked, answer):
+            plan = self._case.plans[asked.ask - 1].plan
         self.schedule(self._now_ns, PlanAnswered(asked.ask, PlanStatus(answer.status), plan))
+
+    def _is_still_a_plan(self, asked: AskPlan, answer: Answer) -> bool:
+        """Return whether the plan that the case has is as good as the answer of the planner of a mutant."""
+        if asked.ask > len(self._case.plans) or not isinstance(answer, Solved):
+            return False
+        known, planner = self._case.plans[asked.ask - 1], self._simulator.planner
+        if known.status != Solved.status or planner.find_flaw(asked.state, asked.goal, known.plan) is not None:
+            return False
+        return planner.entry.is_external or len(known.plan) == len(answer.plan)

@@ -95,6 +95,8 @@ class BatchSummary:
         unused_count: how many there are.
         outcomes: the listed cases: all, or the notable ones.
         excuses: how many missed goals were excused for which reason, in the order of the first case of each.
+        short: the same for the cases that passed.
+        short_count: how many cases passed although they missed a goal.
     """
 
     written: int = 0
@@ -111,6 +113,8 @@ class BatchSummary:
     unused_count: int = 0
     outcomes: tuple[CaseOutcome, ...] = ()
     excuses: tuple[tuple[Excuse, int], ...] = ()
+    short: tuple[tuple[Excuse, int], ...] = ()
+    short_count: int = 0
 
     @property
     def last(self) -> int:
@@ -170,6 +174,8 @@ def merge(left: BatchSummary, right: BatchSummary) -> BatchSummary:
         left.unused_count + right.unused_count,
         (*left.outcomes, *right.outcomes),
         _added(left.excuses, right.excuses),
+        _added(left.short, right.short),
+        left.short_count + right.short_count,
     )
     is_short = merged.last - merged.written <= MAX_LISTED and left.is_whole and right.is_whole
     return merged if is_short else merged.notable()
@@ -227,6 +233,8 @@ class SummaryBuilder:
     _union: int = 0
     _ends: dict[End, int] = field(default_factory=dict)
     _excuses: dict[Excuse, int] = field(default_factory=dict)
+    _short: dict[Excuse, int] = field(default_factory=dict)
+    _short_count: int = 0
     _sets: dict[int, int] = field(default_factory=dict)
     _news: list[tuple[int, int]] = field(default_factory=list)
     _causes: list[FailureCause] = field(default_factory=list)
@@ -241,8 +249,11 @@ class SummaryBuilder:
         self._ended_ns += outcome.ended_ns
         end, visited = outcome.verdict.end, outcome.visited
         self._ends[end] = self._ends.get(end, 0) + 1
+        self._short_count += outcome.verdict.is_short
         for excuse in outcome.verdict.excuses:
             self._excuses[excuse] = self._excuses.get(excuse, 0) + 1
+            if outcome.verdict.is_short:
+                self._short[excuse] = self._short.get(excuse, 0) + 1
         self._sets[visited] = self._sets.get(visited, 0) + 1
         self._unused += [(outcome.position, sentence) for sentence in outcome.unused]
         is_new = bool(visited & ~self._union)
@@ -273,6 +284,8 @@ class SummaryBuilder:
             len(self._unused),
             tuple(self._outcomes),
             tuple(self._excuses.items()),
+            tuple(self._short.items()),
+            self._short_count,
         )
         return built if self.lists_all else built.notable()
 

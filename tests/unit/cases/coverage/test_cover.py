@@ -74,6 +74,14 @@ def test_without_work_there_is_still_a_cover_and_a_bound_below_it() -> None:
     assert 1 <= hasty.at_least <= patient.at_least <= len(patient.chosen) <= len(hasty.chosen)
 
 
+def test_smaller_steps_of_prices_prove_a_smallest_cover_with_little_work() -> None:
+    """Without smaller steps the proof of this cover takes ten times the work."""
+    random = Random(3)
+    sets = [sum(1 << element for element in random.sample(range(45), 4)) for _ in range(55)]
+    cover = smallest_cover(sets, limit=100_000)
+    assert (len(cover.chosen), cover.at_least) == (14, 14)
+
+
 def test_ten_thousand_cases_that_visit_alike_are_few() -> None:
     random = Random(1)
     kinds = [random.getrandbits(86) & random.getrandbits(86) for _ in range(12)]

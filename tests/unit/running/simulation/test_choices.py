@@ -119,6 +119,12 @@ def test_jitter_delays_and_keeps_the_order() -> None:
     assert _arrivals(deliveries) == sorted(_arrivals(deliveries))
 
 
+def test_delays_are_whole_microseconds_from_a_range_of_a_millisecond_on() -> None:
+    whole, finer = (_drawn(Network(jitter_ns=jitter_ns), 100) for jitter_ns in (MS, MS - 1))
+    assert all(delivery[0] % 1_000 == 0 for delivery in whole)
+    assert any(delivery[0] % 1_000 for delivery in finer)
+
+
 def test_reordering_lets_messages_overtake() -> None:
     deliveries = _drawn(Network(reordering=Fraction(1, 10), held_back_ns=50 * MS))
     assert _arrivals(deliveries) != sorted(_arrivals(deliveries))

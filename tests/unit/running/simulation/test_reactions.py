@@ -46,6 +46,13 @@ def test_latencies_shorter_than_a_microsecond_stay_in_their_bounds() -> None:
     assert len({reaction.latency_ns for reaction in drawn}) > 50
 
 
+def test_latencies_are_whole_microseconds_from_a_range_of_a_millisecond_on() -> None:
+    whole = _draw(_resource(Latency(LatencyShape.UNIFORM, (MS, 2 * MS))), 100)
+    finer = _draw(_resource(Latency(LatencyShape.UNIFORM, (MS, 2 * MS - 1))), 100)
+    assert all(reaction.latency_ns % 1_000 == 0 for reaction in whole)
+    assert any(reaction.latency_ns % 1_000 for reaction in finer)
+
+
 def test_outcomes_come_as_often_as_they_are_probable() -> None:
     shares = ((Outcome.SUCCEED, Fraction(7, 10)), (Outcome.FAIL, Fraction(2, 10)), (Outcome.TIMEOUT, Fraction(1, 10)))
     drawn = _draw(_resource(Latency(LatencyShape.FIXED, (0,)), *shares), 10_000)

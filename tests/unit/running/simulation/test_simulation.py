@@ -8,6 +8,7 @@ import pytest
 
 from scbm.cases import (
     Case,
+    CaseGoal,
     CaseLimits,
     Condition,
     ConditionKind,
@@ -18,7 +19,15 @@ from scbm.cases import (
     Reaction,
     Restart,
 )
-from scbm.cases.trace import End, MessageDisturbed, OperationStepped, ReplyDropped, ReplyReceived, ResourceChanged
+from scbm.cases.trace import (
+    End,
+    MessageDisturbed,
+    OperationStepped,
+    ReplyDropped,
+    ReplyReceived,
+    ResourceChanged,
+    RunEnded,
+)
 from scbm.model import BehaviorModel, Constant, Equal, Outcome, Reference, Resource
 from scbm.running import RunnerOptions
 from scbm.running.simulation import Choices, Simulated, Simulator, TooLongError
@@ -95,6 +104,15 @@ ENDLESS = (("    deadline: 10 seconds\n", ""), ("    timedout: [scan_req_trigger
 def test_a_goal_that_nothing_brings_about_ends_at_the_time_limit() -> None:
     run = _run((Outcome.TIMEOUT, 0), model=scan_cell(*ENDLESS), options=RunnerOptions(time_limit_ns=30 * S))
     assert (run.end, run.ended_ns) == (End.TIME_LIMIT, 30 * S)
+
+
+def test_all_goals_of_a_case_are_given_at_its_beginning() -> None:
+    model = scan_cell()
+    again = CaseGoal("again", GOAL[1])
+    case = Case("case", *GOAL, model.nominal_state.replace({"box_is_scanned": True}), later=(again, again))
+    run = Simulator(model).run(case, Choices(AfterASecond()))
+    ends = [(record.at_ns, record.goal, record.end) for record in run.records if isinstance(record, RunEnded)]
+    assert ends == [(0, name, "reached") for name in ("scanned", "again", "again")]
 
 
 def test_the_limits_of_a_case_go_before_those_of_the_simulator() -> None:

@@ -1,0 +1,421 @@
+"""The built-in requirements: what runs of each model satisfy unless the model says otherwise (semantics 7.12).
+
+A built-in requirement is a name in `BuiltIn`, a class, and an entry in `BUILT_INS`. All are about the request protocol,
+so they need no text of the user. They are judged on the records of a run up to the first forced state (semantics 9.10).
+"""
+
+from __future__ import annotations
+
+import re
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
+
+from scbm.cases.trace import (
+    AutomaticTaken,
+    BecameCurrent,
+    End,
+    OperationStepped,
+    PlanAsked,
+    Record,
+    ReplyReceived,
+    RequestSent,
+    RunEnded,
+    RunStarted,
+    state_after,
+)
+from scbm.model import OperationState, Outcome, format_moment
+from scbm.model.requirements import BuiltIn
+from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, NO_OPERATION, PLAN_STATE, RequestState
+from scbm.testing.request_moments import RequestMoment, find_moments
+from scbm.testing.request_protocol import RequestProtocol
+from scbm.testing.requirement_monitors import Violation
+from scbm.testing.verdicts import goal_runs
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from scbm.cases import Case
+    from scbm.model import BehaviorModel, Operation, Resource, Value
+    from scbm.testing.verdicts import ExcuseRules, GoalRun, Outcomes
+
+
+@dataclass(frozen=True)
+class JudgedRun:
+    """A run as the built-in requirements see it.
+
+    Attributes:
+        model: the model.
+        protocol: what the model does with requests.
+        case: the case that was run.
+        outcomes: what came of it.
+        rules: the excuses that the model gives for missed goals.
+        until: the number of records before the first forced state.
+    """
+
+    model: BehaviorModel
+    protocol: RequestProtocol
+    case: Case
+    outcomes: Outcomes
+    rules: ExcuseRules
+    until: int
+
+    @property
+    def records(self) -> Sequence[Record]:
+        """The records, forced ones included."""
+        return self.outcomes.records
+
+    @cached_property
+    def moments(self) -> tuple[RequestMoment, ...]:
+        """The moments before the first forced state at which requests are judged, as far as one could be violated."""
+        return find_moments(self.records[: self.until], self.protocol)
+
+    def state_before(self, index: int) -> dict[str, Value]:
+        """Return the values of all variables before a record."""
+        return state_after(self.records[:index])
+
+    def violation(self, name: BuiltIn, index: int, reason: str, reads: Sequence[str], begins: int) -> Violation:
+        """Return a violation that a record shows.
+
+        Args:
+            name: the requirement.
+            index: the index of the record.
+            reason: what is wrong, and how to change the model.
+            reads: the variables whose values show it.
+            begins: the index of the record with which it begins.
+        """
+        state = self.state_before(index)
+        values = tuple((each, state[each]) for each in reads)
+        current = str(state.get(CURRENT_NAME, NO_OPERATION))
+        at_ns = self.records[index].at_ns
+        return Violation(name.value, at_ns, index, begins, reason, current, values, is_built_in=True)
+
+
+class BuiltInRequirement(ABC):
+    """A property of each run of each model that does not switch it off.
+
+    Attributes:
+        name: its name.
+        violated: when a run violates it, for the documentation.
+        is_explained_by_others: whether it is not reported beside a violation of another one, as that is the reason.
+    """
+
+    name: ClassVar[BuiltIn]
+    violated: ClassVar[str]
+    is_explained_by_others: ClassVar[bool] = False
+
+    @abstractmethod
+    def first_violation(self, run: JudgedRun) -> Violation | None:
+        """Return the first violation by a run; `None` if the run satisfies the requirement."""
+
+
+class NoOrphan(BuiltInRequirement):
+    """No trigger is true while no operation is under way."""
+
+    name = BuiltIn.NO_ORPHAN
+    violated = (
+        "a trigger is true while no operation is under way: when an operation becomes current, when a plan is asked "
+        "for, or when the goal is reached"
+    )
+
+    def first_violation(self, run: JudgedRun) -> Violation | None:
+        """Return the first moment at which a request has outlived its operation."""
+        for moment in run.moments:
+            if not _is_between_operations(moment.record):
+                continue
+            for name, resource in run.protocol.triggers.items():
+                if moment.busy.get(name) is True:
+                    found = self._violation(run, moment, resource)
+                    if found is not None:
+                        return found
+        return None
+
+    def _violation(self, run: JudgedRun, moment: RequestMoment, resource: Resource) -> Violation | None:
+        begins = _last_set(run.records[: moment.at], resource.trigger)
+        owner = None if begins is None else _operation_at(run, begins)
+        if begins is None or owner is None or not _is_orphan(run, moment, resource):
+            return None
+        missing = [f"{resource.trigger} <- false"]
+        if moment.busy.get(resource.request_state) in (RequestState.SUCCEEDED, RequestState.FAILED):
+            missing.append(f"{resource.request_state} <- initial")
+        ended = _last_end(run.records[: moment.at], owner.name)
+        reason = (
+            f"{ended.words}, and {resource.trigger} is still true when {_moment_words(moment.record)}; "
+            f"add {_code(missing)} to {ended.transition}"
+        )
+        reads = (resource.trigger, resource.request_state)
+        return run.violation(self.name, moment.at, reason, reads, begins)
+
+
+class ReadyAgain(BuiltInRequirement):
+    """A resource can be used again by the next plan after an operation failed or timed out."""
+
+    name = BuiltIn.READY_AGAIN
+    violated = (
+        "a plan is asked for after an operation failed or timed out, and a resource that it uses is in a request state "
+        "in which no operation that uses the resource can start"
+    )
+
+    def first_violation(self, run: JudgedRun) -> Violation | None:
+        """Return the first plan that is asked for while a resource of the failed operation is not ready."""
+        for moment in run.moments:
+            if isinstance(moment.record, PlanAsked) and any(name in run.protocol.states for name in moment.busy):
+                ended = _last_end(run.records[: moment.at])
+                if ended.state in (OperationState.FAILED, OperationState.TIMEDOUT):
+                    found = self._violation(run, moment, ended)
+                    if found is not None:
+                        return found
+        return None
+
+    def _violation(self, run: JudgedRun, moment: RequestMoment, ended: _OperationEnd) -> Violation | None:
+        for resource in run.protocol.uses(run.model.operation(ended.operation)):
+            value = moment.busy.get(resource.request_state)
+            if value is None or _is_orphan(run, moment, resource):
+                continue  # the violation of `no_orphan` names this line, too
+            if run.protocol.is_ready(resource, run.state_before(moment.at)):
+                continue
+            reason = (
+                f"{ended.words}, and {resource.request_state} is still {value} when a plan is asked for, so nothing "
+                f"can use {resource.name} again; add `{resource.request_state} <- initial` to {ended.transition}"
+            )
+            return run.violation(self.name, moment.at, reason, (resource.request_state,), ended.at)
+        return None
+
+
+class Recovers(BuiltInRequirement):
+    """A run with one failed or missing reply, and nothing else wrong, reaches its goal."""
+
+    name = BuiltIn.RECOVERS
+    violated = (
+        "one reply of the run failed or was missing, nothing else went wrong, and the goal is missed without the "
+        "excuses 2 and 3 of 7.4"
+    )
+    is_explained_by_others = True
+
+    def first_violation(self, run: JudgedRun) -> Violation | None:
+        """Return the end of the first goal that one fault made the run miss."""
+        for each in goal_runs(run.case, run.outcomes):
+            if each.is_missed and each.must_recover(run.case, run.rules) and each.excuse(run.case, run.rules) is None:
+                reaction = each.only_fault(run.case)
+                return None if reaction is None else self._violation(run, each, reaction)
+        return None
+
+    def _violation(self, run: JudgedRun, goal_run: GoalRun, reaction: int) -> Violation:
+        resource, outcome = goal_run.run.reactions[reaction].resource, goal_run.run.reactions[reaction].outcome
+        begins, what = _fault(run.records, reaction, outcome)
+        number = sum(each.resource == resource for each in goal_run.run.reactions[: reaction + 1])
+        index = max(i for i, r in enumerate(goal_run.run.records) if isinstance(r, RunEnded))
+        operation = _operation_at(run, begins)
+        during = "" if operation is None else f", sent by {operation.name},"
+        goal = goal_run.words.rstrip(",")
+        reason = (
+            f"{what} to request {number} of {resource}{during} is the only fault of the run, and {goal} was not "
+            f"reached ({goal_run.end.value.replace('_', ' ')}); {self._remedy(run, goal_run, index, outcome)}"
+        )
+        return run.violation(self.name, index, reason, (PLAN_STATE,), begins)
+
+    @staticmethod
+    def _remedy(run: JudgedRun, goal_run: GoalRun, index: int, outcome: Outcome) -> str:
+        """Return what to change: the operation that waits until the end, or how the model gives up."""
+        state = run.state_before(index)
+        if goal_run.end is End.TIME_LIMIT and state[CURRENT_STATE] == OperationState.EXECUTING.value:
+            operation = run.model.operation(str(state[CURRENT_NAME]))
+            if outcome is Outcome.FAIL and operation.failed is None:
+                return f"{operation.name} executes until the end: give it a `failed` transition"
+            if operation.deadline_ns is None:
+                return f"{operation.name} executes until the end: give it a `deadline`"
+        return f"let the model try again, or write `may_end: [{goal_run.end.value}]`"
+
+
+class Stops(BuiltInRequirement):
+    """Nothing is sent after an abort, or after the end of a run."""
+
+    name = BuiltIn.STOPS
+    violated = (
+        "a request is sent after `plan.state` became `aborted`, or after the end of a run before the next one begins"
+    )
+
+    def first_violation(self, run: JudgedRun) -> Violation | None:
+        """Return the first request that is sent after an abort, or while no goal is pursued."""
+        for moment in run.moments:
+            if isinstance(moment.record, RequestSent) and (moment.is_aborted or not moment.is_running):
+                when = "after plan.state became aborted" if moment.is_running else "while no goal is pursued"
+                reason = (
+                    f"request {moment.record.request} is sent to {moment.record.resource} {when}; this is an error of "
+                    "the runner, not of the model"
+                )
+                return run.violation(self.name, moment.at, reason, (PLAN_STATE,), moment.at)
+        return None
+
+
+BUILT_INS: dict[BuiltIn, BuiltInRequirement] = {
+    BuiltIn.NO_ORPHAN: NoOrphan(),
+    BuiltIn.READY_AGAIN: ReadyAgain(),
+    BuiltIn.RECOVERS: Recovers(),
+    BuiltIn.STOPS: Stops(),
+}
+"""The built-in requirements by name. Violations are reported in this order, after those of the model's own."""
+
+
+class BuiltInJudge:
+    """Judges runs of one model by the built-in requirements that the model has not switched off."""
+
+    def __init__(self, model: BehaviorModel, rules: ExcuseRules) -> None:
+        self._model = model
+        self._rules = rules
+        self._protocol = RequestProtocol(model)
+        off = [name for name, _ in model.requirements_off]
+        has_requests = bool(model.resources)
+        self._judged = [each for name, each in BUILT_INS.items() if has_requests and name.value not in off]
+
+    def find_violations(self, case: Case, outcomes: Outcomes, forced_by: int | None) -> tuple[Violation, ...]:
+        """Return the first violation of each requirement that a run violates.
+
+        Args:
+            case: what was run.
+            outcomes: what came of it.
+            forced_by: the index of the first record of a forced state; `None` if there is none.
+        """
+        until = len(outcomes.records) if forced_by is None else forced_by
+        run = JudgedRun(self._model, self._protocol, case, outcomes, self._rules, until)
+        found: list[Violation] = []
+        for each in self._judged:
+            violation = None if found and each.is_explained_by_others else each.first_violation(run)
+            if violation is not None:
+                found.append(violation)
+        return tuple(found)
+
+
+_TO_CHANGE = re.compile(r"to (?:`(\w+)` of (\S+)|the automatic transition (\S+))\Z")
+_SENT_BY = re.compile(r", sent by (\S+), is the only fault")
+
+
+def part_to_change(message: str) -> tuple[str, ...]:
+    """Return the path of keys in the model file to the part that a violation names; empty if it names none.
+
+    Args:
+        message: the message of a failure of the kind `built_in`, as stores keep it.
+    """
+    found, sender = _TO_CHANGE.search(message), _SENT_BY.search(message)
+    if found is not None:
+        return ("operations", found[2], found[1]) if found[2] else ("automatic_transitions", found[3])
+    return () if sender is None else ("operations", sender[1])
+
+
+def _is_orphan(run: JudgedRun, moment: RequestMoment, resource: Resource) -> bool:
+    """Return whether the trigger of a resource is true while no operation is under way, and has to be false."""
+    if moment.busy.get(resource.trigger) is not True:
+        return False
+    begins = _last_set(run.records[: moment.at], resource.trigger)
+    owner = None if begins is None else _operation_at(run, begins)
+    return owner is not None and not run.protocol.may_outlive(owner, resource, run.state_before(moment.at))
+
+
+def _is_between_operations(record: Record) -> bool:
+    """Return whether no operation is under way at a record, by what it is."""
+    return isinstance(record, (PlanAsked, BecameCurrent)) or (
+        isinstance(record, RunEnded) and record.end == End.REACHED.value
+    )
+
+
+def _moment_words(record: Record) -> str:
+    match record:
+        case PlanAsked():
+            return "a plan is asked for"
+        case BecameCurrent():
+            return f"{record.operation} becomes current"
+        case _:
+            return "the goal is reached"
+
+
+def _last_set(records: Sequence[Record], trigger: str) -> int | None:
+    """Return the index of the last record that made a trigger true; `None` if it was true from the start."""
+    for index in range(len(records) - 1, -1, -1):
+        if (trigger, True) in records[index].changes:
+            return index
+    return None
+
+
+def _operation_at(run: JudgedRun, index: int) -> Operation | None:
+    """Return the operation that was under way at a record; `None` if there was none."""
+    for record in reversed(run.records[: index + 1]):
+        match record:
+            case BecameCurrent():
+                return run.model.operation(record.operation)
+            case OperationStepped():
+                return run.model.operation(record.operation)
+            case RunStarted() | RunEnded():
+                return None
+            case _:
+                continue
+    return None
+
+
+class _OperationEnd(NamedTuple):
+    """How an operation ended.
+
+    Attributes:
+        operation: the operation.
+        at: the index of the record.
+        state: completed, failed or timedout; disabled if it never started.
+        transition: the part of the model that ended it, as in "add an action to …".
+    """
+
+    operation: str
+    at: int
+    state: OperationState
+    transition: str
+
+    @property
+    def words(self) -> str:
+        """A clause such as `scan timed out`."""
+        return f"{self.operation} {_ENDED.get(self.state, 'ended')}"
+
+
+_ENDED = {
+    OperationState.COMPLETED: "completed",
+    OperationState.FAILED: "failed",
+    OperationState.TIMEDOUT: "timed out",
+    OperationState.DISABLED: "was given up",
+}
+
+_PARTS = {OperationState.COMPLETED: "post", OperationState.FAILED: "failed", OperationState.TIMEDOUT: "timedout"}
+
+
+def _last_end(records: Sequence[Record], operation: str | None = None) -> _OperationEnd:
+    """Return how the last operation ended, or the last one with a name.
+
+    The records have such an end: an operation that left a state for `initial`.
+    """
+    for index in range(len(records) - 1, -1, -1):
+        record = records[index]
+        if isinstance(record, AutomaticTaken) and record.failed is not None and operation in (None, record.failed):
+            part = f"the automatic transition {record.transition}"
+            return _OperationEnd(record.failed, index, OperationState.FAILED, part)
+        if isinstance(record, OperationStepped) and operation in (None, record.operation) and record.target in _PARTS:
+            part = f"`{_PARTS[record.target]}` of {record.operation}"
+            return _OperationEnd(record.operation, index, record.target, part)
+        if operation is None and isinstance(record, OperationStepped) and _was_given_up(record):
+            return _OperationEnd(record.operation, index, record.source, f"`pre` of {record.operation}")
+    return _OperationEnd(operation or NO_OPERATION, 0, OperationState.INITIAL, "the model")
+
+
+def _was_given_up(record: OperationStepped) -> bool:
+    return record.source is OperationState.DISABLED and record.target is OperationState.INITIAL
+
+
+def _fault(records: Sequence[Record], reaction: int, outcome: Outcome) -> tuple[int, str]:
+    """Return the record with which the fault of a reaction begins, and the fault in words."""
+    sent = [index for index, record in enumerate(records) if isinstance(record, RequestSent)][reaction]
+    request = records[sent]
+    if outcome is Outcome.FAIL and isinstance(request, RequestSent):
+        for index in range(sent, len(records)):
+            record = records[index]
+            if isinstance(record, ReplyReceived) and record.request == request.request:
+                return index, f"the failed reply at {format_moment(record.at_ns)}"
+    return sent, "the missing reply"
+
+
+def _code(actions: Sequence[str]) -> str:
+    return " and ".join(f"`{action}`" for action in actions)

@@ -1,0 +1,69 @@
+"""Each report that counts cases says how many passed short of their goal, and why."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from scbm.cases.trace import End
+from scbm.reports.ci.history_json import history_json
+from scbm.reports.ci.junit import junit_xml
+from scbm.reports.ci.markdown import markdown
+from scbm.reports.figure_table import short_of_goal_in_words
+from scbm.reports.html import html_report
+from scbm.reports.terminal.store_report import stored_report
+from scbm.store import History
+from scbm.testing import Excuse, Failure, FailureKind, Verdict
+from support.histories import EXAMPLE, history_of
+
+WORDS = "3 cases, 2 by a fault, 1 by the verdict that the case expects"
+
+
+@pytest.fixture
+def history() -> History:
+    """Five cases: three passed short of their goal, one reached it, and one failed."""
+    failure = Failure(FailureKind.BUILT_IN, "no_orphan", "no_orphan is violated")
+    verdicts = (
+        Verdict(End.ABORTED, (), (Excuse.FAULT,)),
+        Verdict(End.UNSOLVABLE, (), (Excuse.EXPECTED,)),
+        Verdict(End.REACHED),
+        Verdict(End.TIME_LIMIT, (), (Excuse.FAULT,)),
+        Verdict(End.ABORTED, (failure,), (Excuse.FAULT,)),
+    )
+    found = history_of(EXAMPLE / "after.yaml", len(verdicts))
+    pairs = zip(found.cases, verdicts, strict=True)
+    return replace(found, cases=tuple(replace(case, verdict=verdict) for case, verdict in pairs))
+
+
+def test_failed_cases_do_not_count(history: History) -> None:
+    assert (history.short_count, history.short) == (3, {Excuse.FAULT: 2, Excuse.EXPECTED: 1})
+
+
+def test_the_terminal_says_it(history: History) -> None:
+    lines = [str(line) for line in stored_report(history, "cov.db")]
+    assert f"  Passed short of the goal: {WORDS}" in lines
+
+
+def test_markdown_and_the_page_say_it(history: History) -> None:
+    assert f"Passed short of the goal: {WORDS}" in markdown(history)
+    assert f"Passed short of the goal: {WORDS}" in html_report(history, lambda _: None)
+
+
+def test_junit_says_it_of_the_suite_and_of_each_case(history: History) -> None:
+    text = junit_xml(history)
+    assert f'name="cases_short_of_goal" value="{WORDS}"' in text
+    assert "passed short of the goal (aborted), excused by a fault<" in text
+    assert "passed short of the goal (unsolvable), excused by the verdict that the case expects<" in text
+    assert text.count("passed short of the goal") == 3
+
+
+def test_json_has_the_number_and_the_reasons(history: History) -> None:
+    data = history_json(history)
+    assert data["short_of_goal"] == 3
+    assert [case["excused"] for case in data["cases"]] == [["fault"], ["expected"], [], ["fault"], ["fault"]]
+
+
+def test_one_reason_needs_no_number_of_its_own() -> None:
+    assert short_of_goal_in_words(2, {Excuse.MAY_END: 2}) == "2 cases, by `may_end`"
+    assert not short_of_goal_in_words(0, {})

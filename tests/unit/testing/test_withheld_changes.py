@@ -1,0 +1,105 @@
+"""A model that waits for a person is not blamed where the case lets no person act (semantics 7.12)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from scbm.cases import Case, CaseGoal, OutcomeRule
+from scbm.files import read_model
+from scbm.model import BehaviorModel, Outcome
+from scbm.testing import RandomCases, Tester
+
+ACKNOWLEDGED = """
+behavior_model: acknowledge
+variables:
+  fault: {domain: bool, initial: false}
+  reset: {domain: [released, pressed], initial: released, source: input}
+  done: {domain: bool, initial: false}
+resources:
+  drill: {simulation: {latency: 1 s, outcomes: {succeed: 0.5, fail: 0.5}}}
+operations:
+  make_hole:
+    deadline: 10 s
+    pre:
+      g: drill_req_state == initial && drill_req_trigger == false && fault == false && done == false
+      a: [drill_req_trigger <- true]
+    post:
+      g: true
+      gr: drill_req_state == succeeded
+      a: [drill_req_trigger <- false, drill_req_state <- initial, done <- true]
+    failed:
+      g: drill_req_state == failed
+      a: [drill_req_trigger <- false, drill_req_state <- initial, fault <- true]
+    timedout: [drill_req_trigger <- false, fault <- true]
+  acknowledge:
+    pre: {g: fault == true, gr: reset == pressed}
+    post: {g: true, a: [fault <- false]}
+goals: {done: done == true}
+"""
+PERSON = """
+environment:
+  push: {guard: fault == true && reset == released, actions: [reset <- pressed], after: 5 s}
+  let_go: {guard: fault == false && reset == pressed, actions: [reset <- released], after: 5 s}
+"""
+FAILS_ONCE = (OutcomeRule("drill", 1, 1, Outcome.FAIL),)
+
+
+def plain(model: BehaviorModel, *goals: str) -> Case:
+    """A case in which the first reply fails, and nothing else is drawn."""
+    known = dict(model.goals)
+    case = next(RandomCases(model).first(1, seed=1))
+    case = replace(case, origin=None, outcomes=FAILS_ONCE)
+    return case.with_goals([CaseGoal(name, known[name]) for name in goals or known])
+
+
+def failures(model: BehaviorModel, case: Case) -> list[str]:
+    return [failure.subject for failure in Tester(model).execute(case).verdict.failures]
+
+
+@pytest.mark.parametrize("more", ["", PERSON])
+def test_a_person_who_cannot_act_is_no_fault_of_the_model(more: str) -> None:
+    model = read_model(ACKNOWLEDGED + more)
+    execution = Tester(model).execute(plain(model))
+    assert execution.verdict.end.value == "time_limit"
+    assert execution.verdict.passed
+
+
+def test_a_model_that_waits_for_what_nothing_outside_brings_has_to_recover() -> None:
+    model = read_model(ACKNOWLEDGED.replace("gr: reset == pressed", "gr: done == true"))
+    assert failures(model, plain(model)) == ["recovers"]
+
+
+def test_a_person_who_acts_and_does_not_help_changes_nothing() -> None:
+    model = read_model(ACKNOWLEDGED.replace("gr: reset == pressed", "gr: done == true") + PERSON)
+    drawn = next(case for case in RandomCases(model).first(1, seed=1))
+    assert failures(model, replace(drawn, outcomes=FAILS_ONCE)) == []  # the button is away from its nominal value
+    model = read_model(ACKNOWLEDGED.replace("gr: reset == pressed", "gr: done == true") + PERSON.replace("5 s", "2 h"))
+    drawn = next(case for case in RandomCases(model).first(1, seed=1))
+    assert failures(model, replace(drawn, outcomes=FAILS_ONCE)) == ["recovers"]
+
+
+HOLES = """
+behavior_model: holes
+variables: {holes: {domain: 0..2, initial: 0}}
+resources: {drill: {simulation: {latency: 1 s, outcomes: {succeed: 0.5, fail: 0.5}}}}
+operations:
+  make_hole:
+    deadline: 10 s
+    pre: {g: drill_req_state == initial && drill_req_trigger == false && holes < 2, a: [drill_req_trigger <- true]}
+    post:
+      g: true
+      gr: drill_req_state == succeeded
+      a: [drill_req_trigger <- false, drill_req_state <- initial, holes += 1]
+    failed: {g: drill_req_state == failed, a: [drill_req_trigger <- false, drill_req_state <- initial]}
+    timedout: [drill_req_trigger <- false]
+goals: {two: holes == 2, one: holes == 1}
+"""
+
+
+def test_where_runs_have_one_goal_a_fault_counts_for_its_own_goal() -> None:
+    single = read_model(f"{HOLES}runs: {{goals: single}}\n")
+    assert failures(single, plain(single, "two", "one")) == []
+    sequence = read_model(HOLES)
+    assert failures(sequence, plain(sequence, "two", "one")) == ["recovers"]
