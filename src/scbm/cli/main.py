@@ -31,6 +31,7 @@ VERBS: dict[str, str] = {
     "plan": "scbm.cli.plan",
     "run": "scbm.cli.run",
     "test": "scbm.cli.test",
+    "mutate": "scbm.cli.mutate",
     "close": "scbm.cli.close",
     "explain": "scbm.cli.explain",
     "replay": "scbm.cli.replay",

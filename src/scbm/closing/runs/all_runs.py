@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property
+from itertools import chain
 from typing import TYPE_CHECKING
 
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
 from scbm.closing.runs.plan_queues import CanonicalQueues, QueuesByDistance
+from scbm.closing.runs.run_answers import SATISFICING_SHARE, RunAnswers
 from scbm.closing.runs.run_graph import Relevance, RunGraph, explore_runs, initial_states
 from scbm.closing.runs.run_steps import RunSteps
-from scbm.closing.runs.situations import PlanningTooLargeError, TooManyRepliesError, Visits
+from scbm.closing.runs.situations import TooManyRepliesError, Visits
 from scbm.model import GoalOrder, PlanSet
-from scbm.planning import DEFAULT_PLANNER, PlanLimits, Planner, Solved, Unsolvable
+from scbm.planning import DEFAULT_PLANNER, Planner
 from scbm.running import Program
 
 if TYPE_CHECKING:
@@ -22,7 +24,6 @@ if TYPE_CHECKING:
     from scbm.closing.runs.run_graph import Start
     from scbm.model import BehaviorModel, Predicate, Value
     from scbm.model.sources import OutsideGroup
-    from scbm.planning import Answer, Policy
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,11 +52,6 @@ class CloseLimits:
 
 _INTERRUPTED = "closing was interrupted"
 
-_ANY_LENGTH = 10_000_000
-
-_SATISFICING_SHARE = 20
-"""A planner other than the canonical one evaluates a state in about the time in which that one expands so many."""
-
 
 @dataclass(frozen=True, slots=True)
 class RunScope:
@@ -67,12 +63,14 @@ class RunScope:
         plans: the plans that the runner may get. For others than canonical plans the planner of the model makes no
             difference.
         from_rest: whether something may change before the first goal is given; always where goals follow each other.
+        keeps_all: whether states keep all variables, also those that cannot influence a run of the model.
     """
 
     outside: tuple[OutsideGroup, ...] = ()
     goals: GoalOrder = GoalOrder.SINGLE
     plans: PlanSet = PlanSet.CANONICAL
     from_rest: bool = False
+    keeps_all: bool = False
 
 
 class AllRuns:
@@ -88,7 +86,9 @@ class AllRuns:
         plans: the plans that the runner may get.
         starts: the initial states, the nominal one first.
         graphs: one graph for each goal; one for all where goals follow each other.
-        observed: the packed states in which guards were evaluated.
+        evaluated: for each goal the packed states in which guards were evaluated, those after ends included.
+        asked: for each goal the packed states in which a plan was asked for.
+        answers: the answers of the planner.
         stopped: why the exploration is incomplete, as a sentence; `None` if it is complete.
         other_planner: the planner of the model if that is not the canonical one. Then these are its runs, and they
             prove nothing.
@@ -121,14 +121,15 @@ class AllRuns:
         self.scope = scope
         self.goals, self.plans = scope.goals, scope.plans
         self.planner = Planner.of(model) if scope.plans is PlanSet.CANONICAL else Planner(model)
-        self.relevance = Relevance(model, self.program.packing)
+        self.relevance = Relevance(model, self.program.packing, keeps_all=scope.keeps_all)
         self.visits = Visits(model)
         self._canonical_queues = CanonicalQueues(operation.name for operation in model.operations)
         self._queues: dict[Predicate, PlanQueues] = {}
         self.starts: Sequence[Start] = ()
         self.graphs: tuple[RunGraph, ...] = ()
-        self.observed: dict[int, None] = {}
-        self._policies: dict[Predicate, Policy] = {}
+        self.evaluated: tuple[Mapping[int, None], ...] = ()
+        self.asked: tuple[Sequence[int], ...] = ()
+        self.answers = RunAnswers(self.planner, self.program, limits.planning)
         self.stopped: str | None = None
         self.option: str | None = None
         self.is_interrupted = False
@@ -136,7 +137,6 @@ class AllRuns:
         self._outside = scope.outside
         self._from_rest = scope.from_rest
         self._until = until
-        self._run_limits = PlanLimits.of(model)
         self.other_planner = None if self.planner.name == DEFAULT_PLANNER else self.planner.name
         if explores:
             self._explore(limits, progress)
@@ -161,12 +161,17 @@ class AllRuns:
     @property
     def planned(self) -> int:
         """The work of planning so far, as a number of states (`Policy.planned`)."""
-        return sum(policy.planned for policy in self._policies.values())
+        return self.answers.planned
 
     @property
     def plannable(self) -> tuple[tuple[str, Predicate], ...]:
         """The goals whose plans are found within the limits, as far as is known."""
         return tuple(graph.goal for graph in self.graphs if not graph.planning_too_large)
+
+    @cached_property
+    def observed(self) -> Mapping[int, None]:
+        """The packed states in which guards were evaluated."""
+        return dict.fromkeys(chain.from_iterable(self.evaluated))
 
     @property
     def visited(self) -> int:
@@ -212,7 +217,7 @@ class AllRuns:
                 ((name, goal),), [steps], self.starts, left, count, from_rest=self._from_rest, until=self._until
             )
             self.graphs = (*self.graphs, graph)
-            self.observed |= steps.evaluated
+            self._observe(steps)
             left -= len(graph.positions)
             self._note_end(graph, name, limits)
 
@@ -225,8 +230,12 @@ class AllRuns:
         graph = explore_runs(self.model.goals, steps, self.starts, most, count, from_rest=True, until=self._until)
         self.graphs = (graph,)
         for each in steps:
-            self.observed |= each.evaluated
+            self._observe(each)
         self._note_end(graph, "one of the goals", limits)
+
+    def _observe(self, steps: RunSteps) -> None:
+        self.evaluated = (*self.evaluated, steps.evaluated)
+        self.asked = (*self.asked, steps.asked)
 
     def _note_end(self, graph: RunGraph, goal: str, limits: CloseLimits) -> None:
         """Note why the exploration of a graph ended early, if it did."""
@@ -241,27 +250,17 @@ class AllRuns:
     def _too_large(self, name: str, limits: CloseLimits) -> str:
         if self.other_planner is None:
             return f"planning for {name} would expand more than {limits.planning:,} states of the world"
-        most = limits.planning // _SATISFICING_SHARE
+        most = limits.planning // SATISFICING_SHARE
         return f"the planner {self.other_planner} would evaluate more than {most:,} states to plan all runs to {name}"
 
     def steps(self, goal: Predicate, number: int = 0) -> RunSteps:
         """Return the steps of the runs for a goal, which has this number where goals follow each other."""
-        if goal not in self._policies:
-            whole = self._run_limits.expansions  # as many states as the planner of a run may expand
-            plans = PlanLimits(_ANY_LENGTH, min(self._limits.planning, whole))
-            if self.other_planner is not None:  # its answers decide what follows, so its limits are those of a run
-                plans = self._run_limits
-            self._policies[goal] = self.planner.policy(goal, plans, whole=whole)
-        translation = _Translation(self.program, self._policies[goal])
-        plan: Callable[[int], Answer] = partial(_plan, translation, self._run_limits.length)
-        if self.other_planner is not None:
-            plan = _BoundedPlans(translation, self._limits.planning // _SATISFICING_SHARE).plan
         return RunSteps(
             self.program,
             self.relevance,
             self.visits,
             self.program.test(goal),
-            plan,
+            self.answers.to(goal),
             self.queues(goal),
             self._outside,
             number=number,
@@ -273,10 +272,10 @@ class AllRuns:
         if self.plans is PlanSet.CANONICAL:
             return self._canonical_queues
         if goal not in self._queues:
-            policy = self._policies[goal]
+            policy = self.answers.policy(goal)
             self._queues[goal] = QueuesByDistance(
                 policy.task.packing,
-                _Translation(self.program, policy).translate,
+                self.answers.translation(goal).translate,
                 policy.plan,
                 policy.task.successors,
                 self.planner.problem(goal).is_goal,
@@ -289,54 +288,7 @@ class AllRuns:
         """Return the variables of queues that are states; none for canonical plans."""
         if self.plans is PlanSet.CANONICAL:
             return ()
-        return tuple(v.name for v in self._policies[goal].task.packing.space if not v.role.is_runner)
-
-
-class _Translation:
-    """Translates packed states of the runner into packed states of the planner."""
-
-    def __init__(self, program: Program, policy: Policy) -> None:
-        self.policy = policy
-        fields = [field for field in policy.task.packing.fields if not field.variable.role.is_runner]
-        rest = {variable.name: variable.initial for variable in program.packing.space}
-        self._base = policy.task.pack(rest)
-        for field in fields:
-            self._base &= ~field.mask
-        self._moves = tuple(
-            (program.packing[field.variable.name].mask, program.packing[field.variable.name].shift, field.shift)
-            for field in fields
-        )
-
-    def translate(self, state: int) -> int:
-        """Return the state of the world as the planner packs it; the runner's variables are at rest."""
-        packed = self._base
-        for mask, source, target in self._moves:
-            packed |= (state & mask) >> source << target
-        return packed
-
-
-def _plan(translation: _Translation, most_operations: int, state: int) -> Answer:
-    answer = translation.policy.plan(translation.translate(state))
-    # The planner of a run may have other limits, so its answer is unknown.
-    if isinstance(answer, Unsolvable) or (isinstance(answer, Solved) and len(answer.plan) <= most_operations):
-        return answer
-    raise PlanningTooLargeError
-
-
-class _BoundedPlans:
-    """The answers of a planner that is not canonical, until its searches have evaluated too many states together."""
-
-    def __init__(self, translation: _Translation, most: int) -> None:
-        self._translation = translation
-        self._left = most
-
-    def plan(self, state: int) -> Answer:
-        """Return the answer in a packed state; raise `PlanningTooLargeError` beyond the limit."""
-        if self._left < 0:
-            raise PlanningTooLargeError
-        answer = self._translation.policy.plan(self._translation.translate(state))
-        self._left -= answer.expanded
-        return answer
+        return tuple(v.name for v in self.answers.policy(goal).task.packing.space if not v.role.is_runner)
 
 
 class _Counted:

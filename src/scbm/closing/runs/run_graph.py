@@ -153,6 +153,18 @@ def explore_runs(  # noqa: PLR0913 - the runs, and what limits their exploration
     return exploration.explore(goals, starts)
 
 
+def steps_from(steps: Sequence[RunSteps], position: Position) -> Iterator[tuple[Happening, RunStep]]:
+    """Yield everything that can happen in a position, with what follows; `steps` are those of each goal."""
+    if position.is_at_rest:
+        yield from steps[0].at_rest(position)
+        for number, each in enumerate(steps):
+            yield Happening(HappeningKind.GOAL, number=number), each.begin(position.state)
+        return
+    pursued = steps[position.goal]
+    for happening in pursued.happenings(position):
+        yield happening, pursued.after(position, happening)
+
+
 class _EnoughVisitedError(Exception):
     """Everything was visited that the exploration is about."""
 
@@ -229,15 +241,7 @@ class _RunExploration:
                 rest = self._steps[0].initial(start.packed)
                 yield start, RunStep(rest, 0) if self._from_rest else self._steps[0].begin(start.packed)
             return
-        position = self._positions[node - 1]
-        if position.is_at_rest:
-            yield from self._steps[0].at_rest(position)
-            for number, steps in enumerate(self._steps):
-                yield Happening(HappeningKind.GOAL, number=number), steps.begin(position.state)
-            return
-        steps = self._steps[position.goal]
-        for happening in steps.happenings(position):
-            yield happening, steps.after(position, happening)
+        yield from steps_from(self._steps, self._positions[node - 1])
 
     def _recorded(self, node: int, label: Happening | Start, step: RunStep) -> Iterator[tuple[int, int]]:
         """Record the edges of a step, and yield their numbers and targets: mostly one edge."""
@@ -299,7 +303,7 @@ def _reach(first: array[int], targets: array[int], visits: list[int]) -> list[in
 
 
 class Relevance:
-    """The variables of the running space that decide what can happen in a run.
+    """The variables of the running space that decide what can happen in a run; or all of them.
 
     Attributes:
         packing: the packing of the running space.
@@ -307,9 +311,11 @@ class Relevance:
         mask: their bits.
     """
 
-    def __init__(self, model: BehaviorModel, packing: Packing) -> None:
+    def __init__(self, model: BehaviorModel, packing: Packing, *, keeps_all: bool = False) -> None:
         self.packing = packing
         self.names = relevant(_steps(model), _observed_names(model)).names
+        if keeps_all:
+            self.names = packing.space.names
         self.mask = sum(packing[name].mask for name in self.names)
 
 

@@ -216,6 +216,11 @@ class RunSteps:
         self._after_ends: dict[int, _RunEnd] = {}
         self._ends: dict[PlanState, dict[int | tuple[int, ...], _RunEnd]] = {state: {} for state in PlanState}
 
+    @property
+    def asked(self) -> Sequence[int]:
+        """The packed states in which a plan was asked for so far."""
+        return tuple(self._questions)
+
     def begin(self, state: int) -> RunStep:
         """Return the step in which the goal is given to a runner at rest in a packed state."""
         keep, bits = self._planning

@@ -1,0 +1,218 @@
+"""Campaigns of `scbm mutate`: run the suite against the mutants, and print the report."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from scbm.cli.main import sigterm_as_interrupt
+from scbm.cli.output.terminal import activity_display, errors, report_columns, results, write_json
+from scbm.closing.mutants.survivors import Survivors
+from scbm.files import load_located, read_file, suggestion
+from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.reports import counted
+from scbm.reports.figure_table import shown_path
+from scbm.reports.mutants.mutation_json import mutation_json
+from scbm.reports.mutants.mutation_page import mutation_page
+from scbm.reports.mutants.mutation_report import mutation_report
+from scbm.reports.mutants.mutation_sarif import mutation_sarif
+from scbm.reports.mutants.mutation_summary import MutationSummary
+from scbm.testing import case_texts
+from scbm.testing.batches.mutation_work import MutationWork
+from scbm.testing.mutants import MUTATIONS, MutantStatus
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from scbm.cli.campaigns.suite import Suite
+    from scbm.closing import CloseLimits
+    from scbm.testing.mutants import MutantCounts, MutantResult, SubjectKind
+
+_MUTANTS = "mutants"
+_FAIL_UNDER = "--fail-under"
+_ALL_PERCENT = 100
+_NUMBER = re.compile(r"(\d+(?:\.\d+)?)\s*%?", re.ASCII)
+
+
+@dataclass(frozen=True, slots=True)
+class MutationOptions:
+    """Which mutants there are, and how they run.
+
+    Attributes:
+        operators: the names of the mutation operators; `None` for all.
+        entries: the entries of the model whose mutants are made; `None` for all.
+        jobs: the number of worker processes; `None` for all cores as soon as it takes long.
+        records: whether a case also fails if it does something else than on the model.
+        limits: the limits for deciding about mutants that no case killed; `None` does not decide about them.
+    """
+
+    operators: tuple[str, ...] | None = None
+    entries: tuple[tuple[SubjectKind, str], ...] | None = None
+    jobs: int | None = None
+    records: bool = False
+    limits: CloseLimits | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class MutationOutput:
+    """The options for the output.
+
+    Attributes:
+        thresholds: the least scores, in per cent.
+        witnesses: the directory for witnesses that would kill mutants; `None` for none.
+        html: the file for the page; `None` for none.
+        sarif: the file for the mutants that no case killed; `None` for none.
+        json: whether the report is JSON.
+    """
+
+    thresholds: Sequence[float] = ()
+    witnesses: Path | None = None
+    html: Path | None = None
+    sarif: Path | None = None
+    json: bool = False
+
+    @property
+    def files(self) -> dict[str, Path]:
+        """The files to write, by their options."""
+        asked = {"--html": self.html, "--sarif": self.sarif}
+        return {option: path for option, path in asked.items() if path is not None}
+
+
+def read_score(texts: Sequence[str]) -> tuple[float, ...]:
+    """Return thresholds such as `mutants=90` in per cent. Raise `InputError` with all errors."""
+    wrong, found = [], []
+    for text in texts:
+        kind, equals, number = text.rpartition("=")
+        match = _NUMBER.fullmatch(number.strip())
+        percent = float(match[1]) if match else None
+        if equals and kind.strip() != _MUTANTS:
+            remedy = "write `mutants=90`; `scbm test` and `scbm report` have the thresholds of coverage"
+            place = Place(_FAIL_UNDER, 1, 1, max(1, len(kind)))
+            wrong.append(Diagnostic(Slug.BAD_OPTION, f"there is no kind `{kind.strip()}`", place, remedy, text))
+        elif percent is None or percent > _ALL_PERCENT:
+            place = Place(_FAIL_UNDER, 1, len(text) - len(number) + 1, max(1, len(number)))
+            message = f"`{number}` is not a number from 0 to 100"
+            wrong.append(Diagnostic(Slug.BAD_OPTION, message, place, "write `mutants=90`", text))
+        else:
+            found.append(percent)
+    if wrong:
+        raise InputError(wrong)
+    return tuple(found)
+
+
+def read_oracle(text: str | None) -> bool:
+    """Return whether `--oracle` asks for recorded results. Raise `InputError` for any other text."""
+    if text not in (None, "recorded"):
+        message = f"there is no oracle `{text}`"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--oracle"), "write `--oracle recorded`")])
+    return text is not None
+
+
+def read_operators(texts: Sequence[str]) -> tuple[str, ...] | None:
+    """Return the names of mutation operators that the command line names, alone or by their groups; `None` for all.
+
+    Raises `InputError` with all unknown names.
+    """
+    if not texts:
+        return None
+    groups = dict.fromkeys(mutation.group for mutation in MUTATIONS.values())
+    names = [name.strip() for text in texts for name in text.split(",") if name.strip()]
+    unknown = [name for name in names if name not in MUTATIONS and name not in groups]
+    if unknown or not names:
+        raise InputError([_unknown(name, list(dict.fromkeys((*groups, *MUTATIONS)))) for name in unknown or [""]])
+    return tuple(name for name, mutation in MUTATIONS.items() if name in names or mutation.group in names)
+
+
+def _unknown(name: str, known: Sequence[str]) -> Diagnostic:
+    remedy = suggestion(name, known, "the groups and operators are")
+    place = Place("--operators", 1, 1, max(1, len(name)))
+    return Diagnostic(Slug.BAD_OPTION, f"there is no mutation operator `{name}`", place, remedy, name)
+
+
+def carry_out_mutants(suite: Suite, options: MutationOptions, output: MutationOutput) -> int:
+    """Run the suite against the mutants, print the report, write the files, and return the exit code.
+
+    Args:
+        suite: the cases, with the model.
+        options: which mutants there are, and how they run.
+        output: the options for the output.
+
+    Raises:
+        InputError: there is no case that passes on the model, so none can kill a mutant; or a file cannot be written.
+    """
+    suite.writer.refuse_clashes(output.files)
+    summary = _summary(suite, options)
+    if output.json:
+        write_json(mutation_json(summary))
+    else:
+        results().lines(mutation_report(summary, report_columns()))
+    if output.witnesses is not None:
+        _save_witnesses(summary, suite, output.witnesses)
+    for option, path in output.files.items():
+        text = mutation_sarif(summary) if option == "--sarif" else mutation_page(summary, read_file(suite.file))
+        suite.writer.write(option, path, text.encode())
+    if output.files:
+        errors().line(f"Written: {', '.join(map(str, output.files.values()))}")
+    return 0 if _is_met(summary.counts, output.thresholds) else 1
+
+
+def _summary(suite: Suite, options: MutationOptions) -> MutationSummary:
+    """Run the suite against the mutants, and show the progress."""
+    _, places = load_located(suite.file)
+    work = MutationWork(suite.work, options.operators, options.entries, options.records)
+    done: list[MutantResult] = []
+    with sigterm_as_interrupt(), activity_display(suite.activity) as show:
+        runs = work.runs()
+        if not runs.cases:
+            raise InputError([_no_case(suite, runs.failing)])
+        killed = 0
+        for result in work.results(runs, options.jobs):
+            done.append(result)
+            killed += result.status is MutantStatus.KILLED
+            show(f"{len(done)} of {len(work.mutants)} mutants, {killed} killed")
+        if options.limits is not None and killed < len(done):
+            done = _decided(suite, options.limits, done, show)
+    command = f"scbm mutate {shown_path(str(suite.file))}{suite.test_options}"
+    failing = tuple(runs.failing)
+    return MutationSummary(
+        suite.model, str(suite.file), places, suite.words, len(runs.cases), failing, tuple(done), command
+    )
+
+
+def _decided(
+    suite: Suite, limits: CloseLimits, done: Sequence[MutantResult], show: Callable[[str], None]
+) -> list[MutantResult]:
+    """Decide about the mutants that no case killed."""
+    survivors = Survivors(suite.model, limits, show)
+    decided: list[MutantResult] = []
+    for result in done:
+        show(f"comparing {result.mutant.name}")
+        decided.append(survivors.decided(result))
+    return decided
+
+
+def _save_witnesses(summary: MutationSummary, suite: Suite, directory: Path) -> None:
+    """Write the witnesses that would kill mutants. Raise `InputError`."""
+    comments = ((case, ["fails on these mutants of the model:", *names]) for case, names in summary.witnesses)
+    texts = case_texts(comments, directory, suite.model, suite.file)
+    suite.writer.write_all(texts, overwrite=False)
+    errors().line(f"Written: {counted(len(texts), 'witness', 'witnesses')} in {directory}")
+
+
+def _no_case(suite: Suite, failing: Sequence[str]) -> Diagnostic:
+    message = "no case passes on the model, so none can kill a mutant" if failing else "there are no cases to run"
+    test = f"scbm test {shown_path(str(suite.file))}{suite.test_options}"
+    remedy = f"`{test}` reports why" if failing else "add `--cases 20`"
+    return Diagnostic(Slug.NO_CASES, message, Place("CASES"), remedy)
+
+
+def _is_met(counts: MutantCounts, thresholds: Sequence[float]) -> bool:
+    """Return whether all thresholds are met; print a sentence for each that is not."""
+    missed = [percent for percent in thresholds if counts.score.percent is None or counts.score.percent < percent]
+    for percent in missed:
+        found = f"{counts.score} of the mutants are killed, under {percent:g} %."
+        none = f"There are no mutants to kill, so {_FAIL_UNDER} {_MUTANTS}={percent:g} cannot be met."
+        errors().line(found if counts.score.of else none)
+    return not missed

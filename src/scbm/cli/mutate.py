@@ -1,0 +1,134 @@
+"""`scbm mutate`: changes the model in one small way at a time, and shows which changes the cases notice."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from scbm.cli.campaigns.git_revision import changed_since
+from scbm.cli.campaigns.mutation_campaign import (
+    MutationOptions,
+    MutationOutput,
+    carry_out_mutants,
+    read_operators,
+    read_oracle,
+    read_score,
+)
+from scbm.cli.campaigns.test_campaign import CampaignOptions
+from scbm.cli.options.campaign_options import Cases, Files, Inputs, Jobs, Json, Model, Network, Require, Seed
+from scbm.cli.options.closing_options import DEFAULT_LIMITS, MaxPlanning, MaxStates
+from scbm.cli.options.help_sections import HelpSection
+from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
+from scbm.closing import CloseLimits
+
+
+def command(
+    model: Model,
+    files: Files = None,
+    *,
+    cases: Cases = None,
+    seed: Seed = 0,
+    network: Network = None,
+    inputs: Inputs = None,
+    require: Require = None,
+    oracle: Annotated[
+        str | None,
+        typer.Option(
+            "--oracle",
+            metavar="recorded",
+            help="Fail a case also if it does something else than on the model: `recorded`.",
+            rich_help_panel=HelpSection.VERDICTS,
+        ),
+    ] = None,
+    fail_under: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--fail-under",
+            metavar="PERCENT",
+            help="Exit with 1 if fewer per cent of the mutants are killed: `mutants=90`.",
+            rich_help_panel=HelpSection.VERDICTS,
+        ),
+    ] = None,
+    operators: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--operators",
+            metavar="NAMES",
+            help="Only these mutation operators, or groups of them: `guards,deadline-none`.",
+            rich_help_panel=HelpSection.RUNNING,
+        ),
+    ] = None,
+    since: Annotated[
+        str | None,
+        typer.Option(
+            "--since",
+            metavar="REVISION",
+            help="Only mutants of what changed in the model since this revision in git: `main`.",
+            rich_help_panel=HelpSection.RUNNING,
+        ),
+    ] = None,
+    jobs: Jobs = None,
+    time_limit: Annotated[
+        str | None,
+        typer.Option(
+            "--time-limit",
+            metavar="DURATION",
+            help="Simulated time for each case. [1 h]",
+            rich_help_panel=HelpSection.RUNNING,
+        ),
+    ] = None,
+    planner: PlannerName = None,
+    max_length: MaxLength = None,
+    max_expanded: MaxExpanded = None,
+    plans: Plans = None,
+    equivalence: Annotated[
+        bool,
+        typer.Option(
+            "--equivalence/--no-equivalence",
+            help="Prove that mutants are equivalent, or find witnesses.",
+            rich_help_panel=HelpSection.LIMITS,
+        ),
+    ] = True,
+    max_states: MaxStates = DEFAULT_LIMITS.situations,
+    max_planning: MaxPlanning = DEFAULT_LIMITS.planning,
+    html: Annotated[
+        Path | None,
+        typer.Option(
+            "--html",
+            metavar="FILE",
+            help="A page with all mutants at their lines of the model.",
+            rich_help_panel=HelpSection.FILES,
+        ),
+    ] = None,
+    sarif: Annotated[
+        Path | None,
+        typer.Option(
+            "--sarif",
+            metavar="FILE",
+            help="The mutants that no case killed, for code scanning.",
+            rich_help_panel=HelpSection.FILES,
+        ),
+    ] = None,
+    witnesses: Annotated[
+        Path | None,
+        typer.Option(
+            "--witnesses",
+            metavar="DIRECTORY",
+            help="Directory for cases that would kill mutants.",
+            rich_help_panel=HelpSection.OUTPUT,
+        ),
+    ] = None,
+    json: Json = False,
+) -> int:
+    """Change the model in one small way at a time, and report which changes its cases notice."""
+    options = PlannerOptions(planner, max_length, max_expanded, plans=plans)
+    wanted = CampaignOptions(
+        model, files or [], cases, seed, network, require or [], time_limit, options, inputs=inputs
+    )
+    thresholds = read_score(fail_under or [])
+    chosen, records = read_operators(operators or []), read_oracle(oracle)
+    suite = wanted.suite({})
+    entries = None if since is None else changed_since(since, suite.model, model)
+    limits = CloseLimits(max_states, planning=max_planning) if equivalence else None
+    asked = MutationOptions(chosen, entries, jobs, records, limits)
+    return carry_out_mutants(suite, asked, MutationOutput(thresholds, witnesses, html, sarif, json))

@@ -1,0 +1,60 @@
+"""One case run on a model and on a mutant: whether the traces differ."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from scbm.cases.trace import RunStarted
+from scbm.closing.scripts.case_search import bounded
+from scbm.model import State
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from scbm.cases import Case
+    from scbm.cases.trace import Record
+    from scbm.model import BehaviorModel
+    from scbm.testing import Execution, Tester
+
+
+class ComparedRuns:
+    """Runs cases on a mutant, and compares their traces with those of the original."""
+
+    def __init__(self, original: Tester, mutant: BehaviorModel) -> None:
+        """Prepare runs. They are judged by the requirements of the original, in the world of the original."""
+        self._tester = original.of_mutant(mutant, plans_alike=False)
+        self._original = original.model
+        self._mutant = mutant
+
+    def differing(self, original: Execution, case: Case) -> Execution | None:
+        """Return the run of a case on the mutant if its trace is not that of the run on the original; else `None`."""
+        mutated = bounded(self._tester, case_on(self._mutant, case, self._original))
+        if mutated is None or _is_same(original.trace.records, mutated.trace.records):
+            return None
+        return mutated
+
+
+def case_on(mutant: BehaviorModel, case: Case, original: BehaviorModel) -> Case:
+    """Return a case of the original as its file means it for a mutant: a nominal value is that of the mutant."""
+    before, after = original.nominal_state, mutant.nominal_state
+    changed = {name: after[name] for name, value in case.initial.items() if value == before[name] != after[name]}
+    return replace(case, initial=State(mutant.space, {**dict(case.initial), **changed})) if changed else case
+
+
+def _is_same(one: Sequence[Record], other: Sequence[Record]) -> bool:
+    return len(one) == len(other) and all(map(_is_same_record, one, other))
+
+
+def _is_same_record(one: Record, other: Record) -> bool:
+    """Return whether two records are equal, but for the states of operations that only one of the models has."""
+    if one == other or not (isinstance(one, RunStarted) and isinstance(other, RunStarted)):
+        return one == other
+    before, after = dict(one.state), dict(other.state)
+    same = all(value == after.get(name, value) for name, value in before.items())
+    return same and (one.at_ns, one.goal, one.predicate, one.changes) == (
+        other.at_ns,
+        other.goal,
+        other.predicate,
+        other.changes,
+    )

@@ -1,0 +1,104 @@
+"""Decides whether mutants of one model are equivalent to it (decision 50)."""
+
+from __future__ import annotations
+
+from itertools import chain
+from typing import TYPE_CHECKING
+
+from scbm.closing.mutants.comparable_mutant import IncomparableError, changed_names, comparable
+from scbm.closing.mutants.mutant_decisions import EquivalentMutant, UndecidedMutant
+from scbm.closing.mutants.observed_runs import ObservedRuns
+from scbm.closing.mutants.plan_differences import PlanDifferences
+from scbm.closing.mutants.runner_differences import RunnerDifferences
+from scbm.closing.mutants.witness_search import WitnessSearch
+from scbm.closing.mutants.world_differences import WorldDifferences
+from scbm.closing.runs.all_runs import CloseLimits
+from scbm.closing.runs.situations import PlanningTooLargeError
+from scbm.model import PlanSet
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scbm.closing.mutants.mutant_decisions import MutantDecision
+    from scbm.model import BehaviorModel
+    from scbm.running import Program
+
+
+class Equivalences:
+    """Decides about the mutants of one model; its runs are explored once, for all of them."""
+
+    def __init__(
+        self,
+        model: BehaviorModel,
+        limits: CloseLimits = CloseLimits(),  # noqa: B008 - an immutable value
+        progress: Callable[[str], None] | None = None,
+    ) -> None:
+        """Explore the runs of the model.
+
+        Args:
+            model: the original.
+            limits: the limits of the exploration, of planning, and of the cases that are tried.
+            progress: called with what is being explored, with counts.
+
+        Raises:
+            KeyboardInterrupt: the user ended the exploration.
+        """
+        self._limits = limits
+        report = progress or (lambda _: None)
+        self._observed = shown = ObservedRuns(model, limits, report, model.runs.plans)
+        if model.runs.plans is not PlanSet.CANONICAL:  # cases that follow walks have canonical plans
+            shown = ObservedRuns(model, limits, report, PlanSet.CANONICAL)
+        self._witnesses = WitnessSearch(shown, limits.candidates)
+
+    @property
+    def model(self) -> BehaviorModel:
+        """The original."""
+        return self._observed.model
+
+    def decide(self, mutant: BehaviorModel) -> MutantDecision:
+        """Return whether a mutant is equivalent to the original, with a proof or with a witness.
+
+        The mutant is equivalent if in no situation of the original, with the goals, plans and changes from outside that
+        the original declares, it does anything else. Forced states are no such situations.
+        """
+        try:
+            return self._compare(mutant, self._observed.program.of_mutant(comparable(self.model, mutant)))
+        except IncomparableError as error:
+            reason = str(error)
+        except PlanningTooLargeError:
+            reason = "the plans of the mutant are not found within the limits of planning"
+        return self._witnesses.from_random(mutant) or UndecidedMutant(reason)
+
+    def _compare(self, mutant: BehaviorModel, program: Program) -> MutantDecision:
+        world = WorldDifferences(self._observed, program)
+        if world.has_other_starts or world.has_other_changes:
+            found = self._witnesses.from_random(mutant, redraws=True)
+            return found or UndecidedMutant(_why_hidden(world))
+        differences = chain(
+            RunnerDifferences(self._observed, program),
+            PlanDifferences(self._observed, mutant, program, self._limits.planning),
+        )
+        first = next(differences, None)
+        if first is None:
+            return self._without_difference(mutant, program)
+        shown = self._witnesses.from_differences(mutant, chain((first,), differences))
+        found = shown or self._witnesses.from_random(mutant)
+        return found or UndecidedMutant("a run differs, and no simulated case that was tried shows it")
+
+    def _without_difference(self, mutant: BehaviorModel, program: Program) -> MutantDecision:
+        runs = self._observed.runs
+        reason, option = runs.stopped, runs.option
+        if reason is None:
+            known = dict.fromkeys(runs.relevance.names)
+            unknown = [name for name in changed_names(self.model, program.model) if name not in known]
+            if not unknown:
+                return EquivalentMutant(runs.situations)
+            reason = f"runs can be in more situations than are explored if {unknown[0]} is distinguished"
+            option = "--max-states"
+        return self._witnesses.from_random(mutant) or UndecidedMutant(reason, option)
+
+
+def _why_hidden(world: WorldDifferences) -> str:
+    if world.without_rate is not None:
+        return f"the environment transition {world.without_rate} has no rate, so it fires in no simulation"
+    return "something else changes from outside, or at first, and no simulated case that was tried shows it"

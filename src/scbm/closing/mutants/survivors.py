@@ -1,0 +1,56 @@
+"""Decides about the mutants that no case of a suite killed: equivalent, survived with a witness, or undecided."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, assert_never
+
+from scbm.closing.mutants.equivalences import Equivalences
+from scbm.closing.mutants.mutant_decisions import DifferentMutant, EquivalentMutant, UndecidedMutant
+from scbm.testing.mutants import MutantResult, MutantStatus
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from scbm.closing.runs.all_runs import CloseLimits
+    from scbm.model import BehaviorModel
+
+
+class Survivors:
+    """Decides about mutants of one model that survived a suite; the runs of the model are explored once."""
+
+    def __init__(self, model: BehaviorModel, limits: CloseLimits, progress: Callable[[str], None]) -> None:
+        """Explore the runs of the model. For the arguments see `Equivalences`."""
+        self._equivalences = Equivalences(model, limits, progress)
+
+    def decided(self, result: MutantResult) -> MutantResult:
+        """Return the result of a mutant with what is decided about it; that of a killed mutant as it is."""
+        if result.status is not MutantStatus.UNDECIDED:
+            return result
+        decision = self._equivalences.decide(result.mutant.model)
+        match decision:
+            case EquivalentMutant():
+                return replace(result, status=MutantStatus.EQUIVALENT)
+            case UndecidedMutant(reason, option):
+                remedy = "" if option is None else f"; a larger `{option}` may decide it"
+                return replace(result, reason=f"{reason}{remedy}")
+            case DifferentMutant():
+                return _survived(result, decision)
+            case _:
+                assert_never(decision)
+
+
+def _survived(result: MutantResult, found: DifferentMutant) -> MutantResult:
+    reason = ""
+    if not found.original.verdict.passed:
+        reason = "the witness fails on the model itself, too"
+    elif not found.kills:
+        reason = "a recorded result does not show the difference"
+    return replace(
+        result,
+        status=MutantStatus.SURVIVED,
+        reason=reason,
+        witness=found.recorded(f"witness-{found.original.digest[:8]}"),
+        is_benign=found.is_benign,
+        is_killable=not reason,
+    )

@@ -1,0 +1,1 @@
+"""Results of mutants as text, JSON and files for other tools."""

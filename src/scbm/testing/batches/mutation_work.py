@@ -1,0 +1,116 @@
+"""A suite and the mutants that it is run against, on one core or on several; results do not depend on the cores."""
+
+from __future__ import annotations
+
+import pickle
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from functools import cached_property
+from time import perf_counter
+from typing import TYPE_CHECKING, TypeAlias
+
+from scbm.model import Diagnostic, InputError, Place, Slug
+from scbm.testing.batches.worker_processes import TRIAL_S, WorkerPool, core_count
+from scbm.testing.mutants import MutantResult, MutantStatus, MutationRuns, SubjectKind, mutants_of
+from scbm.testing.tester import Tester
+
+if TYPE_CHECKING:
+    from collections.abc import Generator, Iterator
+    from concurrent.futures import Future
+
+    from scbm.testing.batches.campaign_work import CampaignWork
+    from scbm.testing.mutants import Mutant
+
+    _Fields: TypeAlias = tuple[MutantStatus, str, str, int, int]
+    """The fields of a result without its mutant, which each process has."""
+
+_WORTH_S = 3.0
+"""The least estimated wall time of the rest that is worth starting processes."""
+
+_CHUNK = 8
+"""Number of mutants of one request to a worker: some tens of milliseconds."""
+
+
+@dataclass(frozen=True)
+class MutationWork:
+    """A suite and some mutants of its model; it can be sent to other processes as it is.
+
+    Attributes:
+        campaign: the suite, with the model.
+        operators: the names of the mutation operators; `None` for all.
+        entries: the entries of the model whose mutants are made; `None` for all.
+        records: whether cases without a recorded result are compared with what they did on the original.
+    """
+
+    campaign: CampaignWork
+    operators: tuple[str, ...] | None = None
+    entries: tuple[tuple[SubjectKind, str], ...] | None = None
+    records: bool = False
+
+    @cached_property
+    def mutants(self) -> tuple[Mutant, ...]:
+        """The mutants, in the order of reports."""
+        entries = None if self.entries is None else frozenset(self.entries)
+        made = mutants_of(self.campaign.model, self.operators)
+        return tuple(m for m in made if entries is None or (m.kind, m.subject) in entries)
+
+    def runs(self) -> MutationRuns:
+        """Run the suite on the original. Raise `InputError` if a case cannot be drawn, or does not fit the model."""
+        return MutationRuns(Tester(self.campaign.model), self.campaign.cases(), records=self.records)
+
+    def results(self, runs: MutationRuns, jobs: int | None = None) -> Generator[MutantResult, None, None]:
+        """Yield the result of each mutant, in their order.
+
+        Args:
+            runs: the suite as it ran on the original.
+            jobs: the number of worker processes. `None` for none at first, and for all cores once that takes long.
+
+        Raises:
+            InputError: a worker process was lost.
+        """
+        count = core_count() if jobs is None else jobs
+        begun_s, done = perf_counter(), 0
+        if jobs is None or count == 1:
+            for mutant in self.mutants:
+                yield runs.result(mutant)
+                done += 1
+                if jobs is None and count > 1 and self._is_long(perf_counter() - begun_s, done):
+                    break
+        if done < len(self.mutants):
+            yield from self._in_processes(done, count)
+
+    def _is_long(self, passed_s: float, done: int) -> bool:
+        rest_s = passed_s / done * (len(self.mutants) - done)
+        return passed_s >= TRIAL_S and rest_s >= _WORTH_S
+
+    def _in_processes(self, first: int, count: int) -> Iterator[MutantResult]:
+        workers = WorkerPool(_take_mutants, pickle.dumps(self), count)
+        try:
+            begins = range(first, len(self.mutants), _CHUNK)
+            pending: list[Future[list[_Fields]]] = [workers.submit(_run_in_worker, begin) for begin in begins]
+            for begin, future in zip(begins, pending, strict=True):
+                chunk = self.mutants[begin : begin + _CHUNK]
+                for mutant, fields in zip(chunk, future.result(), strict=True):
+                    yield MutantResult(mutant, *fields)
+        except BrokenProcessPool:
+            message, remedy = "a worker process ended while it ran mutants", "was the memory used up? run with `-j 1`"
+            raise InputError([Diagnostic(Slug.WORKERS_LOST, message, Place("-j"), remedy)]) from None
+        finally:
+            workers.kill()
+
+
+# in a worker
+
+_taken: list[tuple[MutationWork, MutationRuns]] = []
+"""The mutants of this worker process, with the suite as it ran on the original."""
+
+
+def _take_mutants(sent: bytes) -> None:
+    work: MutationWork = pickle.loads(sent)  # noqa: S301 - from our own parent
+    _taken[:] = [(work, work.runs())]
+
+
+def _run_in_worker(begin: int) -> list[_Fields]:
+    ((work, runs),) = _taken
+    results = map(runs.result, work.mutants[begin : begin + _CHUNK])
+    return [(each.status, each.case, each.reason, each.runs, each.skipped) for each in results]

@@ -1,0 +1,24 @@
+"""Mutants: models changed in one small way each, to see whether the cases of a suite notice (decision 50).
+
+A mutation operator is a class and an entry in `MUTATIONS`.
+"""
+
+from scbm.testing.mutants.mutant import Mutant, MutatedPart, SubjectKind
+from scbm.testing.mutants.mutant_results import MutantCounts, MutantResult, MutantStatus
+from scbm.testing.mutants.mutation import Mutation
+from scbm.testing.mutants.mutation_runs import MutantUnderTest, MutationRuns
+from scbm.testing.mutants.mutations import MUTATIONS, mutants_of
+
+__all__ = [
+    "MUTATIONS",
+    "Mutant",
+    "MutantCounts",
+    "MutantResult",
+    "MutantStatus",
+    "MutantUnderTest",
+    "MutatedPart",
+    "Mutation",
+    "MutationRuns",
+    "SubjectKind",
+    "mutants_of",
+]

@@ -1,0 +1,122 @@
+"""Runs a suite against mutants: each until the first case fails on it that passes on the original."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from scbm.model import InputError
+from scbm.testing.mutants.evaluations import Evaluations
+from scbm.testing.mutants.mutant_cases import begun_as, missing_name
+from scbm.testing.mutants.mutant_results import MutantResult, MutantStatus
+from scbm.testing.mutants.run_differences import RunDifferences
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from scbm.cases import Case
+    from scbm.testing.mutants.mutant import Mutant
+    from scbm.testing.tester import Execution, Tester
+
+
+class MutationRuns:
+    """A suite that is run against mutants of one model.
+
+    Attributes:
+        cases: the cases that pass on the original; only they can kill.
+        failing: the names of the others.
+    """
+
+    def __init__(self, original: Tester, cases: Iterable[Case], *, records: bool = False) -> None:
+        """Run the cases on the original model.
+
+        Args:
+            original: the tester of the original model.
+            cases: the suite.
+            records: whether cases without a recorded result are compared with what they did on the original.
+
+        Raises:
+            InputError: a case does not fit the model.
+        """
+        self._original = original
+        self.cases: list[Case] = []
+        self.failing: list[str] = []
+        evaluations = Evaluations(original.program)
+        for case in cases:
+            execution = original.execute(case)
+            if execution.verdict.passed:
+                self.cases.append(_with_record(case, execution) if records else case)
+                evaluations.add(execution)
+            else:
+                self.failing.append(case.name)
+        self._differences = RunDifferences(original, evaluations)
+
+    def results(self, mutants: Iterable[Mutant]) -> Iterator[MutantResult]:
+        """Run the suite against each mutant; mutants that no case kills are undecided."""
+        return map(self.result, mutants)
+
+    def result(self, mutant: Mutant) -> MutantResult:
+        """Run the suite against one mutant, until a case kills it; leave out runs that cannot differ."""
+        under_test = self.under_test(mutant)
+        runs = skipped = 0
+        for number, case in enumerate(self.cases):
+            if not under_test.may_differ(number, case):
+                skipped += 1
+                continue
+            runs += 1
+            reason = under_test.failure(case)
+            if reason is not None:
+                return MutantResult(mutant, MutantStatus.KILLED, case.name, reason, runs, skipped)
+        return MutantResult(mutant, MutantStatus.UNDECIDED, "", "", runs, skipped)
+
+    def under_test(self, mutant: Mutant) -> MutantUnderTest:
+        """Return one mutant, to run cases on it one by one."""
+        return MutantUnderTest(self._original, self._differences, mutant)
+
+
+def _with_record(case: Case, execution: Execution) -> Case:
+    """Return a case with the result of its run, unless it has one."""
+    has_one = case.recorded is not None and case.recorded.goals
+    return case if has_one else replace(case, recorded=execution.recorded)
+
+
+class MutantUnderTest:
+    """One mutant on which cases of a suite are run."""
+
+    def __init__(self, original: Tester, differences: RunDifferences, mutant: Mutant) -> None:
+        self._model = original.model
+        self._mutant = mutant
+        self._differences = differences
+        self._plans_alike = differences.are_plans_alike(mutant)
+        self._tester = original.of_mutant(mutant.model, plans_alike=self._plans_alike)
+        self._differing = differences.in_runner(mutant, self._tester) | differences.in_verdict(mutant)
+
+    def may_differ(self, number: int, case: Case) -> bool:
+        """Return whether the run of a case, or its verdict, can differ from those on the original.
+
+        Args:
+            number: the number of the case among those that pass on the original, from 0.
+            case: the case.
+        """
+        if self._differing >> number & 1 or self.missing(case) is not None:
+            return True
+        return not self._plans_alike and self._differences.in_plans(number, self._tester)
+
+    def failure(self, case: Case) -> str | None:
+        """Return why a case fails on the mutant, in one sentence; `None` if it passes."""
+        missing = self.missing(case)
+        if missing is not None:
+            return f"the case names {missing}, which the mutant does not have"
+        try:
+            verdict = self.execute(case).verdict
+        except InputError as error:
+            return error.diagnostics[0].message
+        return None if verdict.passed else str(verdict.failures[0])
+
+    def execute(self, case: Case) -> Execution:
+        """Run a case that names nothing that the mutant lacks. May raise `InputError`, as `Tester.execute` does."""
+        return self._tester.execute(begun_as(self._mutant, case, self._model))
+
+    def missing(self, case: Case) -> str | None:
+        """Return what the case names that the mutant lacks, in words; `None` if there is no such thing."""
+        return missing_name(self._mutant, case, self._model)
