@@ -1,0 +1,233 @@
+"""Which cases find which mutants of one model, by each oracle: what all statistics of the study are made of."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import asdict, dataclass
+from hashlib import sha256
+from itertools import pairwise
+from random import Random
+from typing import TYPE_CHECKING
+
+from scbm.cases.coverage import Aspect
+from scbm.cases.trace import OperationStepped
+from scbm.closing import Closer
+from scbm.closing.mutants.equivalences import Equivalences
+from scbm.closing.mutants.mutant_decisions import EquivalentMutant
+from scbm.files import write_model
+from scbm.model import InputError, OperationState
+from scbm.testing import RandomCases, Tester
+from scbm.testing.mutants import MutationRuns, mutants_of
+from scbm.testing.recorded_results import goals_to_record
+from scbm.testing.verdicts import FailureKind
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from scbm.cases import Case
+    from scbm.model import BehaviorModel
+    from scbm.testing.mutants import Mutant, MutantUnderTest
+    from scbm.testing.tester import Execution
+
+ORACLES = ("each difference", "requirements", "built-ins", "recorded")
+"""The oracles, from which all see what the model prescribes; `recorded` sees what `built-ins` sees, and more."""
+
+FEWEST = 10
+"""A model with fewer mutants that are not equivalent leaves the study."""
+
+ASPECTS = ("disabled", "executing", "timedout", "failed", "completed")
+
+
+@dataclass(frozen=True, slots=True)
+class Counts:
+    """How much of a model is studied.
+
+    Attributes:
+        cases: the number of random cases of the pool.
+        mutants: the maximum number of mutants.
+        slowest_s: a model whose random case takes more CPU than so many seconds leaves the study.
+    """
+
+    cases: int = 200
+    mutants: int = 150
+    slowest_s: float = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class CaseFacts:
+    """What predictors and sizes of suites need of a case; sets are the bits of whole numbers.
+
+    Attributes:
+        requests: the number of its requests.
+        visited: the obligations.
+        completed: the operations that completed.
+        edges: pairs of states that follow each other in its trace, numbered over the pool.
+    """
+
+    requests: int
+    visited: int
+    completed: int
+    edges: int
+
+
+@dataclass(frozen=True, slots=True)
+class MutantRow:
+    """A mutant, and the cases that find it.
+
+    Attributes:
+        name: its name.
+        operator: its operator.
+        found: for each of `ORACLES` the cases that find it, as bits: those of the pool, then those of closing.
+    """
+
+    name: str
+    operator: str
+    found: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class KillMatrix:
+    """The results for one model.
+
+    Attributes:
+        name: the model in the study.
+        group: its group.
+        digest: the SHA-256 of the model as it is written.
+        obligations: the names of its obligations, in the order of their bits.
+        operations: the number of its operations.
+        cases: the facts of the cases of the pool that pass.
+        closed: the facts of the cases of closing that pass.
+        mutants: the mutants that are not proved equivalent.
+        equivalent: the number of those that are.
+        all_mutants: how many mutants the model has.
+        cpu_s: the CPU time of all this.
+        left: why the model leaves the study; empty if it stays.
+    """
+
+    name: str
+    group: str
+    digest: str
+    obligations: tuple[str, ...] = ()
+    operations: int = 0
+    cases: tuple[CaseFacts, ...] = ()
+    closed: tuple[CaseFacts, ...] = ()
+    mutants: tuple[MutantRow, ...] = ()
+    equivalent: int = 0
+    all_mutants: int = 0
+    cpu_s: float = 0.0
+    left: str = ""
+
+    def data(self) -> dict[str, object]:
+        """Return the results as plain data."""
+        return asdict(self)
+
+
+def kill_matrix(name: str, group: str, model: BehaviorModel, counts: Counts) -> KillMatrix:
+    """Return the results for one model."""
+    began = time.process_time()
+    digest = sha256(write_model(model).encode()).hexdigest()
+    tester = Tester(model)
+    pool = list(RandomCases(model).first(counts.cases, seed=1))
+    timed = time.process_time()
+    tester.execute(pool[0])
+    if time.process_time() - timed > counts.slowest_s:
+        return KillMatrix(name, group, digest, left=f"a random case takes more than {counts.slowest_s:g} s")
+    closed = [made.case for made in Closer(model).close().cases]
+    runs = MutationRuns(tester, [*pool, *closed])
+    passed = {case.name for case in runs.cases}
+    from_pool = sum(case.name in passed for case in pool)
+    facts = _facts(runs.cases, tester)
+    known = tuple(mutants_of(model))
+    drawn = sample(known, counts.mutants)
+    rows = [(mutant, _row(runs, mutant, tester)) for mutant in drawn]
+    equivalent = _equivalent([mutant for mutant, row in rows if not row.found[0]], model)
+    kept = tuple(row for mutant, row in rows if mutant.name not in equivalent)
+    return KillMatrix(
+        name,
+        group,
+        digest,
+        tuple(map(str, tester.obligations)),
+        len(model.operations),
+        facts[:from_pool],
+        facts[from_pool:],
+        kept,
+        len(equivalent),
+        len(known),
+        round(time.process_time() - began, 2),
+        f"it has only {len(kept)} mutants that are not equivalent" if len(kept) < FEWEST else "",
+    )
+
+
+def _equivalent(mutants: Sequence[Mutant], model: BehaviorModel) -> frozenset[str]:
+    """Return the names of the mutants that are proved equivalent; no case shows a difference for any of `mutants`."""
+    if not mutants:
+        return frozenset()
+    equivalences = Equivalences(model)
+    decided = ((mutant.name, equivalences.decide(mutant.model)) for mutant in mutants)
+    return frozenset(name for name, decision in decided if isinstance(decision, EquivalentMutant))
+
+
+def sample(mutants: Sequence[Mutant], most: int) -> tuple[Mutant, ...]:
+    """Return at most `most` mutants, the same number of each operator as far as it has so many, drawn with seed 1."""
+    if len(mutants) <= most:
+        return tuple(mutants)
+    random = Random(1)
+    left: dict[str, list[Mutant]] = {}
+    for mutant in mutants:
+        left.setdefault(mutant.operator, []).append(mutant)
+    for group in left.values():
+        random.shuffle(group)
+    drawn: list[Mutant] = []
+    while len(drawn) < most:
+        for group in left.values():
+            if group and len(drawn) < most:
+                drawn.append(group.pop())
+    kept = {mutant.name for mutant in drawn}
+    return tuple(mutant for mutant in mutants if mutant.name in kept)
+
+
+def _facts(cases: Iterable[Case], tester: Tester) -> tuple[CaseFacts, ...]:
+    operations = {operation.name: 1 << index for index, operation in enumerate(tester.model.operations)}
+    measured = sum(tester.obligations.bit(each) for each in tester.obligations if each.aspect is not Aspect.QUEUED)
+    edges: dict[tuple[object, ...], int] = {}
+    found = []
+    for case in cases:
+        run = tester.execute(case)
+        completed = seen = 0
+        for record in run.trace.records:
+            if isinstance(record, OperationStepped) and record.target is OperationState.COMPLETED:
+                completed |= operations[record.operation]
+        for edge in pairwise((type(r).__name__, r.changes) for r in run.trace.records):
+            seen |= 1 << edges.setdefault(edge, len(edges))
+        found.append(CaseFacts(len(run.reactions), run.visited & measured, completed, seen))
+    return tuple(found)
+
+
+def _row(runs: MutationRuns, mutant: Mutant, tester: Tester) -> MutantRow:
+    under_test = runs.under_test(mutant)
+    found = [0] * len(ORACLES)
+    for number, case in enumerate(runs.cases):
+        if under_test.may_differ(number, case):
+            for index, finds in enumerate(_oracles(under_test, case, tester)):
+                found[index] |= finds << number
+    return MutantRow(mutant.name, mutant.operator, tuple(found))
+
+
+def _oracles(under_test: MutantUnderTest, case: Case, tester: Tester) -> tuple[bool, ...]:
+    """Return which oracles find the mutant by one case."""
+    if under_test.missing(case) is not None:
+        return (True,) * len(ORACLES)
+    try:
+        run = under_test.execute(case)
+    except InputError:
+        return (True,) * len(ORACLES)
+    original = tester.execute(case)
+    differs = run.trace.records != original.trace.records
+    kinds = [failure.kind for failure in run.verdict.failures]
+    required = any(kind is not FailureKind.BUILT_IN for kind in kinds)
+    recorded = bool(kinds) or _recorded(run, tester) != _recorded(original, tester)
+    return differs, required, bool(kinds), recorded
+
+
+def _recorded(run: Execution, tester: Tester) -> object:
+    return goals_to_record(run.trace.records, tester.model, tester.obligations)

@@ -1,0 +1,43 @@
+"""The models of the study: each passes the strict check, names its source, and is in the table of its folder."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from scbm.files import load_model
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+FOLDER = Path(__file__).parents[2] / "study" / "models"
+MODELS = sorted(FOLDER.glob("*.yaml"))
+ROW = re.compile(r"^\| \[(\w+\.yaml)\]\(\1\) \| \[[^]]+\]\(https?://\S+\) \| (\d+) \| (\d+) \| \S.* \|$", re.MULTILINE)
+
+
+@pytest.mark.parametrize("path", MODELS, ids=[path.stem for path in MODELS])
+def test_a_model_passes_the_strict_check(path: Path, scbm: Callable[..., Any]) -> None:
+    ran = scbm("check", "--strict", path)
+    assert (ran.code, ran.err) == (0, "")
+
+
+@pytest.mark.parametrize("path", MODELS, ids=[path.stem for path in MODELS])
+def test_a_model_says_its_source_and_what_was_left_out(path: Path) -> None:
+    header, _, model = path.read_text(encoding="utf-8").partition("behavior_model: ")
+    assert re.search(r"^# Source: https?://\S+", header, re.MULTILINE)
+    assert re.search(r"^# Kept: ", header, re.MULTILINE)
+    assert re.search(r"^# Left out: ", header, re.MULTILINE)
+    assert header.endswith("# Written by hand for this study.\n\n")
+    assert model.startswith(f"{path.stem}\n")
+
+
+def test_the_table_has_each_model_with_its_figures() -> None:
+    rows = ROW.findall((FOLDER / "README.md").read_text(encoding="utf-8"))
+    models = [(path, load_model(path)) for path in MODELS]
+    assert rows == [
+        (path.name, str(len(model.operations)), str(5 * len(model.operations) + len(model.automatic_transitions)))
+        for path, model in models
+    ]
