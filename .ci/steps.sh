@@ -104,3 +104,15 @@ examples() {
   step "the example over nodes, as processes"
   .venv/bin/scbm test examples/robot_in_the_air/after.yaml --cases 5 --seed 1 --transport dds --time-scale 20 --wait '2 min'
 }
+
+new_project() {
+  step "a new project, from the package as users install it"
+  local made
+  made=$(mktemp -d)
+  .venv/bin/pip wheel --quiet --no-deps --wheel-dir "$made" .
+  python3 -m venv "$made/.venv"
+  "$made/.venv/bin/pip" install --quiet "$made"/*.whl
+  (cd "$made" && .venv/bin/scbm init cell --example paper && cd cell && ../.venv/bin/scbm check --strict model.yaml \
+    && ../.venv/bin/scbm test model.yaml cases --fail-under 100)
+  rm -rf "$made"
+}

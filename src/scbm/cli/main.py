@@ -27,6 +27,7 @@ INTERRUPTED = 130
 
 
 VERBS: dict[str, str] = {
+    "init": "scbm.cli.init",
     "check": "scbm.cli.check",
     "plan": "scbm.cli.plan",
     "run": "scbm.cli.run",
@@ -40,9 +41,9 @@ VERBS: dict[str, str] = {
     "report": "scbm.cli.report",
     "schema": "scbm.cli.schema",
     "export pddl": "scbm.cli.export_pddl",
-    "node controller": "scbm.cli.node_controller",
-    "node resources": "scbm.cli.node_resources",
-    "node tester": "scbm.cli.node_tester",
+    "node controller": "scbm.cli.node_verbs.node_controller",
+    "node resources": "scbm.cli.node_verbs.node_resources",
+    "node tester": "scbm.cli.node_verbs.node_tester",
 }
 """The module of each verb, in the order of the help. Its function `command` returns an exit code."""
 

@@ -1,0 +1,137 @@
+"""`scbm init`: a new folder with a model, cases, tests for pytest and a CI job, which pass all commands."""
+
+import re
+from enum import StrEnum
+from pathlib import Path
+from shlex import quote
+from typing import Annotated
+
+import typer
+
+from scbm.cli.example_cells import EXAMPLES, ExampleCell, examples_folder
+from scbm.cli.output.terminal import results
+from scbm.files import FileWriter, read_file
+from scbm.model import Diagnostic, InputError, Place, Slug
+
+ExampleName = StrEnum("ExampleName", list(EXAMPLES))
+
+_HELP = "What to start from: " + "; ".join(f"{name}, {cell.about}" for name, cell in EXAMPLES.items()) + "."
+
+
+def command(
+    folder: Annotated[
+        Path | None, typer.Argument(metavar="NAME", help="The folder. [the name of the example]", show_default=False)
+    ] = None,
+    *,
+    example: Annotated[ExampleName, typer.Option("--example", help=_HELP)] = ExampleName.cnc,
+) -> int:
+    """Write a new folder with a model, cases, tests for pytest and a CI job, to start from."""
+    into = Path(example) if folder is None else folder
+    _refuse_used(into)
+    files = {into / name: text for name, text in project_files(EXAMPLES[example]).items()}
+    FileWriter().write_all(files, overwrite=False)
+    lines = results()
+    for path in files:
+        lines.line(str(path))
+    lines.line("")
+    lines.line("Next:")
+    lines.line(f"  cd {quote(str(into))}")
+    for line in _commands(EXAMPLES[example]):
+        lines.line(f"  {line}")
+    return 0
+
+
+def project_files(cell: ExampleCell) -> dict[str, str]:
+    """Return the text of each file of a new project, by its path in the folder."""
+    model = examples_folder() / cell.model
+    cases = sorted((model.parent / "cases").glob("*.yaml"))
+    files = {"model.yaml": read_file(model)}
+    files |= {f"cases/{case.name}": _MODEL_LINE.sub("model: ../model.yaml", read_file(case)) for case in cases}
+    commands = "".join(f"    {line}\n" for line in _commands(cell))
+    return files | {
+        "test_model.py": _TESTS,
+        ".github/workflows/scbm.yaml": _WORKFLOW,
+        "README.md": _README.format(about=cell.about, commands=commands),
+    }
+
+
+_MODEL_LINE = re.compile(r"^model: .*$", re.MULTILINE)
+
+
+def _commands(cell: ExampleCell) -> tuple[str, ...]:
+    return (
+        "scbm check model.yaml",
+        f"scbm run model.yaml --goal {cell.goal}",
+        "scbm test model.yaml cases --cases 20 --seed 1",
+        "scbm close model.yaml --out closed",
+    )
+
+
+def _refuse_used(folder: Path) -> None:
+    """Raise `InputError` if the folder is a file, or has something in it."""
+    if folder.is_dir() and not any(folder.iterdir()):
+        return
+    if folder.exists():
+        what = "the folder is not empty" if folder.is_dir() else "this is a file"
+        remedy = "name another folder: `scbm init NAME`"
+        raise InputError([Diagnostic(Slug.BAD_OPTION, what, Place(str(folder)), remedy)])
+
+
+_TESTS = '''\
+"""Random cases of the model. `pytest` runs them, and the case files in `cases`, and reports their coverage together.
+
+This needs the extra `testing`: `pip install 'scbm[testing]'`.
+"""
+
+import pytest
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_random_cases_pass(scbm_model, seed):
+    model = scbm_model("model.yaml")
+    failed = [run.verdict for run in model.random(seed=seed, cases=20) if not run.verdict.passed]
+    assert not failed
+'''
+
+_WORKFLOW = """\
+# For GitHub, if this folder is a repository. Other systems run the same commands.
+name: scbm
+on: [push, pull_request]
+jobs:
+  test:
+    runs-on: ubuntu-latest
+    steps:
+      - uses: actions/checkout@v4
+      - uses: actions/setup-python@v5
+        with: {python-version: "3.12"}
+      - run: pip install 'scbm[testing]'
+      - run: scbm check --strict model.yaml
+      - run: scbm test model.yaml cases --cases 1000 --seed 1 --store coverage.db
+      - run: pytest
+      - if: always()
+        run: scbm report coverage.db --markdown "$GITHUB_STEP_SUMMARY" --html report.html --junit junit.xml
+      - if: always()
+        uses: actions/upload-artifact@v4
+        with: {name: scbm, path: report.html}
+"""
+
+_README = """\
+# A behavior model
+
+The example: {about}. Change it into your own cell.
+
+| file | has |
+| --- | --- |
+| `model.yaml` | variables, resources, operations, automatic transitions, goals, requirements |
+| `cases/` | test cases: which requests fail or are late, and what is expected then |
+| `test_model.py` | random cases as tests of pytest |
+| `.github/workflows/scbm.yaml` | a CI job |
+
+Begin with these commands:
+
+{commands}
+`scbm test` reports which parts of the model the cases have exercised. `scbm close` generates the missing cases, or
+proves that there are none. `scbm explain model.yaml OBLIGATION` says why one is not covered, and `scbm mutate
+model.yaml cases` which changes of the model the cases would not notice. `scbm schema > scbm.schema.json` helps editors
+to complete keys.
+"""

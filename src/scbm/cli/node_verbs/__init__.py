@@ -1,0 +1,1 @@
+"""The verbs of `scbm node`: controller, resources and tester, each as a process of its own."""

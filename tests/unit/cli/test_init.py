@@ -1,0 +1,100 @@
+"""`scbm init`: a new folder that passes all commands."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from ruamel.yaml import YAML
+
+from conftest import Ran
+from scbm.cli.example_cells import EXAMPLES
+from scbm.cli.init import project_files
+from scbm.files import load_model, open_case
+
+pytest_plugins = "pytester"
+
+Scbm = Callable[..., Ran]
+
+
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_a_project_has_a_model_with_the_goal_and_cases_of_it(example: str, scbm: Scbm, tmp_path: Path) -> None:
+    folder = tmp_path / "cell"
+    ran = scbm("init", folder, "--example", example)
+    assert ran.code == 0
+    assert [line for line in ran.out.splitlines() if line.startswith(str(folder))] == [
+        str(folder / name) for name in project_files(EXAMPLES[example])
+    ]
+    model = load_model(folder / "model.yaml")
+    assert model.goal(EXAMPLES[example].goal) is not None
+    cases = sorted((folder / "cases").iterdir())
+    assert cases
+    for case in cases:
+        open_case(case).read(model)
+
+
+def test_the_ci_job_is_yaml_and_uses_the_files(scbm: Scbm, tmp_path: Path) -> None:
+    scbm("init", tmp_path / "cell")
+    job = YAML(typ="safe").load(tmp_path / "cell" / ".github" / "workflows" / "scbm.yaml")
+    commands = [step["run"] for step in job["jobs"]["test"]["steps"] if "run" in step]
+    assert "scbm check --strict model.yaml" in commands
+
+
+def test_the_folder_has_the_name_of_the_example_unless_there_is_another(
+    scbm: Scbm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scbm("schema")  # the fixture changes the directory, and this test changes it once more
+    monkeypatch.chdir(tmp_path)
+    assert scbm("init", "--example", "paper").code == 0
+    assert (tmp_path / "paper" / "model.yaml").exists()
+
+
+def test_nothing_that_exists_is_touched(scbm: Scbm, tmp_path: Path) -> None:
+    (tmp_path / "model.yaml").write_text("mine")
+    ran = scbm("init", tmp_path)
+    assert (ran.code, ran.out) == (2, "")
+    assert "error[bad-option]" in ran.err
+    assert [path.name for path in tmp_path.iterdir()] == ["model.yaml"]
+    ran = scbm("init", tmp_path / "model.yaml")
+    assert ran.code == 2
+    assert (tmp_path / "model.yaml").read_text() == "mine"
+
+
+def test_an_empty_folder_is_filled(scbm: Scbm, tmp_path: Path) -> None:
+    assert scbm("init", tmp_path).code == 0
+    assert (tmp_path / "README.md").exists()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_a_project_passes_all_commands(example: str, scbm: Scbm, tmp_path: Path) -> None:
+    scbm("init", tmp_path / "cell", "--example", example)
+    model, cases, closed = (tmp_path / "cell" / name for name in ("model.yaml", "cases", "closed"))
+    goal = EXAMPLES[example].goal
+    store = tmp_path / "coverage.db"
+    for arguments in (
+        ("check", "--strict", model),
+        ("plan", model, "--goal", goal),
+        ("run", model, "--goal", goal),
+        ("test", model, cases, "--cases", "20", "--seed", "1", "--store", store),
+        ("report", store),
+        ("close", model, "--out", closed),
+        ("test", model, closed, "--certificates", closed, "--fail-under", "coverable=100"),
+        ("mutate", model, cases, "--operators", "transitions", "--no-equivalence"),
+        ("replay", min(cases.iterdir())),
+    ):
+        ran = scbm(*arguments)
+        assert ran.code == 0, (arguments, ran.err)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("example", EXAMPLES)
+def test_a_project_passes_its_own_tests(example: str, pytester: pytest.Pytester) -> None:
+    files = project_files(EXAMPLES[example])
+    for name, text in files.items():
+        path = pytester.path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+    cases = [name for name in files if name.startswith("cases/")]
+    pytester.runpytest_subprocess("-p", "no:cacheprovider").assert_outcomes(passed=3 + len(cases))
