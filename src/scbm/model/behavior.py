@@ -154,6 +154,21 @@ class RunsDeclaration:
     plans: PlanSet = PlanSet.CANONICAL
 
 
+@dataclass(frozen=True, slots=True)
+class LiftedOrigin:
+    """The lifted entry of a model file that a ground part of the model was expanded from.
+
+    Attributes:
+        section: the section of both: `operations`, `automatic_transitions` or `goals`.
+        name: the name of the ground part, such as `move.r1.a.b`.
+        lifted: the name of the lifted entry, such as `move`.
+    """
+
+    section: str
+    name: str
+    lifted: str
+
+
 @dataclass(frozen=True)
 class BehaviorModel:
     """The content of a model file. All orders are those of the file, and they matter.
@@ -175,6 +190,7 @@ class BehaviorModel:
         goals_may_end: by the name of a goal, further ends that excuse missing this goal.
         runs: what its runs are.
         requirements_off: the names of the built-in requirements that do not hold in it, each with the reason.
+        origins: where its expanded parts come from. Reports fold by it; two models that differ only in it are equal.
     """
 
     name: str
@@ -192,6 +208,7 @@ class BehaviorModel:
     goals_may_end: tuple[tuple[str, tuple[str, ...]], ...] = ()
     runs: RunsDeclaration = RunsDeclaration()
     requirements_off: tuple[tuple[str, str], ...] = ()
+    origins: tuple[LiftedOrigin, ...] = field(default=(), compare=False)
 
     @cached_property
     def space(self) -> StateSpace:
@@ -229,6 +246,14 @@ class BehaviorModel:
     def may_end_of(self, goal: str) -> tuple[str, ...]:
         """Return the ends that excuse missing the goal with this name, without those that excuse missing any goal."""
         return dict(self.goals_may_end).get(goal, ())
+
+    @cached_property
+    def _lifted(self) -> dict[tuple[str, str], str]:
+        return {(origin.section, origin.name): origin.lifted for origin in self.origins}
+
+    def lifted_name(self, section: str, name: str) -> str:
+        """Return the name of the lifted entry that a part of a section comes from; its own name if it is written."""
+        return self._lifted.get((section, name), name)
 
     def operation(self, name: str) -> Operation:
         """Return the operation with this name. Raises `KeyError` if there is none."""

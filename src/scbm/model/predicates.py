@@ -293,6 +293,14 @@ def conjunction(predicates: Iterable[Predicate]) -> Predicate:
     return operands[0] if len(operands) == 1 else And(operands)
 
 
+def flat_conjunction(predicates: Iterable[Predicate]) -> Predicate:
+    """Return the conjunction of the predicates, in which no operand is a conjunction itself, or `true`."""
+    operands: list[Predicate] = []
+    for predicate in predicates:
+        operands += predicate.operands if isinstance(predicate, And) else [predicate]
+    return conjunction(operand for operand in operands if operand != TRUE)
+
+
 def _bracket(operand: Predicate, looser: tuple[type, ...]) -> str:
     return f"({operand})" if isinstance(operand, looser) else str(operand)
 

@@ -14,13 +14,14 @@ from scbm.files.codec.model_keys import MODEL_OWNERS, ModelKeys
 from scbm.files.codec.operation_keys import OperationKeys
 from scbm.files.codec.value_reader import ValueReader
 from scbm.files.codec.waiver_keys import WAIVERS_OWNERS, WaiverKeys, WaiversKeys
+from scbm.files.expansion.stages import expand
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import read_file, read_tree
 from scbm.files.yaml.yaml_writer import dump
 from scbm.model import Diagnostic, InputError, Place, PlannerChoice, RunsDeclaration, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
     from scbm.files.yaml.document import YamlNode
     from scbm.files.yaml.source_text import SourceText
@@ -33,9 +34,11 @@ if TYPE_CHECKING:
 class Places:
     """The places of the parts of a model in its file."""
 
-    def __init__(self, document: YamlNode, source: SourceText) -> None:
+    def __init__(self, document: YamlNode, source: SourceText, others: Mapping[str, SourceText] | None = None) -> None:
+        """Take the expanded tree, the text of the file, and the other files of which the tree contains nodes."""
         self._document = document
         self._source = source
+        self._others = others or {}
 
     def find(self, path: tuple[str, ...]) -> tuple[Place, str]:
         """Return the place of the key at the end of a path, or of the last existing key on the way, and its line."""
@@ -45,19 +48,22 @@ class Places:
             if path[length] not in owner.key_places:
                 break
             place = owner.key_places[path[length]]
-        return place, self._source.lines[place.line - 1] if place.line else ""
+        source = self._others.get(place.file, self._source)
+        return place, source.lines[place.line - 1] if place.line else ""
 
     def lines(self, path: tuple[str, ...]) -> tuple[int, ...]:
         """Return the numbers of the lines under a path, with those of its key, ascending.
 
-        Blank lines and comments are left out. An alias brings the lines of its anchor. A path that does not exist has
-        no lines.
+        Blank lines and comments are left out. An alias brings the lines of its anchor, and what is expanded the lines
+        that it comes from. A path that does not exist, or comes from another file, has no lines.
         """
         owner = self._document.at(path[:-1])
         if not self._has(path):
             return ()
-        first = owner.key_places[path[-1]].line
-        written = range(first, self._line(owner.value_ends[path[-1]]) + 1)
+        key = owner.key_places[path[-1]]
+        if key.file in self._others:
+            return ()
+        written = range(key.line, self._line(owner.value_ends[path[-1]]) + 1)
         numbers = {*written, *self._lines_of(owner.items[path[-1]])}
         return tuple(number for number in sorted(numbers) if self._says_something(number))
 
@@ -66,6 +72,8 @@ class Places:
         return all(key in self._document.at(path[:length]).items for length, key in enumerate(path))
 
     def _lines_of(self, node: YamlNode) -> Iterator[int]:
+        if node.place.file in self._others:
+            return
         yield from range(node.place.line, self._line(node.end) + 1)
         for child in (*node.items.values(), *node.elements):
             yield from self._lines_of(child)
@@ -105,28 +113,29 @@ def read_model(text: str, file: str = "model") -> BehaviorModel:
 
 def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
     document, source, report = read_tree(text, file, "model", "a model begins with `behavior_model: <name>`")
-    _refuse_too_many(document, source)
+    document = expand(document, report)
+    places = Places(document, source, report.others)
+    _refuse_too_many(document, places)
     check_shape(document, report, ModelKeys, MODEL_OWNERS)
     reader = ValueReader(report, Scope({}))
     model = ModelKeys(document, reader).model()
     report.raise_any()
     if not reader.is_whole:
         raise AssertionError(f"{file}: something was not resolved, and nothing was complained of")
-    return model, Places(document, source)
+    return model, places
 
 
 _MAX_ENTRIES = 10_000
 """Maximum number of entries of one section; the largest published model in the benchmarks has 3,160 operations."""
 
 
-def _refuse_too_many(document: YamlNode, source: SourceText) -> None:
+def _refuse_too_many(document: YamlNode, places: Places) -> None:
     """Raise `InputError` for a model that is too large to be read and explored."""
-    for section in document.items.values():
+    for key, section in document.items.items():
         if len(section.items) > _MAX_ENTRIES:
             name = next(islice(section.items, _MAX_ENTRIES, None))
             message = f"more than {_MAX_ENTRIES:,} entries in one section, {len(section.items):,} in all"
-            place = section.key_places[name]
-            line = source.lines[place.line - 1]
+            place, line = places.find((key, name))
             raise InputError([Diagnostic(Slug.YAML_TOO_LARGE, message, place, source_line=line)])
 
 

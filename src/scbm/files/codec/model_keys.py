@@ -28,7 +28,15 @@ from scbm.files.language.grammar import keywords
 from scbm.files.language.scope import Scope, Where
 from scbm.files.spelling import suggestion
 from scbm.model import Place, Slug
-from scbm.model.behavior import FIRST_PLANNER, BehaviorModel, GoalOrder, PlannerChoice, PlanSet, RunsDeclaration
+from scbm.model.behavior import (
+    FIRST_PLANNER,
+    BehaviorModel,
+    GoalOrder,
+    LiftedOrigin,
+    PlannerChoice,
+    PlanSet,
+    RunsDeclaration,
+)
 from scbm.model.predicates import TRUE, Predicate
 from scbm.model.requirements import BuiltIn, Requirement
 from scbm.model.variables import NO_OPERATION, Variable, VariableSource, resource_variables, runner_variables
@@ -45,6 +53,9 @@ _WORLD = predicate_type(Where.WORLD)
 _RESERVED_OPERATIONS = (NO_OPERATION, "current", "plan", "automatic")
 _DECLARING: dict[str, type[Keys]] = {"variables": VariableKeys, "resources": ResourceKeys, "operations": OperationKeys}
 """The sections whose keys are names that expressions use."""
+
+_LIFTED = ("operations", "automatic_transitions", "goals")
+"""The sections whose expanded entries know where they come from: those that reports name."""
 
 
 def _read_planner(reader: ValueReader, node: YamlNode, text: str) -> str | None:
@@ -303,12 +314,21 @@ class ModelKeys(Keys):
             goals_may_end=tuple((entry.name, entry.value.may_end) for entry in self.goals if entry.value.may_end),
             runs=RunsDeclaration() if self.runs is None else self.runs.declaration(),
             requirements_off=tuple(self._switched_off()),
+            origins=tuple(self._origins()),
         )
         self._refuse_false_sources(model)
         self._refuse_drawn_plans(model)
         if self.waivers:
             model = replace(model, waivers=waivers_of(self.waivers, model))
         return self._bound(model)
+
+    def _origins(self) -> Iterator[LiftedOrigin]:
+        """Yield where the expanded entries come from, section by section."""
+        for section in _LIFTED:
+            node = self.node.get(section)
+            for name, entry in node.items.items() if node is not None else ():
+                if entry.origin is not None:
+                    yield LiftedOrigin(section, name, entry.origin)
 
     def _switched_off(self) -> Iterator[tuple[str, str]]:
         """Yield the built-in requirements that are switched off, with their reasons; note unknown ones."""

@@ -10,7 +10,7 @@ from scbm.files.language.resolver import Resolver
 from scbm.files.language.scope import Scope, Where
 from scbm.files.spelling import suggestion
 from scbm.model import Place, Slug
-from scbm.model.predicates import FALSE, TRUE, Predicate, conjunction
+from scbm.model.predicates import FALSE, TRUE, Predicate, conjunction, flat_conjunction
 from scbm.model.values import Domain, Value, ValueKind, format_value, kind_of
 from scbm.model.variables import Role
 
@@ -232,7 +232,8 @@ class ValueReader:
         if node is None:
             return TRUE
         if node.elements:
-            return conjunction(self.predicate(element, where) for element in node.elements)
+            operands = [self.predicate(element, where) for element in node.elements]
+            return flat_conjunction(operands) if node.flattens else conjunction(operands)
         if isinstance(node.plain, bool):
             return TRUE if node.plain else FALSE
         if node.scalar is None or node.plain is None:

@@ -67,6 +67,9 @@ class YamlNode:
         condemned: whether an error is noted already that explains everything else that is wrong with the node.
         incomplete: whether a mapping has a key that is not a name, for which an error is noted.
         end: where in the text the node ends.
+        origin: the name of the lifted entry that an expanded entry of a section comes from; `None` if there is none.
+        flattens: whether the elements of a list of predicates are parts of one conjunction: `a && b` among them is no
+            conjunction of its own. Only expanded guards do that.
     """
 
     plain: Plain
@@ -80,6 +83,8 @@ class YamlNode:
     condemned: bool = False
     incomplete: bool = False
     end: int = 0
+    origin: str | None = None
+    flattens: bool = False
 
     @property
     def text(self) -> str | None:
@@ -194,7 +199,7 @@ class _Reader:
     def _scalar(self, event: ScalarEvent, begin: int) -> YamlNode:
         scalar = Scalar(self._source, str(event.value), begin, event.end_mark.index, event.style or "")
         place = self._source.stretch(begin, scalar.end) if scalar.style not in ("|", ">") else self._source.place(begin)
-        return YamlNode(_plain(scalar.text) if not scalar.style else scalar.text, place, scalar)
+        return YamlNode(plain_value(scalar.text) if not scalar.style else scalar.text, place, scalar)
 
     def _mapping(self, place: Place, depth: int) -> YamlNode:
         node = YamlNode({}, place)
@@ -291,7 +296,7 @@ def _is_merge(name: str, value: YamlNode) -> bool:
     return name == "<<" and isinstance(value.plain, (dict, list))
 
 
-def _plain(text: str) -> Plain:
+def plain_value(text: str) -> Plain:
     """Return the value of an unquoted scalar in YAML 1.2."""
     if _NULL.fullmatch(text):
         return None

@@ -26,11 +26,21 @@ _MAX_CHARACTERS = 400
 
 
 class ErrorCollector:
-    """The diagnostics of one text so far."""
+    """The diagnostics of one text so far, and of the files that it includes."""
 
     def __init__(self, source_lines: Sequence[str]) -> None:
         self._source_lines = source_lines
+        self._others: dict[str, SourceText] = {}
         self._found: dict[tuple[Place, Slug, str], Diagnostic] = {}
+
+    def add_source(self, source: SourceText) -> None:
+        """Take another file, whose lines are shown with the errors in it; its errors follow those of earlier files."""
+        self._others.setdefault(source.file, source)
+
+    @property
+    def others(self) -> dict[str, SourceText]:
+        """The other files, by the names that places have."""
+        return dict(self._others)
 
     def add(self, slug: Slug, message: str, place: Place, remedy: str | None = None) -> None:
         """Note one error. The same error at the same place is noted once: an alias is read as often as it is used.
@@ -38,7 +48,8 @@ class ErrorCollector:
         Raises:
             InputError: the maximum number of errors is reached.
         """
-        source_line = self._source_lines[place.line - 1] if 0 < place.line <= len(self._source_lines) else None
+        lines = self._others[place.file].lines if place.file in self._others else self._source_lines
+        source_line = lines[place.line - 1] if 0 < place.line <= len(lines) else None
         shown = _shown(message)
         diagnostic = Diagnostic(slug, shown, place, _shown(remedy) if remedy else None, source_line)
         self._found.setdefault((place, slug, shown), diagnostic)
@@ -48,6 +59,7 @@ class ErrorCollector:
     def copy(self) -> ErrorCollector:
         """Return a collector with the same diagnostics: a text that is parsed once can be read for several models."""
         copied = ErrorCollector(self._source_lines)
+        copied._others.update(self._others)
         copied._found.update(self._found)
         return copied
 
@@ -60,8 +72,9 @@ class ErrorCollector:
             raise self.error()
 
     def error(self) -> InputError:
-        """Return all diagnostics in the order of the text."""
-        ordered = sorted(self._found.values(), key=lambda diagnostic: diagnostic.order)
+        """Return all diagnostics in the order of the text; those of each other file follow."""
+        ranks = {file: rank for rank, file in enumerate(self._others, start=1)}
+        ordered = sorted(self._found.values(), key=lambda found: (ranks.get(found.place.file, 0), found.order))
         return InputError(ordered)
 
 
