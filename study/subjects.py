@@ -161,7 +161,7 @@ def _controls() -> Iterator[Subject]:
         **{f"flags-{count}": partial(flags, count) for count in range(3, 9)},
         **{f"line-{'-'.join(map(str, sizes))}": partial(line, *sizes) for sizes in lines},
         "blocks-6-0": partial(blocks, "6-0"),
-        "logistics-4-0": partial(logistics, "4-0"),
+        "logistics-8-0": partial(logistics, "8-0"),
         "factory-1-1": partial(factory, 1, 1),
     }
     for name, problem in problems.items():
