@@ -1,8 +1,12 @@
 """Changes the code at places that are drawn, and looks whether the unit tests notice.
 
-`mutants.py [--mutants N] [--seed S]`: each mutant is a copy of the sources with one change in `running`, `proofcheck`
-or `cases/coverage`: a comparison, `and` and `or`, a `not`, a condition, a number, or a statement. The unit tests of its
-package run on the copy. The output names each mutant that they let live, for a person to judge: some change nothing.
+`mutants.py [--mutants N] [--from M] [--seed S]`: each mutant is a copy of the sources with one change in `running`,
+`proofcheck` or `cases/coverage`: a comparison, `and` and `or`, a `not`, a condition, a number, or a statement. The unit
+tests of its package run on the copy. The output names each mutant that they let live, for a person to judge: some
+change nothing. `--from M` begins at mutant M, counted from 0, and so continues an earlier run of the same sources.
+
+Left out are changes that no test can see: flags of `@dataclass`, blocks for `TYPE_CHECKING`, `strict=` of `zip`, and
+`assert_never`, which type checkers judge.
 """
 
 from __future__ import annotations
@@ -82,12 +86,35 @@ def mutants_of(package: str, path: Path) -> Iterator[Mutant]:
     starts = [0]
     for line in source.encode().splitlines(keepends=True):
         starts.append(starts[-1] + len(line))
-    for node in ast.walk(ast.parse(source)):
+    for node in visible(ast.parse(source)):
         for part, text in changes(node, source):
             if part.end_lineno is not None and part.end_col_offset is not None:
                 begin = starts[part.lineno - 1] + part.col_offset
                 end = starts[part.end_lineno - 1] + part.end_col_offset
                 yield Mutant(package, path, part.lineno, begin, end, text)
+
+
+def visible(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield a node and all nodes below it whose changes a test could see."""
+    yield node
+    for child in ast.iter_child_nodes(node):
+        if not (
+            _calls(child, "dataclass")
+            or (isinstance(child, ast.Expr) and _calls(child.value, "assert_never"))
+            or (isinstance(child, ast.If) and _names(child.test, "TYPE_CHECKING"))
+            or (isinstance(child, ast.keyword) and child.arg == "strict" and _calls(node, "zip"))
+        ):
+            yield from visible(child)
+
+
+def _calls(node: ast.AST, name: str) -> bool:
+    """Return whether a node is a call of a function with this name."""
+    return isinstance(node, ast.Call) and _names(node.func, name)
+
+
+def _names(node: ast.AST, name: str) -> bool:
+    """Return whether a node is this plain name."""
+    return isinstance(node, ast.Name) and node.id == name
 
 
 def changes(node: ast.AST, source: str) -> Iterator[tuple[ast.expr | ast.stmt, str]]:
@@ -156,12 +183,12 @@ def main() -> int:
     """Try the mutants, print those that live, and return 1 if there are any."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--mutants", type=int, default=300)
+    parser.add_argument("--from", type=int, default=0, dest="first", metavar="M")
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     known = all_mutants()
-    drawn = random.Random(asked.seed).sample(  # noqa: S311 - no cryptography
-        known, min(asked.mutants, len(known))
-    )
+    random_numbers = random.Random(asked.seed)  # noqa: S311 - no cryptography
+    drawn = random_numbers.sample(known, min(asked.mutants, len(known)))[asked.first :]
     survivors = 0
     with tempfile.TemporaryDirectory() as directory:
         copy = Path(directory)
