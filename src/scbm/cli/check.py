@@ -7,6 +7,7 @@ import typer
 
 from scbm.cases.coverage import Obligations
 from scbm.cli.options.node_options import Bindings
+from scbm.cli.options.status_options import today
 from scbm.cli.output.terminal import activity_display, count_of, errors, results, write_json
 from scbm.closing.advice import THOROUGH, Checked, CheckLimits, Doubt, check_model
 from scbm.files import Places, load_bindings, load_located
@@ -65,7 +66,7 @@ def _check(
             out.diagnostics(warnings[-1:])
 
     with activity_display(f"checking {model.name}") as activity:
-        checked = check_model(model, limits, found, activity)
+        checked = check_model(model, limits, found, activity, today())
     if not quiet:
         out.line(f"{path}: {count_of(warnings) or 'good'}")
         out.line(_summary(model, checked))

@@ -148,6 +148,7 @@ def _visit(visit: Visit, model: BehaviorModel) -> dict[str, Any]:
         "initial": {name: value for name, value in case.initial.items() if value != nominal[name]},
         "plan": list(visit.plan),
         "wrong": list(visit.wrong),
+        "outside": list(visit.outside),
         "at_ns": visit.at_ns,
         "record": visit.record,
         "verdict": execution.verdict.end.value,

@@ -5,16 +5,27 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from scbm.cases import ConditionKind
 from scbm.cases.coverage import Obligations, visited_by
-from scbm.cases.trace import PlanReceived, RequestSent, fault_in
+from scbm.cases.trace import (
+    InjectionApplied,
+    MeasurementReceived,
+    PlanReceived,
+    PutBack,
+    RequestSent,
+    ResourceChanged,
+    assignments,
+    fault_in,
+)
 from scbm.model import InitialStates, Outcome, format_moment
+from scbm.model.sources import changed_from_outside
 from scbm.proofcheck import RunsArgument
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
+    from collections.abc import Iterable, Mapping
 
     from scbm.cases.coverage import Obligation
-    from scbm.cases.trace import Record
+    from scbm.cases.trace import Changes, Record
     from scbm.closing.decisions import Closing, Decided, Suggestion
     from scbm.model import BehaviorModel
     from scbm.testing import Execution
@@ -33,6 +44,7 @@ class Visit:
         at_ns: the time of the visit.
         plan: the plan that is carried out at that time.
         wrong: the faults until then, as sentences, in order.
+        outside: what changed from outside until then, by the case or by the environment, as sentences, in order.
     """
 
     execution: Execution
@@ -40,6 +52,7 @@ class Visit:
     at_ns: int
     plan: tuple[str, ...]
     wrong: tuple[str, ...]
+    outside: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,31 +106,72 @@ def explain(
 def _explained(closing: Closing, decided: Decided, executions: Mapping[str, Execution]) -> Explanation:
     about = tuple(each for each in closing.suggestions if decided.obligation in each.obligations)
     if decided.case is not None:
-        visit = first_visit(executions[decided.case], decided.obligation, Obligations.of(closing.model))
+        visit = first_visit(executions[decided.case], decided.obligation, closing.model)
         return Explanation(decided, visit, suggestions=about)
     return Explanation(decided, searched=_searched_runs(closing, decided), suggestions=about)
 
 
-def first_visit(execution: Execution, obligation: Obligation, obligations: Obligations) -> Visit | None:
-    """Return the first visit of a run to an obligation; `None` if there is none."""
-    records = execution.trace.records
+def first_visit(execution: Execution, obligation: Obligation, model: BehaviorModel) -> Visit | None:
+    """Return the first visit of a run of a model to an obligation; `None` if there is none."""
+    obligations, records = Obligations.of(model), execution.trace.records
     bit = obligations.bit(obligation)
     for index, record in enumerate(records):
         if visited_by((record,), obligations) & bit:
             plans = [found.plan for found in records[: index + 1] if isinstance(found, PlanReceived)]
-            wrong = tuple(_what_goes_wrong(execution, records[: index + 1]))
-            return Visit(execution, index, record.at_ns, plans[-1] if plans else (), wrong)
+            events = _Events(execution, model, index + 1)
+            return Visit(execution, index, record.at_ns, plans[-1] if plans else (), events.wrong, events.outside)
     return None
 
 
-def _what_goes_wrong(execution: Execution, records: Iterable[Record]) -> Iterator[str]:
-    """Yield a sentence for each fault in `records`, and for each request without an answer."""
-    for record in records:
-        fault = fault_in(record)
-        if isinstance(record, RequestSent) and not _is_answered(execution, record.request):
-            fault = f"{record.resource} leaves request {record.request} unanswered"
-        if fault is not None:
-            yield f"{fault} ({format_moment(record.at_ns)})"
+class _Events:
+    """What went wrong in the beginning of a run, and what changed from outside, each as sentences with their times."""
+
+    def __init__(self, execution: Execution, model: BehaviorModel, end: int) -> None:
+        self._execution = execution
+        shared = [resource for resource in model.resources if resource.shared]
+        self._shared = [resource.name for resource in shared]
+        self._changeable = dict.fromkeys((*changed_from_outside(model), *(each.request_state for each in shared)))
+        self._other_users: list[str] = []
+        wrong: list[str] = []
+        outside: list[str] = []
+        for index, record in enumerate(execution.trace.records[:end]):
+            change = self._outside(index, record)
+            sentence = self._fault(record) if change is None else change
+            if sentence is not None:
+                (wrong if change is None else outside).append(f"{sentence} ({format_moment(record.at_ns)})")
+        self.wrong, self.outside = tuple(wrong), tuple(outside)
+
+    def _outside(self, index: int, record: Record) -> str | None:
+        """Return a sentence for a change that the world outside the model could have made (semantics 9.10)."""
+        forced_by = self._execution.forced_by
+        if forced_by is not None and index >= forced_by:
+            return None
+        match record:
+            case MeasurementReceived(changes=changes, by=by) if changes:
+                return f"environment {by} sets {assignments(changes)}" if by else assignments(changes)
+            case InjectionApplied(changes=changes, injection=name) if self._are_outside(changes):
+                return f"injection {name} sets {assignments(changes)}"
+            case PutBack(changes=changes, injection=name) if self._are_outside(changes):
+                return f"injection {name} puts back {assignments(changes)}"
+            case ResourceChanged() if self._is_other_user(record):
+                return fault_in(record)
+            case _:
+                return None
+
+    def _are_outside(self, changes: Changes) -> bool:
+        return bool(changes) and all(name in self._changeable for name, _ in changes)
+
+    def _is_other_user(self, record: ResourceChanged) -> bool:
+        """Return whether another user occupies a shared resource, or leaves it."""
+        if record.resource in self._shared and record.condition == ConditionKind.OCCUPIED.value:
+            self._other_users.append(record.injection)
+        return record.injection in self._other_users
+
+    def _fault(self, record: Record) -> str | None:
+        """Return a sentence for a fault, or for a request without an answer."""
+        if isinstance(record, RequestSent) and not _is_answered(self._execution, record.request):
+            return f"{record.resource} leaves request {record.request} unanswered"
+        return fault_in(record)
 
 
 def _is_answered(execution: Execution, request: int) -> bool:

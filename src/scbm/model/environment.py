@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from scbm.model.diagnostics import Place
     from scbm.model.operations import Action
     from scbm.model.predicates import Predicate
     from scbm.model.resources import Latency
@@ -28,10 +29,12 @@ class Rate:
     Attributes:
         kind: when its clock starts.
         time: the distribution of the time that the clock runs.
+        place: where it is written; two rates that differ only in their places are equal.
     """
 
     kind: RateKind
     time: Latency
+    place: Place | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True)

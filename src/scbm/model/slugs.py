@@ -144,4 +144,6 @@ class Slug(StrEnum):
     NO_DEADLINE = "no-deadline"
     REQUEST_NOT_CLEARED = "request-not-cleared"
     UNDECLARED_SOURCE = "undeclared-source"
+    NEVER_ASSIGNED = "never-assigned"
     UNUSED_VARIABLE = "unused-variable"
+    WAIVER_DATE = "waiver-date"

@@ -101,6 +101,12 @@ def undeclared(model: BehaviorModel) -> tuple[str, ...]:
     return tuple(name for name in inputs(model) if name in assigned and by_name[name].source is None)
 
 
+def unassigned(model: BehaviorModel) -> tuple[str, ...]:
+    """Return the variables that only the model changes, as it declares, and that none of its actions assigns."""
+    assigned = dict.fromkeys(action.target for action in model.actions)
+    return tuple(v.name for v in model.variables if v.source is VariableSource.STATE and v.name not in assigned)
+
+
 def still(model: BehaviorModel) -> tuple[str, ...]:
     """Return the variables that the course of a run can depend on and that nothing changes."""
     changed = dict.fromkeys((*replied(model), *changed_from_outside(model), *(a.target for a in model.actions)))

@@ -71,7 +71,6 @@ class _TraceFollower:
         self._queued = 0
         self._asked_in: int | None = None
         self._unsolvable_in: int | None = None
-        self._planner_reads = 0
 
     def follow(self, record: Record) -> None:
         """Update the situation with the next record."""

@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
 from scbm.cases import FaultAction, WindowFault
-from scbm.cases.trace import OperationStepped
+from scbm.cases.trace import OperationStepped, assignments
 from scbm.model import OperationState, Outcome, format_duration, format_value
 from scbm.testing.verdicts import violation_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.cases import AnyNetworkFault, Case, OutcomeRule
+    from scbm.cases import AnyNetworkFault, Case, EnvironmentChange, OutcomeRule
     from scbm.model import BehaviorModel, Value
     from scbm.testing.tester import Execution
     from scbm.testing.verdicts import Failure
@@ -146,7 +146,7 @@ def choices_of(case: Case, model: BehaviorModel) -> Iterator[tuple[Choice, Case]
         choice = Choice(f"injection {injection.name}", "without it")
         yield choice, replace(case, injections=_without(case.injections, index))
     for index, change in enumerate(case.environment or ()):
-        choice = Choice(f"environment {change.by} at {format_duration(change.at_ns)}", "without it")
+        choice = Choice(_change_words(change), "without it")
         yield choice, replace(case, environment=_without(case.environment or (), index))
     for index, rule in enumerate(case.outcomes):
         yield Choice(_rule_words(rule), "without it"), replace(case, outcomes=_without(case.outcomes, index))
@@ -166,6 +166,12 @@ def choices_of(case: Case, model: BehaviorModel) -> Iterator[tuple[Choice, Case]
 
 def _set(name: str, value: Value) -> str:
     return f"{name} = {format_value(value)} at the beginning"
+
+
+def _change_words(change: EnvironmentChange) -> str:
+    """Return a change of the environment in words: what changes, when, and what makes it."""
+    what = assignments(change.assign) or "a change without effect"
+    return f"{what} at {format_duration(change.at_ns)}, by {change.by or 'the environment'}"
 
 
 def _rule_words(rule: OutcomeRule) -> str:

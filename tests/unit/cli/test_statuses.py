@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from scbm.proofcheck import CertificateFlaw
+from support.wording import Wording
 
 if TYPE_CHECKING:
     from conftest import Ran
@@ -162,6 +163,28 @@ def test_an_expired_waiver_does_not_count(lamp: Path, scbm: Scbm, monkeypatch: p
     assert _json(scbm("test", lamp, "--json"))["statuses"]["counts"]["waived"] == 0
     assert "Expired waiver, which does not count: switch/failed" in scbm("test", lamp).out
     assert "Expired waiver, which does not count: switch/failed" in scbm("close", lamp).out
+
+
+def test_check_warns_of_a_waiver_that_has_expired(
+    lamp: Path, scbm: Scbm, monkeypatch: pytest.MonkeyPatch, wording: Wording
+) -> None:
+    lamp.write_text(MODEL + WAIVERS)
+    assert scbm("check", lamp, "--strict").code == 0
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", IN_DECEMBER)
+    ran = scbm("check", lamp, "--strict")
+    assert (ran.code, f"{lamp}:9:86: warning[waiver-date]" in ran.out) == (1, True)
+    wording(ran.out)
+    (report,) = _json(scbm("check", lamp, "--json"))["models"]
+    assert [(warning["slug"], warning["line"]) for warning in report["warnings"]] == [("waiver-date", 9)]
+
+
+def test_check_warns_of_a_waiver_that_is_dated_after_today(lamp: Path, scbm: Scbm, wording: Wording) -> None:
+    lamp.write_text(MODEL + WAIVERS.replace("2026-11-20", "2026-11-23"))
+    assert scbm("check", lamp, "--strict").code == 0
+    lamp.write_text(MODEL + WAIVERS.replace("2026-11-20", "2026-11-24"))
+    ran = scbm("check", lamp, "--strict")
+    assert (ran.code, f"{lamp}:9:68: warning[waiver-date]" in ran.out) == (1, True)
+    wording(ran.out)
 
 
 def test_a_waiver_of_a_visited_obligation_is_reported(lamp: Path, scbm: Scbm) -> None:

@@ -16,6 +16,7 @@ from scbm.model.sources import (
     published_by,
     replied,
     still,
+    unassigned,
     undeclared,
 )
 
@@ -54,6 +55,12 @@ def test_what_is_read_and_changed_by_nothing_else_is_an_input() -> None:
 @pytest.mark.parametrize(("source", "expected"), [("state", ()), ("constant", ()), ("input", ("estop",))])
 def test_a_declared_source_decides(source: str, expected: tuple[str, ...]) -> None:
     assert inputs(cell(estop=f", source: {source}", count=", source: state")) == expected
+
+
+def test_what_only_the_model_changes_and_nothing_assigns_is_unassigned() -> None:
+    model = cell(estop=", source: state", count=", source: state")
+    assert unassigned(model) == ("estop",)
+    assert unassigned(cell(estop=", source: constant")) == ()
 
 
 def test_what_only_automatic_transitions_assign_is_an_input_until_it_is_declared() -> None:

@@ -100,13 +100,29 @@ def test_every_draws_again_after_each_time() -> None:
     assert len({round(later - earlier, 6) for earlier, later in pairwise(times)}) > 1
 
 
-def test_too_many_changes_end_a_run_with_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_too_many_changes_end_a_run_with_an_error_at_the_rate(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(environment_moves, "MAX_CHANGES", 10)
     push = "push: {guard: stop == released, actions: [stop <- pressed], after: 1 ms}"
     pull = "pull: {guard: stop == pressed, actions: [stop <- released], after: 1 ms}"
     model = press(push, pull)
-    with pytest.raises(InputError, match="the environment made 10 changes in one run, the last of them by `"):
+    with pytest.raises(InputError, match="the environment made 10 changes in one run, the last of them by `") as caught:
         run(model, environment=None)
+    (diagnostic,) = caught.value.diagnostics
+    transition = (push, pull)[diagnostic.message.endswith("`pull`")]
+    rate = (PRESS.count("\n") + (push, pull).index(transition) + 1, len("  ") + transition.index("after") + 1)
+    assert (diagnostic.place.line, diagnostic.place.column) == rate
+    assert diagnostic.remedy == "make its rates slower, or limit the time of the run with `--time-limit`"
+
+
+def test_too_many_changes_of_an_input_without_a_rate_are_an_error_of_the_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(environment_moves, "MAX_CHANGES", 10)
+    unreachable = PRESS.replace("formed <- true, ", "").replace("formed: {", "formed: {source: constant, ")
+    model = read_model(unreachable.removesuffix("environment:\n"))
+    with pytest.raises(InputError, match="the environment made 10 changes in one run") as caught:
+        run(model, origin=Origin(1, moves_inputs=True), environment=None, limits=CaseLimits(time_ns=10**15))
+    (diagnostic,) = caught.value.diagnostics
+    assert str(diagnostic.place) == "press"
+    assert diagnostic.remedy == "limit the time of the run with `--time-limit`"
 
 
 def test_a_transition_without_a_rate_never_fires() -> None:

@@ -14,6 +14,7 @@ from scbm.cases import (
     CaseLimits,
     Condition,
     ConditionKind,
+    EnvironmentChange,
     Expectations,
     Injection,
     Network,
@@ -22,7 +23,7 @@ from scbm.cases import (
     Restart,
 )
 from scbm.files import Scope, Where, parse_predicate, read_case, write_case
-from scbm.model import Always, Constant, Equal, Not, Outcome, Predicate, Reference, Requirement
+from scbm.model import Always, BehaviorModel, Constant, Equal, Not, Outcome, Predicate, Reference, Requirement
 from scbm.testing import FailureKind, Shrinker, Shrunk, Tester
 from support.models import scan_cell
 from support.seeded import SEEDED
@@ -77,10 +78,10 @@ def _predicate(text: str) -> Predicate:
     return parse_predicate(text, Scope.of(MODEL), Where.REQUIREMENT)
 
 
-def _shrink(case: Case, never: str) -> Shrunk:
+def _shrink(case: Case, never: str, model: BehaviorModel = MODEL) -> Shrunk:
     """What a case shrinks to that breaks the requirement that a predicate never holds."""
     requirement = Requirement("seeded", Always(Not(_predicate(never))))
-    tester = Tester(MODEL)
+    tester = Tester(model)
     execution = tester.execute(replace(case, requirements=(requirement,)))
     return Shrinker(tester).shrink(execution, execution.verdict.failures[0])
 
@@ -125,6 +126,17 @@ def test_injections_lose_what_they_need_not_say(wording: Wording) -> None:
     assert shrunk.execution.case.injections == (Injection("held", (("count", 1),)),)
     (choice,) = shrunk.matters
     wording(choice)
+
+
+def test_what_the_environment_changes_is_reported_with_its_time(wording: Wording) -> None:
+    model = scan_cell(("light: {", "light: {source: input, "))
+    changes = (EnvironmentChange(S, (("light", "blue"),)), EnvironmentChange(2 * S, (("light", "red"),)))
+    slow = _case(initial=model.nominal_state, outcomes=(OutcomeRule("scan", 1, 1, latency_ns=9 * S),))
+    shrunk = _shrink(replace(slow, environment=changes), "light == red", model)
+    assert shrunk.execution.case.environment == (replace(changes[1], at_ns=0),)
+    wording(shrunk.matters)
+    by_a_transition = replace(slow, environment=(replace(changes[1], by="fades"),))
+    wording(_shrink(by_a_transition, "light == red", model).matters)
 
 
 def test_times_become_round() -> None:

@@ -1,7 +1,7 @@
 """Doubts, the warnings of `scbm check`, as far as the text of a model shows them; each names a part of the file.
 
 These are guards that cannot hold, planning guards that read the runner's variables, variables that nothing reads,
-unhandled failures, and replies without a deadline. `plan_doubts` explores the model.
+unhandled failures, replies without a deadline, and waivers with doubtful dates. `plan_doubts` explores the model.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from scbm.model import And, Assign, Constant, Not, Or, Outcome, Slug, format_value
 from scbm.model.satisfiability import is_satisfiable
-from scbm.model.sources import undeclared
+from scbm.model.sources import unassigned, undeclared
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -26,13 +26,13 @@ class Doubt:
     Attributes:
         slug: its identifier, documented in `docs/reference/messages.md`.
         message: one sentence.
-        path: the keys that lead to the part of the model file.
+        path: the keys that lead to the part of the model file, and the positions in lists.
         remedy: what to inspect or to change.
     """
 
     slug: Slug
     message: str
-    path: tuple[str, ...]
+    path: tuple[int | str, ...]
     remedy: str | None = None
 
 
@@ -142,7 +142,7 @@ def _watched(model: BehaviorModel) -> frozenset[str]:
 
 
 def doubts_about_variables(model: BehaviorModel) -> Iterator[Doubt]:
-    """Yield a doubt for declared variables that nothing reads, and for nominal values that `initial_states` forbids."""
+    """Yield doubts about variables that nothing reads, about their sources, and about forbidden nominal values."""
     used = frozenset(_used(model))
     for variable in model.variables:
         if variable.name not in used:
@@ -154,11 +154,27 @@ def doubts_about_variables(model: BehaviorModel) -> Iterator[Doubt]:
             "declare `source: state` if nothing else changes it, else `source: input`"
         )
         yield Doubt(Slug.UNDECLARED_SOURCE, message, ("variables", name))
+    for name in unassigned(model):
+        message = f"`source: state` says that only the model changes {name}, and no action assigns it"
+        remedy = "write `source: constant`, or `source: input` if something outside the model changes it"
+        yield Doubt(Slug.NEVER_ASSIGNED, message, ("variables", name, "source"), remedy)
     nominal = model.nominal_state
     if not model.initial_states.holds(nominal):
         read = ", ".join(f"{name} == {format_value(nominal[name])}" for name in model.initial_states.reads())
         message = f"the nominal values do not satisfy `initial_states`: {read}"
         yield Doubt(Slug.INITIAL_STATE_NOMINAL, message, ("initial_states",))
+
+
+def doubts_about_waivers(model: BehaviorModel, today: str) -> Iterator[Doubt]:
+    """Yield a doubt for each waiver of a model that has expired on the date `today`, or is dated after it."""
+    for number, waiver in enumerate(model.waivers):
+        if waiver.is_expired(today):
+            message = f"the waiver of {waiver.obligation} expired on {waiver.expires}, so it does not count"
+            remedy = "cover the obligation, or decide again and write a later day"
+            yield Doubt(Slug.WAIVER_DATE, message, ("waivers", number, "expires"), remedy)
+        elif waiver.date > today:
+            message = f"the waiver of {waiver.obligation} is of {waiver.date}, which is after today, {today}"
+            yield Doubt(Slug.WAIVER_DATE, message, ("waivers", number, "date"), "write the day of the decision")
 
 
 def _used(model: BehaviorModel) -> Iterator[str]:

@@ -12,6 +12,7 @@ from scbm.closing.advice.doubts import (
     doubts_about_guards,
     doubts_about_resources,
     doubts_about_variables,
+    doubts_about_waivers,
 )
 from scbm.closing.advice.plan_doubts import CheckLimits, doubts_about_livelocks, doubts_about_plans, explore_model
 from scbm.closing.advice.request_doubts import doubts_about_requests
@@ -52,6 +53,7 @@ def check_model(
     limits: CheckLimits = CheckLimits(),  # noqa: B008 - an immutable value
     found: Callable[[Doubt], None] = _ignore,
     progress: Callable[[str], None] = _ignore,
+    today: str | None = None,
 ) -> Checked:
     """Return all doubts about a model that were found within the limits.
 
@@ -60,6 +62,7 @@ def check_model(
         limits: the limits of the exploration.
         found: called with each doubt at once, so that those of the text need not wait for the exploration.
         progress: called with a description of what is explored.
+        today: the date of the check, such as `2026-11-23`; `None` checks no dates of waivers.
     """
     doubts: list[Doubt] = []
     unfinished: list[str] = []
@@ -73,7 +76,8 @@ def check_model(
 
     guards = tuple(doubts_about_guards(model))
     resources = chain(doubts_about_resources(model), doubts_about_requests(model))
-    for doubt in chain(doubts_about_variables(model), resources, guards):
+    waivers = () if today is None else doubts_about_waivers(model, today)
+    for doubt in chain(waivers, doubts_about_variables(model), resources, guards):
         note(doubt)
     explained = [doubt.path for doubt in guards if isinstance(doubt, Doubt)]
     exploration = explore_model(model, limits, progress)

@@ -40,14 +40,21 @@ class Places:
         self._source = source
         self._others = others or {}
 
-    def find(self, path: tuple[str, ...]) -> tuple[Place, str]:
-        """Return the place of the key at the end of a path, or of the last existing key on the way, and its line."""
+    def find(self, path: tuple[int | str, ...]) -> tuple[Place, str]:
+        """Return the place of the part at the end of a path, or of the last existing part on the way, and its line.
+
+        Args:
+            path: keys, and positions in lists.
+        """
         place = Place(self._source.file)
-        for length in range(len(path)):
+        for length, step in enumerate(path):
             owner = self._document.at(path[:length])
-            if path[length] not in owner.key_places:
+            if isinstance(step, str) and step in owner.key_places:
+                place = owner.key_places[step]
+            elif isinstance(step, int) and step < len(owner.elements):
+                place = owner.elements[step].place
+            else:
                 break
-            place = owner.key_places[path[length]]
         source = self._others.get(place.file, self._source)
         return place, source.lines[place.line - 1] if place.line else ""
 

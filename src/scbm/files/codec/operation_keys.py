@@ -156,7 +156,7 @@ class EnvironmentKeys(Keys):
             return None
         time = given.distribution()
         if time is None or time.points_ns[-1] > 0:
-            return None if time is None else Rate(kind, time)
+            return None if time is None else Rate(kind, time, self.place(kind.value))
         message = f"`{kind.value}` needs a time above 0 s, or time would stand still"
         remedy = f"write for example `{kind.value}: {{exponential: 2 min}}`"
         self.reader.add(Slug.BAD_LATENCY, message, self.place(kind.value), remedy)

@@ -37,8 +37,8 @@ _LINES = 8
 
 _ARROW = " → "
 
-_MAX_WRONG = 6
-"""Maximum number of problems before a visit that are shown, the last ones."""
+_MAX_LISTED = 6
+"""Maximum number of faults, and of changes from outside, that are shown before a visit: the last ones."""
 
 _FOLLOWS_FROM = {
     StructureArgument.kind: "the model file",
@@ -155,7 +155,7 @@ class _ExplanationText:
         if obligation.aspect is not Aspect.QUEUED and visit.plan:
             plan = plan_in_words(visit.plan, _ARROW)
             yield Text(f"  The plan then has {counted(len(visit.plan), 'operation')}: {plan}.")
-        yield from _wrong(visit)
+        yield from _events(visit)
         yield Text(f"  At {format_moment(visit.at_ns)} {visit_sentence(obligation)}:")
         yield from _picture(visit, self._model)
         if is_new:
@@ -180,16 +180,23 @@ def _goal(case: Case) -> str:
     return ", then ".join(text if name == text else f"{name}: {text}" for name, text in goals)
 
 
-def _wrong(visit: Visit) -> Iterator[Text]:
-    """Yield the faults that were injected before the visit; only the last ones if there are many."""
-    if not visit.wrong:
+def _events(visit: Visit) -> Iterator[Text]:
+    """Yield the faults that were injected before the visit, and what changed from outside."""
+    if visit.wrong:
+        yield from _listed("Faults injected before the visit:", visit.wrong)
+    else:
         yield Text("  No fault is injected before the visit.")
-        return
-    yield Text("  Faults injected before the visit:")
-    left_out = len(visit.wrong) - _MAX_WRONG
+    if visit.outside:
+        yield from _listed("Changes from outside before the visit:", visit.outside)
+
+
+def _listed(heading: str, sentences: Sequence[str]) -> Iterator[Text]:
+    """Yield a heading and sentences; only the last ones if there are many."""
+    yield Text(f"  {heading}")
+    left_out = len(sentences) - _MAX_LISTED
     if left_out > 0:
         yield Text(f"    … {left_out} earlier ones", style="dim")
-    for words in islice(visit.wrong, max(0, left_out), None):
+    for words in islice(sentences, max(0, left_out), None):
         yield Text(f"    {words}")
 
 

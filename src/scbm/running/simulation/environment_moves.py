@@ -209,15 +209,16 @@ class DrawnMoves:
         if not changes and (following is not None or not is_waiting):
             return None, following
         if len(self._taken) == MAX_CHANGES:
-            raise InputError([self._too_many(clock.name)])
+            raise InputError([self._too_many(clock)])
         self._taken.append(EnvironmentChange(tick.at_ns, changes, clock.name))
         return self._taken[-1], following
 
-    def _too_many(self, name: str) -> Diagnostic:
-        last = f", the last of them by `{name}`" if name else ""
+    def _too_many(self, clock: _TransitionClock) -> Diagnostic:
+        last = f", the last of them by `{clock.name}`" if clock.name else ""
         message = f"the environment made {MAX_CHANGES:,} changes in one run{last}"
-        remedy = "make its rates slower, or limit the time of the run with `--time-limit`"
-        return Diagnostic(Slug.BAD_LATENCY, message, Place(self._program.model.name), remedy)
+        shorter = "limit the time of the run with `--time-limit`"
+        remedy = f"make its rates slower, or {shorter}" if clock.name else shorter
+        return Diagnostic(Slug.BAD_LATENCY, message, clock.rate.place or Place(self._program.model.name), remedy)
 
     def _changes(self, clock: _TransitionClock, state: int) -> Changes:
         if clock.step is None:

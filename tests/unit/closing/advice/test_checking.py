@@ -18,9 +18,10 @@ ROOT = Path(__file__).parents[4]
 
 def _doubts(*replacements: tuple[str, str], more: str = "") -> list[Doubt]:
     """What is doubtful about the scanning cell with some texts replaced, but for the variables that it only has
-    for other tests."""
+    for other tests, and for those that only `scan_cell` declares as states."""
     doubts = check_model(scan_cell(*replacements, more=more)).doubts
-    return [doubt for doubt in doubts if doubt.path not in (("variables", "count"), ("variables", "temperature"))]
+    unused = (("variables", "count"), ("variables", "temperature"))
+    return [doubt for doubt in doubts if doubt.path not in unused and doubt.slug is not Slug.NEVER_ASSIGNED]
 
 
 @pytest.mark.parametrize("name", ["before", "after"])
@@ -154,7 +155,7 @@ def test_failures_that_nothing_notices_and_replies_that_are_awaited_without_end_
 
 
 def test_a_variable_that_nothing_reads_is_reported() -> None:
-    doubts = check_model(scan_cell()).doubts
+    doubts = check_model(scan_cell(is_open=True)).doubts
     assert [(d.slug, d.path[-1]) for d in doubts] == [
         (Slug.UNUSED_VARIABLE, "count"),
         (Slug.UNUSED_VARIABLE, "temperature"),
@@ -179,7 +180,11 @@ def test_an_exploration_that_meets_its_limit_is_unfinished_and_no_doubt() -> Non
 
 def test_doubts_about_the_text_come_before_the_exploration() -> None:
     order: list[str] = []
-    check_model(scan_cell(), found=lambda doubt: order.append(doubt.slug), progress=lambda _: order.append("explores"))
+    check_model(
+        scan_cell(is_open=True),
+        found=lambda doubt: order.append(doubt.slug),
+        progress=lambda _: order.append("explores"),
+    )
     assert order[:3] == [Slug.UNUSED_VARIABLE, Slug.UNUSED_VARIABLE, "explores"]
 
 
@@ -305,3 +310,18 @@ def test_an_operation_that_completes_at_once_needs_no_deadline(guard: str, waits
     no_deadline = (("    deadline: 10 seconds\n", ""), ("    timedout: [scan_req_trigger <- false]\n", ""))
     doubts = _doubts(silent, *no_deadline, ("gr: scan_req_state == succeeded", f"gr: {guard}"))
     assert (Slug.NO_DEADLINE in [doubt.slug for doubt in doubts]) == waits
+
+
+def test_a_state_that_no_action_assigns_is_reported_at_its_source() -> None:
+    light = "light: {domain: [green, red, blue], initial: green"
+    scanned = (
+        "box_is_scanned: {domain: bool, initial: false",
+        "box_is_scanned: {source: state, domain: bool, initial: false",
+    )
+
+    def found(source: str) -> list[tuple[str, ...]]:
+        model = scan_cell(scanned, (light, f"{light}, source: {source}"), is_open=True)
+        return [doubt.path for doubt in check_model(model).doubts if doubt.slug is Slug.NEVER_ASSIGNED]
+
+    assert found("state") == [("variables", "light", "source")]
+    assert found("constant") == found("input") == []
