@@ -320,6 +320,19 @@ def names_type(
 
 VARIABLES = names_type("list of variables", ValueReader.variables)
 
+ACTIONS = ScalarListType(
+    "list of actions",
+    "a list of actions",
+    {
+        "type": "array",
+        "items": {"type": "string"},
+        "description": "`v <- value`, `v <- other`, and on integers `v += 1`, `v -= 1`; all at once.",
+    },
+    "an action",
+    node_of,
+    lambda actions: [str(action) for action in actions],
+)
+
 _MAX_COLUMNS = 100
 """A list or a mapping on one line is about this long at most."""
 

@@ -70,8 +70,7 @@ class Places:
         key = owner.key_places[path[-1]]
         if key.file in self._others:
             return ()
-        written = range(key.line, self._line(owner.value_ends[path[-1]]) + 1)
-        numbers = {*written, *self._lines_of(owner.items[path[-1]])}
+        numbers = {*self._range(key, owner.value_ends[path[-1]]), *self._lines_of(owner.items[path[-1]])}
         return tuple(number for number in sorted(numbers) if self._says_something(number))
 
     def _has(self, path: tuple[str, ...]) -> bool:
@@ -81,12 +80,14 @@ class Places:
     def _lines_of(self, node: YamlNode) -> Iterator[int]:
         if node.place.file in self._others:
             return
-        yield from range(node.place.line, self._line(node.end) + 1)
+        yield from self._range(node.place, node.end)
         for child in (*node.items.values(), *node.elements):
             yield from self._lines_of(child)
 
-    def _line(self, end: int) -> int:
-        return self._source.place(max(end - 1, 0)).line
+    def _range(self, place: Place, end: int) -> range:
+        """Return the lines from a place to the end of a node, but at least the line of the place."""
+        last = self._source.place(max(end - 1, 0)).line
+        return range(place.line, max(place.line, last) + 1)
 
     def _says_something(self, number: int) -> bool:
         line = self._source.lines[number - 1].strip()

@@ -296,6 +296,7 @@ class ModelKeys(Keys):
         self.reader.scope = Scope(self._all_names(variables), self._misses_names())
         self._refuse_ambiguous_symbols()
         resources = [entry.value.resource(entry.name) for entry in self._named(self.resources)]
+        self._refuse_odd_requests()
         operations = [entry.value.operation(entry.name) for entry in self._named(self.operations, _RESERVED_OPERATIONS)]
         automatic = self._named(self.automatic_transitions)
         requirements = [(entry.name, entry.value) for entry in self._named(self.requirements)]
@@ -321,6 +322,12 @@ class ModelKeys(Keys):
         if self.waivers:
             model = replace(model, waivers=waivers_of(self.waivers, model))
         return self._bound(model)
+
+    def _refuse_odd_requests(self) -> None:
+        """Note requests of operations that do not suit their resources."""
+        requests = {entry.name: entry.value.as_written(entry.name).request for entry in self.resources}
+        for entry in self.operations:
+            entry.value.refuse_odd_request(requests)
 
     def _origins(self) -> Iterator[LiftedOrigin]:
         """Yield where the expanded entries come from, section by section."""

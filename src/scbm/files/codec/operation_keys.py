@@ -5,9 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from scbm.files.codec.key_types import DURATION, MODEL_NAME, MappingType, ScalarListType, node_of, predicate_type
+from scbm.files.codec.key_types import (
+    ACTIONS,
+    DURATION,
+    MODEL_NAME,
+    MappingType,
+    predicate_type,
+)
 from scbm.files.codec.keys import DefaultKey, Key, Keys
+from scbm.files.codec.lifted.handshake_keys import HandshakeKeys
 from scbm.files.codec.resource_keys import LATENCY
+from scbm.files.expansion.rewritten_scalar import PlacedScalar
 from scbm.files.language.scope import Where
 from scbm.files.spelling import nearest
 from scbm.model import Slug
@@ -18,6 +26,7 @@ from scbm.model.predicates import TRUE, Predicate
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from scbm.files.codec.keys import Data, Definitions, ShapeCheck, Spot
     from scbm.files.codec.value_reader import ValueReader
     from scbm.files.yaml.document import YamlNode
     from scbm.model import Place
@@ -25,18 +34,6 @@ if TYPE_CHECKING:
     from scbm.model.resources import Latency
 
 _GUARD = predicate_type(Where.GUARD)
-_ACTIONS = ScalarListType(
-    "list of actions",
-    "a list of actions",
-    {
-        "type": "array",
-        "items": {"type": "string"},
-        "description": "`v <- value`, `v <- other`, and on integers `v += 1`, `v -= 1`; all at once.",
-    },
-    "an action",
-    node_of,
-    lambda actions: [str(action) for action in actions],
-)
 
 
 def read_actions(
@@ -44,7 +41,7 @@ def read_actions(
 ) -> tuple[tuple[Action, ...], ...]:
     """Return the actions of one transition, list by list; note two assignments to one variable."""
     read: list[tuple[Action, ...]] = []
-    assigned: dict[str, str] = {}
+    assigned: dict[str, tuple[Action, YamlNode]] = {}
     for node, where in lists:
         actions: list[Action] = []
         for element in node.elements if node is not None else ():
@@ -57,12 +54,17 @@ def read_actions(
             target = reader.alias(action.target)
             if target in assigned:
                 message = f"`{action.target}` is assigned twice; the actions of a transition happen at once"
-                remedy = f"the other is `{assigned[target]}`"
-                reader.add(Slug.ASSIGNED_TWICE, message, element.place, remedy)
-            assigned.setdefault(target, str(action))
+                reader.add(Slug.ASSIGNED_TWICE, message, element.place, _other_remedy(*assigned[target]))
+            assigned.setdefault(target, (action, element))
             actions.append(action)
         read.append(tuple(actions))
     return tuple(read)
+
+
+def _other_remedy(other: Action, element: YamlNode) -> str:
+    """Return the remedy that names the other assignment, and the key that a generated one comes from."""
+    is_generated = isinstance(element.scalar, PlacedScalar)
+    return f"the other is `{other}`" + (", which `request` stands for" if is_generated else "")
 
 
 def _transition(key: str, default_name: str) -> Callable[[Operation], Transition | None]:
@@ -83,8 +85,8 @@ class AutomaticKeys(Keys):
     gr: DefaultKey[Predicate] = DefaultKey(
         _GUARD, "An additional guard that only the runner evaluates.", default=TRUE, always_written=True
     )
-    a = Key(_ACTIONS, "The actions that planner and runner apply.", always_written=True, absent="`[]`")
-    ar = Key(_ACTIONS, "Additional actions that only the runner applies.", always_written=True, absent="`[]`")
+    a = Key(ACTIONS, "The actions that planner and runner apply.", always_written=True, absent="`[]`")
+    ar = Key(ACTIONS, "Additional actions that only the runner applies.", always_written=True, absent="`[]`")
 
     def transition(self, name: str, a_where: Where, ar_where: Where) -> Transition:
         """Return the transition; its actions stand at these two sorts of places."""
@@ -111,6 +113,11 @@ class TransitionKeys(AutomaticKeys):
         source=lambda transition: transition.name or None,
     )
 
+    @classmethod
+    def schema(cls, definitions: Definitions) -> dict[str, Data]:
+        """Return the JSON Schema, which leaves it to the operation whether `g` is required: not beside a request."""
+        return {name: part for name, part in super().schema(definitions).items() if name != "required"}
+
 
 def _time_of(kind: RateKind) -> Callable[[EnvironmentTransition], Latency | None]:
     """Return the source of the time of a rate; other rates have none of this kind."""
@@ -123,7 +130,7 @@ class EnvironmentKeys(Keys):
     guard: Key[Predicate] = Key(
         predicate_type(Where.ENVIRONMENT), "Where it can happen; it reads no variable of the runner.", required=True
     )
-    actions = Key(_ACTIONS, "What changes, all at once; declared variables only.", required=True)
+    actions = Key(ACTIONS, "What changes, all at once; declared variables only.", required=True)
     every = Key(
         LATENCY,
         "For simulation: the time from the beginning of a run, and then again each time that it has passed.",
@@ -163,8 +170,8 @@ class EnvironmentKeys(Keys):
         return None
 
 
-class OperationKeys(Keys):
-    """A task that takes time."""
+class OperationKeys(HandshakeKeys):
+    """A task that takes time. It has `pre` and `post`, or a `request`, which stands for both."""
 
     deadline = Key(
         DURATION,
@@ -175,13 +182,13 @@ class OperationKeys(Keys):
     pre = Key(
         MappingType(TransitionKeys, "transition"),
         "The transition that starts the operation.",
-        required=True,
+        absent="required without `request`",
         source=_transition("pre", "start"),
     )
     post = Key(
         MappingType(TransitionKeys, "transition"),
         "The transition that completes the operation.",
-        required=True,
+        absent="required without `request`",
         source=_transition("post", "complete"),
     )
     failed = Key(
@@ -190,7 +197,7 @@ class OperationKeys(Keys):
         source=_transition("failed", "fail"),
     )
     timedout = Key(
-        _ACTIONS,
+        ACTIONS,
         "The actions that the runner applies when the deadline passes; they need a `deadline`.",
         absent="`[]`",
     )
@@ -201,6 +208,25 @@ class OperationKeys(Keys):
         source="disabled_deadline_ns",
     )
 
+    @classmethod
+    def check(cls, spot: Spot, check: ShapeCheck) -> None:
+        """Check the keys; `pre` and `post` are required where nothing stands for them."""
+        super().check(spot, check)
+        node = spot.node
+        if isinstance(node.plain, dict) and HandshakeKeys.declared.keys().isdisjoint(node.items):
+            for key in ("pre", "post"):
+                if key not in node.items:
+                    check.missing_key(key, spot, list(cls.declared))
+
+    @classmethod
+    def schema(cls, definitions: Definitions) -> dict[str, Data]:
+        """Return the JSON Schema, in which an operation has a request, or both transitions with their guards."""
+        schema = super().schema(definitions)
+        guarded = {"required": ["g"]}
+        whole = {"required": ["pre", "post"], "properties": {"pre": guarded, "post": guarded}}
+        schema["properties"]["failed"] |= guarded
+        return {**schema, "anyOf": [{"required": ["request"]}, whole]}
+
     def operation(self, name: str) -> Operation | None:
         """Return the operation; `None` if it lacks a pre- or postcondition."""
         pre = self._transition(self.pre, f"start_{name}", Where.PLANNED)
@@ -210,8 +236,9 @@ class OperationKeys(Keys):
         deadline_ns, disabled_deadline_ns = self.deadline, self.disabled_deadline
         if self.timedout is not None and self.timedout.elements and nearest("deadline", self.node.items) is None:
             message = f"`{name}` has no deadline, so it never times out"
-            remedy = "add `deadline: 10 s`, or leave out `timedout`"
-            self.reader.add(Slug.MISSING_KEY, message, self.place("timedout"), remedy)
+            key = "on_timeout" if self.has("on_timeout") else "timedout"
+            remedy = f"add `deadline: 10 s`, or leave out `{key}`"
+            self.reader.add(Slug.MISSING_KEY, message, self.place(key), remedy)
         if pre is None or post is None:
             return None
         return Operation(name, pre, post, deadline_ns, failed, actions, disabled_deadline_ns)

@@ -22,7 +22,8 @@ class MappingEntry(NamedTuple):
         key: its key.
         place: where the key is written, or what it is generated from.
         node: its value.
-        end: where in the text the value ends; reports on lines show the lines from the key to this end.
+        end: where in the text the value ends; reports on lines show the lines from the key to this end, and the line of
+            the key alone for 0.
     """
 
     key: str

@@ -1,0 +1,90 @@
+"""The keys of an operation that stand for a whole request, as people write them; `expansion` writes them out."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scbm.files.codec.key_types import ACTIONS, NAME_NODE, VALUE, NamesType, predicate_type
+from scbm.files.codec.keys import Key, Keys
+from scbm.files.language.scope import Where
+from scbm.files.spelling import nearest, suggestion
+from scbm.model import Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+def _unwritten(_: object) -> None:
+    """Return nothing: a model is written with the transitions that these keys stand for."""
+
+
+class HandshakeKeys(Keys):
+    """A request that an operation sends, and whose reply completes it (semantics 3.5)."""
+
+    request = Key(
+        NAME_NODE,
+        "The resource that the operation sends a request to. It stands for the whole protocol (semantics 3.5); what is "
+        "written under `pre`, `post` and `timedout` is added to that.",
+        source=_unwritten,
+    )
+    with_ = Key(
+        NamesType(VALUE, "variable → value"),
+        "What the request carries: a value or another variable for each variable under `request` of the resource. "
+        "`v: v` sends the value that `v` has.",
+        name="with",
+        source=_unwritten,
+    )
+    guard = Key(
+        predicate_type(Where.GUARD),
+        "With `request`: where the operation can start, apart from the free resource.",
+        source=_unwritten,
+    )
+    effects = Key(ACTIONS, "With `request`: what changes when the resource has succeeded.", source=_unwritten)
+    on_timeout = Key(
+        ACTIONS, "With `request`: what changes when the deadline passes; it needs a `deadline`.", source=_unwritten
+    )
+
+    def refuse_odd_request(self, requests: Mapping[str, tuple[str, ...]]) -> None:
+        """Note an unknown resource, a payload that the resource does not expect, and these keys without a request.
+
+        Args:
+            requests: the variables that the requests to each resource carry.
+        """
+        if not self.has("request"):
+            self._refuse_without_request()
+        elif self.request is not None:
+            resource = self.request.text or ""
+            if resource in requests:
+                self._refuse_odd_payload(resource, requests[resource])
+            else:
+                remedy = suggestion(resource, requests, "the resources are") or f"add `{resource}` to `resources`"
+                message = f"there is no resource `{resource}`"
+                self.reader.add(Slug.UNKNOWN_RESOURCE, message, self.request.place, remedy)
+
+    def _refuse_without_request(self) -> None:
+        if nearest("request", self.node.items) is None:
+            for key in (key for key in HandshakeKeys.declared if self.has(key)):
+                message = f"`{key}` belongs to a `request`, and this operation has none"
+                remedy = "add `request: <resource>`, or write `pre` and `post`"
+                self.reader.add(Slug.MISSING_KEY, message, self.place(key), remedy)
+
+    def _refuse_odd_payload(self, resource: str, carried: tuple[str, ...]) -> None:
+        """Note what `with` has too much, else what it misses."""
+        entries = self.with_ or ()
+        odd = [entry for entry in entries if entry.name not in carried]
+        for entry in odd:
+            if entry.name in self.reader.scope.variables:
+                message = f"requests to `{resource}` do not carry `{entry.name}`"
+                remedy = suggestion(entry.name, carried, "they carry")
+                remedy = remedy or f"add `request: [{entry.name}]` to the resource"
+                self.reader.add(Slug.UNKNOWN_VARIABLE, message, entry.place, remedy)
+        given = [entry.name for entry in entries]
+        missing = [name for name in carried if name not in given]
+        if missing and not odd and isinstance(self.node.at(("with",)).plain, dict):
+            shown = ", ".join(f"`{name}`" for name in missing)
+            message = f"requests to `{resource}` carry {shown}, and `with` has no value for it"
+            remedy = (
+                f"write `with: {{{missing[0]}: <value>}}`; `{missing[0]}: {missing[0]}` sends the value that it has"
+            )
+            place = self.place("with" if self.has("with") else "request")
+            self.reader.add(Slug.MISSING_KEY, message, place, remedy)

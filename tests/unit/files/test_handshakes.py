@@ -1,0 +1,131 @@
+"""Handshakes: a request that is said once means exactly the transitions that people wrote for it before."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from scbm.cases.coverage import Obligations
+from scbm.cases.trace import write_trace
+from scbm.files import digest_of, load_model, read_located, read_model, write_model
+from scbm.model import BehaviorModel, InputError
+from scbm.testing import Campaign, RandomCases, Tester
+
+EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
+
+HEAD = """behavior_model: cell
+variables: {lamp: {domain: bool, initial: false}, n: {domain: 0..3, initial: 0}}
+resources:
+  lamps:
+    simulation: {latency: 1 s}
+"""
+"""Operations begin in line 6."""
+
+
+@pytest.fixture(scope="module")
+def long() -> BehaviorModel:
+    return load_model(EXAMPLE / "after.yaml")
+
+
+@pytest.fixture(scope="module")
+def short() -> BehaviorModel:
+    return load_model(EXAMPLE / "handshakes.yaml")
+
+
+def with_order_of(model: BehaviorModel, other: BehaviorModel) -> BehaviorModel:
+    """The model with its automatic transitions in the order of another one."""
+    by_name = {transition.name: transition for transition in model.automatic_transitions}
+    return replace(model, automatic_transitions=tuple(by_name[each.name] for each in other.automatic_transitions))
+
+
+def test_the_example_of_the_paper_fits_180_lines_and_is_the_same_model(
+    short: BehaviorModel, long: BehaviorModel
+) -> None:
+    assert len((EXAMPLE / "handshakes.yaml").read_text().splitlines()) <= 180
+    generated = [f"{resource.name}_failed" for resource in long.resources]
+    written = ["abort_if_scanning_timedout_5_times", "clear_scan_timeouts"]
+    assert [transition.name for transition in short.automatic_transitions] == [*written, *generated]
+    assert with_order_of(short, long) == long
+    assert digest_of(with_order_of(short, long)) == digest_of(long)
+
+
+def test_the_example_of_the_paper_keeps_obligations_plans_traces_and_figures(
+    short: BehaviorModel, long: BehaviorModel
+) -> None:
+    names = [sorted(str(each) for each in Obligations.of(model) if each.counts) for model in (short, long)]
+    assert len(names[0]) == 86
+    assert names[0] == names[1]
+    cases = list(RandomCases(long).first(12, seed=3))
+    assert cases == list(RandomCases(short).first(12, seed=3))
+    runs = [[Tester(model).execute(case) for case in cases] for model in (short, long)]
+    assert [write_trace(run.trace) for run in runs[0]] == [write_trace(run.trace) for run in runs[1]]
+    figures = [
+        Campaign.of(model, [run.result for run in of_model]).coverage.figure
+        for model, of_model in zip((short, long), runs, strict=True)
+    ]
+    assert figures[0] == figures[1]
+
+
+def test_a_written_out_model_means_the_same(short: BehaviorModel) -> None:
+    assert read_model(write_model(short)) == short
+    assert digest_of(read_model(write_model(short))) == digest_of(short)
+
+
+LAMP = """operations:
+  light:
+    request: lamps
+    # said once
+    guard: lamp == false
+      && n < 3
+    effects:
+      - lamp <- true
+      - n <- 0
+    deadline: 1 s
+    on_timeout: [n += 1]
+automatic_transitions:
+  dim: {g: n == 3, a: [n <- 0]}
+"""
+
+
+@pytest.mark.parametrize(
+    ("path", "expected"),
+    [
+        ("operations light", (7, 8, 10, 11, 12, 13, 14, 15, 16)),
+        ("operations light pre g", (8, 10, 11)),
+        ("operations light pre a", (8,)),
+        ("operations light post gr", (8,)),
+        ("operations light post a", (8, 12, 13, 14)),
+        ("operations light deadline", (15,)),
+        ("operations light timedout", (8, 16)),
+        ("automatic_transitions lamps_failed", (4,)),
+        ("automatic_transitions dim", (18,)),
+    ],
+)
+def test_the_lines_of_a_transition_are_those_of_the_keys_that_stand_for_it(
+    path: str, expected: tuple[int, ...]
+) -> None:
+    _, places = read_located(HEAD + LAMP)
+    assert places.lines(tuple(path.split(" "))) == expected
+    assert places.find(tuple(path.split(" ")))[0].line in expected
+
+
+def test_an_order_of_a_resource_decides_the_order_of_its_transition() -> None:
+    text = HEAD + "  door: {}\noperations:\n  open: {request: door}\n  light: {request: lamps}\n"
+    assert [each.name for each in read_model(text).automatic_transitions] == ["lamps_failed", "door_failed"]
+
+
+@pytest.mark.parametrize("section", ["[]", "", "dim"])
+def test_automatic_transitions_of_a_wrong_shape_have_one_error(section: str) -> None:
+    with pytest.raises(InputError) as raised:
+        read_model(HEAD + "operations:\n  light: {request: lamps}\nautomatic_transitions: " + section)
+    (found,) = raised.value.diagnostics
+    assert found.place.line == 8
+
+
+def test_operations_of_a_wrong_shape_have_their_errors() -> None:
+    for operations in ("[]", "{light: [request]}", "{light: {request: }}", "{light: {request: {lamps: lamps}}}"):
+        with pytest.raises(InputError) as raised:
+            read_model(f"{HEAD}operations: {operations}")
+        assert [found.place.line for found in raised.value.diagnostics] == [6]
