@@ -28,7 +28,7 @@ def started(model: BehaviorModel, seed: int, count: int) -> list[str]:
     return [step.operation for step in steps if step.target is OperationState.EXECUTING]
 
 
-def doubted(model: BehaviorModel, states: int) -> list[str]:
+def doubted(model: BehaviorModel, states: int) -> list[str | int]:
     """Return the operations that are reported as never enabled."""
     doubts = check_model(model, CheckLimits(states=states, chains=100)).doubts
     return [doubt.path[1] for doubt in doubts if doubt.slug is Slug.OPERATION_NEVER_ENABLED]

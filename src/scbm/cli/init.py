@@ -13,7 +13,9 @@ from scbm.cli.output.terminal import results
 from scbm.files import FileWriter, read_file
 from scbm.model import Diagnostic, InputError, Place, Slug
 
-ExampleName = StrEnum("ExampleName", list(EXAMPLES))
+ExampleName = StrEnum("ExampleName", list(EXAMPLES))  # type: ignore[misc] # mypy knows no members of such an enum
+
+_FIRST = ExampleName("cnc")
 
 _HELP = "What to start from: " + "; ".join(f"{name}, {cell.about}" for name, cell in EXAMPLES.items()) + "."
 
@@ -23,7 +25,7 @@ def command(
         Path | None, typer.Argument(metavar="NAME", help="The folder. [the name of the example]", show_default=False)
     ] = None,
     *,
-    example: Annotated[ExampleName, typer.Option("--example", help=_HELP)] = ExampleName.cnc,
+    example: Annotated[ExampleName, typer.Option("--example", help=_HELP)] = _FIRST,
 ) -> int:
     """Write a new folder with a model, cases, tests for pytest and a CI job, to start from."""
     into = Path(example) if folder is None else folder

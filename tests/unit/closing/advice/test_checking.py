@@ -319,7 +319,7 @@ def test_a_state_that_no_action_assigns_is_reported_at_its_source() -> None:
         "box_is_scanned: {source: state, domain: bool, initial: false",
     )
 
-    def found(source: str) -> list[tuple[str, ...]]:
+    def found(source: str) -> list[tuple[str | int, ...]]:
         model = scan_cell(scanned, (light, f"{light}, source: {source}"), is_open=True)
         return [doubt.path for doubt in check_model(model).doubts if doubt.slug is Slug.NEVER_ASSIGNED]
 

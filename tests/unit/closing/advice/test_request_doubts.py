@@ -28,7 +28,7 @@ IN_FAILED = (
 )
 
 
-def _doubts(model: BehaviorModel) -> list[tuple[str, ...]]:
+def _doubts(model: BehaviorModel) -> list[tuple[str | int, ...]]:
     return [doubt.path for doubt in check_model(model).doubts if doubt.slug is Slug.REQUEST_NOT_CLEARED]
 
 
