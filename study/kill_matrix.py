@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from hashlib import sha256
-from itertools import pairwise
+from itertools import groupby, pairwise
 from random import Random
 from typing import TYPE_CHECKING
 
 from scbm.cases.coverage import Aspect
-from scbm.cases.trace import OperationStepped
+from scbm.cases.trace import OperationStepped, RunStarted
 from scbm.closing import Closer
 from scbm.closing.mutants.equivalences import Equivalences
 from scbm.closing.mutants.mutant_decisions import EquivalentMutant
@@ -22,10 +22,11 @@ from scbm.testing.recorded_results import goals_to_record
 from scbm.testing.verdicts import FailureKind
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Hashable, Iterable, Iterator, Sequence
 
     from scbm.cases import Case
-    from scbm.model import BehaviorModel
+    from scbm.cases.trace import Record
+    from scbm.model import BehaviorModel, Value
     from scbm.testing.mutants import Mutant, MutantUnderTest
     from scbm.testing.tester import Execution
 
@@ -61,13 +62,16 @@ class CaseFacts:
         requests: the number of its requests.
         visited: the obligations.
         completed: the operations that completed.
-        edges: pairs of states that follow each other in its trace, numbered over the pool.
+        event_pairs: pairs of records that follow each other in its trace, each with its kind and its changes, numbered
+            over all cases of the model.
+        state_pairs: pairs of different states that follow each other in its trace, numbered likewise.
     """
 
     requests: int
     visited: int
     completed: int
-    edges: int
+    event_pairs: int
+    state_pairs: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,15 +121,11 @@ class KillMatrix:
     cpu_s: float = 0.0
     left: str = ""
 
-    def data(self) -> dict[str, object]:
-        """Return the results as plain data."""
-        return asdict(self)
-
 
 def kill_matrix(name: str, group: str, model: BehaviorModel, counts: Counts) -> KillMatrix:
     """Return the results for one model."""
     began = time.process_time()
-    digest = sha256(write_model(model).encode()).hexdigest()
+    digest = digest_of(model)
     tester = Tester(model)
     pool = list(RandomCases(model).first(counts.cases, seed=1))
     timed = time.process_time()
@@ -156,6 +156,11 @@ def kill_matrix(name: str, group: str, model: BehaviorModel, counts: Counts) -> 
         round(time.process_time() - began, 2),
         f"it has only {len(kept)} mutants that are not equivalent" if len(kept) < FEWEST else "",
     )
+
+
+def digest_of(model: BehaviorModel) -> str:
+    """Return the SHA-256 of a model as `scbm` writes it."""
+    return sha256(write_model(model).encode()).hexdigest()
 
 
 def _equivalent(mutants: Sequence[Mutant], model: BehaviorModel) -> frozenset[str]:
@@ -189,18 +194,43 @@ def sample(mutants: Sequence[Mutant], most: int) -> tuple[Mutant, ...]:
 def _facts(cases: Iterable[Case], tester: Tester) -> tuple[CaseFacts, ...]:
     operations = {operation.name: 1 << index for index, operation in enumerate(tester.model.operations)}
     measured = sum(tester.obligations.bit(each) for each in tester.obligations if each.aspect is not Aspect.QUEUED)
-    edges: dict[tuple[object, ...], int] = {}
+    events, states = _Pairs(), _Pairs()
     found = []
     for case in cases:
         run = tester.execute(case)
-        completed = seen = 0
+        completed = 0
         for record in run.trace.records:
             if isinstance(record, OperationStepped) and record.target is OperationState.COMPLETED:
                 completed |= operations[record.operation]
-        for edge in pairwise((type(r).__name__, r.changes) for r in run.trace.records):
-            seen |= 1 << edges.setdefault(edge, len(edges))
-        found.append(CaseFacts(len(run.reactions), run.visited & measured, completed, seen))
+        of_events = events.bits((type(r).__name__, r.changes) for r in run.trace.records)
+        of_states = states.bits(key for key, _ in groupby(_states(run.trace.records)))
+        found.append(CaseFacts(len(run.reactions), run.visited & measured, completed, of_events, of_states))
     return tuple(found)
+
+
+class _Pairs:
+    """Numbers for pairs of things that follow each other, in the order in which the pairs are first seen."""
+
+    def __init__(self) -> None:
+        self._numbers: dict[tuple[Hashable, Hashable], int] = {}
+
+    def bits(self, things: Iterable[Hashable]) -> int:
+        """Return the numbers of the pairs of a sequence, as bits."""
+        seen = 0
+        for pair in pairwise(things):
+            seen |= 1 << self._numbers.setdefault(pair, len(self._numbers))
+        return seen
+
+
+def _states(records: Iterable[Record]) -> Iterator[tuple[Value, ...]]:
+    """Yield the values of all variables after each record."""
+    state: dict[str, Value] = {}
+    for record in records:
+        if isinstance(record, RunStarted):
+            state.update(record.state)
+        if state:  # the state at the start of a run has all earlier changes
+            state.update(record.changes)
+        yield tuple(state.values())
 
 
 def _row(runs: MutationRuns, mutant: Mutant, tester: Tester) -> MutantRow:

@@ -39,8 +39,12 @@ def _completed(suite: Suite, facts: Sequence[CaseFacts], _masks: Mapping[str, in
     return reduce(lambda seen, number: seen | facts[number].completed, suite, 0).bit_count()
 
 
-def _edges(suite: Suite, facts: Sequence[CaseFacts], _masks: Mapping[str, int]) -> int:
-    return reduce(lambda seen, number: seen | facts[number].edges, suite, 0).bit_count()
+def _event_pairs(suite: Suite, facts: Sequence[CaseFacts], _masks: Mapping[str, int]) -> int:
+    return reduce(lambda seen, number: seen | facts[number].event_pairs, suite, 0).bit_count()
+
+
+def _state_pairs(suite: Suite, facts: Sequence[CaseFacts], _masks: Mapping[str, int]) -> int:
+    return reduce(lambda seen, number: seen | facts[number].state_pairs, suite, 0).bit_count()
 
 
 PREDICTORS: dict[str, Predictor] = {
@@ -48,6 +52,7 @@ PREDICTORS: dict[str, Predictor] = {
     "operations completed": _completed,
     **{f"{aspect} alone": _of(aspect) for aspect in ASPECTS},
     "automatic transitions alone": _of("taken"),
-    "edges of runs": _edges,
+    "edges of runs, by states": _state_pairs,
+    "edges of runs, by events": _event_pairs,
 }
 """Counts: the share of a constant number has the same rank."""

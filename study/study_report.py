@@ -1,182 +1,351 @@
-"""The report of the study: all tables, from the kill matrices of its models."""
+"""The report of the study in Markdown: all tables, from the figures of its models."""
 
 from __future__ import annotations
 
-from functools import reduce
+from dataclasses import dataclass
+from pathlib import Path
 from statistics import median
+from textwrap import wrap
 from typing import TYPE_CHECKING
 
-from effects import LEVEL, Effect, holm, kendall, mean, over_models, vargha_delaney
+from effects import RESAMPLES, mean, over_models
+from hypotheses import HYPOTHESES, RIVALS, decisions, difference, less_than_ours, share_of, tau_of
 from kill_matrix import ORACLES
-from predictors import PREDICTORS, SCBM_IAS, masks_of
-from subjects import CONTROL
-from suites import (
-    REQUESTS,
-    SIZES,
-    chosen_suites,
-    completed,
-    random_suites,
-    requests_of,
-    suites_of_requests,
-)
+from mixed_logistic import mixed_logistic
+from predictors import PREDICTORS, SCBM_IAS
+from subjects import CONTROL, GENERATED, WRITTEN
+from suites import SIZES
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from hypotheses import Decision, Figure
     from kill_matrix import KillMatrix
-    from suites import Suite
+    from mixed_logistic import OddsRatio
+    from model_figures import ModelFigures
 
-EACH, _, BUILT_INS, RECORDED = range(len(ORACLES))
-_CLEAN_UP = ("clean-up-drop", "deadline-none", "deadline-shorter", "deadline-longer")
-"""The operators of H6."""
-
-
-class ModelResults:
-    """The suites of one model, what they have exercised, and what they find."""
-
-    def __init__(self, matrix: KillMatrix, suites: int) -> None:
-        self.matrix = matrix
-        self._count = suites
-        self._facts = (*matrix.cases, *matrix.closed)
-        self._masks = masks_of(matrix.obligations)
-        self._closed = range(len(matrix.cases), len(self._facts))
-
-    def found(self, suite: Suite, oracle: int = EACH) -> int:
-        """Return how many mutants a suite finds."""
-        cases = reduce(lambda bits, number: bits | 1 << number, suite, 0)
-        return sum(bool(row.found[oracle] & cases) for row in self.matrix.mutants)
-
-    def tau(self, predictor: str, *, by_requests: bool = False, oracle: int = EACH) -> float | None:
-        """Return Kendall's τ between a predictor and what suites find: the mean over sizes."""
-        measure = PREDICTORS[predictor]
-        taus = []
-        for suites in self._sized(by_requests=by_requests):
-            predicted = [measure(suite, self._facts, self._masks) for suite in suites]
-            taus.append(kendall(predicted, [self.found(suite, oracle) for suite in suites]))
-        return mean(taus)
-
-    def _sized(self, *, by_requests: bool) -> Iterator[list[Suite]]:
-        if by_requests:
-            yield from (list(suites_of_requests(self.matrix.cases, number, self._count)) for number in REQUESTS)
-        else:
-            yield from (list(random_suites(len(self.matrix.cases), size, self._count)) for size in SIZES)
-
-    def chosen_against_random(self) -> float | None:
-        """Return Â12 of suites chosen by coverage against random ones of the same number of cases."""
-        found = []
-        for size, drawn in zip(SIZES, self._sized(by_requests=False), strict=True):
-            chosen = [self.found(suite) for suite in chosen_suites(self.matrix.cases, size, self._count)]
-            found.append(vargha_delaney(chosen, [self.found(suite) for suite in drawn]) if drawn else None)
-        return mean(found)
-
-    def completed_against_random(self) -> float | None:
-        """Return Â12 of random suites completed by closing against random ones of the same number of requests."""
-        ours, theirs = [], []
-        for suite in random_suites(len(self.matrix.cases), SIZES[1], self._count):
-            whole = completed(suite, self._facts, self._closed)
-            others = next(suites_of_requests(self.matrix.cases, requests_of(whole, self._facts), 1), None)
-            if others is not None:
-                ours.append(self.found(whole))
-                theirs.append(self.found(others))
-        return vargha_delaney(ours, theirs) if ours else None
-
-    def share(self, oracle: int, operators: Iterable[str] | None = None) -> float | None:
-        """Return the share of what can be noticed that an oracle notices with the whole pool."""
-        cases = (1 << len(self.matrix.cases)) - 1
-        rows = [row for row in self.matrix.mutants if operators is None or row.operator in operators]
-        seen = [row for row in rows if row.found[EACH] & cases]
-        return sum(bool(row.found[oracle] & cases) for row in seen) / len(seen) if seen else None
+DEVIATIONS = Path(__file__).with_name("deviations.md")
+"""What deviates from the protocol, and what threatens the results: written by hand."""
 
 
-def report(matrices: Sequence[KillMatrix], suites: int) -> str:
-    """Return the report in Markdown; `suites` is the number of suites of each size."""
-    kept = [ModelResults(matrix, suites) for matrix in matrices if not matrix.left]
-    tested = [results for results in kept if results.matrix.group != CONTROL]
-    control = [results for results in kept if results.matrix.group == CONTROL]
-    lines = [
-        "# The study: results",
-        "",
-        "Written by `study/run.py` from the files beside it. The protocol is `study/protocol.md`.",
-        "",
-    ]
-    lines += ["## Hypotheses", "", *_hypotheses(tested), ""]
-    lines += ["## Predictors", "", *_predictors(tested), ""]
-    lines += ["## Oracles", "", *_oracles(tested), ""]
-    if control:
-        lines += ["## Control: planning problems", "", *_predictors(control), ""]
-    lines += ["## Models", "", *_models(matrices), ""]
-    return "\n".join(lines)
+@dataclass(frozen=True, slots=True)
+class StudyResults:
+    """The results of a run of the study.
+
+    Attributes:
+        models: the figures of the models that stay in the study.
+        left: the kill matrices of those that leave.
+        suites: the number of suites of each kind and size.
+        resamples: the number of resamples over models.
+    """
+
+    models: tuple[ModelFigures, ...]
+    left: tuple[KillMatrix, ...] = ()
+    suites: int = 100
+    resamples: int = RESAMPLES
+
+    @property
+    def tested(self) -> tuple[ModelFigures, ...]:
+        """The models that hypotheses are about: those with failure handling."""
+        return tuple(model for model in self.models if model.matrix.group != CONTROL)
+
+    def group(self, name: str) -> tuple[ModelFigures, ...]:
+        """Return the models of a group."""
+        return tuple(model for model in self.models if model.matrix.group == name)
+
+    def over(self, figure: Figure, models: Sequence[ModelFigures] | None = None) -> str:
+        """Return the median of a figure over models, by default over those that hypotheses are about."""
+        chosen = self.tested if models is None else models
+        effect = over_models([figure(model) for model in chosen], 0.0, self.resamples)
+        return "too few models" if effect is None else str(effect)
 
 
-def _hypotheses(results: Sequence[ModelResults]) -> Iterator[str]:
-    rivals = [name for name in PREDICTORS if name != SCBM_IAS]
-    ours = [each.tau(SCBM_IAS) for each in results]
-    found: dict[str, tuple[str, Effect | None]] = {
-        "H1": ("τ at fixed numbers of cases", over_models(ours, 0.3)),
-        "H2": (
-            "τ at fixed numbers of requests",
-            over_models([e.tau(SCBM_IAS, by_requests=True) for e in results], 0.3),
-        ),
+def report(results: StudyResults) -> str:
+    """Return the report."""
+    decided = decisions(results.tested, results.resamples)
+    sections = {
+        "Outcome": _outcome(decided),
+        "Hypotheses": _hypotheses(decided, results),
+        "Predictors": _predictors(results, decided),
+        "What suites find": _found(results),
+        "The logistic model": _logistic(results),
+        "Oracles": _oracles(results),
+        "Written and generated models": _groups(results),
+        "Control: planning problems": _control(results),
+        "Models": _models(results),
+        "Figures of each model": _each_model(results),
     }
-    for rival in rivals:
-        differences = [
-            None if our is None or (their := each.tau(rival)) is None else our - their
-            for our, each in zip(ours, results, strict=True)
-        ]
-        found[f"H3 {rival}"] = (f"τ less that of {rival}", over_models(differences, 0.0))
-    found["H4"] = ("Â12, chosen by coverage", over_models([each.chosen_against_random() for each in results], 0.5))
-    found["H5"] = ("Â12, completed by closing", over_models([each.completed_against_random() for each in results], 0.5))
-    raised = [_difference(each.share(BUILT_INS, _CLEAN_UP), each.share(1, _CLEAN_UP)) for each in results]
-    found["H6"] = ("more clean-up and deadline mutants with built-ins", over_models(raised, 0.0))
-    found["H7"] = ("share that recorded results notice", over_models([each.share(RECORDED) for each in results], 0.8))
-    known = {name: effect for name, (_, effect) in found.items() if effect is not None}
-    corrected = dict(zip(known, holm([effect.p for effect in known.values()]), strict=True))
-    medians = {"H1": 0.5, "H2": 0.5, "H4": 0.64, "H5": 0.64}
-    yield "| | effect | median over models [95 %] | p (Holm) | |"
-    yield "| --- | --- | --- | --- | --- |"
-    for name, (words, effect) in found.items():
-        if effect is None:
-            yield f"| {name} | {words} | too few models | | |"
-            continue
-        holds = corrected[name] < LEVEL and effect.median >= medians.get(name, effect.median)
-        yield f"| {name} | {words} | {effect} | {corrected[name]:.4f} | {'confirmed' if holds else 'not confirmed'} |"
+    lines = ["# The study: results", "", *_introduction(results)]
+    for title, section in sections.items():
+        lines += ["", f"## {title}", "", *section]
+    return "\n".join([*lines, "", DEVIATIONS.read_text(encoding="utf-8")])
 
 
-def _difference(first: float | None, second: float | None) -> float | None:
-    return None if first is None or second is None else first - second
+def _introduction(results: StudyResults) -> Iterator[str]:
+    yield from _paragraph(
+        "`study/run.py` has written this page from the kill matrices beside it. The [protocol](../protocol.md) is "
+        f"older than all results, and explains the terms. {len(results.tested)} models with failure handling take "
+        f"part, with {results.suites} suites of each kind and size. Unless a table says otherwise, a suite finds a "
+        "mutant if some trace differs from that of the original. Figures are medians over models, with 95 % intervals "
+        "by a bootstrap over models."
+    )
 
 
-def _predictors(results: Sequence[ModelResults]) -> Iterator[str]:
-    yield "Kendall's τ with the mutants that a suite finds, each difference noticed: median over models [95 %]."
-    yield ""
-    yield "| predictor | fixed number of cases | fixed number of requests |"
-    yield "| --- | --- | --- |"
-    for name in PREDICTORS:
-        cells = [over_models([each.tau(name, by_requests=way) for each in results], 0.0) for way in (False, True)]
-        yield f"| {name} | {' | '.join(str(cell or 'too few models') for cell in cells)} |"
+def _outcome(decided: Sequence[Decision]) -> Iterator[str]:
+    for decision in decided:
+        missed = ", and ".join(decision.missed)
+        verdict = f"**not confirmed**: {missed}" if missed else "**confirmed**"
+        effect = decision.weakest
+        shown = "" if effect is None else f" {effect.median:.2f} [{effect.low:.2f}, {effect.high:.2f}];"
+        yield f"- {decision.hypothesis.name}, {decision.hypothesis.words}:{shown} {verdict}."
 
 
-def _oracles(results: Sequence[ModelResults]) -> Iterator[str]:
-    yield "What the whole pool of random cases finds, of what it can show; and τ of SCBM-IAS with that."
-    yield ""
-    yield "| oracle | share, median over models [95 %] | of clean-up and deadlines | τ |"
-    yield "| --- | --- | --- | --- |"
-    for index, name in enumerate(ORACLES):
-        share = over_models([each.share(index) for each in results], 0.0)
-        clean_up = over_models([each.share(index, _CLEAN_UP) for each in results], 0.0)
-        tau = over_models([each.tau(SCBM_IAS, oracle=index) for each in results], 0.0)
-        yield f"| {name} | {share or ''} | {clean_up or ''} | {tau or ''} |"
-
-
-def _models(matrices: Sequence[KillMatrix]) -> Iterator[str]:
-    left = [matrix for matrix in matrices if matrix.left]
-    yield f"{len(matrices)} models, {len(left)} left the study. Median number of mutants: " + str(
-        median(len(matrix.mutants) for matrix in matrices)
+def _hypotheses(decided: Sequence[Decision], results: StudyResults) -> Iterator[str]:
+    yield from _paragraph(
+        "A hypothesis is confirmed if its effect reaches the thresholds of the protocol, and if its p-value is below "
+        f"0.05 after Holm's correction for seven hypotheses. With {results.resamples} resamples no p-value is below "
+        f"{1 / (results.resamples + 1):.4f}. H3 holds only if it holds for each rival, so its row shows the rival with "
+        "the largest p-value."
     )
     yield ""
-    yield "| model | group | operations | obligations | mutants | equivalent | of all | cases | CPU | SHA-256 | |"
-    yield "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"
-    for m in matrices:
-        cells = (m.name, m.group, m.operations, len(m.obligations), len(m.mutants), m.equivalent, m.all_mutants,
-                 len(m.cases), f"{m.cpu_s:.1f} s", f"`{m.digest[:12]}`", m.left)  # fmt: skip
-        yield f"| {' | '.join(map(str, cells))} |"
+    yield from _row("", "effect", "median [95 %]", "confirmed if", "p", "p (Holm)", "decision")
+    yield _rule(7)
+    for each in decided:
+        hypothesis = each.hypothesis
+        effect = "too few models" if each.weakest is None else str(each.weakest)
+        decision = "not confirmed" if each.missed else "confirmed"
+        p_values = (f"{each.p:.4f}", f"{each.corrected:.4f}")
+        yield from _row(hypothesis.name, hypothesis.words, effect, hypothesis.threshold.words, *p_values, decision)
+
+
+def _predictors(results: StudyResults, decided: Sequence[Decision]) -> Iterator[str]:
+    yield "![Kendall's τ of SCBM-IAS and its rivals](tau.svg)"
+    yield ""
+    yield from _paragraph(
+        "Kendall's τ between a predictor and the number of mutants that a suite finds. A predictor that does not vary "
+        "has no τ, so rivals have different numbers of models. *SCBM-IAS less this* is the difference of H3, with its "
+        "p-value before correction. Two more comparisons are not in the protocol: *or 0* takes τ = 0 where the rival "
+        "does not vary, and *paired* takes only sizes at which both have a τ. *Operations completed* and *completed "
+        "alone* count the same thing."
+    )
+    yield ""
+    yield from _row(
+        "predictor",
+        "τ, fixed number of cases",
+        "τ, fixed number of requests",
+        "SCBM-IAS less this",
+        "p",
+        "or 0",
+        "paired",
+    )
+    yield _rule(7)
+    rivals = next(each for each in decided if each.hypothesis.name == "H3")
+    effects = dict(zip(RIVALS, rivals.effects, strict=True))
+    for name in PREDICTORS:
+        taus = (results.over(tau_of(name)), results.over(tau_of(name, by_requests=True)))
+        if name == SCBM_IAS:
+            yield from _row(name, *taus, "", "", "", "")
+            continue
+        effect = effects[name]
+        p = "" if effect is None else f"{effect.p:.4f}"
+        less = (results.over(figure) for figure in (less_than_ours(name), _less_or_zero(name), _less_paired(name)))
+        first, *others = less
+        yield from _row(name, *taus, first, p, *others)
+
+
+def _less_or_zero(rival: str) -> Figure:
+    return lambda model: difference(model.tau, mean(model.by_cases[rival]) or 0.0)
+
+
+def _less_paired(rival: str) -> Figure:
+    def figure(model: ModelFigures) -> float | None:
+        pairs = zip(model.by_cases[SCBM_IAS], model.by_cases[rival], strict=True)
+        return mean([difference(our, their) for our, their in pairs])
+
+    return figure
+
+
+def _found(results: StudyResults) -> Iterator[str]:
+    yield "![The share of mutants that suites find](found.svg)"
+    yield ""
+    yield "The share of mutants found: the mean over the suites of a model, then the median over models."
+    yield ""
+    yield from _row(
+        "cases", "random", "chosen by coverage", "random, completed", "random, as many requests as completed"
+    )
+    yield _rule(5)
+    for place, size in enumerate(SIZES):
+        kinds = ("random", "chosen", "completed", "matching")
+        yield from _row(size, *(results.over(_found_by(kind, place)) for kind in kinds))
+    yield ""
+    yield from _paragraph(
+        f"The cases of closing alone find {results.over(lambda m: m.closed)}. Random suites with as many requests find "
+        f"{results.over(lambda m: m.matching_closed)}."
+    )
+    yield ""
+    yield from _paragraph(
+        "Suites chosen by coverage may have longer cases than random ones. And a random suite for a number of requests "
+        "leaves out the case that passes the number, so it has fewer requests than the suite it is compared with. Two "
+        "comparisons beside those of the protocol take these advantages away:"
+    )
+    yield ""
+    yield from _row("comparison", "Â12")
+    yield _rule(2)
+    yield from _row("H4: chosen against random, as many cases", results.over(lambda m: m.chosen))
+    yield from _row("chosen against random, at most as many requests", results.over(lambda m: m.chosen_by_requests))
+    yield from _row("H5: completed against random, at most as many requests", results.over(lambda m: m.completed))
+    yield from _row(
+        "completed against random, at least as many requests", results.over(lambda m: m.completed_generously)
+    )
+
+
+def _found_by(kind: str, place: int) -> Figure:
+    return lambda model: model.found[kind][place]
+
+
+def _logistic(results: StudyResults) -> Iterator[str]:
+    estimated = mixed_logistic([model.counts for model in results.tested])
+    if estimated is None:
+        yield "Too few models."
+        return
+    yield from _paragraph(
+        f"The data are {estimated.pairs:,} pairs of a random suite and a mutant, from {estimated.suites:,} suites of "
+        f"{estimated.models} models. The outcome is whether the suite finds the mutant. Each model has a random "
+        f"intercept (standard deviation {estimated.deviation:.2f}). An odds ratio is for one standard deviation more, "
+        "within the model. Suites of a model share cases and mutants, so pairs are not independent, and the interval "
+        "comes from the variation between models. The last column shows how narrow the interval would be if pairs were "
+        "independent."
+    )
+    yield ""
+    yield from _row("predictor", "odds ratio [95 %]", "if all pairs were independent")
+    yield _rule(3)
+    for name, ratio in (("coverage (SCBM-IAS)", estimated.coverage), ("log of the number of cases", estimated.cases)):
+        yield from _row(name, ratio, _narrow(ratio))
+
+
+def _narrow(ratio: OddsRatio) -> str:
+    return f"[{ratio.narrow[0]:.3f}, {ratio.narrow[1]:.3f}]"
+
+
+def _oracles(results: StudyResults) -> Iterator[str]:
+    yield "![Shares that oracles notice](oracles.svg)"
+    yield ""
+    yield from _paragraph(
+        "The share of mutants that the verdicts on all cases of the pool notice, of those for which the trace of some "
+        "case differs; and τ of SCBM-IAS with the number that an oracle notices. *Requirements* includes whatever "
+        "fails a case without a built-in requirement or a recorded result, such as a missed goal."
+    )
+    yield ""
+    yield from _row("oracle", "share of all mutants", "share of clean-up and deadlines", "τ")
+    yield _rule(4)
+    for index, name in enumerate(ORACLES):
+        figures = (share_of(index), share_of(index, clean_up=True), _tau_of_oracle(index))
+        yield from _row(name, *map(results.over, figures))
+
+
+def _tau_of_oracle(oracle: int) -> Figure:
+    return lambda model: mean(model.by_oracle[oracle])
+
+
+def _groups(results: StudyResults) -> Iterator[str]:
+    yield "The effects of the hypotheses in both groups of models apart. The protocol tests them together."
+    yield ""
+    yield from _row("", "effect", "written", "generated")
+    yield _rule(4)
+    for hypothesis in HYPOTHESES:
+        names = RIVALS if len(hypothesis.figures) > 1 else ("",)
+        for rival, figure in zip(names, hypothesis.figures, strict=True):
+            words = f"{hypothesis.words}: {rival}" if rival else hypothesis.words
+            yield from _row(
+                hypothesis.name, words, *(results.over(figure, results.group(g)) for g in (WRITTEN, GENERATED))
+            )
+
+
+def _control(results: StudyResults) -> Iterator[str]:
+    control = results.group(CONTROL)
+    yield f"{len(control)} planning problems without failure handling of their own. No hypothesis is about them."
+    yield ""
+    yield from _row("predictor", "τ, fixed number of cases", "τ, fixed number of requests")
+    yield _rule(3)
+    for name in PREDICTORS:
+        yield from _row(name, *(results.over(tau_of(name, by_requests=way), control) for way in (False, True)))
+    yield ""
+    yield from _row("effect", "median [95 %]")
+    yield _rule(2)
+    for hypothesis in HYPOTHESES:
+        if len(hypothesis.figures) == 1:
+            yield from _row(hypothesis.words, results.over(hypothesis.figures[0], control))
+
+
+def _models(results: StudyResults) -> Iterator[str]:
+    matrices = [model.matrix for model in results.models]
+    cpu_s = sum(matrix.cpu_s for matrix in (*matrices, *results.left))
+    drawn = sum(matrix.equivalent + len(matrix.mutants) for matrix in matrices)
+    yield from _paragraph(
+        f"{len(matrices)} models stay in the study, {len(results.left)} left it. All kill matrices took "
+        f"{cpu_s / 3600:.1f} hours of CPU. {drawn:,} mutants were drawn, and {sum(m.equivalent for m in matrices):,} "
+        f"of them are proved equivalent and left out. The median model keeps "
+        f"{median(len(m.mutants) for m in matrices):g}. No case finds {_never_found(matrices):,} of the others; they "
+        "stay in, as not found."
+    )
+    yield ""
+    for matrix in results.left:
+        yield f"- `{matrix.name}` ({matrix.group}) left: {matrix.left}."
+    yield ""
+    yield from _row(
+        "model",
+        "group",
+        "operations",
+        "obligations",
+        "cases",
+        "closed",
+        "mutants",
+        "equivalent",
+        "of all",
+        "CPU",
+        "SHA-256 of the model",
+        "SHA-256 of its file",
+    )
+    yield _rule(12)
+    files = {model.matrix.name: model.file_digest for model in results.models}
+    for m in (*matrices, *results.left):
+        obligations = sum(not name.endswith("/queued") for name in m.obligations)
+        counts = (m.operations, obligations, len(m.cases), len(m.closed), len(m.mutants), m.equivalent, m.all_mutants)
+        yield from _row(
+            m.name,
+            m.group,
+            *counts,
+            f"{m.cpu_s:.1f} s",
+            f"`{m.digest}`",
+            f"`{files.get(m.name)}`" if files.get(m.name) else "",
+        )
+    yield ""
+    yield from _paragraph(
+        "*Cases* are those of the pool of random cases that pass on the original, and *closed* those of closing. *Of "
+        "all* is the number of mutants before sampling. The SHA-256 of a model is that of its text as `scbm` writes "
+        "it. Generated models and planning problems have no files."
+    )
+
+
+def _never_found(matrices: Iterable[KillMatrix]) -> int:
+    return sum(not row.found[0] for matrix in matrices for row in matrix.mutants)
+
+
+def _each_model(results: StudyResults) -> Iterator[str]:
+    yield from _row("model", *(f"{hypothesis.name}" for hypothesis in HYPOTHESES if len(hypothesis.figures) == 1))
+    yield _rule(7)
+    for model in results.models:
+        figures = (hypothesis.figures[0](model) for hypothesis in HYPOTHESES if len(hypothesis.figures) == 1)
+        yield from _row(model.matrix.name, *("" if figure is None else f"{figure:.2f}" for figure in figures))
+
+
+def _paragraph(text: str) -> Iterator[str]:
+    yield from wrap(text, 120, break_long_words=False, break_on_hyphens=False)
+
+
+def _row(*cells: object) -> Iterator[str]:
+    yield f"| {' | '.join(map(str, cells))} |"
+
+
+def _rule(columns: int) -> str:
+    return "| " + " | ".join(["---"] * columns) + " |"

@@ -60,17 +60,19 @@ class Subject:
         name: its name in the results.
         group: `WRITTEN`, `GENERATED` or `CONTROL`.
         model: makes the model.
+        file: the file of the model, if it has one.
     """
 
     name: str
     group: str
     model: Callable[[], BehaviorModel]
+    file: Path | None = None
 
 
 def subjects() -> tuple[Subject, ...]:
     """Return all models: those of files by their names, then the generated ones, then the control."""
     files = sorted((Path(__file__).parent / "models").glob("*.yaml"))
-    written = (Subject(path.stem, WRITTEN, partial(load_model, path)) for path in files)
+    written = (Subject(path.stem, WRITTEN, partial(load_model, path), path) for path in files)
     generated = (Subject(f"generated-{seed}", GENERATED, partial(generated_model, seed)) for seed in _seeds())
     return (*written, *generated, *_controls())
 

@@ -68,6 +68,31 @@ def suites_of_requests(facts: Sequence[CaseFacts], requests: int, count: int, se
         yield tuple(suite)
 
 
+def matching_suite(
+    facts: Sequence[CaseFacts], requests: int, random: Random, *, generous: bool = False
+) -> Suite | None:
+    """Return a random suite for comparison with another one that has so many requests.
+
+    Args:
+        facts: the facts of the cases of the pool.
+        requests: the number of requests; `None` is returned if the pool has fewer.
+        random: the source of the choice.
+        generous: whether the case that passes the number belongs to the suite.
+    """
+    if sum(fact.requests for fact in facts) < requests:
+        return None
+    suite: list[int] = []
+    sent = 0
+    for number in random.sample(range(len(facts)), len(facts)):
+        sent += facts[number].requests
+        if sent > requests and not generous:
+            break
+        suite.append(number)
+        if sent >= requests:
+            break
+    return tuple(suite)
+
+
 def completed(suite: Suite, facts: Sequence[CaseFacts], closed: range) -> Suite:
     """Return a suite with closed cases that visit what it does not visit, each the one that adds most."""
     cases, visited = list(suite), visited_by(suite, facts)

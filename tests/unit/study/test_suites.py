@@ -11,7 +11,7 @@ from scbm.testing.mutants import mutants_of
 from support.models import scan_cell
 
 RANDOM = Random(1)
-FACTS = tuple(CaseFacts(RANDOM.randint(1, 9), 1 << RANDOM.randrange(12), 0, 0) for _ in range(40))
+FACTS = tuple(CaseFacts(RANDOM.randint(1, 9), 1 << RANDOM.randrange(12), 0, 0, 0) for _ in range(40))
 
 
 def test_random_suites_have_their_size_and_no_case_twice() -> None:
@@ -38,7 +38,7 @@ def test_a_suite_keeps_to_its_number_of_requests() -> None:
 
 
 def test_closed_cases_complete_a_suite() -> None:
-    facts = (CaseFacts(1, 0b001, 0, 0), CaseFacts(1, 0b011, 0, 0), CaseFacts(1, 0b110, 0, 0), CaseFacts(1, 0b100, 0, 0))
+    facts = tuple(CaseFacts(1, visited, 0, 0, 0) for visited in (0b001, 0b011, 0b110, 0b100))
     assert completed((0,), facts, range(1, 4)) == (0, 2)
     assert completed((0, 1, 3), facts, range(1, 4)) == (0, 1, 3)
 
