@@ -106,7 +106,8 @@ class Process:
             text=True,
             cwd=directory,
         )
-        pairs = ((self.popen.stdout, self.out), (self.popen.stderr, self.err))
+        self._spoke = Event()
+        pairs = ((self.popen.stdout, self.out, self._spoke), (self.popen.stderr, self.err))
         self._threads = [Thread(target=_read, args=pair, daemon=True) for pair in pairs]
         for thread in self._threads:
             thread.start()
@@ -115,6 +116,10 @@ class Process:
         """Sends a signal, and remembers when."""
         self.hits.append((time.monotonic_ns(), kind))
         self.popen.send_signal(kind)
+
+    def starts(self, wait_s: float) -> None:
+        """Waits for its first line: a node has joined its cell then."""
+        self._spoke.wait(wait_s)
 
     def end(self, wait_s: float) -> int | None:
         """Waits until it has ended, and for its whole output; `None` if it hangs, and it is killed."""
@@ -135,8 +140,11 @@ class Process:
         return any(kind is not signal.SIGSTOP for _, kind in self.hits)
 
 
-def _read(stream: IO[str], lines: list[Line]) -> None:
-    lines.extend(Line(time.monotonic_ns(), text.rstrip("\n")) for text in stream)
+def _read(stream: IO[str], lines: list[Line], spoke: Event | None = None) -> None:
+    for text in stream:
+        lines.append(Line(time.monotonic_ns(), text.rstrip("\n")))
+        if spoke is not None:
+            spoke.set()
 
 
 @dataclass
@@ -214,7 +222,7 @@ class Cell:
             seed = next(self._seeds)
             network = ["--network", NETWORK] if seed % 2 else []
             options = ["--cases", str(CASES), "--seed", str(seed), "--json", "--logs", str(self.directory / str(seed))]
-            arguments = ["tester", model, *options, *network, "--time-scale", str(SCALE), "--wait", "20 s"]
+            arguments = ["tester", model, *options, *network, "--time-scale", str(SCALE), "--wait", "10 min"]
         elif name == "controller":
             arguments = ["controller", model]
         else:
@@ -265,6 +273,7 @@ class Cell:
         if self.now["tester"].end(HANGS_S) is None:
             self.wrong.append("the last tester hangs")
         for name in NODES[:-1]:
+            self.now[name].starts(ENDS_S)
             self.now[name].hit(signal.SIGTERM)
             code = self.now[name].end(ENDS_S)
             if code != 0:

@@ -63,7 +63,8 @@ def main() -> None:
     """Run `scbm`; exit with 0 good, 1 the tests failed, 2 the input is wrong, 3 a fault of scbm itself."""
     restore = _leave_on_interrupt()
     try:
-        code = _run(sys.argv[1:], restore)
+        with _leaving_on_sigterm(sys.argv[1:]):
+            code = _run(sys.argv[1:], restore)
     except KeyboardInterrupt:
         code = INTERRUPTED
     finally:
@@ -135,6 +136,27 @@ def sigterm_as_interrupt() -> Iterator[None]:
     """Handle SIGTERM as Ctrl-C in a block, so that a command that is terminated writes what it has."""
     try:
         before = signal.signal(signal.SIGTERM, signal.default_int_handler)
+    except ValueError:  # in a thread, which gets no signals
+        yield
+        return
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+@contextmanager
+def _leaving_on_sigterm(arguments: list[str]) -> Iterator[None]:
+    """Let SIGTERM end a node at once while it starts, with the exit code that it has later.
+
+    A node that serves handles SIGTERM itself, and so does a tester.
+    """
+    if arguments[:1] != ["node"]:
+        yield
+        return
+    code = INTERRUPTED if arguments[1:2] == ["tester"] else GOOD
+    try:
+        before = signal.signal(signal.SIGTERM, lambda *_: os._exit(code))
     except ValueError:  # in a thread, which gets no signals
         yield
         return

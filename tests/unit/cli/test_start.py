@@ -36,6 +36,19 @@ def test_ctrl_c_while_a_module_is_imported_ends_with_130_and_without_a_word(modu
         assert (process.wait(), rest) == (130, [])
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("verb", "code"), [("controller", 0), ("resources", 0), ("tester", 130)])
+def test_a_node_that_sigterm_ends_while_it_starts_has_the_exit_code_that_it_has_later(verb: str, code: int) -> None:
+    """The pipe is small, so the node waits for its reader before it has imported everything."""
+    command = [sys.executable, "-X", "importtime", "-m", "scbm", "node", verb, BEFORE]
+    with subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True, pipesize=4096) as process:
+        assert process.stderr is not None
+        assert any(line.endswith("| typer\n".lstrip("| ")) for line in process.stderr)
+        process.send_signal(signal.SIGTERM)
+        rest = [line for line in process.stderr if not line.startswith("import time:")]
+        assert (process.wait(), rest) == (code, [])
+
+
 def test_an_import_that_ctrl_c_turned_into_another_error_counts_as_ctrl_c() -> None:
     error = ImportError("failed to import")
     error.__context__ = KeyboardInterrupt()

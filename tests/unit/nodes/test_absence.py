@@ -8,8 +8,12 @@ from threading import Event
 import pytest
 
 from scbm.nodes.roles import node_process
-from scbm.nodes.roles.node_process import MISSED_NS, AbsenceWatch
+from scbm.nodes.roles.node_process import AbsenceWatch
 from support import loops
+
+LEASE_NS = 1_000_000_000
+MISSED_NS = 800_000_000
+"""The peers may have heard the last announcement a fifth of a lease before."""
 
 
 class Clock:
@@ -30,7 +34,7 @@ class Clock:
         return self._now_ns
 
 
-def looked(monkeypatch: pytest.MonkeyPatch, jumps_ns: list[int]) -> tuple[bool, int]:
+def looked(monkeypatch: pytest.MonkeyPatch, jumps_ns: list[int], lease_ns: int | None = LEASE_NS) -> tuple[bool, int]:
     """Whether an absence was noticed, and after how many looks at the clock."""
     clock = Clock(jumps_ns)
     monkeypatch.setattr(node_process, "monotonic_ns", clock)
@@ -43,7 +47,7 @@ def looked(monkeypatch: pytest.MonkeyPatch, jumps_ns: list[int]) -> tuple[bool, 
             away.append(clock.looks)
             clock.is_over.set()
 
-        watch = AbsenceWatch(asyncio.get_running_loop(), was_away)
+        watch = AbsenceWatch(asyncio.get_running_loop(), lease_ns, was_away)
         await asyncio.to_thread(clock.is_over.wait, loops.GUARD_S)
         watch.close()
         return bool(away)
@@ -59,6 +63,11 @@ def test_shorter_absences_are_none(monkeypatch: pytest.MonkeyPatch) -> None:
     assert looked(monkeypatch, [MISSED_NS] * 20) == (False, 20)
 
 
+@pytest.mark.parametrize("lease_ns", [10 * LEASE_NS, None])
+def test_the_lease_decides_what_an_absence_is(monkeypatch: pytest.MonkeyPatch, lease_ns: int | None) -> None:
+    assert looked(monkeypatch, [MISSED_NS, 8 * LEASE_NS], lease_ns) == (False, 2)
+
+
 def test_whoever_asks_learns_of_an_absence_before_anybody_is_called(monkeypatch: pytest.MonkeyPatch) -> None:
     now_ns = [7]
     monkeypatch.setattr(node_process, "monotonic_ns", lambda: now_ns[0])
@@ -66,7 +75,7 @@ def test_whoever_asks_learns_of_an_absence_before_anybody_is_called(monkeypatch:
 
     async def scene() -> list[bool]:
         away: list[None] = []
-        watch = AbsenceWatch(asyncio.get_running_loop(), lambda: away.append(None))
+        watch = AbsenceWatch(asyncio.get_running_loop(), LEASE_NS, lambda: away.append(None))
         noticed = []
         for passed_ns in (0, MISSED_NS, 1):
             now_ns[0] += passed_ns

@@ -171,6 +171,11 @@ class Bus(Protocol):
         """Where the nodes meet, in words: `this process`, `DDS domain 3`."""
         ...
 
+    @property
+    def lease_ns(self) -> int | None:
+        """Peers that hear nothing of this node for so long count it as lost; `None` if there is no such time."""
+        ...
+
     def publisher(self, topic: Topic, matched: Callable[[int], None] | None = None) -> Publisher:
         """Return a publisher. `matched` gets the number of its peers whenever that changes."""
         ...

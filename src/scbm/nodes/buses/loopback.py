@@ -249,6 +249,10 @@ class LoopbackBus:
         """This process, in words."""
         return "this process"
 
+    @property
+    def lease_ns(self) -> None:
+        """None: nodes of one process are never lost."""
+
     def publisher(self, topic: Topic, matched: Callable[[int], None] | None = None) -> _LoopbackPublisher:
         """Return a publisher."""
         made = _LoopbackPublisher(self._hub, self, topic, self._hub.next_id(), matched)

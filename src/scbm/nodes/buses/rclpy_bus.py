@@ -104,6 +104,10 @@ class RclpyBus:
         self._thread = Thread(target=self._spin, name="rclpy", daemon=True)
         self._thread.start()
 
+    @property
+    def lease_ns(self) -> None:
+        """None: rclpy does not say."""
+
     def publisher(self, topic: Topic, matched: Callable[[int], None] | None = None) -> _RclpyPublisher:
         """Return a publisher. Raises `BusError` for names and types that this ROS 2 does not have."""
         class_, qos = _class(topic.type.value), self._qos(topic)

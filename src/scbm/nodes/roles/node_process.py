@@ -15,6 +15,7 @@ import signal
 import sys
 from asyncio.subprocess import DEVNULL, PIPE, Process
 from dataclasses import dataclass, field
+from math import inf
 from signal import Signals
 from threading import Event, Thread
 from time import monotonic_ns
@@ -31,16 +32,22 @@ if TYPE_CHECKING:
 
 
 _LOOK_S = 0.2
-MISSED_NS = 1_000_000_000
-"""A process that was stopped for longer than one DDS lease counts as lost for its peers."""
+_ANNOUNCEMENTS = 5
+"""Each node announces itself so often in one lease. Peers count the lease from the last announcement they heard."""
+
+
+def _missed_after_ns(lease_ns: int | None) -> float:
+    """Return how long a process may be stopped before its peers may count it as lost."""
+    return inf if lease_ns is None else lease_ns - lease_ns // _ANNOUNCEMENTS
 
 
 class AbsenceWatch:
     """Detects by a clock in a thread of its own that the process was stopped; a busy event loop does not count."""
 
-    def __init__(self, loop: AbstractEventLoop, was_away: Callable[[], None]) -> None:
-        """Start. `was_away` is called once, on the loop."""
+    def __init__(self, loop: AbstractEventLoop, lease_ns: int | None, was_away: Callable[[], None]) -> None:
+        """Start. `was_away` is called once, on the loop; never if there is no lease."""
         self._loop = loop
+        self._missed_after_ns = _missed_after_ns(lease_ns)
         self._was_away = was_away
         self._is_over = Event()
         self._last_ns = monotonic_ns()
@@ -49,7 +56,7 @@ class AbsenceWatch:
     @property
     def has_noticed(self) -> bool:
         """Whether the process was stopped, even if the callback has not run yet."""
-        return monotonic_ns() - self._last_ns > MISSED_NS
+        return monotonic_ns() - self._last_ns > self._missed_after_ns
 
     def close(self) -> None:
         """Stop."""
@@ -58,7 +65,7 @@ class AbsenceWatch:
     def _look(self) -> None:
         while not self._is_over.wait(_LOOK_S):
             now_ns = monotonic_ns()
-            if now_ns - self._last_ns > MISSED_NS:
+            if now_ns - self._last_ns > self._missed_after_ns:
                 self._loop.call_soon_threadsafe(self._was_away)
                 return
             self._last_ns = now_ns
@@ -87,7 +94,7 @@ async def serve(
 ) -> bool:
     """Serve a node until SIGINT or SIGTERM, or until the standard input ends.
 
-    It also ends, and has to be served again, when the process was stopped for longer than one DDS lease.
+    It also ends, and has to be served again, when the process was stopped for so long that its peers may have lost it.
 
     Args:
         open_bus: joins the cell.
@@ -113,7 +120,7 @@ async def serve(
         stop.set()
 
     bus = await open_bus()
-    watch = AbsenceWatch(loop, leave)
+    watch = AbsenceWatch(loop, bus.lease_ns, leave)
     try:
         node = make(bus)
         node.membership.changed = lambda: stop.set() if node.membership.rival() else None

@@ -144,7 +144,7 @@ class RemoteCell:
     async def mend(self) -> Bus | None:
         """Start missing children. Raises `NotReadyError` if one of them cannot work.
 
-        Joins again, as a new participant, if this process was stopped for longer than one DDS lease.
+        Joins again, as a new participant, if this process was stopped for so long that its peers may have lost it.
         """
         is_missed = self._watch is not None and self._watch.has_noticed
         joined = await self._join_again() if is_missed else None
@@ -153,7 +153,9 @@ class RemoteCell:
 
     async def _join(self) -> Bus:
         self._bus = bus = await self._open_bus()
-        self._watch = AbsenceWatch(asyncio.get_running_loop(), lambda: None)  # it is asked before each case
+        self._watch = AbsenceWatch(
+            asyncio.get_running_loop(), bus.lease_ns, lambda: None
+        )  # it is asked before each case
         return bus
 
     async def _join_again(self) -> Bus:

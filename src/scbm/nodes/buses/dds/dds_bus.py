@@ -69,6 +69,11 @@ class DdsBus:
         """The domain, in words."""
         return self._words
 
+    @property
+    def lease_ns(self) -> int:
+        """The lease of the participant."""
+        return self._participant.lease_ns
+
     def publisher(self, topic: Topic, matched: Callable[[int], None] | None = None) -> DdsPublisher:
         """Return a publisher. Raises `BusError` for a name that ROS 2 cannot have."""
         made = DdsPublisher(self._participant.entity, topic, self._hand_over, matched)

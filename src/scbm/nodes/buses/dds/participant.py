@@ -176,6 +176,11 @@ class Participant:
         except DDSException as error:
             raise _error(domain, self.warnings, error) from error
 
+    @property
+    def lease_ns(self) -> int:
+        """The lease that the participant announces, as the configuration of Cyclone DDS says."""
+        return int(self.entity.get_qos()[Policy.Liveliness].lease_duration)
+
     def close(self) -> None:
         """Leave. Block up to a second for acknowledgements of sent messages."""
         delete(self.entity)
