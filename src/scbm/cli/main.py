@@ -29,6 +29,7 @@ INTERRUPTED = 130
 VERBS: dict[str, str] = {
     "init": "scbm.cli.init",
     "check": "scbm.cli.check",
+    "show": "scbm.cli.show",
     "plan": "scbm.cli.plan",
     "run": "scbm.cli.run",
     "test": "scbm.cli.test",

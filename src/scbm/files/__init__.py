@@ -16,6 +16,7 @@ from scbm.files.codec.case_files import (
 )
 from scbm.files.codec.model_files import (
     Places,
+    count_entries,
     digest_of,
     load_bindings,
     load_located,
@@ -48,6 +49,7 @@ __all__ = [
     "add_goals",
     "bindings_schema",
     "case_schema",
+    "count_entries",
     "digest_of",
     "is_case_text",
     "is_model_text",

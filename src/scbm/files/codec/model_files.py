@@ -119,8 +119,19 @@ def read_model(text: str, file: str = "model") -> BehaviorModel:
     return _read(text, file)[0]
 
 
+def count_entries(text: str, file: str = "model") -> dict[str, int]:
+    """Return the number of entries of each section of a model file as they are written, before their expansion."""
+    document, _, report = read_tree(text, file, "model", _START)
+    report.raise_any()
+    return {name: len(section.items) for name, section in document.items.items()}
+
+
+_START = "a model begins with `behavior_model: <name>`"
+"""How a model file begins, as a remedy for other texts."""
+
+
 def _read(text: str, file: str) -> tuple[BehaviorModel, Places]:
-    document, source, report = read_tree(text, file, "model", "a model begins with `behavior_model: <name>`")
+    document, source, report = read_tree(text, file, "model", _START)
     document = expand(document, report)
     places = Places(document, source, report.others)
     _refuse_too_many(document, places)
