@@ -9,6 +9,7 @@ import pytest
 
 from scbm.files.codec.binding_keys import BindingsKeys
 from scbm.files.codec.case_keys import CaseKeys
+from scbm.files.codec.lifted.part_keys import PartKeys
 from scbm.files.codec.model_keys import ModelKeys
 from scbm.files.codec.waiver_keys import WaiversKeys
 from scbm.files.key_reference import key_table, mappings_of
@@ -17,7 +18,7 @@ DOCS = Path(__file__).parent.parent.parent / "docs"
 PAGES = [path for path in sorted(DOCS.glob("**/*.md")) if "<!-- keys: " in path.read_text(encoding="utf-8")]
 TABLE = re.compile(r"<!-- keys: (\w+) -->\n(.*?)<!-- end of keys -->", re.DOTALL)
 MAPPINGS = {
-    keys.title(): keys for root in (ModelKeys, CaseKeys, BindingsKeys, WaiversKeys) for keys in mappings_of(root)
+    keys.title(): keys for root in (ModelKeys, PartKeys, CaseKeys, BindingsKeys, WaiversKeys) for keys in mappings_of(root)
 }
 
 

@@ -33,7 +33,7 @@ from scbm.files.codec.model_files import (
 from scbm.files.file_writer import FileWriter
 from scbm.files.goal_editing import add_goals, with_goals
 from scbm.files.input_file import open_input
-from scbm.files.key_reference import bindings_schema, case_schema, model_schema, waivers_schema
+from scbm.files.key_reference import bindings_schema, case_schema, model_schema, part_schema, waivers_schema
 from scbm.files.language.expressions import parse_action, parse_predicate, parse_requirement, parse_state, parse_value
 from scbm.files.language.quantities import parse_duration, parse_share
 from scbm.files.language.scope import Scope, Where
@@ -68,6 +68,7 @@ __all__ = [
     "parse_share",
     "parse_state",
     "parse_value",
+    "part_schema",
     "read_bindings",
     "read_case",
     "read_file",

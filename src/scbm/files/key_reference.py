@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from scbm.files.codec.binding_keys import BindingsKeys
 from scbm.files.codec.case_keys import CaseKeys
 from scbm.files.codec.keys import Definitions
+from scbm.files.codec.lifted.part_keys import PartKeys
 from scbm.files.codec.model_keys import ModelKeys
 from scbm.files.codec.waiver_keys import WaiversKeys
 
@@ -32,6 +33,11 @@ def bindings_schema() -> dict[str, Any]:
 def waivers_schema() -> dict[str, Any]:
     """Return the schema of waivers files (draft 2020-12)."""
     return json_schema(WaiversKeys, "Waivers of obligations for scbm")
+
+
+def part_schema() -> dict[str, Any]:
+    """Return the schema of files with parts (draft 2020-12)."""
+    return json_schema(PartKeys, "A part of behavior models for scbm")
 
 
 def json_schema(root: type[Keys], title: str) -> dict[str, Data]:

@@ -13,6 +13,7 @@ from scbm.files.codec.binding_keys import BindingsKeys
 from scbm.files.codec.case_keys import CaseKeys
 from scbm.files.codec.key_types import DURATION, MODEL_NAME, MappingListType, MappingType, NamesType
 from scbm.files.codec.keys import DefaultKey, Key, Keys, check_shape
+from scbm.files.codec.lifted.part_keys import PartUseKeys
 from scbm.files.codec.model_keys import ModelKeys
 from scbm.files.codec.operation_keys import OperationKeys
 from scbm.files.codec.value_reader import ValueReader
@@ -169,4 +170,5 @@ def test_every_declared_key_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
         for name in keys.declared
     }
     expanded = {(OperationKeys, name) for name in ("guard", "effects", "on_timeout")}  # read as parts of transitions
+    expanded |= {(ModelKeys, "include"), (ModelKeys, "parts")} | {(PartUseKeys, name) for name in PartUseKeys.declared}
     assert declared - read == expanded

@@ -109,6 +109,8 @@ def test_the_schema_is_one() -> None:
         "planner",
         "waivers",
         "runs",
+        "include",
+        "parts",
     ]
 
 

@@ -34,7 +34,7 @@ _START = "a case begins with `case: <name>`"
 _CASE = re.compile(r"""^\ufeff?(?:\{\s*)?["']?case["']?[ \t]*:(?=\s|$)""", re.MULTILINE | re.IGNORECASE)
 _GOAL = re.compile(r"""^\ufeff?["']?goals?["']?[ \t]*:(?=\s|$)""", re.MULTILINE)
 _ITS_MODEL = re.compile(r"""^\ufeff?["']?model["']?[ \t]*:(?=\s|$)""", re.MULTILINE)
-_MODEL = re.compile(r"""^\ufeff?["']?behavior_model["']?[ \t]*:(?=\s|$)""", re.MULTILINE)
+_MODEL = re.compile(r"""^\ufeff?["']?(?:behavior_model|part)["']?[ \t]*:(?=\s|$)""", re.MULTILINE)
 
 
 def is_case_text(text: str) -> bool:
@@ -43,7 +43,7 @@ def is_case_text(text: str) -> bool:
 
 
 def is_model_text(text: str) -> bool:
-    """Return whether a text looks like a model file: it has a line with the key `behavior_model`."""
+    """Return whether a text looks like the file of a model or of a part: it has a line with the key of one."""
     return _MODEL.search(text) is not None
 
 

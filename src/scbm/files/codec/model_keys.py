@@ -19,6 +19,7 @@ from scbm.files.codec.key_types import (
     predicate_type,
 )
 from scbm.files.codec.keys import Data, DefaultKey, Definitions, Key, Keys, KeyType, ShapeCheck, Spot
+from scbm.files.codec.lifted.part_keys import INCLUDE, PARTS, PartUseKeys
 from scbm.files.codec.operation_keys import AutomaticKeys, EnvironmentKeys, OperationKeys, TransitionKeys
 from scbm.files.codec.resource_keys import ResourceKeys, SimulationKeys
 from scbm.files.codec.value_reader import NAME, ValueReader
@@ -289,6 +290,8 @@ class ModelKeys(Keys):
         absent="`{goals: sequence, plans: canonical}`",
         source=lambda model: None if model.runs == RunsDeclaration() else model.runs,
     )
+    include = INCLUDE
+    parts = PARTS
 
     def model(self) -> BehaviorModel:
         """Return the model; valid only if no error is noted."""
@@ -481,6 +484,7 @@ MODEL_OWNERS: tuple[tuple[type[Keys], str], ...] = (
     (WaiverKeys, "a waiver"),
     (GoalKeys, "a goal"),
     (RunsKeys, "the runs"),
+    (PartUseKeys, "a part"),
     (ModelKeys, "the model"),
 )
 """What messages call the mappings of a model file; an unknown key belongs to the first that declares it."""

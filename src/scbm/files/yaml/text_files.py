@@ -14,7 +14,7 @@ from scbm.files.yaml.source_text import SourceText
 from scbm.model import Diagnostic, InputError, Place, Slug
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
     from pathlib import Path
 
 
@@ -31,11 +31,19 @@ class ErrorCollector:
     def __init__(self, source_lines: Sequence[str]) -> None:
         self._source_lines = source_lines
         self._others: dict[str, SourceText] = {}
+        self._users: dict[str, Place] = {}
         self._found: dict[tuple[Place, Slug, str], Diagnostic] = {}
 
-    def add_source(self, source: SourceText) -> None:
-        """Take another file, whose lines are shown with the errors in it; its errors follow those of earlier files."""
+    def add_source(self, source: SourceText, user: Place | None = None) -> None:
+        """Take another file, whose lines are shown with the errors in it; its errors follow those of earlier files.
+
+        Args:
+            source: the file.
+            user: where it is used first; errors in the file name this place.
+        """
         self._others.setdefault(source.file, source)
+        if user is not None:
+            self._users.setdefault(source.file, user)
 
     @property
     def others(self) -> dict[str, SourceText]:
@@ -50,16 +58,28 @@ class ErrorCollector:
         """
         lines = self._others[place.file].lines if place.file in self._others else self._source_lines
         source_line = lines[place.line - 1] if 0 < place.line <= len(lines) else None
-        shown = _shown(message)
+        user = self._users.get(place.file)
+        shown = _shown(message if user is None else f"{message} (used in {user.file}:{user.line})")
         diagnostic = Diagnostic(slug, shown, place, _shown(remedy) if remedy else None, source_line)
         self._found.setdefault((place, slug, shown), diagnostic)
         if len(self._found) >= MAX_ERRORS:
             raise self.error()
 
+    def add_found(self, diagnostics: Iterable[Diagnostic]) -> None:
+        """Take errors that were found in another file before it was known here."""
+        for found in diagnostics:
+            self._found.setdefault((found.place, found.slug, found.message), found)
+
+    @property
+    def diagnostics(self) -> tuple[Diagnostic, ...]:
+        """The errors so far, in the order in which they were found."""
+        return tuple(self._found.values())
+
     def copy(self) -> ErrorCollector:
         """Return a collector with the same diagnostics: a text that is parsed once can be read for several models."""
         copied = ErrorCollector(self._source_lines)
         copied._others.update(self._others)
+        copied._users.update(self._users)
         copied._found.update(self._found)
         return copied
 
@@ -136,7 +156,7 @@ def _refuse_runs(source: SourceText, noun: str) -> None:
     raise InputError([Diagnostic(Slug.WRONG_SHAPE, shown, Place(source.file, 1), remedy)])
 
 
-_MARKS = {"model": "behavior_model", "case": "case", "bindings": "bindings_of", "waivers": "waivers_of"}
+_MARKS = {"model": "behavior_model", "case": "case", "bindings": "bindings_of", "waivers": "waivers_of", "part": "part"}
 """The key that identifies each kind of file."""
 
 

@@ -1,0 +1,142 @@
+"""Copies of a part: its names get a prefix, and its parameters are replaced by arguments."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, list_node, scalar_node, with_entries
+from scbm.files.expansion.rewritten_scalar import Piece, RewrittenScalar
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from scbm.files.yaml.document import YamlNode
+    from scbm.files.yaml.source_text import Scalar
+
+NAMED_SECTIONS = (
+    "variables",
+    "resources",
+    "operations",
+    "automatic_transitions",
+    "environment",
+    "goals",
+    "requirements",
+)
+"""The sections of a model whose entries have names, in the order of the reference."""
+
+_TEXT_SECTIONS = ("goals", "requirements")
+"""Sections whose entries are texts with names."""
+
+_TEXT_KEYS = (
+    *("request", "measures", "publishes", "measured", "with", "guard", "effects", "on_timeout"),
+    *("g", "gr", "a", "ar", "timedout", "actions", "goal"),
+)
+"""Keys under which names stand, as texts or as keys; under all others are values, times and words."""
+
+_PLAIN_KEYS = ("may_end",)
+"""Keys under which no names stand, wherever they are."""
+
+_TOKEN = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*", re.ASCII)
+_HEAD = re.compile(r"[^\[\s]*")
+"""The name in a key such as `robot_at[robot]`."""
+
+
+def declared_names(part: YamlNode) -> dict[str, None]:
+    """Return the names that predicates, actions and lists can use and that a part declares, in its order."""
+    names: dict[str, None] = {}
+    for head in _heads(part, "variables"):
+        names[head] = None
+    for head in _heads(part, "resources"):
+        names |= dict.fromkeys((head, f"{head}_req_trigger", f"{head}_req_state"))
+    for head in _heads(part, "operations"):
+        names[f"{head}.state"] = None
+    return names
+
+
+def _heads(part: YamlNode, section: str) -> Iterator[str]:
+    node = part.get(section)
+    for key in node.items if node is not None else ():
+        match = _HEAD.match(key)
+        yield match[0] if match is not None else key
+
+
+@dataclass(frozen=True, slots=True)
+class PartCopy:
+    """Makes one copy of a part.
+
+    Attributes:
+        prefix: what the names of the part begin with in the copy, such as `cnc1.`; empty for an included file.
+        declared: the names that the part declares.
+        arguments: the node that stands for each parameter.
+    """
+
+    prefix: str
+    declared: Mapping[str, None]
+    arguments: Mapping[str, YamlNode]
+
+    def section(self, name: str, node: YamlNode) -> YamlNode:
+        """Return the copy of a section, whose keys are the names of its entries."""
+        has_names = name in _TEXT_SECTIONS
+        return with_entries(
+            node,
+            (
+                entry._replace(key=f"{self.prefix}{entry.key}", node=self._copied(entry.node, has_names=has_names))
+                for entry in entries_of(node)
+            ),
+        )
+
+    def _copied(self, node: YamlNode, *, has_names: bool) -> YamlNode:
+        if node.scalar is not None:
+            return self._copied_scalar(node, node.scalar, has_names=has_names)
+        if node.elements:
+            copied = list_node(
+                (self._copied(each, has_names=has_names) for each in node.elements), node.place, node.end
+            )
+            return replace(copied, condemned=node.condemned, origin=node.origin)
+        return with_entries(node, (self._entry(entry, has_names=has_names) for entry in entries_of(node)))
+
+    def _entry(self, entry: MappingEntry, *, has_names: bool) -> MappingEntry:
+        key = self._key(entry.key) if has_names else entry.key
+        if entry.key == "name" and entry.node.scalar is not None and not has_names:
+            return entry._replace(node=self._prefixed(entry.node, entry.node.scalar))
+        below = (has_names or entry.key in _TEXT_KEYS) and entry.key not in _PLAIN_KEYS
+        return entry._replace(key=key, node=self._copied(entry.node, has_names=below))
+
+    def _key(self, key: str) -> str:
+        """Return a key that is the name of a variable: a parameter stands for the name that is its argument."""
+        argument = self.arguments.get(key)
+        if argument is not None and argument.text is not None:
+            return argument.text
+        return f"{self.prefix}{key}" if key in self.declared else key
+
+    def _prefixed(self, node: YamlNode, scalar: Scalar) -> YamlNode:
+        """Return the name of a transition with the prefix."""
+        pieces = (Piece.instead(self.prefix, scalar, 0, 1), Piece.copy(scalar))
+        return scalar_node(RewrittenScalar(pieces), node.place, node.end)
+
+    def _copied_scalar(self, node: YamlNode, scalar: Scalar, *, has_names: bool) -> YamlNode:
+        if not scalar.style and scalar.text in self.arguments:
+            return self.arguments[scalar.text]
+        if not has_names:
+            return node
+        pieces = list(self._pieces(scalar))
+        if len(pieces) == 1 and pieces[0].is_copy:
+            return node
+        return scalar_node(RewrittenScalar(pieces), node.place, node.end)
+
+    def _pieces(self, scalar: Scalar) -> Iterator[Piece]:
+        """Yield the pieces of a text with names: names of the part get the prefix, parameters become arguments."""
+        end = 0
+        for token in _TOKEN.finditer(scalar.text):
+            argument = self.arguments.get(token[0])
+            if argument is not None and argument.scalar is not None:
+                yield Piece.copy(scalar, end, token.start())
+                yield Piece.copy(argument.scalar)
+                end = token.end()
+            elif token[0] in self.declared and self.prefix:
+                yield Piece.copy(scalar, end, token.start())
+                yield Piece.instead(f"{self.prefix}{token[0]}", scalar, token.start(), token.end())
+                end = token.end()
+        yield Piece.copy(scalar, end)

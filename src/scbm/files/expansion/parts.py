@@ -1,0 +1,238 @@
+"""The stage of parts: `include` takes the sections of other files, `parts` copies of them with a prefix."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, mapping_node, with_entries
+from scbm.files.expansion.part_files import SHARED_SECTIONS, PartFile, PartFiles
+from scbm.files.expansion.part_names import NAMED_SECTIONS, PartCopy, declared_names
+from scbm.files.spelling import nearest, suggestion
+from scbm.files.yaml.yaml_events import MAX_NODES
+from scbm.model import Diagnostic, InputError, Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.files.yaml.document import YamlNode
+    from scbm.files.yaml.text_files import ErrorCollector
+    from scbm.model import Place
+
+_STAGE_KEYS = ("include", "parts")
+USE_KEYS = ("use", "with")
+"""The keys of a use of a part."""
+_REQUIRED = ("variables", "operations")
+"""Sections that each model has; a part that cannot be used may have had them."""
+
+_SECTIONS = (*SHARED_SECTIONS, *NAMED_SECTIONS)
+
+_NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+
+_MAX_USES = 1_000
+"""The maximum number of parts in a model, those of parts included."""
+
+
+def expand_parts(document: YamlNode, report: ErrorCollector) -> YamlNode:
+    """Return the tree of a model with what it includes and with its parts; the same tree if it has neither."""
+    if not any(key in document.items for key in _STAGE_KEYS):
+        return document
+    file = Path(document.place.file)
+    expansion = _Expansion(PartFiles(file, report), report)
+    return expansion.whole(document, (file.resolve(),), file)
+
+
+@dataclass(frozen=True, slots=True)
+class _Use:
+    """One use of a part: the part as it stands for the user, and the place that uses it."""
+
+    document: YamlNode
+    place: Place
+
+
+@dataclass(slots=True)
+class _Expansion:
+    """The expansion of the parts of one model.
+
+    Attributes:
+        files: opens the files of parts.
+        report: where errors go.
+        uses: the number of uses of parts so far.
+        nodes: the number of YAML nodes of all of these.
+        is_whole: whether each part could be used, with all its arguments. If not, names may be missing, and that is no
+            further error.
+    """
+
+    files: PartFiles
+    report: ErrorCollector
+    uses: int = 0
+    nodes: int = 0
+    is_whole: bool = True
+
+    def whole(self, document: YamlNode, users: tuple[Path, ...], file: Path) -> YamlNode:
+        """Return a file with the sections of what it uses before its own.
+
+        Args:
+            document: the tree of the file.
+            users: the files on the way from the model to it, itself last, without symbolic links.
+            file: its path, as it is shown.
+        """
+        used = [*self._included(document, users, file), *self._parts(document, users, file)]
+        own: dict[str, MappingEntry] = {e.key: e for e in entries_of(document) if e.key not in _STAGE_KEYS}
+        for section in _SECTIONS:
+            united = self._united(section, used, own.get(section), document.place)
+            if united is not None:
+                own[section] = united
+        return with_entries(document, own.values())
+
+    # what a file uses
+
+    def _included(self, document: YamlNode, users: tuple[Path, ...], file: Path) -> Iterator[_Use]:
+        node = document.get("include")
+        if node is None:
+            return
+        named = node.elements if isinstance(node.plain, list) else [node]
+        for each in named:
+            part = self._opened(each, users, file)
+            if part is not None:
+                arguments = self._arguments(part, {}, each.place, f"`{each.text}`")
+                yield _Use(self._copied(part, "", arguments, users, each.place), each.place)
+
+    def _parts(self, document: YamlNode, users: tuple[Path, ...], file: Path) -> Iterator[_Use]:
+        node = document.get("parts")
+        if node is None:
+            return
+        if not isinstance(node.plain, dict):
+            remedy = "write for example `parts: {door: {use: door.yaml}}`"
+            place = document.key_places["parts"]
+            self.report.add(Slug.WRONG_SHAPE, "expected a mapping of names under `parts`", place, remedy)
+        for entry in entries_of(node):
+            named, given = self._use_of(entry)
+            part = self._opened(named, users, file) if named is not None else None
+            if part is not None:
+                arguments = self._arguments(part, given, entry.place, f"`{entry.key}`")
+                yield _Use(self._copied(part, f"{entry.key}.", arguments, users, entry.place), entry.place)
+
+    def _use_of(self, entry: MappingEntry) -> tuple[YamlNode | None, dict[str, MappingEntry]]:
+        """Return the file and the arguments of an entry of `parts`; note what is wrong with its keys."""
+        node = entry.node
+        if not isinstance(node.plain, dict):
+            remedy = f"write `{entry.key}: {{use: {node.text or 'door.yaml'}}}`"
+            self.report.add(Slug.WRONG_SHAPE, f"expected a mapping under `{entry.key}`", entry.place, remedy)
+            return None, {}
+        for name, at in node.key_places.items():
+            if name not in USE_KEYS:
+                near = suggestion(name, USE_KEYS, "the keys here are")
+                self.report.add(Slug.UNKNOWN_KEY, f"unknown key `{name}`", at, near)
+        if not _NAME.fullmatch(entry.key):
+            message = f"`{entry.key}` is not a name"
+            self.report.add(Slug.BAD_NAME, message, entry.place, "names of parts are letters, digits and `_`")
+            self.is_whole = False
+        if "use" not in node.items and not node.incomplete:
+            self.report.add(
+                Slug.MISSING_KEY, f"`use` is missing in `{entry.key}`", entry.place, "name the file: `use: door.yaml`"
+            )
+        given = node.get("with")
+        if given is not None and not isinstance(given.plain, dict) and not given.condemned:
+            message = f"expected a mapping of parameters under `with` of `{entry.key}`"
+            self.report.add(Slug.WRONG_SHAPE, message, node.key_places["with"])
+        return node.get("use"), {} if given is None else {each.key: each for each in entries_of(given)}
+
+    def _opened(self, named: YamlNode, users: tuple[Path, ...], file: Path) -> PartFile | None:
+        """Return the file of a part; note one that uses itself, over others or directly."""
+        self.uses += 1
+        if self.uses > _MAX_USES:
+            message = f"more than {_MAX_USES:,} parts, those of parts included"
+            raise InputError([Diagnostic(Slug.YAML_TOO_LARGE, message, named.place)])
+        part = self.files.open(named, file)
+        if part is not None and part.path in users:
+            way = " → ".join(path.name for path in (*users[users.index(part.path) :], part.path))
+            self.report.add(Slug.CONTRADICTION, f"`{named.text}` uses itself: {way}", named.place)
+            part = None
+        self.is_whole = self.is_whole and part is not None
+        return part
+
+    def _arguments(
+        self, part: PartFile, given: dict[str, MappingEntry], place: Place, called: str
+    ) -> dict[str, YamlNode]:
+        """Return the node of each parameter; note missing and unknown ones."""
+        for name, entry in given.items():
+            if name not in part.parameters:
+                remedy = suggestion(name, part.parameters, "its parameters are")
+                self.report.add(Slug.UNKNOWN_NAME, f"the part has no parameter `{name}`", entry.place, remedy)
+        arguments: dict[str, YamlNode] = {}
+        for name, default in part.parameters.items():
+            node = given[name].node if name in given else default
+            self.is_whole = self.is_whole and node is not None
+            if node is not None:
+                arguments[name] = node
+            elif nearest(name, (other for other in given if other not in part.parameters)) is None:
+                message = f"{called} needs a value for the parameter `{name}` of its part"
+                self.report.add(Slug.MISSING_KEY, message, place, f"write `with: {{{name}: …}}`")
+        return arguments
+
+    def _copied(
+        self, part: PartFile, prefix: str, arguments: dict[str, YamlNode], users: tuple[Path, ...], place: Place
+    ) -> YamlNode:
+        """Return a part with its own parts, its prefix and its arguments."""
+        shown = Path(part.document.place.file)
+        whole = self.whole(part.document, (*users, part.path), shown)
+        self._add_to_count(whole.size, place)
+        declared = declared_names(whole)
+        self._refuse_hidden(part, declared)
+        copy = PartCopy(prefix, declared, arguments)
+        return with_entries(
+            whole,
+            (
+                entry._replace(node=copy.section(entry.key, entry.node)) if entry.key in NAMED_SECTIONS else entry
+                for entry in entries_of(whole)
+                if entry.key in _SECTIONS
+            ),
+        )
+
+    def _add_to_count(self, size: int, place: Place) -> None:
+        self.nodes += size
+        if self.nodes > MAX_NODES:
+            message = f"with this part the model has more than {MAX_NODES:,} YAML nodes"
+            raise InputError([Diagnostic(Slug.YAML_TOO_LARGE, message, place)])
+
+    def _refuse_hidden(self, part: PartFile, declared: dict[str, None]) -> None:
+        """Note parameters with the name of something that the part declares."""
+        parameters = part.document.get("parameters")
+        for name in part.parameters:
+            if name in declared and parameters is not None:
+                message = f"the parameter `{name}` has the name of something that the part declares"
+                self.report.add(Slug.DUPLICATE_NAME, message, parameters.key_places[name], "choose another name")
+
+    # sections
+
+    def _united(self, section: str, used: list[_Use], own: MappingEntry | None, at: Place) -> MappingEntry | None:
+        """Return a section with the entries of all that is used, then its own; the own one if nothing is used."""
+        found = [(use, node) for use in used if (node := use.document.get(section)) is not None and node.items]
+        if own is not None and not isinstance(own.node.plain, dict):
+            return own
+        if not found and (own is not None or self.is_whole or section not in _REQUIRED):
+            return own if own is None or self.is_whole else own._replace(node=replace(own.node, incomplete=True))
+        entries: dict[str, MappingEntry] = {}
+        for use, node in found:
+            for entry in entries_of(node):
+                self._enter(entries, entry, use.place)
+        for entry in entries_of(own.node) if own is not None else ():
+            self._enter(entries, entry, entry.place)
+        whole = own
+        if whole is None:
+            place, end = (found[0][0].place, found[0][1].end) if found else (at, 0)
+            whole = MappingEntry(section, place, mapping_node((), place, end), end)
+        incomplete = whole.node.incomplete or not self.is_whole
+        return whole._replace(node=replace(with_entries(whole.node, entries.values()), incomplete=incomplete))
+
+    def _enter(self, entries: dict[str, MappingEntry], entry: MappingEntry, place: Place) -> None:
+        if entry.key in entries:
+            other = entries[entry.key].place
+            message = f"`{entry.key}` is there already, from {other.file}:{other.line}"
+            self.report.add(
+                Slug.DUPLICATE_NAME, message, place, "use one of them under `parts`, with a name of its own"
+            )
+        entries.setdefault(entry.key, entry)

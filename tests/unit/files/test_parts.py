@@ -1,0 +1,258 @@
+"""Parts and included files: the model is the one that is written out, and errors stand in the file that has them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from scbm.files import digest_of, load_model
+from scbm.files.codec.lifted.part_keys import PartKeys, PartParameterKeys, PartUseKeys
+from scbm.files.expansion.part_files import PARAMETER_KEYS, PART_KEYS
+from scbm.files.expansion.parts import USE_KEYS
+from scbm.model import Diagnostic, InputError
+
+MODEL = """\
+behavior_model: cell
+parts:
+  left: {use: door.yaml, with: {stop: estop}}
+  right: {use: door.yaml, with: {stop: estop, time: {uniform: [1 s, 2 s]}, start: closed}}
+variables:
+  estop: {domain: [healthy, pressed], initial: healthy, source: input}
+operations:
+  wait: {pre: {g: estop == healthy && left.leaf == open}, post: {g: true}}
+goals:
+  both: left.leaf == closed && right.leaf == closed
+"""
+
+DOOR = """\
+part: door
+parameters:
+  stop: {help: the emergency stop}
+  time: {default: 2 s}
+  start: {default: open}
+variables:
+  leaf: {domain: [open, closed], initial: start}
+  seen: {domain: bool, initial: false}
+resources:
+  drive: {measures: {seen: [true]}, simulation: {latency: time, measured: {seen: [true]}}}
+operations:
+  close:
+    deadline: 10 s
+    pre:
+      name: begin
+      g: drive_req_state == initial && drive_req_trigger == false && leaf == open
+      gr: stop == healthy
+      a: [drive_req_trigger <- true]
+    post:
+      gr: drive_req_state == succeeded
+      g: true
+      a: [drive_req_trigger <- false, drive_req_state <- initial, leaf <- closed]
+    timedout: [drive_req_trigger <- false]
+automatic_transitions:
+  drive_failed:
+    g: drive_req_state == failed && close.state == executing
+    a: [current.state <- failed, drive_req_state <- initial]
+environment:
+  open_it: {guard: leaf == closed, actions: [leaf <- open]}
+goals:
+  is_closed: {goal: leaf == closed, may_end: [aborted]}
+requirements:
+  still: always leaf == closed -> drive_req_state != executing
+"""
+
+OPERATION = "operations: {o: {pre: {g: a == true}, post: {g: true}}}\n"
+
+
+def one_door(name: str, latency: str, start: str) -> dict[str, str]:
+    """Return the sections of one door, written out."""
+    r = f"{name}.drive_req"
+    return {
+        "variables": f"  {name}.leaf: {{domain: [open, closed], initial: {start}}}\n"
+        f"  {name}.seen: {{domain: bool, initial: false}}\n",
+        "resources": f"  {name}.drive: {{measures: {{{name}.seen: [true]}}, "
+        f"simulation: {{latency: {latency}, measured: {{{name}.seen: [true]}}}}}}\n",
+        "operations": f"""\
+  {name}.close:
+    deadline: 10 s
+    pre:
+      name: {name}.begin
+      g: {r}_state == initial && {r}_trigger == false && {name}.leaf == open
+      gr: estop == healthy
+      a: [{r}_trigger <- true]
+    post:
+      gr: {r}_state == succeeded
+      g: true
+      a: [{r}_trigger <- false, {r}_state <- initial, {name}.leaf <- closed]
+    timedout: [{r}_trigger <- false]
+""",
+        "automatic_transitions": f"  {name}.drive_failed: {{g: {r}_state == failed && {name}.close.state == executing, "
+        f"a: [current.state <- failed, {r}_state <- initial]}}\n",
+        "environment": f"  {name}.open_it: {{guard: {name}.leaf == closed, actions: [{name}.leaf <- open]}}\n",
+        "goals": f"  {name}.is_closed: {{goal: {name}.leaf == closed, may_end: [aborted]}}\n",
+        "requirements": f"  {name}.still: always {name}.leaf == closed -> {r}_state != executing\n",
+    }
+
+
+OWN = {
+    "variables": "  estop: {domain: [healthy, pressed], initial: healthy, source: input}\n",
+    "operations": "  wait: {pre: {g: estop == healthy && left.leaf == open}, post: {g: true}}\n",
+    "goals": "  both: left.leaf == closed && right.leaf == closed\n",
+}
+
+
+def written(folder: Path, **files: str) -> Path:
+    for name, text in files.items():
+        (folder / f"{name}.yaml").write_text(text, encoding="utf-8")
+    return folder / "cell.yaml"
+
+
+def found_in(path: Path) -> tuple[Diagnostic, ...]:
+    with pytest.raises(InputError) as raised:
+        load_model(path)
+    return raised.value.diagnostics
+
+
+def heads(path: Path) -> list[str]:
+    """Return place, slug and caret of each error."""
+    return [
+        f"{Path(each.place.file).name}:{each.place.line}:{each.place.column}:{each.place.length} {each.slug}"
+        for each in found_in(path)
+    ]
+
+
+def test_a_model_with_parts_is_the_model_written_out(tmp_path: Path) -> None:
+    doors = (one_door("left", "2 s", "open"), one_door("right", "{uniform: [1 s, 2 s]}", "closed"))
+    text = "behavior_model: cell\n" + "".join(
+        f"{section}:\n{''.join(door[section] for door in doors)}{OWN.get(section, '')}" for section in doors[0]
+    )
+    parts = load_model(written(tmp_path, cell=MODEL, door=DOOR))
+    whole = load_model(written(tmp_path, cell=text))
+    assert parts == whole
+    assert digest_of(parts) == digest_of(whole)
+
+
+def test_an_included_file_keeps_its_names(tmp_path: Path) -> None:
+    included = load_model(
+        written(
+            tmp_path,
+            cell=f"behavior_model: cell\ninclude: [signals.yaml]\n{OPERATION}",
+            signals="part: signals\nvariables: {a: {domain: bool, initial: false}}\n",
+        )
+    )
+    assert [variable.name for variable in included.variables] == ["a"]
+
+
+def test_parts_of_parts_have_names_of_both(tmp_path: Path) -> None:
+    model = load_model(
+        written(
+            tmp_path,
+            cell="behavior_model: cell\nparts: {m: {use: machine.yaml, with: {first: true}}}\n"
+            "operations: {o: {pre: {g: m.ready == true && m.lock.shut == true}, post: {g: true}}}\n",
+            machine="part: machine\nparameters: {first: {}}\n"
+            "parts: {lock: {use: lock.yaml, with: {whose: ready, first: first}}}\n"
+            "variables: {ready: {domain: bool, initial: false}}\n"
+            "requirements: {shut: always ready == true -> lock.shut == true}\n",
+            lock="part: lock\nparameters: {whose: {}, first: {}}\nvariables: {shut: {domain: bool, initial: first}}\n"
+            "requirements: {both: always whose == true -> shut == true}\n",
+        )
+    )
+    assert [(variable.name, variable.initial) for variable in model.variables] == [
+        ("m.lock.shut", True),
+        ("m.ready", False),
+    ]
+    assert [(each.name, str(each.sentence)) for each in model.requirements] == [
+        ("m.lock.both", "always m.ready == true -> m.lock.shut == true"),
+        ("m.shut", "always m.ready == true -> m.lock.shut == true"),
+    ]
+
+
+def test_an_error_stands_in_the_part_and_names_the_line_that_uses_it(tmp_path: Path) -> None:
+    alone = MODEL.replace("  right", "  # right").replace(" && right.leaf == closed", "")
+    (found,) = found_in(written(tmp_path, cell=alone, door=DOOR.replace("gr: stop ==", "gr: stopp ==")))
+    assert Path(found.place.file).name == "door.yaml"
+    assert (found.place.line, found.place.column, found.place.length) == (17, 11, 5)
+    assert found.source_line == "      gr: stopp == healthy"
+    assert found.message.endswith(f"(used in {tmp_path / 'cell.yaml'}:3)")
+
+
+def test_a_wrong_argument_is_an_error_where_it_is_given(tmp_path: Path) -> None:
+    assert heads(written(tmp_path, cell=MODEL.replace("stop: estop}", "stop: estopp}"), door=DOOR)) == [
+        "cell.yaml:3:39:6 unknown-variable"
+    ]
+    assert heads(written(tmp_path, cell=MODEL.replace("[1 s, 2 s]", "[1 s, 2]"), door=DOOR)) == [
+        "cell.yaml:4:69:1 bare-duration"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("wrong", "expected"),
+    [
+        ("parts: {d: {use: dor.yaml, with: {stop: e}}}", ["cell.yaml:2:18:8 file-missing"]),
+        ("parts: {d: {use: 'scbm:dor'}}", ["cell.yaml:2:18:10 file-missing"]),
+        ("parts: {d: {use: /etc/passwd}}", ["cell.yaml:2:18:11 file-unreadable"]),
+        ("parts: {d: {use: ../door.yaml}}", ["cell.yaml:2:18:12 file-unreadable"]),
+        ("parts: {d: {use: door.yaml}}", ["cell.yaml:2:9:1 missing-key"]),
+        ("parts: {d: {use: door.yaml, with: {stopp: e}}}", ["cell.yaml:2:36:5 unknown-name"]),
+        ("parts: {d: {use: door.yaml, wiht: {}, with: {stop: e}}}", ["cell.yaml:2:29:4 unknown-key"]),
+        ("parts: {d: {use: door.yaml, with: 3}}", ["cell.yaml:2:9:1 missing-key", "cell.yaml:2:29:4 wrong-shape"]),
+        ("parts: {d: {with: {}}}", ["cell.yaml:2:9:1 missing-key"]),
+        ("parts: {d: door.yaml}", ["cell.yaml:2:9:1 wrong-shape"]),
+        ("parts: [door.yaml]", ["cell.yaml:2:1:5 wrong-shape"]),
+        ("parts: {d: {use: [door.yaml]}}", ["cell.yaml:2:18:1 wrong-shape"]),
+        ("parts: {d.e: {use: door.yaml, with: {stop: e}}}", ["cell.yaml:2:9:3 bad-name"]),
+        ("include: door.yaml", ["cell.yaml:2:10:9 missing-key"]),
+        ("include: [cycle.yaml]", ["cycle.yaml:2:10:10 contradiction"]),
+        ("include: cell.yaml", ["cell.yaml:1:1:14 wrong-shape"]),
+        ("include: [names.yaml, names.yaml]", ["cell.yaml:2:23:10 duplicate-name"]),
+        ("include: [own.yaml]", ["cell.yaml:3:13:1 duplicate-name"]),
+        ("include: odd.yaml", ["odd.yaml:1:1:5 unknown-key", "odd.yaml:2:17:1 wrong-shape", "odd.yaml:2:24:7 unknown-key"]),
+        ("include: [hidden.yaml]", ["hidden.yaml:2:14:1 duplicate-name"]),
+        ("include: [text.yaml]", ["text.yaml:1:1:4 wrong-shape"]),
+    ],
+)  # fmt: skip
+def test_what_can_be_wrong_about_a_part(wrong: str, expected: list[str], tmp_path: Path) -> None:
+    folder = tmp_path / "model"
+    folder.mkdir()
+    (tmp_path / "door.yaml").write_text(DOOR)
+    path = written(
+        folder,
+        cell=f"behavior_model: cell\n{wrong}\nvariables: {{e: {{domain: bool, initial: false, source: input}}}}\n"
+        "operations: {o: {pre: {g: e == true}, post: {g: true}}}\n",
+        door="part: door\nparameters: {stop: {}}\nrequirements: {r: always stop == true}\n",
+        cycle="part: cycle\ninclude: cycle.yaml\n",
+        names="part: names\nvariables: {n: {domain: bool, initial: false}}\n",
+        own="part: own\nvariables: {e: {domain: bool, initial: false}}\n",
+        odd="parrt: odd\nparameters: {p: 3, q: {defualt: 3}}\n",
+        hidden="part: hidden\nparameters: {p: {default: 3}}\nvariables: {p: {domain: bool, initial: false}}\n",
+        text="text\n",
+    )
+    assert heads(path) == expected
+
+
+def test_a_folder_can_be_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "cell").mkdir()
+    (tmp_path / "parts").mkdir()
+    written(tmp_path / "parts", names="part: names\nvariables: {a: {domain: bool, initial: false}}\n")
+    path = written(
+        tmp_path / "cell",
+        cell=f"behavior_model: cell\ninclude: ../parts/names.yaml\n{OPERATION}",
+    )
+    assert heads(path) == ["cell.yaml:2:10:19 file-unreadable"]
+    monkeypatch.setenv("SCBM_PARTS", str(tmp_path / "parts"))
+    assert load_model(path).name == "cell"
+
+
+def test_parts_that_multiply_are_refused_before_they_fill_the_memory(tmp_path: Path) -> None:
+    for level in range(1, 9):
+        uses = ", ".join(f"p{index}: {{use: level{level - 1}.yaml}}" for index in range(10))
+        written(tmp_path, **{f"level{level}": f"part: level{level}\nparts: {{{uses}}}\n"})
+    written(tmp_path, level0="part: level0\nvariables: {a: {domain: bool, initial: false}}\n")
+    (found,) = found_in(written(tmp_path, cell="behavior_model: cell\nparts: {all: {use: level8.yaml}}\n"))
+    assert found.slug == "yaml-too-large"
+
+
+def test_the_keys_are_those_that_are_declared() -> None:
+    assert list(USE_KEYS) == list(PartUseKeys.declared)
+    assert list(PARAMETER_KEYS) == list(PartParameterKeys.declared)
+    assert list(PART_KEYS) == list(PartKeys.declared)
