@@ -18,7 +18,9 @@ DOCS = Path(__file__).parent.parent.parent / "docs"
 PAGES = [path for path in sorted(DOCS.glob("**/*.md")) if "<!-- keys: " in path.read_text(encoding="utf-8")]
 TABLE = re.compile(r"<!-- keys: (\w+) -->\n(.*?)<!-- end of keys -->", re.DOTALL)
 MAPPINGS = {
-    keys.title(): keys for root in (ModelKeys, PartKeys, CaseKeys, BindingsKeys, WaiversKeys) for keys in mappings_of(root)
+    keys.title(): keys
+    for root in (ModelKeys, PartKeys, CaseKeys, BindingsKeys, WaiversKeys)
+    for keys in mappings_of(root)
 }
 
 
