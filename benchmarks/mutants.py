@@ -5,8 +5,8 @@
 tests of its package run on the copy. The output names each mutant that they let live, for a person to judge: some
 change nothing. `--from M` begins at mutant M, counted from 0, and so continues an earlier run of the same sources.
 
-Left out are changes that no test can see: flags of `@dataclass`, blocks for `TYPE_CHECKING`, `strict=` of `zip`, and
-`assert_never`, which type checkers judge.
+Left out are changes that no test can see: flags of `@dataclass` and of classes, blocks for `TYPE_CHECKING`,
+`strict=` of `zip`, and `assert_never`, which type checkers judge.
 """
 
 from __future__ import annotations
@@ -102,6 +102,7 @@ def visible(node: ast.AST) -> Iterator[ast.AST]:
             _calls(child, "dataclass")
             or (isinstance(child, ast.Expr) and _calls(child.value, "assert_never"))
             or (isinstance(child, ast.If) and _names(child.test, "TYPE_CHECKING"))
+            or (isinstance(child, ast.keyword) and isinstance(node, ast.ClassDef))
             or (isinstance(child, ast.keyword) and child.arg == "strict" and _calls(node, "zip"))
         ):
             yield from visible(child)

@@ -31,7 +31,7 @@ def started(model: BehaviorModel, seed: int, count: int) -> list[str]:
 def doubted(model: BehaviorModel, states: int) -> list[str | int]:
     """Return the operations that are reported as never enabled."""
     doubts = check_model(model, CheckLimits(states=states, chains=100)).doubts
-    return [doubt.path[1] for doubt in doubts if doubt.slug is Slug.OPERATION_NEVER_ENABLED]
+    return [str(doubt.path[1]) for doubt in doubts if doubt.slug is Slug.OPERATION_NEVER_ENABLED]
 
 
 @given(running_models(), st.integers(0, 2**32), st.sampled_from([2, 50, 5_000]))

@@ -7,9 +7,9 @@ import typer
 
 from scbm.cases.coverage import Obligations
 from scbm.cli.options.node_options import Bindings
-from scbm.cli.options.status_options import today
 from scbm.cli.output.terminal import activity_display, count_of, errors, results, write_json
 from scbm.closing.advice import THOROUGH, Checked, CheckLimits, Doubt, check_model
+from scbm.closing.current_date import today
 from scbm.files import Places, load_bindings, load_located
 from scbm.model import BehaviorModel, Diagnostic, InputError, Place, Severity, Slug
 from scbm.reports import counted

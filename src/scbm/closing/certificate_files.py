@@ -152,9 +152,20 @@ def find_certificates(paths: Iterable[Path]) -> tuple[Path, ...]:
     return tuple(found)
 
 
-def certificates_below(directory: Path) -> tuple[Path, ...]:
+def _certificates_below(directory: Path) -> tuple[Path, ...]:
     """Return the JSON files below a directory that begin like a certificate, in the order of their paths."""
     return tuple(path for path in sorted(directory.rglob(f"*{SUFFIX}")) if is_certificate_text(_start(path)))
+
+
+def certificates_in(paths: Iterable[Path]) -> tuple[Path, ...]:
+    """Return the certificates of paths: files as they are, and all certificates below directories, if there are any.
+
+    Where all obligations are covered, closing writes no certificate.
+    """
+    found: dict[Path, None] = {}
+    for path in paths:
+        found |= dict.fromkeys(_certificates_below(path) if path.is_dir() else (path,))
+    return tuple(found)
 
 
 def _start(path: Path) -> str:

@@ -70,3 +70,11 @@ def test_a_livelock_ends_after_as_many_transitions_when_it_is_repeated(bound: in
         assert hand.ends == [End.LIVELOCK]
         before = len([record for record in hand.records if isinstance(record, AutomaticTaken)])
         assert before == 2 * bound  # as many again follow the end
+
+
+def test_equal_queues_are_one_object_so_that_macro_steps_repeat() -> None:
+    program = Program(read_model(CELL))
+    queue = program.queue(("fill", "fill"))
+    assert [operation.name for operation in queue] == ["fill", "fill"]
+    assert program.queue(("fill", "fill")) is queue
+    assert program.queue(("fill",)) is queue.rest

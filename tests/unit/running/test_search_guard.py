@@ -77,3 +77,18 @@ def test_a_search_that_its_caller_cancels_has_no_answer(used: SimpleNamespace) -
 
 def test_this_process_uses_some_megabytes() -> None:
     assert 1_000_000 < memory_bytes() < 1 << 40
+
+
+@pytest.mark.parametrize(("platform", "unit"), [("darwin", 1), ("freebsd14", 1024)])
+def test_without_proc_the_maximum_so_far_counts_in_the_unit_of_the_system(
+    platform: str, unit: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    resource = pytest.importorskip("resource", reason="not on Windows")
+
+    def missing(*_: object, **__: object) -> str:
+        raise FileNotFoundError
+
+    monkeypatch.setattr("scbm.running.search_guard.Path.read_text", missing)
+    monkeypatch.setattr("scbm.running.search_guard.sys.platform", platform)
+    monkeypatch.setattr(resource, "getrusage", lambda _: SimpleNamespace(ru_maxrss=7))
+    assert memory_bytes() == 7 * unit

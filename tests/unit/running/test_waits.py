@@ -9,7 +9,7 @@ from scbm.cases.trace import AutomaticTaken, End, InjectionApplied, PlanAsked, R
 from scbm.files import parse_predicate, read_model
 from scbm.files.language.scope import Scope, Where
 from scbm.model import BehaviorModel, Predicate
-from scbm.running import Measured, RunnerOptions, TimePassed
+from scbm.running import GoalGiven, Measured, RunnerOptions, TimePassed
 from scbm.running.simulation import Choices, PlainReactions, Simulated, Simulator
 from support.driving import SECOND_NS, Hand
 from support.models import scan_cell
@@ -104,6 +104,15 @@ def test_an_injection_acts_some_time_after_its_predicate_became_true() -> None:
     assert [(r.at_ns, r.injection) for r in hand.records if isinstance(r, InjectionApplied)] == [(SECOND_NS, "dim")]
 
 
+def test_without_time_it_acts_at_the_moment_at_which_its_predicate_becomes_true() -> None:
+    model = scan_cell()
+    hand = Hand(model)
+    current = predicate("current.name == scan_box && scan_box.state == initial", model)
+    hand.inject(Injection("dim", (("light", "red"),), current, after_ns=0))
+    hand.goal()
+    assert hand.lifecycle == ["scan_box disabled"]
+
+
 def test_it_acts_then_though_the_predicate_is_false_again() -> None:
     model = scan_cell()
     hand = Hand(model)
@@ -149,6 +158,20 @@ def test_an_unsolvable_run_waits_for_an_injection_that_acts_and_reaches_its_goal
         Injection("opens", (("gate", "open"),), lit, after_ns=SECOND_NS),
     )
     assert (later.end, later.ended_ns) == (End.REACHED, 2 * SECOND_NS)
+
+
+def test_a_goal_whose_predicate_does_not_hold_begins_later_or_not_at_all() -> None:
+    model = read_model(STUCK)
+    opened = predicate("gate == open", model)
+    hand = Hand(model)
+    hand.give(GoalGiven("there", model.goals[0][1], when=opened))
+    assert hand.ends == [End.NOT_STARTED]  # nothing is pending that could open the gate
+    waiting = Hand(model, RunnerOptions(time_limit_ns=5 * SECOND_NS))
+    waiting.inject(Injection("opens", (("gate", "open"),), at_ns=3 * SECOND_NS))
+    waiting.give(GoalGiven("there", model.goals[0][1], when=opened))
+    assert (waiting.ends, waiting.runner.deadline_ns) == ([], 3 * SECOND_NS)
+    waiting.wait_for_deadline()
+    assert waiting.ends == [End.REACHED]
 
 
 def test_it_waits_until_a_held_injection_is_put_back() -> None:

@@ -1,13 +1,8 @@
-"""`--certificates` and `--waivers`: what decides the statuses of obligations beside the visits of cases.
-
-The date of today is read here: the core has no clock. `SOURCE_DATE_EPOCH` sets it, as for reproducible builds.
-"""
+"""`--certificates` and `--waivers`: what decides the statuses of obligations beside the visits of cases."""
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,10 +15,11 @@ from scbm.cli.output.terminal import errors
 from scbm.closing.certificate_files import (
     UPGRADED,
     CheckedCertificate,
-    certificates_below,
+    certificates_in,
     check_file,
     open_certificate,
 )
+from scbm.closing.current_date import today
 from scbm.closing.proved_statuses import StatusEvidence
 from scbm.files import load_waivers
 from scbm.model import Diagnostic, InputError, Place, Severity, Slug
@@ -55,16 +51,6 @@ WaiversFile = Annotated[
     ),
 ]
 
-_EPOCH = "SOURCE_DATE_EPOCH"
-
-
-def today() -> str:
-    """Return the date of today in UTC, such as `2026-11-23`; `SOURCE_DATE_EPOCH` sets it, in seconds since 1970."""
-    text = os.environ.get(_EPOCH, "")
-    seconds = int(text) if text.isascii() and text.isdigit() and len(text) < len("100000000000") else None
-    moment = datetime.now(UTC) if seconds is None else datetime.fromtimestamp(seconds, UTC)
-    return moment.date().isoformat()
-
 
 def read_waivers_of(model: BehaviorModel, file: Path | None) -> WaiverReview:
     """Return the waivers of a model and of a file, as of today. Raise `InputError` with all errors of the file."""
@@ -90,23 +76,12 @@ def read_evidence(
         InputError: a file is no certificate, or the waivers have errors.
     """
     review = read_waivers_of(model, waivers)
-    files = [open_certificate(path) for path in _certificate_files(certificates or ())]
+    files = [open_certificate(path) for path in certificates_in(certificates or ())]
     checked = tuple(check_file(file, model) for file in files)
     for each in checked:
         found = each.diagnostics(model_file)[:_MAX_FLAWS]
         errors().diagnostics([replace(one, severity=Severity.WARNING) for one in found])  # the command goes on
     return StatusEvidence.of(checked, review, model), checked
-
-
-def _certificate_files(paths: Sequence[Path]) -> tuple[Path, ...]:
-    """Return the certificates of paths: files as they are, and all certificates below directories, if there are any.
-
-    Where all obligations are covered, closing writes no certificate.
-    """
-    found: dict[Path, None] = {}
-    for path in paths:
-        found |= dict.fromkeys(certificates_below(path) if path.is_dir() else (path,))
-    return tuple(found)
 
 
 def read_asked_evidence(

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
     from typing import Any
 
+    from scbm.cases.coverage import Threshold
     from scbm.plugins.pytest.fixture import ModelUnderTest
     from scbm.plugins.pytest.session_models import SessionModels
 
@@ -42,7 +43,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="The coverability report: full, a line for each model, or none. [full if one model was run, else short]",
     )
     group.addoption(
-        "--scbm-fail-under", type=_percent, metavar="P", help="Fail if fewer per cent of a model are visited."
+        "--scbm-fail-under",
+        action="append",
+        type=_threshold,
+        metavar="P",
+        help="Fail if fewer per cent of a model are visited: `90`, `executing=100`, `coverable=100`.",
+    )
+    group.addoption(
+        "--scbm-certificates",
+        action="append",
+        metavar="DIRECTORY",
+        help="Check these certificates, and count what they prove.",
     )
     group.addoption("--scbm-store", metavar="FILE", help="Add the cases that were run to this coverage store.")
     group.addoption(
@@ -62,18 +73,21 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addini("scbm_cases", "Whether case files are collected.", type="bool", default=True)
 
 
-def _percent(text: str) -> float:
+def _threshold(text: str) -> Threshold:
+    from scbm.plugins.pytest.session_statuses import read_threshold
+
     try:
-        percent = float(text.removesuffix("%"))
-    except ValueError:
-        percent = -1
-    if not 0 <= percent <= 100:  # noqa: PLR2004 - all of it
-        raise argparse.ArgumentTypeError(f"`{text}` is not a number from 0 to 100")
-    return percent
+        return read_threshold(text)
+    except ValueError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Raise `UsageError` for a planner that does not exist, and for limits that are too small."""
+    """Raise `UsageError` for unreadable certificates, limits that are too small, and a planner that does not exist."""
+    if config.getoption("--scbm-certificates") is not None:
+        from scbm.plugins.pytest.session_statuses import open_certificates
+
+        tuple(open_certificates(config))
     for option, least in (("--scbm-max-length", 0), ("--scbm-max-expanded", 1)):
         limit: int | None = config.getoption(option)
         if limit is not None and limit < least:

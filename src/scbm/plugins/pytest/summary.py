@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 from rich.console import Console
 from rich.text import Text
 
-from scbm.cases.coverage import Threshold
 from scbm.files import read_file
 from scbm.model import InputError
 from scbm.plugins.pytest.session_models import ModelResults
+from scbm.plugins.pytest.session_statuses import shortfalls, thresholds_of, words_of
 from scbm.reports import Setting, counted, coverage_report
 from scbm.reports.terminal.store_report import clock_warning, in_all, since_last_run
 from scbm.store import Recipe, begin_run, drawn_recipe, sayable, write_store, written_recipe
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     import pytest
 
+    from scbm.cases.coverage import Statuses
     from scbm.plugins.pytest.session_models import SessionModels, SessionPart, TestResult
 
 
@@ -72,7 +73,8 @@ def summarize(models: SessionModels, terminal: pytest.TerminalReporter, *, judge
     if parts and style != "none":
         terminal.write_sep("=", "coverability")
         for number, part in enumerate(parts):
-            for text in _full(part, is_first=not number) if style == "full" else _short(part):
+            statuses = models.statuses.of(part)
+            for text in _full(part, statuses, is_first=not number) if style == "full" else _short(part, statuses):
                 terminal.write_line(_rendered(text, coloured=terminal.hasmarkup))
     recordings = list(models.results.recordings())
     if recordings:
@@ -80,10 +82,10 @@ def summarize(models: SessionModels, terminal: pytest.TerminalReporter, *, judge
         for line in recordings:
             terminal.write_line(line)
     if judged:
-        wanted = _wanted(models.config)
-        shortfalls = find_shortfalls(models)
-        for line in shortfalls or [f"Required coverability of {wanted:g} % reached."]:
-            terminal.write_line(line, bold=True, red=bool(shortfalls), green=not shortfalls)
+        found = find_shortfalls(models)
+        reached = [f"Required coverability of {words_of(each)} reached." for each in thresholds_of(models.config)]
+        for line in found or reached:
+            terminal.write_line(line, bold=True, red=bool(found), green=not found)
 
 
 def _style(config: pytest.Config, parts: list[SessionPart]) -> str:
@@ -92,18 +94,21 @@ def _style(config: pytest.Config, parts: list[SessionPart]) -> str:
     return asked or ("short" if is_brief else "full")
 
 
-def _full(part: SessionPart, *, is_first: bool) -> Iterator[Text]:
+def _full(part: SessionPart, statuses: Statuses | None, *, is_first: bool) -> Iterator[Text]:
     if not is_first:
         yield Text()
     groups = tuple(counted(count, group.value, _PLURALS[group]) for group, count in part.groups.items())
-    yield from coverage_report(part.campaign, Setting(part.file, groups=groups))
+    yield from coverage_report(part.campaign, Setting(part.file, groups=groups, statuses=statuses))
 
 
-def _short(part: SessionPart) -> Iterator[Text]:
+def _short(part: SessionPart, statuses: Statuses | None) -> Iterator[Text]:
     """Return the figure and its parts on one line."""
     figure, campaign = part.campaign.coverage.figure, part.campaign
     line = Text(f"{part.file}: SCBM-IAS ").append(str(figure), style="bold")
-    line.append(f", {figure.visited} of {counted(figure.of, 'obligation')}, {counted(campaign.count, 'case')}")
+    line.append(f", {figure.visited} of {counted(figure.of, 'obligation')}")
+    if statuses is not None:
+        line.append(f", {statuses.coverable} of what can be covered")
+    line.append(f", {counted(campaign.count, 'case')}")
     yield line.append(f", {campaign.failed_count} failed", style="red") if campaign.failed_count else line
 
 
@@ -118,23 +123,10 @@ def _rendered(text: Text, *, coloured: bool) -> str:
 
 
 def find_shortfalls(models: SessionModels) -> list[str]:
-    """Return a sentence for each model that misses its threshold."""
-    wanted = _wanted(models.config)
-    parts = list(models.results.parts())
+    """Return a sentence for each model and each threshold that it misses."""
+    wanted, parts = thresholds_of(models.config), list(models.results.parts())
     if not parts:
-        return [f"FAIL Required coverability of {wanted:g} % not reached: no case was run."]
-    return [sentence for part in parts for sentence in _shortfall(part, wanted)]
-
-
-def _shortfall(part: SessionPart, wanted: float) -> Iterator[str]:
-    figure = part.campaign.coverage.figure
-    failed = f"FAIL Required coverability of {wanted:g} % not reached: {part.file}"
-    if figure.percent is None:
-        yield f"{failed} has no obligations, so it is not measurable."
-    elif not Threshold(wanted).is_met(part.campaign.coverage):
-        yield f"{failed} is at {figure}."
-
-
-def _wanted(config: pytest.Config) -> float:
-    percent: float = config.getoption("--scbm-fail-under")
-    return percent
+        listed = ", ".join(map(words_of, wanted))
+        return [f"FAIL Required coverability of {listed} not reached: no case was run."]
+    statuses = models.statuses
+    return [line for part in parts for each in wanted for line in shortfalls(part, each, statuses.of(part))]

@@ -74,6 +74,17 @@ def test_without_work_there_is_still_a_cover_and_a_bound_below_it() -> None:
     assert 1 <= hasty.at_least <= patient.at_least <= len(patient.chosen) <= len(hasty.chosen)
 
 
+def test_a_search_at_its_limit_of_work_says_what_it_has_proved() -> None:
+    sets = [164, 42, 13, 56, 25, 140, 134, 19]
+    assert smallest_cover(sets, limit=1) == Cover((0, 1, 4), at_least=2)
+    assert smallest_cover(sets) == Cover((0, 1, 4), at_least=3)
+
+
+def test_prices_that_no_step_improves_end_the_search_for_a_bound() -> None:
+    """On the way two disjoint sets cover all at their prices, so the subgradient is zero."""
+    assert smallest_cover([18, 20, 12, 7, 11, 17]) == Cover((1, 4), at_least=2)
+
+
 def test_smaller_steps_of_prices_prove_a_smallest_cover_with_little_work() -> None:
     """Without smaller steps the proof of this cover takes ten times the work."""
     random = Random(3)

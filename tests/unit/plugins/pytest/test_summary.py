@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 
 import pytest
 
+from conftest import Ran
 from support.cells import FAILS, PASSES, lines_with, write
 from support.models import SCAN_CELL
 from support.wording import Wording
@@ -97,6 +99,66 @@ def test_nothing_run_reaches_nothing(cell: pytest.Pytester, wording: Wording) ->
 def test_what_failed_otherwise_keeps_its_exit_code(cell: pytest.Pytester) -> None:
     cell.makepyfile("def test_it(): raise KeyboardInterrupt")
     assert cell.runpytest_subprocess("--scbm-fail-under=1").ret == pytest.ExitCode.INTERRUPTED
+
+
+CLOSED = """
+behavior_model: lamp
+variables: {on: {domain: bool, initial: false}}
+operations:
+  switch: {pre: {g: on == false}, post: {g: true, a: [on <- true]}}
+goals: {lit: on == true}
+"""
+LIT = "case: lit\nmodel: lamp.yaml\ngoal: lit\n"
+
+
+@pytest.fixture
+def lamp(pytester: pytest.Pytester, scbm: Callable[..., Ran], monkeypatch: pytest.MonkeyPatch) -> pytest.Pytester:
+    """A directory with a model, one case, and the certificates of closing in `proofs`."""
+    monkeypatch.chdir(pytester.path)  # `scbm` leaves it
+    write(pytester.path, lamp=CLOSED, lit=LIT)
+    assert scbm("close", pytester.path / "lamp.yaml", "--out", pytester.path / "proofs").code == 0
+    for case in (pytester.path / "proofs").rglob("*.yaml"):
+        case.unlink()
+    return pytester
+
+
+@pytest.mark.parametrize(("options", "code"), [(["--scbm-certificates=proofs"], 0), ([], 1)], ids=["proved", "plain"])
+def test_proofs_count_in_what_can_be_covered(
+    lamp: pytest.Pytester, options: list[str], code: int, wording: Wording
+) -> None:
+    result = lamp.runpytest("--scbm-fail-under=coverable=100", "--scbm-fail-under=40", *options)
+    result.assert_outcomes(passed=1)
+    assert result.ret == code
+    wording(lines_with(result, "Required"))
+    figure = "100.00 %, 2 of 2" if options else "40.00 %, 2 of 5"
+    result.stdout.fnmatch_lines([f"  Of what can be covered: {figure}"])
+    (short,) = lines_with(lamp.runpytest("-q", *options), "lamp.yaml: ")
+    assert ("100.00 % of what can be covered" in short) == bool(options)
+
+
+def test_a_certificate_of_another_version_does_not_count(lamp: pytest.Pytester) -> None:
+    write(lamp.path, lamp=CLOSED.replace("a: [on <- true]", "a: [on <- true], gr: on == false"))
+    result = lamp.runpytest("--scbm-fail-under=coverable=100", "--scbm-certificates=proofs")
+    assert result.ret == 1
+    (first, *_) = lines_with(result, "Certificate that does not count: ")
+    assert first == "  Certificate that does not count: proofs/certificates/runs.json: it is for"
+
+
+def test_a_certificate_that_cannot_be_read_is_refused(lamp: pytest.Pytester) -> None:
+    for name in ("lamp.yaml", "missing.json"):
+        result = lamp.runpytest(f"--scbm-certificates={name}")
+        assert result.ret is pytest.ExitCode.USAGE_ERROR
+        result.stderr.fnmatch_lines([f"*--scbm-certificates: *{name}*"])
+
+
+def test_thresholds_are_of_one_kind_each(cell: pytest.Pytester, wording: Wording) -> None:
+    write(cell.path, one=PASSES)
+    result = cell.runpytest("--scbm-fail-under=executing=100", "--scbm-fail-under=failed=1", "--scbm-report=none")
+    assert result.ret == 1
+    wording(lines_with(result, "Required"))
+    result = cell.runpytest("--scbm-fail-under=faild=1")
+    assert result.ret is pytest.ExitCode.USAGE_ERROR
+    result.stderr.fnmatch_lines(["*there is no kind `faild`; the kinds are all, *coverable"])
 
 
 @pytest.mark.parametrize("wanted", ["101", "-1", "much", "nan", ""])

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from scbm.cases import Case, RecordedPlan
-from scbm.cases.trace import PlanReceived, state_after
+from scbm.cases.trace import AutomaticTaken, PlanReceived, state_after
 from scbm.files import read_model
 from scbm.running.simulation import Choices, PlainReactions, Simulator
 
@@ -77,3 +77,14 @@ def test_a_run_of_a_mutant_takes_the_operations_of_the_mutant() -> None:
     case = Case("case", *model.goals[0], model.nominal_state, plans=(RecordedPlan("solved", ("other",)),))
     run = simulator.run(case, Choices(PlainReactions()))
     assert state_after(run.records)["safe"] is False
+
+
+def test_a_run_of_a_mutant_takes_its_automatic_transitions_and_not_those_of_the_model() -> None:
+    text = MODEL.replace(
+        "goals:", "automatic_transitions:\n  undo: {g: at == c && safe == true, a: [at <- a, safe <- false]}\ngoals:"
+    )
+    model, mutant = read_model(text.replace("at == c && safe", "at == b && safe")), read_model(text)
+    case = Case("case", *model.goals[0], model.nominal_state)
+    for simulated, taken in ((Simulator(model), []), (Simulator(model).of_mutant(mutant, plans_alike=False), ["undo"])):
+        records = simulated.run(case, Choices(PlainReactions())).records
+        assert [record.transition for record in records if isinstance(record, AutomaticTaken)] == taken
