@@ -143,6 +143,7 @@ class Slug(StrEnum):
     FAILURE_UNNOTICED = "failure-unnoticed"
     NO_DEADLINE = "no-deadline"
     REQUEST_NOT_CLEARED = "request-not-cleared"
+    HANDSHAKE_INCOMPLETE = "handshake-incomplete"
     UNDECLARED_SOURCE = "undeclared-source"
     NEVER_ASSIGNED = "never-assigned"
     UNUSED_VARIABLE = "unused-variable"

@@ -104,13 +104,13 @@ def doubts_about_resources(model: BehaviorModel) -> Iterator[Doubt]:
             )
             remedy = f"add an automatic transition with `g: {resource.request_state} == failed && …`"
             yield Doubt(Slug.FAILURE_UNNOTICED, message, (*path, "fail"), remedy)
-        timeless = [each.name for each in users if each.deadline_ns is None and not _completes_at_once(each)]
+        timeless = [each.name for each in users if each.deadline_ns is None and not completes_at_once(each)]
         if outcomes.get(Outcome.TIMEOUT) and timeless:
             message = f"{resource.name} may not answer, and {', '.join(timeless)} would wait without a deadline"
             yield Doubt(Slug.NO_DEADLINE, message, (*path, "timeout"), "give them a `deadline`")
 
 
-def _completes_at_once(operation: Operation) -> bool:
+def completes_at_once(operation: Operation) -> bool:
     """Return whether the postcondition surely holds as soon as the operation has started, so that it never waits."""
     actions = operation.pre.running_actions
     known = {a.target: a.source.constant for a in actions if isinstance(a, Assign) and isinstance(a.source, Constant)}

@@ -14,6 +14,7 @@ from scbm.closing.advice.doubts import (
     doubts_about_variables,
     doubts_about_waivers,
 )
+from scbm.closing.advice.handshake_doubts import doubts_about_handshakes
 from scbm.closing.advice.plan_doubts import CheckLimits, doubts_about_livelocks, doubts_about_plans, explore_model
 from scbm.closing.advice.request_doubts import doubts_about_requests
 from scbm.planning import explore
@@ -75,7 +76,7 @@ def check_model(
             found(result)
 
     guards = tuple(doubts_about_guards(model))
-    resources = chain(doubts_about_resources(model), doubts_about_requests(model))
+    resources = chain(doubts_about_resources(model), doubts_about_requests(model), doubts_about_handshakes(model))
     waivers = () if today is None else doubts_about_waivers(model, today)
     for doubt in chain(waivers, doubts_about_variables(model), resources, guards):
         note(doubt)

@@ -1,0 +1,141 @@
+"""Doubts about request protocols that are written line by line and lack one line (semantics 3.5).
+
+Only what has all other lines of the protocol is doubted: operations and failures that follow a protocol of their own
+raise no doubt. Triggers that ends of operations leave true are doubts of `request_doubts`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from scbm.closing.advice.doubts import Doubt, completes_at_once
+from scbm.closing.proofs.blame import conjuncts
+from scbm.model import Assign, Constant, Equal, OperationState, Reference, RequestState, Slug
+from scbm.model.variables import CURRENT_STATE, operation_state_name
+from scbm.testing.request_protocol import clears, sets
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+
+    from scbm.model import Action, BehaviorModel, Operation, Predicate, Resource, Transition, Value
+
+
+def doubts_about_handshakes(model: BehaviorModel) -> Iterator[Doubt]:
+    """Yield a doubt for each operation, and each transition for a failed reply, that lacks one line of the protocol."""
+    for operation in model.operations:
+        for resource in model.resources:
+            yield from _doubts_about_operation(operation, resource, model)
+    for resource in model.resources:
+        for path, transition in _failures(model):
+            yield from _doubts_about_failure(path, transition, resource, model)
+
+
+# operations
+
+
+def _doubts_about_operation(operation: Operation, resource: Resource, model: BehaviorModel) -> Iterator[Doubt]:
+    here = ("operations", operation.name)
+    before, after = operation.pre, operation.post
+    triggers = sets(before.running_actions, resource)
+    lines = {
+        "trigger": triggers,
+        "free": resource.request_state in before.running_guard.reads(),
+        "reply": not completes_at_once(operation),
+        "reset": _assigns(after.running_actions, resource.request_state),
+        "clear": clears(after.running_actions, resource),
+    }
+    missing = [line for line, is_there in lines.items() if not is_there]
+    match missing:
+        case ["trigger"] if _is(before.running_guard, resource.request_state, RequestState.INITIAL.value):
+            message = f"{operation.name} waits for the reply of {resource.name}, and does not trigger the request"
+            yield _doubt(message, (*here, "pre", "a"), f"add `{resource.trigger} <- true` to `a` of `pre`")
+        case ["free"]:
+            message = f"{operation.name} triggers a request, and no guard says that {resource.name} is free"
+            free = f"{resource.request_state} == initial"
+            if resource.trigger not in before.running_guard.reads():
+                free += f" && {resource.trigger} == false"
+            yield _doubt(message, (*here, "pre", "g"), f"add `{free}` to `g` of `pre`")
+        case ["reply"]:
+            message = f"{operation.name} completes without the reply of {resource.name}, so it cancels its own request"
+            yield _doubt(
+                message, (*here, "post", "gr"), f"add `{resource.request_state} == succeeded` to `gr` of `post`"
+            )
+        case ["reset"] if not _is_reset_elsewhere(resource, RequestState.FAILED, after, model):
+            message = (
+                f"{operation.name} leaves {resource.request_state} at succeeded, so {resource.name} stays occupied"
+            )
+            yield _doubt(message, (*here, "post", "a"), f"add `{resource.request_state} <- initial` to `a` of `post`")
+        case _:
+            pass
+
+
+# failed replies
+
+
+def _failures(model: BehaviorModel) -> Iterator[tuple[tuple[str, ...], Transition]]:
+    """Yield the transitions that can take a failed reply, with their places in the file."""
+    for operation in model.operations:
+        if operation.failed is not None:
+            yield ("operations", operation.name, "failed"), operation.failed
+    for transition in model.automatic_transitions:
+        yield ("automatic_transitions", transition.name), transition
+
+
+def _doubts_about_failure(
+    path: tuple[str, ...], transition: Transition, resource: Resource, model: BehaviorModel
+) -> Iterator[Doubt]:
+    if not _is(transition.running_guard, resource.request_state, RequestState.FAILED.value):
+        return
+    actions = transition.running_actions
+    states = (CURRENT_STATE, *(operation_state_name(operation.name) for operation in model.operations))
+    executing = OperationState.EXECUTING.value
+    fails = path[-1] == "failed" or any(_assigns(actions, state) for state in states)
+    lines = {
+        "fail": fails or not any(_is(transition.running_guard, state, executing) for state in states),
+        "reset": _assigns(actions, resource.request_state),
+        "clear": clears(actions, resource),
+    }
+    match [line for line, is_there in lines.items() if not is_there]:
+        case ["fail"]:
+            message = f"{transition.name} takes the failed reply of {resource.name}, and the operation goes on waiting"
+            yield _doubt(message, path, "add `current.state <- failed` to its actions")
+        case ["reset"] if not _is_reset_elsewhere(resource, RequestState.SUCCEEDED, transition, model):
+            message = f"{transition.name} leaves {resource.request_state} at failed, so {resource.name} stays occupied"
+            yield _doubt(message, path, f"add `{resource.request_state} <- initial` to its actions")
+        case ["clear"] if not _names_operation(transition, model):
+            message = f"{transition.name} leaves {resource.trigger} true, so the request is sent again at once"
+            yield _doubt(message, path, f"add `{resource.trigger} <- false` to its actions")
+        case _:
+            pass
+
+
+def _names_operation(transition: Transition, model: BehaviorModel) -> bool:
+    """Return whether a transition is about one operation: `request_doubts` looks at what such a failure leaves."""
+    read = transition.running_guard.reads()
+    return len(model.operations) == 1 or any(operation_state_name(each.name) in read for each in model.operations)
+
+
+# lines
+
+
+def _is(guard: Predicate, name: str, value: Value) -> bool:
+    """Return whether a guard says that a variable has a value, apart from other conditions."""
+    return Equal(Reference(name), Constant(value)) in conjuncts(guard)
+
+
+def _assigns(actions: Iterable[Action], name: str) -> bool:
+    return any(action.target == name for action in actions)
+
+
+def _is_reset_elsewhere(resource: Resource, other: RequestState, here: Transition, model: BehaviorModel) -> bool:
+    """Return whether another part of the model makes the request state initial, and not only from the `other` one."""
+    initial = Assign(resource.request_state, Constant(RequestState.INITIAL.value))
+    return any(
+        initial in each.running_actions and not _is(each.running_guard, resource.request_state, other.value)
+        for each in (*model.automatic_transitions, *(operation.pre for operation in model.operations))
+        if each is not here
+    )
+
+
+def _doubt(message: str, path: tuple[str, ...], remedy: str) -> Doubt:
+    return Doubt(Slug.HANDSHAKE_INCOMPLETE, message, path, remedy)

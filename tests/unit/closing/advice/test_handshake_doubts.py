@@ -1,0 +1,99 @@
+"""Doubts about request protocols by hand: each line of the paper's listing that is missing is named."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from scbm.closing.advice.handshake_doubts import doubts_about_handshakes
+from scbm.closing.advice.model_check import check_model
+from scbm.files import load_model, read_model
+from scbm.model import BehaviorModel, Slug
+from support.models import scan_cell
+from support.wording import Wording
+
+ROOT = Path(__file__).parents[4]
+MODELS = sorted(
+    (
+        *(ROOT / "examples").glob("*/*.yaml"),
+        *(ROOT / "study").glob("models/*.yaml"),
+        *(ROOT / "tests/models/valid").glob("*.yaml"),
+    )
+)
+
+PRE = ("operations", "scan_box", "pre")
+POST = ("operations", "scan_box", "post")
+FAILED = ("automatic_transitions", "scan_failed")
+OPERATION_FAILS = (
+    "    failed: {g: scan_req_state == failed, a: [scan_req_state <- initial, scan_req_trigger <- false]}\n"
+)
+BEHIND_DEADLINE = "    deadline: 10 seconds\n"
+
+
+def _paths(model: BehaviorModel) -> list[tuple[str | int, ...]]:
+    return [doubt.path for doubt in doubts_about_handshakes(model)]
+
+
+@pytest.mark.parametrize(
+    ("line", "instead", "path"),
+    [
+        ("scan_req_state == initial && ", "", (*PRE, "g")),
+        ("scan_req_state == initial && scan_req_trigger == false && ", "", (*PRE, "g")),
+        ("scan_req_trigger <- true, ", "", (*PRE, "a")),
+        ("      gr: scan_req_state == succeeded\n", "", (*POST, "gr")),
+        ("[scan_req_state <- initial, scan_req_trigger <- false, box", "[scan_req_trigger <- false, box", (*POST, "a")),
+        ("[current.state <- failed, ", "[", FAILED),
+        ("failed, scan_req_state <- initial, ", "failed, ", FAILED),
+    ],
+)
+def test_a_missing_line_is_named(line: str, instead: str, path: tuple[str, ...], wording: Wording) -> None:
+    model = scan_cell((line, instead))
+    assert _paths(model) == [path]
+    (doubt,) = (found for found in check_model(model).doubts if found.slug is Slug.HANDSHAKE_INCOMPLETE)
+    wording(f"{doubt.message}; {doubt.remedy}")
+
+
+def test_a_failure_of_any_operation_that_leaves_the_trigger_is_named(wording: Wording) -> None:
+    cleared = "current.state <- failed, robot_req_state <- initial, robot_req_trigger <- false"
+    text = (ROOT / "examples/robot_in_the_air/after.yaml").read_text(encoding="utf-8")
+    assert cleared in text
+    model = read_model(text.replace(cleared, cleared.removesuffix(", robot_req_trigger <- false")))
+    (doubt,) = doubts_about_handshakes(model)
+    assert doubt.path == ("automatic_transitions", "robot_failed")
+    wording(f"{doubt.message}; {doubt.remedy}")
+
+
+@pytest.mark.parametrize(("line", "path"), [("scan_req_state <- initial, ", (*PRE[:2], "failed"))])
+def test_a_failed_transition_of_an_operation_is_doubted_alike(line: str, path: tuple[str, ...]) -> None:
+    assert not _paths(scan_cell((BEHIND_DEADLINE, BEHIND_DEADLINE + OPERATION_FAILS)))
+    other = ("automatic_transitions:", "automatic_transitions:\n  abort: {g: count == 2, a: [plan.state <- aborted]}")
+    by_hand = ("    a: [current.state <- failed, scan_req_state <- initial, scan_req_trigger <- false]\n", "")
+    rest = ("  scan_failed:\n    g: scan_req_state == failed && current.state == executing\n", "")
+    faulty = (BEHIND_DEADLINE, BEHIND_DEADLINE + OPERATION_FAILS.replace(line, ""))
+    assert _paths(scan_cell(faulty, other, by_hand, rest)) == [path]
+
+
+@pytest.mark.parametrize(
+    "reset",
+    [
+        "{g: scan_req_state == succeeded && current.state == initial, a: [scan_req_state <- initial]}",
+        "{g: scan_req_trigger == false && scan_req_state != initial, a: [scan_req_state <- initial]}",
+    ],
+)
+def test_another_transition_may_reset_the_state(reset: str) -> None:
+    line = "[scan_req_state <- initial, scan_req_trigger <- false, box", "[scan_req_trigger <- false, box"
+    tidy = ("automatic_transitions:", f"automatic_transitions:\n  tidy: {reset}")
+    assert _paths(scan_cell(line)) == [(*POST, "a")]
+    assert not _paths(scan_cell(line, tidy))
+
+
+def test_an_operation_that_only_starts_something_is_no_handshake() -> None:
+    reply = ("      gr: scan_req_state == succeeded\n", "")
+    ended = ("a: [scan_req_state <- initial, scan_req_trigger <- false, box_is", "a: [box_is")
+    assert not _paths(scan_cell(reply, ended))
+
+
+@pytest.mark.parametrize("path", MODELS, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_whole_protocols_and_other_protocols_raise_no_doubt(path: Path) -> None:
+    assert not _paths(load_model(path))
