@@ -37,6 +37,16 @@ class Slug(StrEnum):
     VALUE_OUTSIDE_DOMAIN = "value-outside-domain"
     DUPLICATE_VALUE = "duplicate-value"
 
+    # objects and parameters
+    UNKNOWN_TYPE = "unknown-type"
+    UNKNOWN_OBJECT = "unknown-object"
+    UNKNOWN_TABLE = "unknown-table"
+    TYPE_CYCLE = "type-cycle"
+    WRONG_ROW = "wrong-row"
+    WRONG_INDEX = "wrong-index"
+    NOT_STATIC = "not-static"
+    TOO_MANY_INSTANCES = "too-many-instances"
+
     # durations, distributions
     BARE_DURATION = "bare-duration"
     BAD_DURATION = "bad-duration"

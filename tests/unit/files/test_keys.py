@@ -13,6 +13,7 @@ from scbm.files.codec.binding_keys import BindingsKeys
 from scbm.files.codec.case_keys import CaseKeys
 from scbm.files.codec.key_types import DURATION, MODEL_NAME, MappingListType, MappingType, NamesType
 from scbm.files.codec.keys import DefaultKey, Key, Keys, check_shape
+from scbm.files.codec.lifted.object_keys import TableKeys, TypeKeys
 from scbm.files.codec.lifted.part_keys import PartUseKeys
 from scbm.files.codec.model_keys import ModelKeys
 from scbm.files.codec.operation_keys import OperationKeys
@@ -170,6 +171,8 @@ def test_every_declared_key_is_read(monkeypatch: pytest.MonkeyPatch) -> None:
         for name in keys.declared
     }
     as_transitions: set[tuple[type[Keys], str]] = {(OperationKeys, name) for name in ("guard", "effects", "on_timeout")}
+    of_objects = {(keys, name) for keys, name in declared if name == "where" or keys in (TypeKeys, TableKeys)}
+    of_objects |= {(ModelKeys, "types"), (ModelKeys, "tables")}
     parts: set[tuple[type[Keys], str]] = {(ModelKeys, "include"), (ModelKeys, "parts")}
     parts |= {(PartUseKeys, name) for name in PartUseKeys.declared}
-    assert declared - read == as_transitions | parts
+    assert declared - read == as_transitions | parts | of_objects

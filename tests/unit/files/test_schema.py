@@ -96,6 +96,8 @@ def test_the_schema_is_one() -> None:
     assert schema["$schema"] == Draft202012Validator.META_SCHEMA["$schema"]
     assert list(schema["properties"]) == [
         "behavior_model",
+        "types",
+        "tables",
         "variables",
         "resources",
         "operations",

@@ -11,7 +11,6 @@ from scbm.files.codec.key_types import (
     MAY_END,
     MAY_END_HELP,
     MODEL_NAME,
-    REQUIREMENTS,
     MappingType,
     NamesType,
     ScalarOrMappingType,
@@ -19,6 +18,7 @@ from scbm.files.codec.key_types import (
     predicate_type,
 )
 from scbm.files.codec.keys import Data, DefaultKey, Definitions, Key, Keys, KeyType, ShapeCheck, Spot
+from scbm.files.codec.lifted.object_keys import LIFTED_REQUIREMENTS, tables_key, types_key, where_key
 from scbm.files.codec.lifted.part_keys import INCLUDE, PARTS, PartUseKeys
 from scbm.files.codec.operation_keys import AutomaticKeys, EnvironmentKeys, OperationKeys, TransitionKeys
 from scbm.files.codec.resource_keys import ResourceKeys, SimulationKeys
@@ -132,6 +132,7 @@ class GoalKeys(Keys):
 
     goal: Key[Predicate] = Key(_WORLD, "The predicate.", required=True)
     may_end = DefaultKey(MAY_END, MAY_END_HELP, default=())
+    where = where_key()
 
 
 class GoalType(KeyType[ModelGoal]):
@@ -223,6 +224,8 @@ class ModelKeys(Keys):
     """A behavior model."""
 
     behavior_model = Key(MODEL_NAME, "The name of the model.", required=True, source="name")
+    types = types_key()
+    tables = tables_key()
     variables = DefaultKey(
         NamesType(MappingType(VariableKeys), "name → variable"),
         "The variables of the world.",
@@ -266,7 +269,7 @@ class ModelKeys(Keys):
     )
     may_end = DefaultKey(MAY_END, MAY_END_HELP, default=())
     requirements = DefaultKey(
-        REQUIREMENTS,
+        LIFTED_REQUIREMENTS,
         "What must hold during every run.",
         default=(),
         source=lambda model: {requirement.name: requirement.sentence for requirement in model.requirements},

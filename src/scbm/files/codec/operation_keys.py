@@ -14,6 +14,7 @@ from scbm.files.codec.key_types import (
 )
 from scbm.files.codec.keys import DefaultKey, Key, Keys
 from scbm.files.codec.lifted.handshake_keys import HandshakeKeys
+from scbm.files.codec.lifted.object_keys import where_key
 from scbm.files.codec.resource_keys import LATENCY
 from scbm.files.expansion.rewritten_scalar import PlacedScalar
 from scbm.files.language.scope import Where
@@ -78,8 +79,8 @@ def _transition(key: str, default_name: str) -> Callable[[Operation], Transition
     return source
 
 
-class AutomaticKeys(Keys):
-    """A running transition `g / gr / a / ar` whose name is its key. It has at least one action."""
+class GuardedActionKeys(Keys):
+    """The guards and actions of a running transition: `g / gr / a / ar`."""
 
     g: Key[Predicate] = Key(_GUARD, "The guard that planner and runner evaluate.", required=True)
     gr: DefaultKey[Predicate] = DefaultKey(
@@ -94,6 +95,12 @@ class AutomaticKeys(Keys):
         a, ar = read_actions(self.reader, ((self.a, a_where), (self.ar, ar_where)))
         return Transition(name, g, gr, a, ar)
 
+
+class AutomaticKeys(GuardedActionKeys):
+    """A running transition `g / gr / a / ar` whose name is its key. It has at least one action."""
+
+    where = where_key()
+
     def automatic(self, name: str, place: Place) -> Transition:
         """Return an automatic transition; note one without actions at `place`."""
         written = [part for key in ("a", "ar") if (part := self.node.get(key)) is not None and part.plain != []]
@@ -103,7 +110,7 @@ class AutomaticKeys(Keys):
         return self.transition(name, Where.AUTOMATIC, Where.AUTOMATIC)
 
 
-class TransitionKeys(AutomaticKeys):
+class TransitionKeys(GuardedActionKeys):
     """A running transition `g / gr / a / ar`."""
 
     name = Key(
@@ -131,6 +138,7 @@ class EnvironmentKeys(Keys):
         predicate_type(Where.ENVIRONMENT), "Where it can happen; it reads no variable of the runner.", required=True
     )
     actions = Key(ACTIONS, "What changes, all at once; declared variables only.", required=True)
+    where = where_key()
     every = Key(
         LATENCY,
         "For simulation: the time from the beginning of a run, and then again each time that it has passed.",
@@ -207,6 +215,7 @@ class OperationKeys(HandshakeKeys):
         absent="no deadline",
         source="disabled_deadline_ns",
     )
+    where = where_key()
 
     @classmethod
     def check(cls, spot: Spot, check: ShapeCheck) -> None:

@@ -21,6 +21,7 @@ from scbm.files.codec.key_types import (
     ScalarType,
 )
 from scbm.files.codec.keys import DefaultKey, Key, Keys, KeyType
+from scbm.files.codec.lifted.object_keys import where_key
 from scbm.files.codec.variable_keys import VALUES, read_values
 from scbm.files.spelling import suggestion
 from scbm.model import Slug
@@ -350,6 +351,7 @@ class ResourceKeys(Keys):
         always_written=True,
     )
     ros = Key(MappingType(RosKeys, "binding"), "How the real resource is reached.", source="binding")
+    where = where_key()
 
     def resource(self, name: str) -> Resource:
         """Return the resource without its binding, which needs the actions of the whole model."""

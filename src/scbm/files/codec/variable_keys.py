@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from scbm.files.codec.key_types import SCALAR_SCHEMA, VALUE, ScalarOrListType, ScalarType, node_of
 from scbm.files.codec.keys import Key, Keys
+from scbm.files.codec.lifted.object_keys import where_key
 from scbm.files.codec.value_reader import NAME
 from scbm.files.language.grammar import keywords
 from scbm.files.spelling import nearest
@@ -145,10 +146,15 @@ DOMAIN = ScalarOrListType(
     "domain",
     "`bool`, a list of symbols such as `[open, closed]`, or a range such as `0..5`",
     {
-        "description": "`bool`, a list of symbols, or an integer range `lo..hi`.",
+        "description": "`bool`, a list of symbols, an integer range `lo..hi`, or the name of a type.",
         "anyOf": [
             {"const": "bool"},
             {"type": "string", "pattern": r"^-?\d+\s*\.\.\s*-?\d+$"},
+            {
+                "type": "string",
+                "pattern": r"^(?!(bool|boolean|int|integer|string|enum)$)[A-Za-z_]\w*$",
+                "description": "The name of a type: its objects.",
+            },
             {"type": "array", "items": {"type": "string"}, "minItems": 1, "uniqueItems": True},
         ],
     },
@@ -197,6 +203,7 @@ class VariableKeys(Keys):
         "Who changes it: `input`, the environment; `state`, the model alone; `constant`, nothing.",
         absent="inferred, see semantics 9.1",
     )
+    where = where_key()
 
     def variable(self, name: str) -> Variable | None:
         """Return the variable; `None` if its domain is wrong."""

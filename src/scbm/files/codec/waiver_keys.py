@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from scbm.files.codec.key_types import NAME_NODE, MappingListType, ScalarType
 from scbm.files.codec.keys import Key, Keys
+from scbm.files.codec.lifted.object_keys import where_key
 from scbm.files.spelling import suggestion
 from scbm.model import Slug, Waiver
 
@@ -57,6 +58,7 @@ class WaiverKeys(Keys):
     author = Key(TEXT, "Who decided that.", required=True)
     date = Key(_DATE_TYPE, "When that was decided.", required=True)
     expires = Key(_DATE_TYPE, "The last day on which the waiver counts.", absent="it does not expire")
+    where = where_key()
 
     def waiver(self, known: Iterable[str]) -> Waiver | None:
         """Return the waiver; `None` if something in it is wrong, which is noted.
@@ -65,6 +67,9 @@ class WaiverKeys(Keys):
             known: the names of the obligations of the model.
         """
         node, names = self.obligation, list(known)
+        if self.has("where"):
+            message = "`where` belongs to a waiver with parameters, and those stand in the model file"
+            self.reader.add(Slug.NOT_STATIC, message, self.place("where"), "name each obligation here")
         if node is not None and node.text not in names:
             remedy = suggestion(node.text or "", names, "the obligations are")
             message = f"the model has no obligation `{node.text}`"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, TypeAlias
 
 from scbm.files.expansion.handshakes import expand_handshakes
+from scbm.files.expansion.object_stage import expand_objects
 from scbm.files.expansion.parts import expand_parts
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     It notes what it cannot expand. It must not change the nodes of the tree: an alias brings the node of its anchor.
     """
 
-STAGES: tuple[Stage, ...] = (expand_parts, expand_handshakes)
+STAGES: tuple[Stage, ...] = (expand_parts, expand_objects, expand_handshakes)
 """All stages: parts before objects, as parts have objects, and handshakes last, as they name ground resources."""
 
 

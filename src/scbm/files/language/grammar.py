@@ -78,20 +78,20 @@ def keywords() -> tuple[str, ...]:
 
     In a requirement, the second word of a phrase may be a name, such as `to` of `leads to`: its position identifies it.
     """
-    return (*_WORDS, *dict.fromkeys(phrase[0] for phrase in _phrases()))
+    return (*_WORDS, *dict.fromkeys(phrase[0] for phrase in keyword_phrases()))
 
 
 def requirement_phrases() -> dict[str, str]:
     """Return the terminals of requirements with what they stand for: that of `leads` with `leads to`."""
     phrases: dict[str, str] = {}
-    for phrase in _phrases():
+    for phrase in keyword_phrases():
         for number, word in enumerate(phrase):
             phrases.setdefault(_terminal(word), " ".join(phrase[number:]))
     return phrases
 
 
-def _phrases() -> Iterator[list[str]]:
-    """The keywords of requirements; those that follow each other directly, such as `leads to`, together."""
+def keyword_phrases() -> Iterator[list[str]]:
+    """Yield the keywords of requirements; those that follow each other directly, such as `leads to`, together."""
     for form in FORMS.values():
         for part in pattern_parts(form.pattern):
             for is_value, words in groupby(part.words, PLACEHOLDERS.__contains__):

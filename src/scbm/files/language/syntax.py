@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast
 
 from lark import Lark, Token, Tree
@@ -261,11 +261,17 @@ def parse(text: str, start: Start) -> SyntaxTree:
     if not text.strip():
         raise SyntaxFault(SLUGS[start], f"an empty {start}", 0, 1, example(start))
     try:
-        tree = _parser(tuple(FORMS.values())).parse(text, start=start)
+        tree = _parsed(text, start, tuple(FORMS.values()))
     except UnexpectedInput as error:
         raise syntax_fault(error, text, start) from None
     _refuse_depth(tree)
     return tree
+
+
+@lru_cache(maxsize=2_000)
+def _parsed(text: str, start: Start, forms: tuple[type[RequirementForm], ...]) -> SyntaxTree:
+    """Return the tree of a text, which nothing changes: hundreds of operations of a model have the same actions."""
+    return _parser(forms).parse(text, start=start)
 
 
 def _refuse_depth(tree: SyntaxTree) -> None:

@@ -33,6 +33,14 @@ class ErrorCollector:
         self._others: dict[str, SourceText] = {}
         self._users: dict[str, Place] = {}
         self._found: dict[tuple[Place, Slug, str], Diagnostic] = {}
+        self._folded: dict[tuple[str, int], None] = {}
+
+    def fold_lines(self, first: Place, last: int) -> None:
+        """Take the lines from `first` to the number `last` for those of one lifted entry.
+
+        Its instances have the same errors in other words: one for each place and slug is noted.
+        """
+        self._folded |= dict.fromkeys((first.file, line) for line in range(first.line, last + 1))
 
     def add_source(self, source: SourceText, user: Place | None = None) -> None:
         """Take another file, whose lines are shown with the errors in it; its errors follow those of earlier files.
@@ -61,7 +69,8 @@ class ErrorCollector:
         user = self._users.get(place.file)
         shown = _shown(message if user is None else f"{message} (used in {user.file}:{user.line})")
         diagnostic = Diagnostic(slug, shown, place, _shown(remedy) if remedy else None, source_line)
-        self._found.setdefault((place, slug, shown), diagnostic)
+        is_folded = (place.file, place.line) in self._folded
+        self._found.setdefault((place, slug, "" if is_folded else shown), diagnostic)
         if len(self._found) >= MAX_ERRORS:
             raise self.error()
 
@@ -81,6 +90,7 @@ class ErrorCollector:
         copied._others.update(self._others)
         copied._users.update(self._users)
         copied._found.update(self._found)
+        copied._folded.update(self._folded)
         return copied
 
     def __len__(self) -> int:

@@ -124,7 +124,8 @@ def _directive(fault: _Fault) -> Diagnostic:
 
 def _colon(fault: _Fault) -> Diagnostic:
     if ":" in fault.before:
-        return fault.diagnostic("`:` cannot stand inside a value", fault.index, "put the value into quotes")
+        remedy = "write `in` for `:`" if _TYPED.search(fault.before) else "put the value into quotes"
+        return fault.diagnostic("`:` cannot stand inside a value", fault.index, remedy)
     begin = fault.index - len(fault.before.lstrip())
     remedy = "indent it like the keys beside it, and check the line before for a missing `:`"
     return fault.diagnostic("a key cannot stand here", begin, remedy)
@@ -176,8 +177,19 @@ def _unclosed_bracket(fault: _Fault) -> Diagnostic:
     remedy = f"a `{closer}` is missing for the `{fault.opener}` in line {opened.line}, or a value needs quotes"
     if fault.character in "{[":
         remedy = "a `,` or a `:` is missing before it, or the value needs quotes"
+    index = _INDEX.match(fault.source.text, len(fault.source.text[: fault.index].rstrip(_WORD_CHARACTERS)))
+    if fault.character == "[" and index is not None:
+        dotted = ".".join((index[1], *(part.strip() for part in index[2].split(","))))
+        remedy = f"write `{dotted}`, or put the value into quotes: `[` begins a list here"
     return fault.diagnostic(f"expected `,` or `{closer}`", fault.index, remedy)
 
+
+_WORD_CHARACTERS = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_."
+_INDEX = re.compile(r"([A-Za-z_][\w.]*)\[([\w ,]+)\]", re.ASCII)
+"""A name with an index."""
+
+_TYPED = re.compile(r"^\s*[\w.\"']+\[\s*\w+\s*:|\b(forall|exists|count)\s+\w+\s*$")
+"""A parameter with its type behind a colon."""
 
 _TAG = re.compile(r"[\[{,:]\s*(!)")
 """A value in brackets that begins with `!`. YAML takes the next comma or bracket for a part of the tag."""

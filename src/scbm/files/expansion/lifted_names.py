@@ -1,0 +1,160 @@
+"""The names that lifted texts can use: parameters in scope, objects, types, tables, and names with an index."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple, Protocol
+
+from scbm.files.expansion.formulas import IndexedName, ObjectTerm, WorkLimit
+from scbm.files.expansion.static_facts import StaticFacts
+from scbm.files.spelling import suggestion
+from scbm.model import Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from scbm.files.expansion.lifted_tokens import LiftedToken
+
+
+class NoteFault(Protocol):
+    """A callback that notes an error about the characters `begin..end` of a lifted text."""
+
+    def __call__(self, slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
+        """Note an error; one without a message follows from others, and only makes the text wrong."""
+
+
+@dataclass(frozen=True, slots=True)
+class LiftedNames:
+    """The names of a lifted model.
+
+    Attributes:
+        facts: types and tables.
+        indexed: the names with an index.
+        plain: the names without one: variables, those of resources and of the runner.
+        symbols: the values of domains that list them; a name with an index may be one of them.
+        limit: counts the instances of quantifiers.
+    """
+
+    facts: StaticFacts = field(default_factory=StaticFacts)
+    indexed: Mapping[str, IndexedName] = field(default_factory=dict)
+    plain: frozenset[str] = frozenset()
+    symbols: frozenset[str] = frozenset()
+    limit: WorkLimit = field(default_factory=WorkLimit)
+
+
+class DottedIndex(NamedTuple):
+    """A dotted name as a name with an index: `robot_at.r` as `robot_at` and `r`."""
+
+    indexed: IndexedName
+    parts: list[tuple[str, int, int]]
+    suffix: str
+
+
+@dataclass(frozen=True, slots=True)
+class LiftedScope:
+    """The names that one lifted text can use, with the types of its parameters.
+
+    Attributes:
+        names: the names of the model.
+        parameters: the parameters with the objects that each stands for.
+        kinds: their types, for messages.
+    """
+
+    names: LiftedNames
+    parameters: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    kinds: Mapping[str, str] = field(default_factory=dict)
+
+    def with_parameters(self, kinds: Mapping[str, str]) -> LiftedScope:
+        """Return the scope within a quantifier, or within a lifted entry."""
+        objects = {name: self.names.facts.objects(kind) for name, kind in kinds.items()}
+        return LiftedScope(self.names, {**self.parameters, **objects}, {**self.kinds, **kinds})
+
+    def term(self, word: str) -> ObjectTerm | None:
+        """Return the parameter or the object of this name; `None` for any other name."""
+        if word in self.parameters:
+            return ObjectTerm(word, is_parameter=True)
+        if word in self.names.facts.places and word not in self.names.plain:
+            return ObjectTerm(word, is_parameter=False)
+        return None
+
+    def dotted(self, token: LiftedToken) -> DottedIndex | None:
+        """Return a name with dots as a name with an index; `None` if it begins with none."""
+        if token.text in self.names.plain:
+            return None
+        words = token.text.split(".")
+        for length in range(len(words) - 1, 0, -1):
+            indexed = self.names.indexed.get(".".join(words[:length]))
+            if indexed is not None:
+                return self._split(token, indexed, words, length)
+        return None
+
+    def _split(self, token: LiftedToken, indexed: IndexedName, words: Sequence[str], length: int) -> DottedIndex:
+        parts: list[tuple[str, int, int]] = []
+        at = token.begin + len(indexed.base) + 1
+        for word in words[length:]:
+            parts.append((word, at, at + len(word)))
+            at += len(word) + 1
+        is_state = len(parts) == indexed.arity + 1 and parts[-1][0] == "state" and indexed.has_state
+        return DottedIndex(indexed, parts[:-1] if is_state else parts, ".state" if is_state else "")
+
+    def index(
+        self, indexed: IndexedName, parts: Sequence[tuple[str, int, int]], begin: int, end: int, note: NoteFault
+    ) -> list[ObjectTerm] | None:
+        """Return the terms of an index that is written as `parts`; `None` if it does not fit, which is noted."""
+        if len(parts) != indexed.arity:
+            message = f"`{indexed.shown}` has {_indices(indexed.arity)}, and this has {len(parts)}"
+            note(Slug.WRONG_INDEX, message, begin, end)
+            return None
+        terms = [self._index_term(indexed, place, part, note) for place, part in enumerate(parts)]
+        whole = [term for term in terms if term is not None]
+        return whole if len(whole) == len(terms) else None
+
+    def _index_term(
+        self, indexed: IndexedName, place: int, part: tuple[str, int, int], note: NoteFault
+    ) -> ObjectTerm | None:
+        word, begin, end = part
+        term = self.term(word)
+        allowed = indexed.objects[place]
+        kind = indexed.kinds[place]
+        if term is None:
+            self._refuse_term(word, begin, end, kind, note)
+            return None
+        if term.is_parameter:
+            if allowed.keys().isdisjoint(self.parameters[word]) and self.parameters[word]:
+                message = f"`{word}` is a `{self.kinds[word]}`, and here stands a `{kind}`"
+                note(Slug.WRONG_INDEX, message, begin, end)
+                return None
+        elif word not in allowed:
+            remedy = suggestion(word, allowed, "its objects are")
+            note(Slug.WRONG_INDEX, f"`{word}` is not an object of the type `{kind}`", begin, end, remedy)
+            return None
+        return term
+
+    def _refuse_term(self, word: str, begin: int, end: int, kind: str, note: NoteFault) -> None:
+        if word in self.names.plain or word in self.names.indexed:
+            message = f"an index is a parameter or an object, and `{word}` is a variable"
+            note(Slug.WRONG_INDEX, message, begin, end, "objects are chosen as the model is read")
+            return
+        self.refuse_unknown(word, begin, end, note, kind)
+
+    def refuse_unknown(self, word: str, begin: int, end: int, note: NoteFault, kind: str | None = None) -> None:
+        """Note a word that is neither a parameter nor an object, unless the types could not be read."""
+        facts = self.names.facts
+        if not facts.is_whole:
+            note(Slug.UNKNOWN_OBJECT, "", begin, end)
+            return
+        known = [*self.parameters, *(facts.places if kind is None else facts.objects(kind))]
+        remedy = suggestion(word, known, "parameters and objects here are")
+        note(Slug.UNKNOWN_OBJECT, f"there is no parameter or object `{word}`", begin, end, remedy)
+
+    def refuse_missing_index(self, indexed: IndexedName, begin: int, end: int, note: NoteFault) -> None:
+        """Note a name that needs an index and has none."""
+        names = {kind: name for name, kind in self.kinds.items()}
+        parts = [names.get(kind, kind) for kind in indexed.kinds]
+        message = f"`{indexed.shown}` needs an index here"
+        remedy = f"write for example `{indexed.base}[{', '.join(parts)}]` or `{'.'.join((indexed.base, *parts))}`"
+        note(Slug.WRONG_INDEX, message, begin, end, remedy)
+
+
+def _indices(count: int) -> str:
+    return f"{count} ind{'ex' if count == 1 else 'ices'}"

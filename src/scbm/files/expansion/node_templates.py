@@ -1,0 +1,392 @@
+"""Templates of YAML nodes: a lifted node is parsed once, and each choice of objects makes a ground node of it."""
+
+from __future__ import annotations
+
+import re
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Literal, TypeAlias
+
+from scbm.files.expansion.expanded_nodes import (
+    MappingEntry,
+    entries_of,
+    list_node,
+    scalar_node,
+    text_node,
+    with_entries,
+)
+from scbm.files.expansion.formulas import (
+    AtomFormula,
+    Bound,
+    ConstantFormula,
+    Formula,
+    LiftedFault,
+)
+from scbm.files.expansion.lifted_parser import LiftedParser
+from scbm.files.expansion.lifted_tokens import text_of
+from scbm.files.expansion.rewritten_scalar import Piece as ScalarPiece
+from scbm.files.expansion.rewritten_scalar import RewrittenScalar
+from scbm.files.language.syntax import MAX_CHARACTERS
+from scbm.files.yaml.document import YamlNode
+from scbm.model import Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from scbm.files.expansion.formulas import Choice
+    from scbm.files.expansion.lifted_names import LiftedScope
+    from scbm.files.expansion.lifted_tokens import Pieces
+    from scbm.files.yaml.text_files import ErrorCollector
+    from scbm.model import Place
+
+NodeKind: TypeAlias = Literal["predicate", "requirement", "actions", "names", "assignments", "term", "text"]
+"""What stands under a key: how its texts are parsed."""
+
+KINDS: dict[str, NodeKind] = {
+    **dict.fromkeys(("g", "gr", "guard", "goal"), "predicate"),
+    **dict.fromkeys(("a", "ar", "timedout", "actions", "effects", "on_timeout"), "actions"),
+    **dict.fromkeys(("request", "measures", "publishes", "measured"), "names"),
+    **dict.fromkeys(("name", "reason", "ros"), "text"),
+    **dict.fromkeys(("initial", "random"), "term"),
+    "with": "assignments",
+    "requirement": "requirement",
+}
+"""The keys whose texts can have parameters, wherever they stand in an entry; all others are copied."""
+
+_IN_TEXT = re.compile(r"\{([A-Za-z_]\w*)\}", re.ASCII)
+"""A parameter in a text for people or for drivers, such as the name of a topic."""
+
+
+class NodeTemplate(ABC):
+    """A lifted node."""
+
+    @abstractmethod
+    def nodes(self, choice: Choice) -> list[YamlNode]:
+        """Return the ground nodes: one, or for an action with `forall` any number."""
+
+    def node(self, choice: Choice) -> YamlNode:
+        """Return the ground node of a template that makes one."""
+        return self.nodes(choice)[0]
+
+
+class CopyTemplate(NodeTemplate):
+    """A node without parameters."""
+
+    def __init__(self, node: YamlNode) -> None:
+        self._nodes = [node]
+
+    def nodes(self, choice: Choice) -> list[YamlNode]:  # noqa: ARG002 - the same for all choices
+        """Return the node itself."""
+        return self._nodes
+
+
+@dataclass(slots=True)
+class _LiftedScalar:
+    """A scalar node whose text is parsed.
+
+    Attributes:
+        lifted: the node.
+        report: where errors go.
+        is_wrong: whether the text has an error.
+        is_plain: whether there is nothing to expand in it.
+    """
+
+    lifted: YamlNode
+    report: ErrorCollector
+    is_wrong: bool = False
+    is_plain: bool = False
+
+    def note(self, slug: Slug, message: str, begin: int, end: int, remedy: str | None = None) -> None:
+        """Note an error about characters of the text; one without a message follows from others."""
+        assert self.lifted.scalar is not None  # noqa: S101 - it was parsed
+        self.is_wrong = True
+        if message:
+            self.report.add(slug, message, self.lifted.scalar.stretch(begin, end), remedy)
+
+    def note_fault(self, fault: LiftedFault) -> None:
+        """Note the error of a part that cannot be expanded."""
+        self.note(fault.slug, fault.message, fault.begin, fault.end, fault.remedy)
+
+    def ground(self, pieces: Callable[[], Pieces | bool]) -> YamlNode:
+        """Return the ground node; a condemned one if there is an error."""
+        if self.is_plain and not self.is_wrong:
+            return self.lifted
+        if not self.is_wrong:
+            try:
+                made = pieces()
+                if isinstance(made, bool):
+                    return text_node(str(made).lower(), self.lifted.place, self.lifted.end)
+                return self._made(made)
+            except LiftedFault as fault:
+                self.note_fault(fault)
+        return YamlNode(None, self.lifted.place, condemned=True, end=self.lifted.end)
+
+    def _made(self, pieces: Pieces) -> YamlNode:
+        text = text_of(pieces)
+        scalar = self.lifted.scalar
+        if scalar is None or text == scalar.text or not text:
+            return self.lifted
+        if len(text) > MAX_CHARACTERS:
+            message = f"this text has {len(text):,} characters when it is written out; at most {MAX_CHARACTERS:,} fit"
+            raise LiftedFault(Slug.TOO_MANY_INSTANCES, message, 0, len(scalar.text), "use fewer objects")
+        made = RewrittenScalar([ScalarPiece(part, scalar, begin, end) for part, begin, end in pieces])
+        return scalar_node(made, self.lifted.place, self.lifted.end)
+
+
+class PredicateTemplate(NodeTemplate):
+    """A predicate, or a list of predicates that is their conjunction."""
+
+    def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector, *, is_static: bool = False) -> None:
+        """Parse the predicates; with `is_static`, note each part of them that reads a variable."""
+        self._node = node
+        self._parts: list[tuple[_LiftedScalar, Formula]] = []
+        for element in node.elements if isinstance(node.plain, list) else [node]:
+            scalar = _LiftedScalar(element, report)
+            self._parts.append((scalar, _parsed(scalar, scope, is_static=is_static)))
+
+    def conjuncts(self) -> Iterator[Formula]:
+        """Yield the conjuncts of the predicates without errors."""
+        for scalar, formula in self._parts:
+            if not scalar.is_wrong:
+                yield from formula.conjuncts()
+
+    def nodes(self, choice: Choice) -> list[YamlNode]:
+        """Return the predicate; of a list, what is not true for this choice."""
+        ground = [scalar.ground(partial(_pieces, formula, choice)) for scalar, formula in self._parts]
+        if not isinstance(self._node.plain, list):
+            return ground
+        pairs = zip(self._parts, ground, strict=True)
+        left = [node for (scalar, _), node in pairs if node.plain is not True or scalar.is_plain]
+        if len(left) == len(ground):
+            return [list_node(left, self._node.place, self._node.end)]
+        if not left:
+            return [text_node("true", self._node.place, self._node.end)]
+        return [list_node(left, self._node.place, self._node.end)]
+
+
+def _pieces(formula: Formula, choice: Choice) -> Pieces | bool:
+    ground = formula.ground(choice)
+    return ground if isinstance(ground, bool) else ground.pieces
+
+
+def _parsed(scalar: _LiftedScalar, scope: LiftedScope, *, is_static: bool) -> Formula:
+    """Return the predicate of a scalar; one that is passed on as it is for any other node."""
+    node = scalar.lifted
+    scalar.is_plain = True
+    if isinstance(node.plain, bool):
+        return ConstantFormula(node.plain)
+    if node.scalar is None or node.plain is None:
+        return AtomFormula([])
+    parser = LiftedParser(node.scalar.text, scope, scalar.note)
+    try:
+        formula = parser.static_predicate() if is_static else parser.predicate()
+    except LiftedFault as fault:
+        scalar.note_fault(fault)
+        return ConstantFormula(True)
+    scalar.is_plain = not parser.is_lifted
+    return formula
+
+
+class RequirementTemplate(NodeTemplate):
+    """A requirement: predicates, and words between them."""
+
+    def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
+        self._scalar = _LiftedScalar(node, report)
+        parser = LiftedParser(node.text or "", scope, self._scalar.note)
+        try:
+            self._parts = parser.requirement()
+            self._scalar.is_plain = not parser.is_lifted
+        except LiftedFault as fault:
+            self._parts = []
+            self._scalar.note_fault(fault)
+
+    def nodes(self, choice: Choice) -> list[YamlNode]:
+        """Return the requirement."""
+        return [self._scalar.ground(lambda: self._pieces(choice))]
+
+    def _pieces(self, choice: Choice) -> Pieces:
+        text = self._scalar.lifted.text or ""
+        pieces: Pieces = []
+        for part in self._parts:
+            if pieces:
+                at = pieces[-1][2]
+                pieces.append((" ", at, at + 1))
+            ground = part.ground(choice) if isinstance(part, Formula) else None
+            if isinstance(part, tuple):
+                pieces.append(part)
+            elif isinstance(ground, bool):
+                pieces.append((str(ground).lower(), 0, len(text)))
+            elif ground is not None:
+                pieces += ground.pieces
+        return pieces
+
+
+class ActionTemplate(NodeTemplate):
+    """An action; with `forall`, one for each object."""
+
+    def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
+        self._scalar = _LiftedScalar(node, report)
+        self._bounds: tuple[Bound, ...] = ()
+        self._action = AtomFormula([])
+        try:
+            self._bounds, self._action = LiftedParser(node.text or "", scope, self._scalar.note).action()
+        except LiftedFault as fault:
+            self._scalar.note_fault(fault)
+
+    def nodes(self, choice: Choice) -> list[YamlNode]:
+        """Return the actions."""
+        choices: list[Choice] = [choice]
+        try:
+            for bound in self._bounds:
+                choices = [inner for outer in choices for inner in bound.choices(outer)]
+        except LiftedFault as fault:
+            self._scalar.note_fault(fault)
+            choices = [choice]
+        return [self._scalar.ground(partial(self._action.pieces, each)) for each in choices]
+
+
+class NameTemplate(NodeTemplate):
+    """A text that is one name or one value."""
+
+    def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
+        self._scalar = _LiftedScalar(node, report)
+        self._name = LiftedParser(node.text or "", scope, self._scalar.note).reference()
+
+    def nodes(self, choice: Choice) -> list[YamlNode]:
+        """Return the ground name."""
+        return [self._scalar.ground(lambda: self._name.pieces(choice))]
+
+
+class TextTemplate(NodeTemplate):
+    """A text for people or for drivers, in which `{r}` stands for an object."""
+
+    def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
+        self._scalar = _LiftedScalar(node, report)
+        self._parameters = scope.parameters
+
+    def nodes(self, choice: Choice) -> list[YamlNode]:
+        """Return the text with the names of objects."""
+        return [self._scalar.ground(lambda: self._pieces(choice))]
+
+    def _pieces(self, choice: Choice) -> Pieces:
+        text = self._scalar.lifted.text or ""
+        pieces: Pieces = []
+        begin = 0
+        for match in _IN_TEXT.finditer(text):
+            if match[1] in self._parameters:
+                pieces += [(text[begin : match.start()], begin, match.start()), (choice[match[1]], *match.span())]
+                begin = match.end()
+        return [*pieces, (text[begin:], begin, len(text))]
+
+
+class ListTemplate(NodeTemplate):
+    """A list."""
+
+    def __init__(self, node: YamlNode, elements: Sequence[NodeTemplate]) -> None:
+        self._node = node
+        self._elements = elements
+
+    def nodes(self, choice: Choice) -> list[YamlNode]:
+        """Return the list with the nodes of all its elements."""
+        elements = [made for element in self._elements for made in element.nodes(choice)]
+        return [list_node(elements, self._node.place, self._node.end)]
+
+
+class MappingTemplate(NodeTemplate):
+    """A mapping; its keys can be names with an index."""
+
+    def __init__(
+        self, node: YamlNode, entries: Sequence[tuple[MappingEntry, NodeTemplate, NodeTemplate | None]]
+    ) -> None:
+        """Take the entries, with the templates of their values and of those of their keys that have an index."""
+        self._node = node
+        self._entries = entries
+
+    def nodes(self, choice: Choice) -> list[YamlNode]:
+        """Return the mapping."""
+        ground = []
+        for entry, value, key in self._entries:
+            name = entry.key if key is None else key.node(choice).text or entry.key
+            ground.append(MappingEntry(name, entry.place, value.node(choice), entry.end))
+        return [with_entries(self._node, ground)]
+
+
+_TEMPLATES: dict[NodeKind, Callable[[YamlNode, LiftedScope, ErrorCollector], NodeTemplate]] = {
+    "predicate": PredicateTemplate,
+    "requirement": RequirementTemplate,
+    "actions": ActionTemplate,
+    "names": NameTemplate,
+    "assignments": NameTemplate,
+    "term": NameTemplate,
+    "text": TextTemplate,
+}
+"""The templates of scalars by what stands under their key."""
+
+
+@dataclass(frozen=True, slots=True)
+class TemplateMaker:
+    """Makes the templates of the nodes of one entry."""
+
+    scope: LiftedScope
+    report: ErrorCollector
+
+    def template(self, node: YamlNode, kind: NodeKind | None = None) -> NodeTemplate:
+        """Return the template of a node under a key of this kind; `None` for a mapping with keys of several kinds."""
+        if node.condemned:
+            return CopyTemplate(node)
+        if kind == "predicate" and not isinstance(node.plain, dict):
+            return PredicateTemplate(node, self.scope, self.report)
+        if isinstance(node.plain, dict):
+            return self._mapping(node, kind)
+        if isinstance(node.plain, list):
+            return ListTemplate(node, [self._scalar_or_copy(element, kind) for element in node.elements])
+        return self._scalar_or_copy(node, kind)
+
+    def _scalar_or_copy(self, node: YamlNode, kind: NodeKind | None) -> NodeTemplate:
+        if isinstance(node.plain, (dict, list)):
+            return self.template(node, kind if kind == "text" else None)
+        if kind is None or node.text is None or node.plain is None or node.condemned:
+            return CopyTemplate(node)
+        return _TEMPLATES[kind](node, self.scope, self.report)
+
+    def _mapping(self, node: YamlNode, kind: NodeKind | None) -> NodeTemplate:
+        entries = []
+        for entry in entries_of(node):
+            inner = self._inner_kind(entry.key, kind)
+            key = self._key(entry) if kind in ("names", "assignments") else None
+            entries.append((entry, self.template(entry.node, inner), key))
+        return MappingTemplate(node, entries)
+
+    def _inner_kind(self, key: str, kind: NodeKind | None) -> NodeKind | None:
+        match kind:
+            case "text":
+                return "text"
+            case "assignments":
+                return "term"
+            case "names":
+                return None
+            case _:
+                return KINDS.get(key)
+
+    def _key(self, entry: MappingEntry) -> NodeTemplate:
+        return NameTemplate(text_node(entry.key, entry.place, entry.end), self.scope, self.report)
+
+
+def without(node: YamlNode, key: str) -> YamlNode:
+    """Return a mapping without a key."""
+    return with_entries(node, (entry for entry in entries_of(node) if entry.key != key))
+
+
+def last_line(node: YamlNode) -> int:
+    """Return the number of the last line of a node."""
+    lines = [last_line(child) for child in (*node.items.values(), *node.elements)]
+    lines += [place.line for place in node.key_places.values()]
+    if node.scalar is not None and node.scalar.text:
+        lines.append(node.scalar.stretch(len(node.scalar.text) - 1, len(node.scalar.text)).line)
+    return max([node.place.line, *lines])
+
+
+def listed_at(place: Place, end: int, words: Sequence[str]) -> YamlNode:
+    """Return a list of words that stands for one place."""
+    return list_node([text_node(word, place, end) for word in words], place, end)

@@ -1,0 +1,396 @@
+"""The stage of objects: writes out types, tables, names with an index and entries with parameters (decision 51)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, list_node, text_node, with_entries
+from scbm.files.expansion.formulas import IndexedName, LiftedFault
+from scbm.files.expansion.lifted_entries import (
+    MAX_CHOICES,
+    LiftedKey,
+    TooManyChoices,
+    choices_of,
+    lifted_key,
+    without_errors,
+)
+from scbm.files.expansion.lifted_names import LiftedNames, LiftedScope
+from scbm.files.expansion.node_templates import PredicateTemplate, TemplateMaker, last_line, listed_at, without
+from scbm.files.expansion.static_facts import StaticFacts, joined, read_facts
+from scbm.model import Slug
+from scbm.model.variables import (
+    CURRENT_NAME,
+    CURRENT_STATE,
+    PLAN_STATE,
+    operation_state_name,
+    resource_variables,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.files.expansion.formulas import Formula
+    from scbm.files.expansion.node_templates import NodeKind, NodeTemplate
+    from scbm.files.yaml.document import YamlNode
+    from scbm.files.yaml.text_files import ErrorCollector
+
+_INDEXED = ("variables", "resources", "operations")
+"""The sections whose names have an index that predicates and actions use."""
+
+_SECTIONS: dict[str, NodeKind | None] = {
+    "variables": None,
+    "resources": None,
+    "operations": None,
+    "automatic_transitions": None,
+    "environment": None,
+    "goals": "predicate",
+    "requirements": "requirement",
+}
+"""The sections whose entries can have parameters, and what an entry is if it is no mapping."""
+
+_GUARDS = ("pre", "guard", "g")
+"""The keys of guards: a conjunct that reads no variable excludes choices as `where` does."""
+
+
+def expand_objects(document: YamlNode, report: ErrorCollector) -> YamlNode:
+    """Return the tree without types, tables and parameters; the same tree if it has none."""
+    if not _has_objects(document):
+        return document
+    return _ObjectStage(document, report).expanded()
+
+
+def _has_objects(document: YamlNode) -> bool:
+    if "types" in document.items or "tables" in document.items:
+        return True
+    for section in _SECTIONS:
+        for entry in entries_of(document.items[section]) if section in document.items else ():
+            if "[" in entry.key or "where" in entry.node.items:
+                return True
+    waivers = document.get("waivers")
+    return waivers is not None and any("where" in waiver.items for waiver in waivers.elements)
+
+
+@dataclass(slots=True)
+class _LiftedEntry:
+    """An entry of a section: its key, its template, and its choices of objects.
+
+    Attributes:
+        written: the entry in the file.
+        key: its key; `None` without parameters.
+        template: makes its ground nodes.
+        choices: its choices of objects; one empty choice without parameters.
+    """
+
+    written: MappingEntry
+    key: LiftedKey | None
+    template: NodeTemplate
+    choices: list[tuple[str, ...]] = field(default_factory=lambda: [()])
+
+
+class _ObjectStage:
+    def __init__(self, document: YamlNode, report: ErrorCollector) -> None:
+        self._document = document
+        self._report = report
+        self._facts = read_facts(document, report)
+        self._names = _names_of(document, self._facts)
+        self._entries: dict[str, list[_LiftedEntry]] = {}
+        self._incomplete: list[str] = []
+
+    def expanded(self) -> YamlNode:
+        self._refuse_clashes()
+        for section, kind in _SECTIONS.items():
+            node = self._document.get(section)
+            if node is not None and isinstance(node.plain, dict):
+                self._entries[section] = [
+                    lifted for entry in entries_of(node) if (lifted := self._lifted(section, entry, kind)) is not None
+                ]
+                self._refuse_many(section)
+        entries = [self._ground(entry) for entry in entries_of(self._document)]
+        return with_entries(self._document, [entry for entry in entries if entry.key not in ("types", "tables")])
+
+    def _refuse_clashes(self) -> None:
+        """Note objects that have the name of a variable."""
+        variables = self._document.get("variables")
+        declared = dict.fromkeys(variables.items) if variables is not None else {}
+        for name, place in self._facts.places.items():
+            if name in declared or name in self._names.indexed:
+                message = f"the object `{name}` has the name of a variable, a resource or an operation"
+                self._report.add(Slug.AMBIGUOUS_SYMBOL, message, place, "choose another word")
+
+    # entries
+
+    def _lifted(self, section: str, entry: MappingEntry, kind: NodeKind | None) -> _LiftedEntry | None:
+        """Return an entry with its template and its choices; `None` if its key is wrong, which is noted."""
+        key = None
+        if "[" in entry.key:
+            is_named = section not in _INDEXED[:2]
+            key = lifted_key(entry.key, entry.place, self._names, self._report, is_named=is_named)
+            if key is None:
+                self._incomplete.append(section)
+                return None
+            if section in _INDEXED and not self._is_declared(section, key):
+                return None
+            self._report.fold_lines(entry.place, last_line(entry.node))
+        scope = LiftedScope(self._names).with_parameters(key.parameters if key is not None else {})
+        maker = TemplateMaker(scope, self._report)
+        node, conditions = self._conditions(entry, key, scope)
+        if section == "variables":
+            node = self._with_domain(node)
+        if section == "requirements" and "requirement" in node.items:
+            node = node.items["requirement"]
+        lifted = _LiftedEntry(entry, key, maker.template(node, kind))
+        if key is not None:
+            conditions += self._guard_conditions(node, scope)
+            lifted.choices = self._choices(section, key, conditions)
+        return lifted
+
+    def _is_declared(self, section: str, key: LiftedKey) -> bool:
+        """Return whether the names of the file have the name of an entry; note one that contradicts an earlier one."""
+        first = self._names.indexed[key.base]
+        if first.section != section:
+            message = f"`{key.base}` has an index under `{first.section}` already"
+            self._report.add(Slug.DUPLICATE_NAME, message, key.place, "choose another name")
+        elif first.arity != len(key.kinds):
+            message = f"`{key.shown}` has {len(key.kinds)} indices, and `{first.shown}` has {first.arity}"
+            self._report.add(Slug.WRONG_INDEX, message, key.place, "choose another name")
+        else:
+            return True
+        self._incomplete.append(section)
+        return False
+
+    def _conditions(
+        self, entry: MappingEntry, key: LiftedKey | None, scope: LiftedScope
+    ) -> tuple[YamlNode, list[Formula]]:
+        """Return the node of an entry without `where`, and its conditions."""
+        where = entry.node.get("where")
+        if where is None:
+            return entry.node, []
+        node = without(entry.node, "where")
+        if key is None:
+            message = f"`where` chooses objects, and `{entry.key}` has no parameters"
+            remedy = f"write `{entry.key}[r in robot]`, or a guard in place of `where`"
+            self._report.add(Slug.NOT_STATIC, message, entry.node.key_places["where"], remedy)
+            return node, []
+        return node, [*PredicateTemplate(where, scope, self._report, is_static=True).conjuncts()]
+
+    def _guard_conditions(self, node: YamlNode, scope: LiftedScope) -> list[Formula]:
+        """Return the conjuncts of a guard that read no variable; errors in the guard are noted with the entry."""
+        guard = node.get("pre")
+        guard = guard.get("g") if guard is not None else node.get("guard") or node.get("g")
+        if guard is None or guard.condemned or isinstance(guard.plain, dict):
+            return []
+        template = PredicateTemplate(guard, scope, self._report)
+        return [formula for formula in template.conjuncts() if formula.is_static]
+
+    def _choices(self, section: str, key: LiftedKey, conditions: list[Formula]) -> list[tuple[str, ...]]:
+        try:
+            choices = choices_of(key, self._facts.types, conditions)
+        except TooManyChoices as error:
+            message = f"`{key.shown}` has {error.shown} instances; at most {MAX_CHOICES:,} are built"
+            remedy = "use fewer objects, or exclude choices with `where`"
+            self._report.add(Slug.TOO_MANY_INSTANCES, message, key.place, remedy)
+            self._incomplete.append(section)
+            return []
+        except LiftedFault as fault:
+            self._report.add(fault.slug, fault.message, key.place, fault.remedy)
+            self._incomplete.append(section)
+            return []
+        for indexed in self._owned(section, key.base):
+            indexed.declared.update(dict.fromkeys(choices))
+        return choices
+
+    def _owned(self, section: str, base: str) -> Iterator[IndexedName]:
+        """Yield the names with an index that an entry declares."""
+        if section == "resources":
+            yield from (
+                self._names.indexed[name] for name in (base, *_request_names(base)) if name in self._names.indexed
+            )
+        elif section in _INDEXED and base in self._names.indexed:
+            yield self._names.indexed[base]
+
+    def _refuse_many(self, section: str) -> None:
+        """Note a section with more entries than a model may have, before they are built."""
+        entries = self._entries[section]
+        count = sum(len(entry.choices) for entry in entries)
+        if count > MAX_CHOICES:
+            message = f"`{section}` has {count:,} entries when they are written out; at most {MAX_CHOICES:,} are built"
+            place = self._document.key_places[section]
+            self._report.add(Slug.TOO_MANY_INSTANCES, message, place, "use fewer objects")
+            self._incomplete.append(section)
+            entries.clear()
+
+    def _with_domain(self, node: YamlNode) -> YamlNode:
+        """Return a variable whose domain lists the objects of the types that it names."""
+        domain = node.get("domain")
+        if domain is None or domain.condemned:
+            return node
+        types = self._facts.types
+        if (text := domain.text) is not None and text in types:
+            new = listed_at(domain.place, domain.end, types[text])
+        elif any(element.text in types for element in domain.elements):
+            elements: list[YamlNode] = []
+            for element in domain.elements:
+                words = types.get(element.text or "")
+                elements += [element] if words is None else [text_node(w, element.place, element.end) for w in words]
+            new = list_node(elements, domain.place, domain.end)
+        else:
+            return node
+        return with_entries(
+            node, (entry if entry.key != "domain" else entry._replace(node=new) for entry in entries_of(node))
+        )
+
+    # ground entries
+
+    def _ground(self, entry: MappingEntry) -> MappingEntry:
+        if entry.key in self._entries:
+            return entry._replace(node=self._ground_section(entry))
+        if entry.key == "initial_states":
+            maker = TemplateMaker(LiftedScope(self._names), self._report)
+            return entry._replace(node=maker.template(entry.node, "predicate").node({}))
+        if entry.key == "waivers" and isinstance(entry.node.plain, list):
+            waivers = [ground for waiver in entry.node.elements for ground in self._waivers(waiver)]
+            return entry._replace(node=list_node(waivers, entry.node.place, entry.node.end))
+        return entry
+
+    def _ground_section(self, section: MappingEntry) -> YamlNode:
+        ground: dict[str, MappingEntry] = {}
+        for lifted in self._entries[section.key]:
+            for choice in lifted.choices:
+                made = _made(lifted, choice)
+                if made.key in ground:
+                    self._refuse_duplicate(made, ground[made.key], lifted)
+                else:
+                    ground[made.key] = made
+        node = with_entries(section.node, ground.values())
+        return replace(node, incomplete=node.incomplete or section.key in self._incomplete)
+
+    def _refuse_duplicate(self, made: MappingEntry, first: MappingEntry, lifted: _LiftedEntry) -> None:
+        line = f"line {first.place.line}"
+        message = f"`{made.key}` is in {line} already"
+        if lifted.key is not None:
+            message = f"`{lifted.key.shown}` has the instance `{made.key}`, which is in {line} already"
+        remedy = "leave out one of them, or exclude these objects with `where`"
+        self._report.add(Slug.DUPLICATE_NAME, message, made.place, remedy)
+
+    # waivers
+
+    def _waivers(self, waiver: YamlNode) -> Iterator[YamlNode]:
+        """Yield the waivers of ground obligations: one for each instance that exists."""
+        obligation = waiver.get("obligation")
+        text = obligation.text if obligation is not None else None
+        if obligation is None or text is None:
+            yield waiver
+            return
+        key = lifted_key(text, obligation.place, self._names, self._report, is_named=False)
+        scope = LiftedScope(self._names).with_parameters(key.parameters if key is not None else {})
+        entry = MappingEntry("waiver", waiver.place, waiver, waiver.end)
+        node, conditions = self._conditions(entry, key, scope)
+        base, rest = (key.base, key.rest) if key is not None else _split(text)
+        owner = self._owner(base)
+        if owner is None:
+            if key is None and "[" not in text:
+                yield node
+            elif key is not None:
+                self._report.add(
+                    Slug.UNKNOWN_OBLIGATION, f"there is nothing with parameters called `{base}`", key.place
+                )
+            return
+        choices = self._choices("waivers", key, conditions) if key is not None else owner
+        known = dict.fromkeys(owner)
+        template = TemplateMaker(scope, self._report).template(node)
+        for choice in choices:
+            if choice in known:
+                yield _waiver(template, key, choice, f"{base}{joined(choice)}{rest}")
+
+    def _owner(self, base: str) -> list[tuple[str, ...]] | None:
+        """Return the choices of the operation or of the automatic transition with obligations of this name."""
+        section = "automatic_transitions" if base.startswith("automatic/") else "operations"
+        found = [
+            e
+            for e in self._entries.get(section, ())
+            if e.key is not None and e.key.base == base.removeprefix("automatic/")
+        ]
+        return [choice for entry in found for choice in entry.choices] if found else None
+
+
+def _waiver(template: NodeTemplate, key: LiftedKey | None, choice: tuple[str, ...], name: str) -> YamlNode:
+    node = template.node(_named(key, choice))
+    entries = list(entries_of(node))
+    return with_entries(
+        node,
+        (e if e.key != "obligation" else e._replace(node=text_node(name, e.node.place, e.node.end)) for e in entries),
+    )
+
+
+def _split(text: str) -> tuple[str, str]:
+    """Return the name of what an obligation is about, and the rest: the state."""
+    if text.startswith("automatic/"):
+        return text, ""
+    base, slash, state = text.partition("/")
+    return base, slash + state
+
+
+def _named(key: LiftedKey | None, choice: tuple[str, ...]) -> dict[str, str]:
+    if key is None:
+        return {}
+    return {name: each for name, each in zip(key.names, choice, strict=True) if name is not None}
+
+
+def _made(lifted: _LiftedEntry, choice: tuple[str, ...]) -> MappingEntry:
+    """Return the ground entry for a choice of objects."""
+    node = lifted.template.node(_named(lifted.key, choice))
+    if lifted.key is None:
+        return lifted.written._replace(node=node)
+    name = f"{lifted.key.base}{joined(choice)}"
+    return MappingEntry(name, lifted.written.place, replace(node, origin=lifted.key.base), lifted.written.end)
+
+
+# names
+
+
+def _request_names(resource: str) -> tuple[str, ...]:
+    return tuple(variable.name for variable in resource_variables(resource))
+
+
+def _names_of(document: YamlNode, facts: StaticFacts) -> LiftedNames:
+    """Return the names that the texts of a file can use; wrong keys are left out, and noted where they are read."""
+    indexed: dict[str, IndexedName] = {}
+    plain: dict[str, None] = dict.fromkeys((CURRENT_NAME, CURRENT_STATE, PLAN_STATE))
+    symbols: dict[str, None] = {}
+    for section in _INDEXED:
+        node = document.get(section)
+        for entry in entries_of(node) if node is not None else ():
+            kinds = without_errors(entry.key, facts)
+            base = entry.key.partition("[")[0].rstrip()
+            for name, suffix in _declared(section, base):
+                if kinds is not None:
+                    _declare(indexed, IndexedName(section, name, base, suffix, kinds), facts)
+                elif "[" not in entry.key and section != "operations":
+                    plain[name] = None
+            if section == "operations" and kinds is None:
+                plain[operation_state_name(base)] = None
+            domain = entry.node.get("domain")
+            symbols |= dict.fromkeys(element.text or "" for element in domain.elements) if domain is not None else {}
+    return LiftedNames(facts, indexed, frozenset(plain), frozenset(symbols))
+
+
+def _declared(section: str, base: str) -> Iterator[tuple[str, str]]:
+    """Yield the names that an entry declares, each with what follows the objects in the ground name."""
+    yield base, ""
+    if section == "resources":
+        for name in _request_names(base):
+            yield name, name.removeprefix(base)
+
+
+def _declare(indexed: dict[str, IndexedName], new: IndexedName, facts: StaticFacts) -> None:
+    """Add a name; one that is declared for several types has the objects of all."""
+    old = indexed.get(new.base)
+    objects = tuple(dict.fromkeys(facts.objects(kind)) for kind in new.kinds)
+    if old is None:
+        new.objects = objects
+        indexed[new.base] = new
+    elif old.arity == new.arity and old.section == new.section:
+        pairs = zip(old.kinds, new.kinds, strict=True)
+        old.kinds = tuple(a if b in a.split(" or ") else f"{a} or {b}" for a, b in pairs)
+        old.objects = tuple({**known, **more} for known, more in zip(old.objects, objects, strict=True))

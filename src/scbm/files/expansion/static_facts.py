@@ -1,0 +1,249 @@
+"""What does not change during runs: types with their objects, and tables over these."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from scbm.files.language.grammar import keywords
+from scbm.files.spelling import suggestion
+from scbm.model import Slug
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from scbm.files.yaml.document import YamlNode
+    from scbm.files.yaml.text_files import ErrorCollector
+    from scbm.model import Place
+
+WORD = re.compile(r"[A-Za-z_]\w*", re.ASCII)
+"""The syntax of the names of types, tables, objects and parameters: without dots, which join ground names."""
+
+QUANTIFIERS = ("forall", "exists", "count")
+"""The words that begin a quantifier; they are keywords only before a parameter."""
+
+_SUFFIXES = ("state", "name")
+"""The last parts of the names of variables that the runner keeps, such as `scan.state` and `current.name`."""
+
+
+@dataclass(frozen=True, slots=True)
+class ObjectTable:
+    """A relation between objects.
+
+    Attributes:
+        name: its name.
+        types: the types of its columns.
+        rows: the objects for which it holds.
+    """
+
+    name: str
+    types: tuple[str, ...]
+    rows: frozenset[tuple[str, ...]]
+
+
+@dataclass(frozen=True, slots=True)
+class StaticFacts:
+    """The types and the tables of a model file.
+
+    Attributes:
+        types: the objects of each type in order: its own, then those of its subtypes.
+        tables: the tables by name.
+        places: where each object is first named.
+        is_whole: whether all types could be read; if not, an unknown object is no error.
+    """
+
+    types: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    tables: Mapping[str, ObjectTable] = field(default_factory=dict)
+    places: Mapping[str, Place] = field(default_factory=dict)
+    is_whole: bool = True
+
+    def objects(self, kind: str) -> tuple[str, ...]:
+        """Return the objects of a type; none for an unknown one."""
+        return self.types.get(kind, ())
+
+
+def read_facts(document: YamlNode, report: ErrorCollector) -> StaticFacts:
+    """Return the types and tables of a model file; note everything that is wrong with them."""
+    return _FactsReader(report).facts(document.get("types"), document.get("tables"))
+
+
+class _FactsReader:
+    def __init__(self, report: ErrorCollector) -> None:
+        self._report = report
+        self._own: dict[str, list[str]] = {}
+        self._parents: dict[str, str] = {}
+        self._places: dict[str, Place] = {}
+        self._errors = len(report)
+
+    def facts(self, types: YamlNode | None, tables: YamlNode | None) -> StaticFacts:
+        for name, node in self._entries(types, "types", "{zone: [a, b]}"):
+            self._read_type(name, node)
+        self._check_parents(types)
+        is_whole = len(self._report) == self._errors
+        objects = self._objects()
+        read: dict[str, ObjectTable] = {}
+        for name, node in self._entries(tables, "tables", "{near: {of: [zone, zone], rows: [[a, b]]}}"):
+            if name in objects:
+                self._add(Slug.DUPLICATE_NAME, f"`{name}` is a type, and also a table", _key(tables, name))
+            read[name] = self._table(name, node, objects)
+        return StaticFacts(objects, read, self._places, is_whole)
+
+    def _entries(self, section: YamlNode | None, key: str, example: str) -> Iterator[tuple[str, YamlNode]]:
+        """Yield the entries of a section whose keys are names; note others."""
+        if section is None:
+            return
+        if not isinstance(section.plain, dict):
+            if not section.condemned:
+                self._add(Slug.WRONG_SHAPE, f"`{key}` is a mapping of names", section.place, f"write `{example}`")
+            return
+        for name, node in section.items.items():
+            if self._is_word(name, section.key_places[name], "a name here"):
+                yield name, node
+
+    def _is_word(self, text: str, place: Place, what: str) -> bool:
+        if not WORD.fullmatch(text):
+            message = f"`{text}` is not {what}"
+            self._add(Slug.BAD_NAME, message, place, "write letters, digits and `_`, and begin with a letter")
+        elif text in keywords() or text in QUANTIFIERS:
+            self._add(Slug.RESERVED_NAME, f"`{text}` is a reserved word", place, "choose another word")
+        else:
+            return True
+        return False
+
+    # types
+
+    def _read_type(self, name: str, node: YamlNode) -> None:
+        self._own[name] = []
+        listed: YamlNode | None = node
+        if isinstance(node.plain, dict):
+            for key in node.items:
+                if key not in ("objects", "of"):
+                    remedy = suggestion(key, ("objects", "of"), "the keys here are")
+                    self._add(Slug.UNKNOWN_KEY, f"unknown key `{key}`", node.key_places[key], remedy)
+            listed = node.get("objects")
+            parent = node.get("of")
+            if parent is not None and parent.text is not None:
+                self._parents[name] = parent.text
+        if listed is None or listed.condemned:
+            return
+        if not isinstance(listed.plain, list):
+            message = f"the objects of `{name}` are a list"
+            self._add(Slug.WRONG_SHAPE, message, listed.place, f"write `{name}: [a, b]`")
+            return
+        for element in listed.elements:
+            self._read_object(name, element)
+
+    def _read_object(self, name: str, element: YamlNode) -> None:
+        text = element.text
+        if element.condemned:
+            return
+        if text is None:
+            self._add(Slug.WRONG_SHAPE, "an object is a word", element.place, "write for example `[a, b]`")
+        elif text in _SUFFIXES:
+            message = f"`{text}` ends the names of variables that the runner keeps, such as `scan.{text}`"
+            self._add(Slug.RESERVED_NAME, message, element.place, "choose another word")
+        elif text in self._own[name]:
+            self._add(Slug.DUPLICATE_VALUE, f"`{text}` is listed twice", element.place)
+        elif self._is_word(text, element.place, "an object: their names join to ground names"):
+            self._own[name].append(text)
+            self._places.setdefault(text, element.place)
+
+    def _check_parents(self, types: YamlNode | None) -> None:
+        """Note unknown parents and types that are subtypes of themselves; leave both parents out."""
+        for name, parent in list(self._parents.items()):
+            place = types.items[name].items["of"].place if types is not None else None
+            if place is not None and parent not in self._own:
+                remedy = suggestion(parent, [other for other in self._own if other != name], "the types are")
+                self._add(Slug.UNKNOWN_TYPE, f"there is no type `{parent}`", place, remedy)
+                del self._parents[name]
+            elif place is not None and name in (chain := self._ancestors(name)):
+                shown = " of ".join(f"`{one}`" for one in (name, *chain))
+                self._add(
+                    Slug.TYPE_CYCLE, f"a type cannot be a subtype of itself: {shown}", place, "leave out one `of`"
+                )
+                del self._parents[name]
+
+    def _ancestors(self, name: str) -> list[str]:
+        """Return the parent of a type, its parent and so on; up to the first that repeats."""
+        found: list[str] = []
+        while (parent := self._parents.get(found[-1] if found else name)) is not None and parent not in found:
+            found.append(parent)
+        return found
+
+    def _objects(self) -> dict[str, tuple[str, ...]]:
+        """Return the objects of each type: its own, then those of its subtypes in the order of the file."""
+        subtypes: dict[str, list[str]] = {name: [] for name in self._own}
+        for name in self._own:
+            if name in self._parents:
+                subtypes[self._parents[name]].append(name)
+        found: dict[str, tuple[str, ...]] = {}
+        for name in self._own:
+            objects: dict[str, None] = {}
+            open_types = [name]
+            while open_types:
+                other = open_types.pop()
+                objects |= dict.fromkeys(self._own[other])
+                open_types += reversed(subtypes[other])
+            found[name] = tuple(objects)
+        return found
+
+    # tables
+
+    def _table(self, name: str, node: YamlNode, objects: Mapping[str, tuple[str, ...]]) -> ObjectTable:
+        types, rows = node.get("of"), node.get("rows")
+        for key in node.items:
+            if key not in ("of", "rows"):
+                remedy = suggestion(key, ("of", "rows"), "the keys here are")
+                self._add(Slug.UNKNOWN_KEY, f"unknown key `{key}`", node.key_places[key], remedy)
+        if not _is_list(types) or not _is_list(rows):
+            if not node.condemned:
+                message = f"the table `{name}` needs its types under `of`, and a list of `rows`"
+                remedy = f"write `{name}: {{of: [zone, zone], rows: [[a, b]]}}`"
+                self._add(Slug.WRONG_SHAPE, message, node.place, remedy)
+            return ObjectTable(name, (), frozenset())
+        assert types is not None  # noqa: S101 - a list
+        assert rows is not None  # noqa: S101 - a list
+        kinds = [element.text or "" for element in types.elements]
+        for kind, element in zip(kinds, types.elements, strict=True):
+            if kind not in objects:
+                remedy = suggestion(kind, objects, "the types are")
+                self._add(Slug.UNKNOWN_TYPE, f"there is no type `{kind}`", element.place, remedy)
+        read = [self._row(name, row, kinds, objects) for row in rows.elements]
+        return ObjectTable(name, tuple(kinds), frozenset(row for row in read if row is not None))
+
+    def _row(
+        self, name: str, row: YamlNode, kinds: list[str], objects: Mapping[str, tuple[str, ...]]
+    ) -> tuple[str, ...] | None:
+        """Return a row; a table of one column may list its objects without brackets."""
+        cells = row.elements if isinstance(row.plain, list) else [row]
+        if len(cells) != len(kinds):
+            found = f"{len(cells)} object{'s' if len(cells) != 1 else ''}"
+            message = f"a row of `{name}` has {len(kinds)} objects ({', '.join(kinds)}), and this has {found}"
+            self._add(Slug.WRONG_ROW, message, row.place)
+            return None
+        is_right = True
+        for cell, kind in zip(cells, kinds, strict=True):
+            if kind in objects and cell.text not in objects[kind]:
+                remedy = suggestion(cell.text or "", objects[kind], "its objects are")
+                message = f"`{cell.text}` is not an object of the type `{kind}`"
+                self._add(Slug.UNKNOWN_OBJECT, message, cell.place, remedy)
+                is_right = False
+        return tuple(cell.text or "" for cell in cells) if is_right else None
+
+    def _add(self, slug: Slug, message: str, place: Place, remedy: str | None = None) -> None:
+        self._report.add(slug, message, place, remedy)
+
+
+def _is_list(node: YamlNode | None) -> bool:
+    return node is not None and isinstance(node.plain, list)
+
+
+def _key(section: YamlNode | None, name: str) -> Place:
+    assert section is not None  # noqa: S101 - it has an entry with this name
+    return section.key_places[name]
+
+
+def joined(names: Iterable[str]) -> str:
+    """Return the objects of a choice as they end a ground name: `.r1.a.b`."""
+    return "".join(f".{name}" for name in names)

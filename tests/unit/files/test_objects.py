@@ -1,0 +1,199 @@
+"""Objects and parameters: what lifted entries mean, their order, and a published model of 846 operations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+from published.plants import factory
+
+from scbm.files import digest_of, load_model, read_model, write_model
+from scbm.files.expansion.thresholds import Joint, at_least, copies
+from scbm.model import Assign
+
+if TYPE_CHECKING:
+    from scbm.files.expansion.thresholds import Threshold
+    from scbm.model import BehaviorModel, Operation
+
+ROOT = Path(__file__).parents[3]
+FACTORY = ROOT / "benchmarks" / "published" / "factory.yaml"
+
+HEAD = """behavior_model: cell
+types:
+  zone: [a, b, dock]
+  robot: [r1, r2]
+  cold: {objects: [c], of: zone}
+  empty: []
+tables: {way: {of: [zone, zone], rows: [[a, b], [b, dock]]}}
+variables:
+  at[robot]: {domain: zone, initial: dock}
+  full[zone]: {domain: bool, initial: false}
+  gone[empty]: {domain: bool, initial: false}
+  on: {domain: bool, initial: false}
+operations: {}
+"""
+
+
+def cell(rest: str) -> BehaviorModel:
+    return read_model(HEAD.replace("operations: {}\n", "" if "operations:" in rest else "operations: {}\n") + rest)
+
+
+def goal(predicate: str) -> str:
+    return str(cell(f"goals:\n  g: '{predicate}'\n").goal("g"))
+
+
+# the published factory
+
+
+def with_names_of_the_benchmark(name: str) -> str:
+    base, *objects = name.split(".")
+    match base:
+        case "robot_at" | "piece_at":
+            return f"{objects[0]}_at"
+        case "charged" | "assembled":
+            return f"{objects[0]}_{base}"
+        case _:
+            return "_".join((base, *objects))
+
+
+def meaning(operation: Operation) -> tuple[str, frozenset[str], frozenset[str]]:
+    conjuncts = str(operation.pre.g).replace("(", "").replace(")", "").split(" && ")
+    guard = [(with_names_of_the_benchmark(c.split(" == ")[0]), c.split(" == ")[1]) for c in conjuncts]
+    effects = [a for a in operation.post.a if isinstance(a, Assign)]
+    actions = [f"{with_names_of_the_benchmark(a.target)} <- {a.source}" for a in effects]
+    return with_names_of_the_benchmark(operation.name), frozenset(map(str, guard)), frozenset(actions)
+
+
+def test_the_factory_in_forty_lines_has_the_846_operations_of_the_published_one() -> None:
+    lifted, published = load_model(FACTORY), factory(3, 3)
+    assert len(FACTORY.read_text(encoding="utf-8").splitlines()) <= 60
+    assert {meaning(each) for each in lifted.operations} == {
+        (each.name, *meaning(each)[1:]) for each in published.operations
+    }
+    assert len(lifted.operations) == len(published.operations) == 846
+    assert {origin.lifted for origin in lifted.origins} == {"move", "transport", "recharge", "assemble"}
+
+
+# order, names, choices
+
+
+def test_ground_entries_stand_in_the_order_of_objects_the_last_parameter_fastest() -> None:
+    model = cell("operations:\n  go[r in robot, z in zone]: {pre: {g: at.r == z}, post: {g: true}}\n")
+    expected = [f"go.{robot}.{zone}" for robot in ("r1", "r2") for zone in ("a", "b", "dock", "c")]
+    assert [operation.name for operation in model.operations] == expected
+
+
+def test_where_and_guards_without_variables_leave_choices_out() -> None:
+    model = cell(
+        "operations:\n"
+        "  go[x in zone, y in zone]: {where: 'way(x, y)', pre: {g: full.x == true}, post: {g: true}}\n"
+        "  cool[z in zone]: {pre: {g: z in cold && full.z == true}, post: {g: true}}\n"
+    )
+    assert [str(o.name) for o in model.operations] == ["go.a.b", "go.b.dock", "cool.c"]
+    assert str(model.operations[2].pre.g) == "full.c == true"
+
+
+def test_what_is_lifted_has_the_digest_of_the_same_model_written_out() -> None:
+    lifted = cell("goals:\n  all: forall z in zone. (full[z] == true)\n")
+    assert digest_of(lifted) == digest_of(read_model(write_model(lifted)))
+    assert lifted == read_model(write_model(lifted))
+
+
+# predicates
+
+
+@pytest.mark.parametrize(
+    ("lifted", "ground"),
+    [
+        ("forall r in robot. (at[r] == a)", "at.r1 == a && at.r2 == a"),
+        ("exists r in robot. (at[r] == a)", "at.r1 == a || at.r2 == a"),
+        ("forall r in robot, o in robot. (r == o || at[r] != at[o])", "at.r1 != at.r2 && at.r2 != at.r1"),
+        ("on == true && forall e in empty. (gone[e] == true)", "on == true"),
+        ("on == true || exists e in empty. (gone[e] == true)", "on == true"),
+        ("exists e in empty. (gone[e] == true)", "false"),
+        ("at.r1 in cold", "at.r1 in {c}"),
+        ("on == true -> forall z in cold. (full[z] == true)", "on == true -> full.c == true"),
+        ("(exists e in empty. (gone[e] == true)) -> on == true", "true"),
+        ("count r in robot. (at[r] == a) >= 1", "at.r1 == a || at.r2 == a"),
+        ("count r in robot. (at[r] == a) >= 2", "at.r1 == a && at.r2 == a"),
+        ("count r in robot. (at[r] == a) <= 0", "!(at.r1 == a || at.r2 == a)"),
+        ("count r in robot. (at[r] == a) < 2", "!(at.r1 == a && at.r2 == a)"),
+        ("count r in robot. (at[r] == a) > 2", "false"),
+        ("count z in zone. (way(a, z)) == 1", "true"),
+        (
+            "count z in zone. (z == a || full[z] == true) == 1",
+            "!(full.b == true || full.dock == true || full.c == true)",
+        ),
+    ],
+)
+def test_a_predicate_over_objects_means_this(lifted: str, ground: str) -> None:
+    assert goal(lifted) == ground
+
+
+def holds(formula: Threshold, bits: int) -> bool:
+    if isinstance(formula, Joint):
+        operands = (holds(operand, bits) for operand in formula.operands)
+        return all(operands) if formula.connective == "&&" else any(operands)
+    return formula if isinstance(formula, bool) else bool(bits >> formula & 1)
+
+
+def size(formula: Threshold) -> int:
+    return sum(map(size, formula.operands)) if isinstance(formula, Joint) else not isinstance(formula, bool)
+
+
+@pytest.mark.parametrize("predicates", range(7))
+def test_a_threshold_holds_where_that_many_predicates_hold(predicates: int) -> None:
+    for number in range(-1, predicates + 2):
+        formula = at_least(number, predicates)
+        assert size(formula) == copies(number, predicates)
+        for bits in range(1 << predicates):
+            assert holds(formula, bits) == (bits.bit_count() >= number)
+
+
+def test_at_least_two_of_many_takes_few_copies() -> None:
+    assert copies(2, 64) == copies(63, 64) == 64 * 6
+    assert copies(1, 64) == copies(64, 64) == 64
+
+
+# other texts
+
+
+def test_actions_names_and_texts_have_parameters() -> None:
+    model = cell(
+        "resources:\n  arm[r in robot]: {request: [at.r]}\n"
+        "operations:\n"
+        "  go[r in robot]:\n"
+        "    pre: {name: 'begin_{r}', g: 'arm_req_state[r] == initial', a: [arm_req_trigger.r <- true]}\n"
+        "    post: {g: true, a: [forall z in cold. (full.z <- true)]}\n"
+        "automatic_transitions:\n"
+        "  stop[r in robot]: {g: 'go[r].state == failed && current.name == go.r', a: [on <- true]}\n"
+        "waivers:\n"
+        "  - {obligation: go/failed, reason: never, author: Ada, date: 2026-11-23}\n"
+        "  - {obligation: 'automatic/stop[r in robot]', where: r == r2, reason: '{r}', author: A, date: 2026-11-23}\n"
+    )
+    first = model.operations[0]
+    assert model.resources[1].request == ("at.r2",)
+    assert (first.pre.name, str(first.pre.g)) == ("begin_r1", "arm.r1_req_state == initial")
+    assert [str(action) for action in (*first.pre.a, *first.post.a)] == ["arm.r1_req_trigger <- true", "full.c <- true"]
+    assert str(model.automatic_transitions[1].g) == "go.r2.state == failed && current.name == go.r2"
+    assert [(waiver.obligation, waiver.reason) for waiver in model.waivers] == [
+        ("go.r1/failed", "never"),
+        ("go.r2/failed", "never"),
+        ("automatic/stop.r2", "r2"),
+    ]
+
+
+def test_requirements_keep_their_words_and_their_durations() -> None:
+    model = cell("requirements:\n  r[s in robot]: at[s] == a leads to at[s] == dock within 10 s\n")
+    assert str(model.requirements[1]) == "r.r2: at.r2 == a leads to at.r2 == dock within 10 s"
+
+
+def test_handshakes_can_have_parameters() -> None:
+    model = cell(
+        "resources:\n  arm[robot]: {}\n"
+        "operations:\n"
+        "  go[r in robot]: {request: arm.r, guard: 'at[r] == a', effects: [at.r <- dock], deadline: 10 s}\n"
+    )
+    assert str(model.operations[1].pre.a[0]) == "arm.r2_req_trigger <- true"
+    assert [each.name for each in model.automatic_transitions] == ["arm.r1_failed", "arm.r2_failed"]
