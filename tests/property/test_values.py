@@ -5,6 +5,8 @@ The checker of certificates agrees, too.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
@@ -60,12 +62,10 @@ def test_runs_stay_within_the_values_and_visit_nothing_that_is_ruled_out(model: 
 @given(running_models())
 @examples(60)
 def test_the_values_do_not_depend_on_the_order_of_the_file(model: BehaviorModel) -> None:
-    turned = BehaviorModel(
-        model.name,
-        model.variables,
-        model.operations,
-        tuple(reversed(model.resources)),
-        tuple(reversed(model.automatic_transitions)),
+    turned = replace(
+        model,
+        resources=tuple(reversed(model.resources)),
+        automatic_transitions=tuple(reversed(model.automatic_transitions)),
     )
     assert possible_values(turned) == possible_values(model)
 

@@ -71,7 +71,7 @@ def test_random_sentences_have_the_new_form_and_parse_back(tmp_path: Path) -> No
     model = scan_cell()
 
     @given(st.data())
-    @examples(400)
+    @examples(600)
     def every_sentence_parses_back(data: st.DataObject) -> None:
         sentence = data.draw(sentences(model.running_space.variables))
         assert parse_requirement(str(sentence), Scope.of(model)) == sentence

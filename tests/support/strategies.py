@@ -19,6 +19,8 @@ from scbm.model import (
     Domain,
     EnvironmentTransition,
     Equal,
+    Extreme,
+    ExtremeKind,
     Implies,
     Latency,
     LatencyShape,
@@ -39,12 +41,14 @@ from scbm.model import (
     Resource,
     Role,
     Simulation,
+    Sum,
     Term,
     Transition,
     Truth,
     ValueKind,
     Variable,
 )
+from scbm.model.predicates import bounds
 from scbm.model.requirement_patterns import PlaceholderKind, pattern_parts
 from scbm.model.variables import PLAN_STATE, request_state_name, resource_variables, runner_variables, trigger_name
 from support.draws import flag, one_of, some_of, whole
@@ -70,6 +74,23 @@ def domains() -> SearchStrategy[Domain]:
 _DOMAINS = domains()
 
 
+def integer_domains() -> SearchStrategy[Domain]:
+    return st.tuples(st.integers(-2, 1), st.integers(1, 3)).map(lambda ends: Domain.integers(ends[0], sum(ends)))
+
+
+@st.composite
+def integer_variables(draw: DrawFn) -> tuple[Variable, ...]:
+    """Two to four variables that sums can read."""
+    declared = []
+    for index in range(whole(draw, 2, 4)):
+        domain = draw(_INTEGER_DOMAINS)
+        declared.append(Variable(f"n{index}", domain, one_of(draw, domain.values), (domain.values[0],)))
+    return tuple(declared)
+
+
+_INTEGER_DOMAINS = integer_domains()
+
+
 @st.composite
 def variables(draw: DrawFn, most: int = 4) -> tuple[Variable, ...]:
     declared = []
@@ -81,9 +102,47 @@ def variables(draw: DrawFn, most: int = 4) -> tuple[Variable, ...]:
     return tuple(declared)
 
 
+def _integers(space: Sequence[Variable]) -> list[Variable]:
+    return [variable for variable in space if variable.domain.kind is ValueKind.INTEGER]
+
+
+def calculation(draw: DrawFn, space: Sequence[Variable], depth: int = 2) -> Term:
+    """A sum, `min` or `max` that reads a variable; all variables of `space` are integers."""
+    read: Term = Reference(one_of(draw, space).name)
+    others = [_integer_term(draw, space, depth - 1) for _ in range(whole(draw, 1, 2))]
+    terms = [read, *others] if flag(draw) else [*others, read]
+    if whole(draw, 0, 2) == 0:
+        return Extreme(one_of(draw, list(ExtremeKind)), tuple(terms))
+    signs = [1, *(one_of(draw, [1, -1]) for _ in others)]
+    return Sum.of(zip(signs, terms, strict=True))
+
+
+def _integer_term(draw: DrawFn, space: Sequence[Variable], depth: int) -> Term:
+    shape = whole(draw, 0, 2 if depth else 1)
+    if shape == 0:
+        return Reference(one_of(draw, space).name)
+    return Constant(whole(draw, -3, 4)) if shape == 1 else calculation(draw, space, depth)
+
+
+def comparison(draw: DrawFn, space: Sequence[Variable]) -> Predicate:
+    """A comparison of a sum; all variables of `space` are integers."""
+    domains = {variable.name: variable.domain for variable in space}
+    left = calculation(draw, space)
+    right = _integer_term(draw, space, 2)
+    low, high = bounds(left, domains)
+    least, most = bounds(right, domains)
+    if isinstance(right, Constant) or max(low, least) > min(high, most):
+        right = Constant(whole(draw, low, high))
+    sides = (right, left) if flag(draw) else (left, right)
+    leaves: list[Predicate] = [Equal(*sides), NotEqual(*sides), Order(sides[0], one_of(draw, list(Relation)), sides[1])]
+    return one_of(draw, leaves)
+
+
 def _leaf(draw: DrawFn, space: Sequence[Variable]) -> Predicate:
     variable = one_of(draw, space)
     reference, domain = Reference(variable.name), variable.domain
+    if domain.kind is ValueKind.INTEGER and whole(draw, 0, 2) == 2:
+        return comparison(draw, _integers(space))
     constant = Constant(one_of(draw, domain.values))
     fitting = [v for v in space if v.domain.kind is domain.kind and any(x in domain for x in v.domain.values)]
     other = Reference(one_of(draw, fitting).name)
@@ -136,13 +195,20 @@ def _action(draw: DrawFn, target: Variable, space: Sequence[Variable]) -> Action
         if target.domain.kind is ValueKind.INTEGER and len(target.domain) > 1:
             amount = whole(draw, 1, len(target.domain) - 1)
             choices.append(Add(target.name, one_of(draw, [amount, -amount])))
+        if target.domain.kind is ValueKind.INTEGER:
+            term = calculation(draw, _integers(space))
+            low, high = bounds(term, {variable.name: variable.domain for variable in space})
+            if max(low, int(target.domain.values[0])) <= min(high, int(target.domain.values[-1])):
+                choices.append(Assign(target.name, term))
     return one_of(draw, choices)
 
 
 @st.composite
-def planning_models(draw: DrawFn, most_operations: int = 5) -> BehaviorModel:
+def planning_models(
+    draw: DrawFn, most_operations: int = 5, declared: SearchStrategy[tuple[Variable, ...]] | None = None
+) -> BehaviorModel:
     """Models of the world alone: variables, operations that set them, goals."""
-    space = draw(variables())
+    space = draw(variables() if declared is None else declared)
     operations = []
     for index in range(whole(draw, 1, most_operations)):
         pre = Transition(f"start_o{index}", _predicate(draw, space, 2), a=_actions(draw, space, 3))
@@ -154,9 +220,9 @@ def planning_models(draw: DrawFn, most_operations: int = 5) -> BehaviorModel:
 
 
 @st.composite
-def running_models(draw: DrawFn) -> BehaviorModel:
+def running_models(draw: DrawFn, space: SearchStrategy[tuple[Variable, ...]] | None = None) -> BehaviorModel:
     """Models with everything: resources, deadlines, failures, automatic transitions, requirements."""
-    declared = draw(variables(3))
+    declared = draw(variables(3) if space is None else space)
     resources = tuple(_resource(draw, f"r{index}", declared) for index in range(whole(draw, 1, 2)))
     owned = [variable for resource in resources for variable in resource_variables(resource.name)]
     world = (*declared, *owned)

@@ -2,7 +2,8 @@
 
 A variable is its position in the space, a value its index in the domain of the variable. Negations are pushed down to
 the literals. A literal restricts one variable to a set of values (`OneOf`) or compares two variables (`Pair`); each
-conjunction and each disjunction has at most one `OneOf` per variable. `true` and `false` are Python's.
+conjunction and each disjunction has at most one `OneOf` per variable. `true` and `false` are Python's. A comparison of
+sums of more variables is a case distinction over the values of all but two of them (decision 51).
 
 This is the only normal form: tests of packed states, guards of joint moves, satisfiability and the delete relaxation
 are all made from it.
@@ -11,12 +12,28 @@ are all made from it.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
+from math import prod
 from typing import TYPE_CHECKING, TypeAlias, assert_never
 
-from scbm.model.predicates import And, Constant, Equal, Implies, Member, Not, NotEqual, Or, Order, Predicate, Truth
+from scbm.model.predicates import (
+    And,
+    Constant,
+    Equal,
+    Implies,
+    LinearForm,
+    Member,
+    Not,
+    NotEqual,
+    Or,
+    Order,
+    Predicate,
+    Truth,
+    calculates,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from scbm.model.values import Value
     from scbm.model.variables import StateSpace, Variable
@@ -123,6 +140,8 @@ def _literal(leaf: Equal | NotEqual | Order | Member, space: StateSpace, *, want
     names = leaf.reads()
     if not names:
         return leaf.holds({}) is wanted
+    if not isinstance(leaf, Member) and (calculates(leaf.left) or calculates(leaf.right)):
+        return _SumComparison(leaf, space, wanted).by_cases(())
     left = space.position(names[0])
     values = space.variables[left].domain.values
     if len(names) == 1:
@@ -146,6 +165,72 @@ def _comparison(value: Value, variable: Variable, position: int, *, wanted: bool
     except KeyError:
         equal = 0
     return one_of(position, equal if wanted else ((1 << count) - 1) & ~equal, count)
+
+
+# sums
+
+
+class _SumComparison:
+    """A comparison of integers that were calculated: `left - right` is compared with 0."""
+
+    def __init__(self, leaf: Equal | NotEqual | Order, space: StateSpace, wanted: bool) -> None:  # noqa: FBT001 - as in `Pair`
+        self._leaf, self._space, self._wanted = leaf, space, wanted
+        self._form = LinearForm.difference(leaf.left, leaf.right)
+        self._kept, self._others = _divided(self._form, {name: len(space[name].domain) for name in self._form.reads()})
+
+    def by_cases(self, values: Sequence[Value]) -> NormalForm:
+        """Return the comparison where the first of the other variables have these values."""
+        if len(values) == len(self._others):
+            return self._between(dict(zip(self._others, values, strict=True)))
+        position = self._space.position(self._others[len(values)])
+        domain = self._space.variables[position].domain
+        cases: dict[NormalForm, int] = {}
+        for index, value in enumerate(domain.values):
+            form = self.by_cases((*values, value))
+            cases[form] = cases.get(form, 0) | 1 << index
+        return any_of(all_of((one_of(position, bits, len(domain)), form)) for form, bits in cases.items())
+
+    def _between(self, values: Mapping[str, Value]) -> NormalForm:
+        """Return the comparison where all other variables have values: a literal about one variable or two."""
+        constant = self._form.constant + self._form.value(values, self._others)
+        columns = [self._column(name, values) for name in self._kept]
+        compare, wanted = self._leaf.compare, self._wanted
+        if not columns:
+            return compare(constant, 0) is wanted
+        left = tuple(constant + value for value in columns[0])
+        position = self._space.position(self._kept[0])
+        if len(columns) == 1:
+            return one_of(position, bits_of(i for i, v in enumerate(left) if compare(v, 0) is wanted), len(left))
+        right = tuple(-value for value in columns[1])
+        is_order = isinstance(self._leaf, Order)
+        return Pair(position, left, self._space.position(self._kept[1]), right, compare, wanted, is_order)
+
+    def _column(self, name: str, values: Mapping[str, Value]) -> tuple[int, ...]:
+        domain = self._space[name].domain
+        return tuple(self._form.value({**values, name: value}, (*self._others, name), name) for value in domain.values)
+
+
+def _divided(form: LinearForm, sizes: Mapping[str, int]) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return at most two variables to compare, no atom having both, and the others, so that there are few cases."""
+    largest = sorted(sizes, key=lambda name: -sizes[name])
+    pairs = [pair for pair in combinations(largest, 2) if not any(_has(atom.reads(), pair) for atom, _ in form.factors)]
+    kept = max(pairs, key=lambda pair: sizes[pair[0]] * sizes[pair[1]], default=tuple(largest[:1]))
+    return kept, tuple(name for name in sizes if name not in kept)
+
+
+def _has(names: Sequence[str], wanted: Iterable[str]) -> bool:
+    return all(name in names for name in wanted)
+
+
+MAX_SUM_VALUES = 200_000
+"""Maximum number of cases of one sum: the normal form of so many takes a second at most."""
+
+
+def count_cases(leaf: Equal | NotEqual | Order, sizes: Mapping[str, int]) -> int:
+    """Return how many values the normal form of a comparison of sums looks at; `sizes` are those of the domains."""
+    form = LinearForm.difference(leaf.left, leaf.right)
+    kept, others = _divided(form, {name: sizes[name] for name in form.reads()})
+    return prod(sizes[name] for name in others) * max(1, sum(sizes[name] for name in kept))
 
 
 # constructors that simplify

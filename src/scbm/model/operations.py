@@ -8,12 +8,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
-from scbm.model.predicates import TRUE, Predicate, conjunction
+from scbm.model.predicates import TRUE, Predicate, Term, conjunction
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from scbm.model.predicates import Term
     from scbm.model.values import Value
     from scbm.model.variables import State
 

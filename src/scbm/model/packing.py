@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias, assert_never, cast
 
 from scbm.model.normal_form import AllOf, AnyOf, OneOf, Pair, normal_form
 from scbm.model.operations import Action, Add, Assign
-from scbm.model.predicates import Constant, Predicate
+from scbm.model.predicates import Constant, Extreme, ExtremeKind, Predicate, Reference, Sum, Term
 from scbm.model.variables import State
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     Test: TypeAlias = Callable[[int], bool]
     Update: TypeAlias = Callable[[int], int | None]
+    PlacedUpdate: TypeAlias = tuple[int, Update]
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,12 +166,42 @@ class Packing:
         """Return the actions, at once, as a function of packed states; it gives `None` if a domain would be left."""
         fixed: dict[str, Value] = {}
         moves: list[ValueTable] = []
+        sums: list[PlacedUpdate] = []
         for action in actions:
             if isinstance(action, Assign) and isinstance(action.source, Constant):
                 fixed[action.target] = action.source.constant
+            elif isinstance(action, Assign) and len(action.reads()) > 1:
+                sums.append((self.space.position(action.target), self._calculated(action)))
             else:
                 moves.append(value_table(action, self.space))
-        return compile_update(moves, self.fields, self.assignment(fixed))
+        return compile_update(moves, self.fields, self.assignment(fixed), sums)
+
+    def _calculated(self, action: Assign) -> Update:
+        """Return the function to the new bits of the target, as `_compile_move` does."""
+        value, field = self._number(action.source), self[action.target]
+        bits = {each: field.bits(each) for each in field.variable.domain.values}
+        return lambda packed: bits.get(value(packed))
+
+    def _number(self, term: Term) -> Callable[[int], int]:
+        """Return a term as a function from packed states to integers."""
+        match term:
+            case Constant(constant):
+                number = int(constant)
+                return lambda _: number
+            case Reference(name):
+                field = self[name]
+                numbers, mask, shift = tuple(map(int, field.variable.domain.values)), field.mask, field.shift
+                return lambda packed: numbers[(packed & mask) >> shift]
+            case Sum(parts):
+                signed = [(sign, self._number(part)) for sign, part in parts]
+                return lambda packed: sum([sign * read(packed) for sign, read in signed])
+            case Extreme(kind, terms):
+                reads = [self._number(part) for part in terms]
+                if kind is ExtremeKind.LEAST:
+                    return lambda packed: min([read(packed) for read in reads])
+                return lambda packed: max([read(packed) for read in reads])
+            case _:
+                assert_never(term)
 
 
 @dataclass(frozen=True, slots=True)
@@ -194,15 +225,19 @@ class ValueTable:
 
 
 def value_table(action: Action, space: StateSpace) -> ValueTable:
-    """Return an action as a table; for a constant, the source is the target itself."""
+    """Return an action as a table; where it reads nothing, the source is the target itself.
+
+    Raises `ValueError` if it reads more than one variable.
+    """
     target, domain = space.position(action.target), space[action.target].domain
     if isinstance(action, Add):
         moved = (int(value) + action.amount for value in domain.values)
         return ValueTable(target, target, _located(moved, domain))
-    if isinstance(action.source, Constant):
-        return ValueTable(target, target, (domain.index(action.source.constant),) * len(domain))
-    source = space.position(action.source.name)
-    return ValueTable(target, source, _located(space.variables[source].domain.values, domain))
+    if not action.reads():
+        return ValueTable(target, target, _located([action.value({})], domain) * len(domain))
+    (name,) = action.reads()
+    values = (action.value({name: value}) for value in space[name].domain.values)
+    return ValueTable(target, space.position(name), _located(values, domain))
 
 
 def _located(values: Iterable[Value], domain: Domain) -> tuple[int | None, ...]:
@@ -210,20 +245,27 @@ def _located(values: Iterable[Value], domain: Domain) -> tuple[int | None, ...]:
     return tuple(domain.index(value) if value in domain else None for value in values)
 
 
-def compile_update(moves: Sequence[ValueTable], fields: Sequence[BitRange], fixed: tuple[int, int] = (-1, 0)) -> Update:
+def compile_update(
+    moves: Sequence[ValueTable],
+    fields: Sequence[BitRange],
+    fixed: tuple[int, int] = (-1, 0),
+    sums: Sequence[PlacedUpdate] = (),
+) -> Update:
     """Return a function of packed states that sets variables at once; it gives `None` where a table does.
 
     Args:
         moves: the variables that are set as functions of a variable.
         fields: the field of each variable.
         fixed: `(keep, bits)` of the variables that are set to constants.
+        sums: the variables that are set to sums of several variables: the position of each, and its new bits.
     """
     keep, bits = fixed
-    if not moves:
+    updates = [(move.target, _compile_move(move, fields)) for move in moves] + list(sums)
+    if not updates:
         return lambda packed: packed & keep | bits
-    for move in moves:
-        keep &= ~fields[move.target].mask
-    return _combined(keep, bits, tuple(_compile_move(move, fields) for move in moves))
+    for target, _ in updates:
+        keep &= ~fields[target].mask
+    return _combined(keep, bits, tuple(update for _, update in updates))
 
 
 def _compile_move(move: ValueTable, fields: Sequence[BitRange]) -> Update:

@@ -2,8 +2,10 @@
 
 The grammar of the paper is `F: F && F | F || F | !F | atom`, `atom: term == term | true | false`,
 `term: variable | value`. `!=`, `->`, `in {…}` and the order on integers can be expressed in it; they are kept as
-written, so that a predicate prints back to its source. Precedence, tightest first: comparison, `!`, `&&`, `||`, `->`
-(to the right).
+written, so that a predicate prints back to its source. Precedence, tightest first: sums, comparison, `!`, `&&`, `||`,
+`->` (to the right).
+
+Other terms calculate with integers of any size: only comparisons and assignments look at domains (decision 51).
 """
 
 from __future__ import annotations
@@ -11,14 +13,19 @@ from __future__ import annotations
 import operator
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, TypeAlias, assert_never
 
 from scbm.model.values import Value, format_value, kind_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping, Sequence
+
+    from scbm.model.values import Domain
 
     Valuation: TypeAlias = Mapping[str, Value]
+
+
+# terms
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +75,169 @@ class Constant:
         return format_value(self.constant)
 
 
-Term: TypeAlias = Reference | Constant
+@dataclass(frozen=True, slots=True)
+class Sum:
+    """`a + b - c`: integers that are added and subtracted.
+
+    Attributes:
+        parts: each term with its sign, 1 or -1; two or more, the first with 1.
+    """
+
+    parts: tuple[tuple[int, Term], ...]
+
+    @staticmethod
+    def of(parts: Iterable[tuple[int, Term]]) -> Sum:
+        """Return a sum with brackets only where a sum is subtracted, as files are read."""
+        flat: list[tuple[int, Term]] = []
+        for sign, term in parts:
+            flat += term.parts if sign > 0 and isinstance(term, Sum) else [(sign, term)]
+        return Sum(tuple(flat))
+
+    def value(self, state: Valuation) -> int:
+        """Return the sum; it may be outside every domain."""
+        return sum(sign * int(term.value(state)) for sign, term in self.parts)
+
+    def reads(self) -> tuple[str, ...]:
+        """Return the variables of the parts."""
+        return names_of(term for _, term in self.parts)
+
+    def __str__(self) -> str:
+        (_, first), *others = self.parts
+        return " ".join([_operand(first), *(f"{'+' if sign > 0 else '-'} {_operand(term)}" for sign, term in others)])
+
+
+class ExtremeKind(StrEnum):
+    """Which of some integers an `Extreme` is."""
+
+    LEAST = "min"
+    GREATEST = "max"
+
+
+@dataclass(frozen=True, slots=True)
+class Extreme:
+    """`min(a, b, …)` or `max(a, b, …)`: the least or the greatest of two terms or more."""
+
+    kind: ExtremeKind
+    terms: tuple[Term, ...]
+
+    def value(self, state: Valuation) -> int:
+        """Return the least or the greatest value of the terms."""
+        return _chooser(self.kind)(int(term.value(state)) for term in self.terms)
+
+    def reads(self) -> tuple[str, ...]:
+        """Return the variables of the terms."""
+        return names_of(self.terms)
+
+    def __str__(self) -> str:
+        return f"{self.kind}({', '.join(map(str, self.terms))})"
+
+
+Term: TypeAlias = Reference | Constant | Sum | Extreme
+
+
+def names_of(terms: Iterable[Term]) -> tuple[str, ...]:
+    """Return the names that the terms read, each once, in order of first occurrence."""
+    return tuple(dict.fromkeys(name for term in terms for name in term.reads()))
+
+
+def _operand(term: Term) -> str:
+    return f"({term})" if isinstance(term, Sum) else str(term)
+
+
+def _chooser(kind: ExtremeKind) -> Callable[[Iterable[int]], int]:
+    return min if kind is ExtremeKind.LEAST else max
+
+
+def calculates(term: Term) -> bool:
+    """Return whether a term is more than a variable or a value."""
+    return isinstance(term, Sum | Extreme)
+
+
+def bounds(term: Term, domains: Mapping[str, Domain]) -> tuple[int, int]:
+    """Return a lower and an upper bound of an integer term; a variable that occurs once gives exact ones."""
+    match term:
+        case Constant(constant):
+            return int(constant), int(constant)
+        case Reference(name):
+            values = domains[name].values
+            return int(values[0]), int(values[-1])
+        case Sum(parts):
+            found = [bounds(part, domains) if sign > 0 else _negated(bounds(part, domains)) for sign, part in parts]
+            return sum(low for low, _ in found), sum(high for _, high in found)
+        case Extreme(kind, terms):
+            choose, ends = _chooser(kind), [bounds(part, domains) for part in terms]
+            return choose(low for low, _ in ends), choose(high for _, high in ends)
+        case _:
+            assert_never(term)
+
+
+def _negated(ends: tuple[int, int]) -> tuple[int, int]:
+    return -ends[1], -ends[0]
+
+
+def substituted(term: Term, values: Mapping[str, Value]) -> Term:
+    """Return the term with the values of some variables in their place; a constant if no variable is left."""
+    if all(name in values for name in term.reads()):
+        return Constant(term.value(values))
+    match term:
+        case Sum(parts):
+            return Sum(tuple((sign, substituted(part, values)) for sign, part in parts))
+        case Extreme(kind, terms):
+            return Extreme(kind, tuple(substituted(part, values) for part in terms))
+        case Reference() | Constant():
+            return term
+        case _:
+            assert_never(term)
+
+
+Atom: TypeAlias = Reference | Extreme
+"""A term that is not a sum and not a constant."""
+
+
+@dataclass(frozen=True, slots=True)
+class LinearForm:
+    """A sum without brackets: each atom once, with how often it is added, and what is added besides.
+
+    Attributes:
+        factors: the atoms with their factors, none of which is 0, in order of first occurrence.
+        constant: the sum of all constants.
+    """
+
+    factors: tuple[tuple[Atom, int], ...]
+    constant: int
+
+    @staticmethod
+    def difference(left: Term, right: Term) -> LinearForm:
+        """Return `left - right`, both integers."""
+        factors: dict[Atom, int] = {}
+        constant, pending = 0, [(-1, right), (1, left)]
+        while pending:
+            sign, term = pending.pop()
+            match term:
+                case Constant(value):
+                    constant += sign * int(value)
+                case Sum(parts):
+                    pending += [(sign * factor, part) for factor, part in reversed(parts)]
+                case Reference() | Extreme():
+                    factors[term] = factors.get(term, 0) + sign
+                case _:
+                    assert_never(term)
+        return LinearForm(tuple((atom, factor) for atom, factor in factors.items() if factor), constant)
+
+    def reads(self) -> tuple[str, ...]:
+        """Return the variables of the atoms."""
+        return names_of(atom for atom, _ in self.factors)
+
+    def value(self, values: Mapping[str, Value], known: Sequence[str], name: str | None = None) -> int:
+        """Return the sum of the atoms that read `known` variables only, and `name` among them, if it is given."""
+        return sum(
+            factor * int(atom.value(values))
+            for atom, factor in self.factors
+            if all(each in known for each in atom.reads()) and (name is None or name in atom.reads())
+        )
+
+
+# predicates
 
 
 @dataclass(frozen=True, slots=True)

@@ -41,12 +41,16 @@ class PackedMoves:
     def __init__(self, moves: Sequence[JointMove], packing: Packing) -> None:
         self.joint = tuple(moves)
         self.fields = packing.fields
+        self._cases: dict[int, list[JointMove]] = {}
+        for move in moves:
+            self._cases.setdefault(move.index, []).append(move)
         self._steps: dict[int, Update] = {}
 
     def successor(self, state: int, move: int) -> int | None:
         """Return the state after a move, by its index; `None` where the move is not enabled."""
         if move not in self._steps:
-            self._steps[move] = self._compiled(self.joint[move])
+            cases = [self._compiled(case) for case in self._cases.get(move, ())]
+            self._steps[move] = cases[0] if len(cases) == 1 else _first_of(cases)
         return self._steps[move](state)
 
     def _compiled(self, move: JointMove) -> Update:
@@ -64,6 +68,19 @@ class PackedMoves:
             return update
         holds = compile_test(move.guard, self.fields)
         return lambda state: update(state) if holds(state) else None
+
+
+def _first_of(cases: Sequence[Update]) -> Update:
+    """Return the function that gives what the one case gives that is enabled."""
+
+    def update(state: int) -> int | None:
+        for case in cases:
+            after = case(state)
+            if after is not None:
+                return after
+        return None
+
+    return update
 
 
 class GreedySearch:

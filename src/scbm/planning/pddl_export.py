@@ -67,9 +67,7 @@ class PddlDomain:
         actions = _UniqueNames()
         moves = joint_moves(narrowed(system, self._space))
         self._actions = [
-            action
-            for move, operation in zip(moves, model.operations, strict=True)
-            for action in self._divided(move, operation.name, actions)
+            action for move in moves for action in self._divided(move, model.operations[move.index].name, actions)
         ]
         self.operations = {action.name: action.operation for action in self._actions}
 

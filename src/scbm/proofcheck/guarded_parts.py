@@ -6,6 +6,7 @@ Everything in a model that has a guard or actions, in one list.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
 
 from scbm.model import Constant, Equal, OperationState, Reference, RequestState, Role, Truth, conjunction
@@ -75,20 +76,11 @@ def fails_operation(action: Action, space: StateSpace) -> bool:
     return space[action.target].role in (Role.OPERATION_STATE, Role.CURRENT_STATE)
 
 
-def results(action: Action, space: StateSpace) -> Iterator[tuple[Value, Value | None]]:
-    """Yield each value of the variable that an action reads, and the value assigned; `None` outside the domain."""
-    (source,) = action.reads()
-    domain = space[action.target].domain
-    for value in space[source].domain.values:
-        assigned = action.value({source: value})
-        yield value, assigned if assigned in domain else None
-
-
 def may_leave(action: Action, space: StateSpace) -> bool:
     """Return whether an action can leave the domain of its target (semantics 2.4)."""
-    if not action.reads():
-        return False
-    return any(assigned is None for _, assigned in results(action, space))
+    names, domain = action.reads(), space[action.target].domain
+    choices = product(*(space[name].domain.values for name in names))
+    return any(action.value(dict(zip(names, values, strict=True))) not in domain for values in choices)
 
 
 _MAX_REMEMBERED = 200_000

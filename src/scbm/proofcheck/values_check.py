@@ -10,18 +10,22 @@ takes too many valuations counts as possible.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 from typing import TYPE_CHECKING, TypeAlias
 
 from scbm.model import (
     Add,
     And,
+    Assign,
     Constant,
     Equal,
     NotEqual,
     OperationState,
     Or,
+    Order,
     PlanState,
     Reference,
+    Relation,
     RequestState,
     Truth,
     format_value,
@@ -38,10 +42,12 @@ if TYPE_CHECKING:
     from scbm.model import (
         Action,
         BehaviorModel,
+        Domain,
         Operation,
         Predicate,
         Resource,
         StateSpace,
+        Term,
         Transition,
         Value,
         Variable,
@@ -239,28 +245,46 @@ def _changes(actions: tuple[Action, ...]) -> Predicate:
 def _given(guard: Predicate, actions: tuple[Action, ...], moment: _Moment) -> Given | None:
     """Return what the actions give where the guard holds and all stay in their domains; `None` if nowhere."""
     sets = dict(moment.sets)
+    inside: list[Predicate] = []
     for action in actions:
-        domain = moment.space[action.target].domain
-        if not action.reads() and action.value({}) not in domain:
+        domain, names = moment.space[action.target].domain, action.reads()
+        fitting = [values for values in _choices(names, sets) if action.value(values) in domain]
+        if not fitting:
             return None
-        for name in action.reads():
-            sets[name] = tuple(value for value in sets[name] if action.value({name: value}) in domain)
-            if not sets[name]:
-                return None
-    if not _may_hold(guard, sets):
+        for name in names:
+            kept = dict.fromkeys(values[name] for values in fitting)
+            sets[name] = tuple(value for value in sets[name] if value in kept)
+        if len(names) > 1 and isinstance(action, Assign):  # not every choice of these values fits
+            inside += _inside(action.source, domain)
+    where = And((guard, *inside)) if inside else guard
+    if not _may_hold(where, sets):
         return None
-    return tuple((action.target, value) for action in actions for value in _new(action, guard, sets, moment))
+    return tuple((action.target, value) for action in actions for value in _new(action, where, sets, moment))
+
+
+def _choices(names: Sequence[str], sets: Sets) -> Iterator[dict[str, Value]]:
+    """Yield each choice of values for some variables; without variables the empty one."""
+    for values in product(*(sets[name] for name in names)):
+        yield dict(zip(names, values, strict=True))
+
+
+def _inside(term: Term, domain: Domain) -> tuple[Predicate, ...]:
+    """Return the conditions that an integer is inside a domain."""
+    low, high = Constant(domain.values[0]), Constant(domain.values[-1])
+    return Order(term, Relation.AT_LEAST, low), Order(term, Relation.AT_MOST, high)
 
 
 def _new(action: Action, guard: Predicate, sets: Sets, moment: _Moment) -> Iterator[Value]:
     """Yield the values that the action assigns where the guard holds, and that its target does not have yet."""
-    if not action.reads():
-        yield action.value({})
-    for name in action.reads():
-        for source in sets[name]:
-            value = action.value({name: source})
-            if value not in moment.sets[action.target] and _may_hold(guard, {**sets, name: (source,)}):
-                yield value
+    found: dict[Value, None] = {}
+    domain, known = moment.space[action.target].domain, dict.fromkeys(moment.sets[action.target])
+    for values in _choices(action.reads(), sets):
+        value = action.value(values)
+        if value in known or value in found or value not in domain:
+            continue
+        if not values or _may_hold(guard, {**sets, **{name: (each,) for name, each in values.items()}}):
+            found[value] = None
+            yield value
 
 
 def _may_hold(guard: Predicate, sets: Sets) -> bool:

@@ -143,6 +143,23 @@ def test_an_included_file_keeps_its_names(tmp_path: Path) -> None:
     assert [variable.name for variable in included.variables] == ["a"]
 
 
+def test_min_and_max_are_names_of_a_part_only_where_they_are_no_functions(tmp_path: Path) -> None:
+    part = """\
+part: stock
+variables: {min: {domain: 0..3, initial: 0}, kept: {domain: 0..3, initial: 0}}
+operations:
+  put: {pre: {g: "min(min, kept) < 3"}, post: {g: true, a: [min <- min+1, "kept <- max (kept, min)"]}}
+"""
+    parts = "behavior_model: m\nparts: {left: {use: stock.yaml}}\nvariables: {}\noperations: {}\n"
+    model = load_model(written(tmp_path, cell=parts, stock=part))
+    (put,) = model.operations
+    assert str(put.pre.g) == "min(left.min, left.kept) < 3"
+    assert [str(action) for action in put.post.a] == [
+        "left.min <- left.min + 1",
+        "left.kept <- max(left.kept, left.min)",
+    ]
+
+
 def test_parts_of_parts_have_names_of_both(tmp_path: Path) -> None:
     model = load_model(
         written(

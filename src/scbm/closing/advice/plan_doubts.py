@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING
 from scbm.closing.advice.doubts import Doubt, Unfinished
 from scbm.closing.advice.recovery import recovery_system
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
-from scbm.model import Add, InitialStates, OperationState, PlanState, RequestState, Slug, State, format_value
+from scbm.model import InitialStates, OperationState, PlanState, RequestState, Slug, State, format_value
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, PLAN_STATE, operation_state_name
 from scbm.planning import LimitReached, NoPlanFound, PlanLimits, Planner, Reach, Task, Unsolvable, explore
+from scbm.planning.engines import may_leave
 from scbm.running import Program
 from scbm.running.lifecycle import OperationPart
 from scbm.running.micro_steps import describe_cycle, find_cycle
@@ -24,7 +25,7 @@ from scbm.running.micro_steps import describe_cycle, find_cycle
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
-    from scbm.model import Action, BehaviorModel, Predicate, Transition
+    from scbm.model import BehaviorModel, Predicate, Transition
 
 _MAX_COMBINATIONS = 20_000
 """Maximum number of combinations of random values that are enumerated for initial states."""
@@ -167,7 +168,9 @@ def _domains_left(model: BehaviorModel, exploration: PlanningExploration) -> Ite
     """Yield a doubt for actions that would leave a domain in a reachable state with their guard (semantics 2.4)."""
     task = exploration.planner.base_task
     for operation in model.operations:
-        if not any(_can_leave(action, model) for half in (operation.pre, operation.post) for action in half.a):
+        if not any(
+            may_leave(action, model.running_space) for half in (operation.pre, operation.post) for action in half.a
+        ):
             continue
         here = ("operations", operation.name)
         can_start, can_complete = task.packing.test(operation.pre.g), task.packing.test(operation.post.g)
@@ -176,15 +179,6 @@ def _domains_left(model: BehaviorModel, exploration: PlanningExploration) -> Ite
         started = [state for state in map(task.update(operation.pre.a), enabled) if state is not None]
         done = [state for state in started if can_complete(state)]
         yield from _leaving(operation.post, (*here, "post", "a"), done, task)
-
-
-def _can_leave(action: Action, model: BehaviorModel) -> bool:
-    """Return whether an action can leave the domain of its variable at all; constants were compared with it."""
-    if isinstance(action, Add):
-        return True
-    domain = model.running_space[action.target].domain
-    names = action.source.reads()
-    return any(value not in domain for name in names for value in model.running_space[name].domain.values)
 
 
 def _leaving(transition: Transition, path: tuple[str, ...], states: Sequence[int], task: Task) -> Iterator[Doubt]:

@@ -37,13 +37,16 @@ from scbm.model.packing import value_table
 from scbm.model.satisfiability import satisfiable
 from scbm.model.sources import free_groups
 from scbm.model.variables import CURRENT_NAME, CURRENT_STATE, operation_state_name
+from scbm.planning.engines import Move, MovePart, TransitionSystem
 from scbm.planning.engines.delete_relaxation import Effect, RelaxedRule, relaxed_values
+from scbm.planning.engines.joint_moves import joint_moves
 from scbm.running.lifecycle import LIFECYCLE, OperationPart
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from scbm.model import BehaviorModel, Operation, Resource, StateSpace, Transition, Value, Variable
+    from scbm.model.packing import ValueTable
 
 _MAX_LISTED = 5
 """Maximum number of values of a variable that a reason lists."""
@@ -61,7 +64,7 @@ def possible_values(model: BehaviorModel) -> dict[str, tuple[Value, ...]]:
         for name, values in group.values:
             free.setdefault(name, []).extend(values)
     starts = [bits_of(map(v.domain.index, (*_at_first(v), *free.get(v.name, ())))) for v in space]
-    found = relaxed_values((_relaxed(rule, space) for rule in _rules(model)), starts)
+    found = relaxed_values((each for rule in _rules(model) for each in _relaxed(rule, space)), starts)
     return {v.name: tuple(v.domain.values[i] for i in indices_of(bits)) for v, bits in zip(space, found, strict=True)}
 
 
@@ -226,10 +229,20 @@ def _assign(name: str, value: Value) -> Action:
 # sets of values
 
 
-def _relaxed(rule: _ValueRule, space: StateSpace) -> RelaxedRule:
-    effects = [_effect(action, space) for action in rule.actions]
-    effects += [_any_value(name, values, space) for name, values in rule.measured]
-    return RelaxedRule(normal_form(rule.guard, space), tuple(effects))
+def _relaxed(rule: _ValueRule, space: StateSpace) -> Iterator[RelaxedRule]:
+    """Yield a rule of the relaxation, or one for each case of the variables that its sums read."""
+    measured = [_any_value(name, values, space) for name, values in rule.measured]
+    if not any(len(action.reads()) > 1 for action in rule.actions):
+        effects = [_effect(action, space) for action in rule.actions]
+        yield RelaxedRule(normal_form(rule.guard, space), (*effects, *measured))
+        return
+    for case in joint_moves(_single_move(rule.guard, rule.actions, space)):
+        effects = [_table_effect(table) for table in case.writes]
+        yield RelaxedRule(case.guard, (*effects, *measured))
+
+
+def _single_move(guard: Predicate, actions: Sequence[Action], space: StateSpace) -> TransitionSystem:
+    return TransitionSystem(space, (Move("", (MovePart(guard, tuple(actions)),)),))
 
 
 def _effect(action: Action, space: StateSpace) -> Effect:
@@ -241,7 +254,10 @@ def _effect(action: Action, space: StateSpace) -> Effect:
         position, value = space.position(action.target), action.source.constant
         image = 1 << space[action.target].domain.index(value)
         return Effect(position, position, lambda bits: image if bits else 0)
-    table = value_table(action, space)
+    return _table_effect(value_table(action, space))
+
+
+def _table_effect(table: ValueTable) -> Effect:
     indices = table.indices
     return Effect(
         table.target,
@@ -269,8 +285,16 @@ class ValueSets:
 
     def can_do(self, actions: Sequence[Action]) -> bool:
         """Return whether each of the actions can give its variable a value of the domain."""
-        effects = tuple(_effect(action, self._space) for action in actions)
-        return RelaxedRule(True, effects).has_images(self._bits)
+        sums = [action for action in actions if len(action.reads()) > 1]
+        effects = tuple(_effect(action, self._space) for action in actions if action not in sums)
+        if not RelaxedRule(True, effects).has_images(self._bits):
+            return False
+        return not sums or self._can_add(sums)
+
+    def _can_add(self, sums: Sequence[Action]) -> bool:
+        """Return whether all sums can stay in their domains together."""
+        cases = joint_moves(_single_move(Truth(True), sums, self._space))
+        return any(satisfiable(case.guard, self._bits) is not False for case in cases)
 
 
 def _shifted(bits: int, amount: int, size: int) -> int:

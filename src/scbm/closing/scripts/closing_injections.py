@@ -34,6 +34,7 @@ from scbm.model import (
     conjunction,
 )
 from scbm.model.operations import apply
+from scbm.model.predicates import substituted
 from scbm.model.sources import changed_from_outside
 from scbm.model.variables import CURRENT_NAME
 
@@ -235,6 +236,8 @@ def _leaf(leaf: Equal | NotEqual | Order | Member, values: Mapping[str, Value], 
     others = [name for name in leaf.reads() if name not in values]
     if not others:
         return Truth(leaf.holds(values))
+    if len(others) > 1 and not isinstance(leaf, Member):
+        return replace(leaf, left=substituted(leaf.left, values), right=substituted(leaf.right, values))
     domain = space[others[0]].domain.values
     fitting = tuple(Constant(value) for value in domain if leaf.holds({**values, others[0]: value}))
     if len(fitting) in (0, len(domain)):

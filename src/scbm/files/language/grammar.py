@@ -23,14 +23,18 @@ predicate: implication
 ?conjunction: negation | negation (_AND negation)+
 ?negation: "!" negation -> no | atom
 ?atom: "(" implication ")" -> group
-     | term RELATION term -> comparison
+     | sum RELATION sum -> comparison
      | NAME _IN "{" (term ("," term)*)? "}" -> member
      | truth
      | NAME -> bare
 truth: TRUE | FALSE
+?sum: operand | operand (SIGN operand)+ -> sum
+?operand: term
+        | "(" operand (SIGN operand)+ ")" -> sum
+        | EXTREME "(" sum ("," sum)+ ")" -> extreme
 term: NAME | INTEGER | TRUE | FALSE
 
-action: NAME _GETS term -> assign
+action: NAME _GETS sum -> assign
       | NAME _INCREASES INTEGER -> add
       | NAME _DECREASES INTEGER -> subtract
 
@@ -41,6 +45,8 @@ _IMPLIES: "->"
 _OR: "||"
 _AND: "&&"
 _GETS: "<-"
+SIGN: /[+-]/
+EXTREME.2: /(min|max)(?=\s*\()/
 _INCREASES: "+="
 _DECREASES: "-="
 _IN.2: /in(?![\w.])/

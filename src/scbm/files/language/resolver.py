@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import prod
 from typing import TYPE_CHECKING, Protocol, assert_never, cast
 
 from lark import Token
@@ -10,14 +11,17 @@ from lark import Token
 from scbm.files.language.grammar import form_of
 from scbm.files.language.quantities import parse_duration
 from scbm.files.language.scope import Scope, Where
-from scbm.files.language.syntax import Start, SyntaxFault, SyntaxTree, extent, parse
+from scbm.files.language.syntax import NO_CLOCKS, NO_HYPHENS, SLUGS, Start, SyntaxFault, SyntaxTree, extent, parse
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import Slug
+from scbm.model.normal_form import MAX_SUM_VALUES, count_cases
 from scbm.model.operations import Action, Add, Assign
 from scbm.model.predicates import (
     And,
     Constant,
     Equal,
+    Extreme,
+    ExtremeKind,
     Implies,
     Member,
     Not,
@@ -27,8 +31,11 @@ from scbm.model.predicates import (
     Predicate,
     Reference,
     Relation,
+    Sum,
     Term,
     Truth,
+    bounds,
+    substituted,
 )
 from scbm.model.requirement_patterns import PlaceholderKind, kinds_of
 from scbm.model.values import Domain, Value, ValueKind, format_value, kind_of
@@ -38,6 +45,9 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from scbm.model.requirements import RequirementForm
+
+_CLOCKS = ("elapsed", "time", "now", "clock", "timer")
+"""Names under which people look for a clock."""
 
 _MAX_DIGITS = 18
 """The maximum number of digits of an integer in a domain."""
@@ -67,6 +77,7 @@ class Resolver:
     scope: Scope
     where: Where
     complain: Complain
+    _start: Start = field(default="predicate", init=False)
 
     # whole texts
 
@@ -86,6 +97,7 @@ class Resolver:
         return None if tree is None else self.requirement(tree)
 
     def _tree(self, text: str, start: Start) -> SyntaxTree | None:
+        self._start = start
         try:
             return parse(text, start)
         except SyntaxFault as fault:
@@ -140,6 +152,8 @@ class Resolver:
         left, right = self._term(_child(tree, 0)), self._term(_child(tree, 2))
         if left is None or right is None:
             return None
+        if isinstance(left, Sum | Extreme) or isinstance(right, Sum | Extreme):
+            return self._sum_comparison(operator, tree, left, right)
         if not isinstance(left, Reference) and not isinstance(right, Reference):
             self._refuse_two_values(tree, left, right)
             return None
@@ -199,7 +213,9 @@ class Resolver:
     # terms
 
     def _term(self, tree: SyntaxTree) -> Term | _Word | None:
-        """Return a variable, a value, or a word that may be a symbol; `None` after an error."""
+        """Return a variable, a value, a sum, or a word that may be a symbol; `None` after an error."""
+        if tree.data in ("sum", "extreme"):
+            return self._calculation(tree)
         token = tree.children[0]
         assert isinstance(token, Token)  # noqa: S101 - the grammar says so
         if token.type == "INTEGER":
@@ -234,7 +250,7 @@ class Resolver:
 
     def _unknown_variable(self, name: str, begin: int, end: int) -> None:
         if not self.scope.incomplete:
-            remedy = suggestion(name, self._readable(), "the variables are")
+            remedy = NO_CLOCKS if name.lower() in _CLOCKS else suggestion(name, self._readable(), "the variables are")
             self.complain(Slug.UNKNOWN_VARIABLE, f"there is no variable `{name}`", begin, end, remedy)
 
     def _refuse_two_values(self, tree: SyntaxTree, left: object, right: object) -> None:
@@ -251,7 +267,7 @@ class Resolver:
     def _constant(self, term: Term | _Word, other: Reference, tree: SyntaxTree) -> Constant | None:
         """Return the term as a value of the variable that it is compared with or assigned to."""
         domain = self._domain(other)
-        if domain is None or isinstance(term, Reference):
+        if domain is None or not isinstance(term, Constant | _Word):
             return None
         value: Value = term.name if isinstance(term, _Word) else term.constant
         if value in domain:
@@ -313,6 +329,124 @@ class Resolver:
         variable = self.scope.variables[reference.name]
         return None if variable is None else variable.domain
 
+    # sums
+
+    def _calculation(self, tree: SyntaxTree) -> Term | None:
+        """Return a sum, `min` or `max`; a constant if it reads no variable."""
+        if self._has_hyphen(tree):
+            return None
+        operands = [self._operand(self._term(child), child) for child in tree.children if not isinstance(child, Token)]
+        terms = tuple(term for term in operands if term is not None)
+        if len(terms) < len(operands):
+            return None
+        if tree.data == "extreme":
+            return substituted(Extreme(ExtremeKind(_token(tree, 0)), terms), {})
+        signs = [1, *(-1 if sign == "-" else 1 for sign in tree.children if isinstance(sign, Token))]
+        return substituted(Sum.of(zip(signs, terms, strict=True)), {})
+
+    def _has_hyphen(self, tree: SyntaxTree) -> bool:
+        """Return whether a sum is meant as a name, such as `robot-at`, and note that."""
+        for index, sign in enumerate(tree.children):
+            if not isinstance(sign, Token) or sign != "-":
+                continue
+            begin, end = extent(sign)
+            sides = [_child(tree, index - 1), _child(tree, index + 1)]
+            is_close = extent(sides[0])[1] == begin and extent(sides[1])[0] == end
+            if is_close and any(self._is_unknown(side) for side in sides):
+                self.complain(SLUGS[self._start], "`-` cannot stand here", begin, end, NO_HYPHENS)
+                return True
+        return False
+
+    def _is_unknown(self, tree: SyntaxTree) -> bool:
+        """Return whether a term is a name, and surely no variable."""
+        if tree.data != "term" or self.scope.incomplete:
+            return False
+        token = _leaf_token(tree, 0)
+        return token.type == "NAME" and token not in self.scope.variables
+
+    def _operand(self, term: Term | _Word | None, tree: SyntaxTree) -> Term | None:
+        """Return a term of a sum, if it is an integer."""
+        if isinstance(term, _Word):
+            if not self.scope.has(term.name):
+                self._unknown_variable(term.name, *extent(tree))
+            elif not self.scope.incomplete:
+                self._refuse_operand(term.name, "a symbol", tree)
+            return None
+        if isinstance(term, Constant) and kind_of(term.constant) is not ValueKind.INTEGER:
+            self._refuse_operand(format_value(term.constant), _KINDS[kind_of(term.constant)], tree)
+            return None
+        domain = self._domain(term) if isinstance(term, Reference) else None
+        if isinstance(term, Reference) and domain is not None and domain.kind is not ValueKind.INTEGER:
+            self._refuse_operand(term.name, _described(domain), tree)
+            return None
+        return term
+
+    def _refuse_operand(self, shown: str, what: str, tree: SyntaxTree) -> None:
+        self.complain(Slug.DIFFERENT_KINDS, f"`{shown}` is {what}, and sums are of integers", *extent(tree))
+
+    def _sum_comparison(
+        self, operator: str, tree: SyntaxTree, left: Term | _Word, right: Term | _Word
+    ) -> Predicate | None:
+        first, second = self._operand(left, _child(tree, 0)), self._operand(right, _child(tree, 2))
+        if first is None or second is None:
+            return None
+        leaf = _compare(operator, first, second)
+        domains = self._domains_of(leaf.reads())
+        if domains is None or not self._sums_meet(leaf, tree, domains):
+            return None
+        return leaf if self._has_few_cases(str(leaf), count_cases(leaf, _sizes(domains)), tree) else None
+
+    def _domains_of(self, names: tuple[str, ...]) -> dict[str, Domain] | None:
+        """Return the domains of variables; `None` if one of them is declared wrongly, which is noted already."""
+        domains = {name: domain for name in names if (domain := self._domain(Reference(name))) is not None}
+        return domains if len(domains) == len(names) else None
+
+    def _sums_meet(self, leaf: Equal | NotEqual | Order, tree: SyntaxTree, domains: dict[str, Domain]) -> bool:
+        """Return whether two terms can be compared (semantics 2.2)."""
+        left, right = bounds(leaf.left, domains), bounds(leaf.right, domains)
+        if max(left[0], right[0]) <= min(left[1], right[1]):
+            return True
+        sides = ((leaf.left, left, leaf.right, _child(tree, 0)), (leaf.right, right, leaf.left, _child(tree, 2)))
+        for constant, _, term, child in sides:
+            if isinstance(constant, Constant):
+                low, high = bounds(term, domains)
+                message, remedy = f"`{constant}` is not a value of `{term}`", f"its values are from {low} to {high}"
+                self.complain(Slug.VALUE_OUTSIDE_DOMAIN, message, *extent(child), remedy)
+                return False
+        if isinstance(leaf, Order):
+            return True
+        message = f"`{leaf.left}` and `{leaf.right}` have no value in common"
+        remedy = f"their values are from {left[0]} to {left[1]} and from {right[0]} to {right[1]}"
+        self.complain(Slug.DISJOINT_DOMAINS, message, *extent(tree), remedy)
+        return False
+
+    def _sum_fits(self, tree: SyntaxTree, target: Variable, term: Sum | Extreme) -> bool:
+        """Return whether a sum can be assigned to a variable."""
+        if target.domain.kind is not ValueKind.INTEGER:
+            message = f"`{target.name}` is {_described(target.domain)}, and `{term}` is an integer"
+            self.complain(Slug.DIFFERENT_KINDS, message, *extent(tree))
+            return False
+        domains = self._domains_of(term.reads())
+        if domains is None:
+            return False
+        low, high = bounds(term, domains)
+        if max(low, int(target.domain.values[0])) > min(high, int(target.domain.values[-1])):
+            message = f"no value of `{term}` is a value of `{target.name}`"
+            remedy = f"its values are from {low} to {high}, and the domain is {target.domain}"
+            self.complain(Slug.NEVER_FITS, message, *extent(tree), remedy)
+            return False
+        sizes = _sizes(domains)
+        changes = count_cases(NotEqual(Reference(target.name), term), {**sizes, target.name: len(target.domain)})
+        return self._has_few_cases(str(term), max(changes, prod(sizes.values())), tree)
+
+    def _has_few_cases(self, shown: str, count: int, tree: SyntaxTree) -> bool:
+        if count <= MAX_SUM_VALUES:
+            return True
+        message = f"`{shown}` has {count:,} cases, and a sum may have {MAX_SUM_VALUES:,}"
+        remedy = "use smaller domains, or fewer variables in one sum"
+        self.complain(Slug.DOMAIN_TOO_LARGE, message, *extent(tree), remedy)
+        return False
+
     # actions
 
     def action(self, tree: SyntaxTree) -> Action | None:
@@ -364,9 +498,9 @@ class Resolver:
         if term is None:
             return None
         if isinstance(term, Reference):
-            if not self._assignable_from(child, target, term):
-                return None
-            return Assign(target.name, term)
+            return Assign(target.name, term) if self._assignable_from(child, target, term) else None
+        if isinstance(term, Sum | Extreme):
+            return Assign(target.name, term) if self._sum_fits(child, target, term) else None
         constant = self._constant(term, reference, child)
         if constant is None:
             return None
@@ -482,7 +616,11 @@ def _connect(connective: str, operands: tuple[Predicate, ...]) -> Predicate:
             return operands[0]
 
 
-def _compare(operator: str, left: Term, right: Term) -> Predicate:
+def _sizes(domains: dict[str, Domain]) -> dict[str, int]:
+    return {name: len(domain) for name, domain in domains.items()}
+
+
+def _compare(operator: str, left: Term, right: Term) -> Equal | NotEqual | Order:
     if operator == "==":
         return Equal(left, right)
     if operator == "!=":

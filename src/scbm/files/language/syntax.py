@@ -80,12 +80,15 @@ def _early_end(text: str, start: Start, accepted: Collection[str]) -> SyntaxFaul
     opened = _unclosed(text)
     if opened is not None:
         message = f"this `{text[opened]}` is not closed"
+        if _EXTREME.search(text, 0, opened) is not None and "COMMA" in accepted:
+            remedy = "in a list `[...]` a comma begins the next element: write it in quotes"
+            return SyntaxFault(SLUGS[start], message, opened, opened + 1, remedy)
         return SyntaxFault(SLUGS[start], message, opened, opened + 1, _expected(accepted))
     end = len(text.rstrip())
-    remedy = _expected(accepted)
+    expected = _expected(accepted)
     if start == "requirement" and all(word in accepted for word in words_after_predicates()):  # it is a predicate
-        remedy = f"{remedy}; write `always {text.strip()}` for what must hold all the time"
-    return SyntaxFault(SLUGS[start], f"the {start} ends too early", max(0, end - 1), end, remedy)
+        expected = f"{expected}; write `always {text.strip()}` for what must hold all the time"
+    return SyntaxFault(SLUGS[start], f"the {start} ends too early", max(0, end - 1), end, expected)
 
 
 def _misplaced(text: str, begin: int, end: int, start: Start, accepted: Collection[str]) -> SyntaxFault:
@@ -130,8 +133,9 @@ def _remedy(text: str, begin: int, end: int, start: Start, accepted: Collection[
         return f"write `{_WORDS[written.lower()]}`"
     if written == ")" and _unclosed(text[:begin]) is None:
         return "there is no `(` for it"
-    if _HYPHEN.search(text, max(0, begin - 1), begin + 2):
-        return "names are letters, digits, `_` and `.`, so write `_` for `-`"
+    calculating = _calculation_remedy(text, begin, end, accepted)
+    if calculating is not None:
+        return calculating
     if start == "action":
         return _action_remedy(written, text[end:].lstrip(), accepted)
     for pattern, remedy in _OPERATORS:
@@ -141,15 +145,37 @@ def _remedy(text: str, begin: int, end: int, start: Start, accepted: Collection[
     return _CHARACTERS.get(written)
 
 
+def _calculation_remedy(text: str, begin: int, end: int, accepted: Collection[str]) -> str | None:
+    """Return the remedy for what sums do not have, and for what looks like a sum."""
+    written = text[begin:end]
+    if _HYPHEN.search(text, max(0, begin - 1), begin + 2):
+        return NO_HYPHENS
+    if written in ("*", "/", "%"):
+        return "sums have no products; write `a + a` for twice `a`"
+    if _DURATION.search(text, 0, end) is not None:
+        return NO_CLOCKS
+    if written == "in" and "SIGN" in accepted and "RELATION" in accepted:
+        return "`in` takes a variable; compare a sum with `==`, joined with `||`"
+    if _NEGATION.match(text, begin) and "INTEGER" in accepted and text[begin - 1 : begin] != "<":
+        return "write `0 - a` for the negative of `a`"
+    return None
+
+
 def _action_remedy(written: str, rest: str, accepted: Collection[str]) -> str | None:
-    if written in ("+", "-", "*", "/") and not rest[:1].isalpha():
+    if written in ("+", "-") and not rest[:1].isalpha():
         return "to count, write `v += 1` or `v -= 1`"
     if "_GETS" in accepted and not written[0].isalnum():
         return "write `<-` to assign"
     return _CHARACTERS[written] if written in ("'", '"') else None
 
 
+NO_HYPHENS = "names are letters, digits, `_` and `.`, so write `_` for `-`"
+NO_CLOCKS = "predicates read no clocks: give an operation a `deadline`, or an environment transition `after: 5 s`"
+
+_EXTREME = re.compile(r"\b(min|max)\s*$")
 _HYPHEN = re.compile(r"\w-\w")
+_NEGATION = re.compile(r"-\s*[A-Za-z_(]")
+_DURATION = re.compile(r"(==|!=|<=?|>=?)\s*\d+(\.\d+)?\s*(ns|us|µs|ms|s|min|h)$")
 _WORDS = {
     "and": "&&",
     "or": "||",
@@ -185,9 +211,6 @@ _CHARACTERS = {
     '"': "names and values are written without quotes",
     "'": "names and values are written without quotes",
     "←": "write `<-`",
-    "+": "predicates do not calculate",
-    "*": "predicates do not calculate",
-    "/": "predicates do not calculate",
 }
 
 _TERMINALS = {
@@ -217,6 +240,8 @@ _TERMINALS = {
 def _expected(accepted: Collection[str]) -> str | None:
     phrases = {terminal: f"`{phrase}`" for terminal, phrase in requirement_phrases().items()}
     names = [name for terminal, name in (_TERMINALS | phrases).items() if terminal in accepted]
+    if not names and "SIGN" in accepted:
+        names = ["`+`", "`-`"]
     return f"expected {_alternatives(names)}" if names else None
 
 

@@ -14,9 +14,9 @@ from scbm.model.normal_form import AllOf, AnyOf, NormalForm, OneOf, Pair, all_of
 from scbm.model.packing import ValueTable, value_table
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
-    from scbm.model import StateSpace, Value
+    from scbm.model import Action, StateSpace, Value
     from scbm.planning.engines.transition_system import Move, TransitionSystem
 
 
@@ -93,7 +93,7 @@ class JointMove:
     """A move as one step.
 
     Attributes:
-        index: the place of the move in its system.
+        index: the place of the move in its system; moves in a row may be the cases of one (decision 51).
         guard: the states before the move in which it is enabled.
         writes: the table of each variable that is set, in the order of the space.
     """
@@ -104,9 +104,13 @@ class JointMove:
 
 
 def joint_moves(system: TransitionSystem) -> tuple[JointMove, ...]:
-    """Return all moves of a system, joined, over the whole domains of its variables."""
+    """Return all moves of a system, joined, over the whole domains of its variables.
+
+    A move with sums of several variables becomes several, with the same index and no common state.
+    """
     untouched = identity_tables(system.space)
-    return tuple(_joined(index, move, system.space, untouched) for index, move in enumerate(system.moves))
+    numbered = enumerate(system.moves)
+    return tuple(joined for index, move in numbered for joined in _joined(index, move, system.space, untouched))
 
 
 def restricted_moves(moves: Iterable[JointMove], values: Sequence[tuple[int, ...]]) -> tuple[JointMove, ...]:
@@ -120,22 +124,100 @@ def restricted_moves(moves: Iterable[JointMove], values: Sequence[tuple[int, ...
     return tuple(found)
 
 
-def _joined(index: int, move: Move, space: StateSpace, untouched: tuple[ValueTable, ...]) -> JointMove:
-    tables = list(untouched)
-    targets: set[int] = set()
-    conditions: list[NormalForm] = []
-    for part in move.parts:
-        guard = normal_form(part.guard, space)
-        written = [value_table(action, space) for action in part.actions]
-        if targets:  # before any action each variable is itself
-            guard = substitute(guard, tables)
-            written = [composed(table, tables) for table in written]
-        conditions.append(guard)
-        conditions.extend(map(inside_domain, written))
-        for table in written:
-            tables[table.target] = table
-            targets.add(table.target)
-    return JointMove(index, all_of(conditions), _without_identities([tables[target] for target in sorted(targets)]))
+def _joined(index: int, move: Move, space: StateSpace, untouched: tuple[ValueTable, ...]) -> Iterator[JointMove]:
+    """Yield a move as one step, or as one for each case of the variables that its sums read."""
+    parts = [(normal_form(part.guard, space), part.actions) for part in move.parts]
+    pending: list[dict[int, int]] = [{}]
+    while pending:
+        case = pending.pop()
+        found = _JoinedCase(index, parts, space, untouched, case).joined()
+        if isinstance(found, JointMove):
+            if found.guard is not False or not case:
+                yield found
+        else:
+            pending += [{**case, found: value} for value in reversed(range(len(untouched[found].indices)))]
+
+
+class _JoinedCase:
+    """A move where some variables have certain values."""
+
+    def __init__(
+        self,
+        index: int,
+        parts: Sequence[tuple[NormalForm, Sequence[Action]]],
+        space: StateSpace,
+        untouched: Sequence[ValueTable],
+        case: Mapping[int, int],
+    ) -> None:
+        self._index, self._parts, self._space = index, parts, space
+        self._tables = list(untouched)
+        self._conditions: list[NormalForm] = []
+        for variable, value in case.items():
+            count = len(untouched[variable].indices)
+            self._tables[variable] = ValueTable(variable, variable, _only(value, count))
+            self._conditions.append(one_of(variable, 1 << value, count))
+        self._is_case = self._is_changed = bool(case)
+
+    def joined(self) -> JointMove | int:
+        """Return the move, or a variable whose cases must be distinguished because a sum reads several variables."""
+        targets: set[int] = set()
+        for guard, actions in self._parts:
+            # before any action each variable is itself
+            self._conditions.append(substitute(guard, self._tables) if self._is_changed else guard)
+            if self._is_case and all_of(self._conditions) is False:
+                return JointMove(self._index, False, ())
+            written = []
+            for action in actions:
+                table = self._written(action)
+                if isinstance(table, int):
+                    return table
+                written.append(table)
+            self._conditions.extend(map(inside_domain, written))
+            for table in written:
+                self._tables[table.target] = table
+                targets.add(table.target)
+            self._is_changed = self._is_changed or bool(written)
+        written = [self._tables[target] for target in sorted(targets)]
+        return JointMove(self._index, all_of(self._conditions), _without_identities(written))
+
+    def _written(self, action: Action) -> ValueTable | int:
+        """Return the table of an action, or a variable that has to have one value before."""
+        names = action.reads()
+        if len(names) <= 1:
+            table = value_table(action, self._space)
+            return composed(table, self._tables) if self._is_changed else table
+        read = [self._tables[self._space.position(name)] for name in names]
+        sources = list(dict.fromkeys(table.source for table in read if not _is_known(table)))
+        if len(sources) > 1:
+            return min(sources, key=lambda source: len(self._space.variables[source].domain))
+        target = self._space.position(action.target)
+        source = sources[0] if sources else target
+        count = len(self._space.variables[source].domain)
+        return ValueTable(target, source, tuple(self._image(action, names, read, index) for index in range(count)))
+
+    def _image(self, action: Action, names: Sequence[str], read: Sequence[ValueTable], index: int) -> int | None:
+        """Return the new value of a target where the one open source has a value; `None` outside the domain."""
+        values: dict[str, Value] = {}
+        for name, table in zip(names, read, strict=True):
+            found = _known(table) if _is_known(table) else table.indices[index]
+            if found is None:
+                return None
+            values[name] = self._space[name].domain.values[found]
+        domain, value = self._space[action.target].domain, action.value(values)
+        return domain.index(value) if value in domain else None
+
+
+def _only(value: int, count: int) -> tuple[int | None, ...]:
+    return tuple(index if index == value else None for index in range(count))
+
+
+def _is_known(table: ValueTable) -> bool:
+    """Return whether a table gives one value wherever it gives any."""
+    return len(frozenset(table.indices) - {None}) <= 1
+
+
+def _known(table: ValueTable) -> int | None:
+    return next((index for index in table.indices if index is not None), None)
 
 
 def _without_identities(tables: Sequence[ValueTable]) -> tuple[ValueTable, ...]:

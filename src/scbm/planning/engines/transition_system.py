@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from scbm.model import Action, Add, Assign, Reference, StateSpace
-from scbm.model.predicates import TRUE
+from scbm.model import Action, Add, Assign, Constant, Reference, StateSpace
+from scbm.model.predicates import TRUE, bounds
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -110,7 +110,10 @@ def may_leave(action: Action, space: StateSpace) -> bool:
     if isinstance(action, Add):
         return True
     assert isinstance(action, Assign)  # noqa: S101 - for the reader: there are two kinds of actions
-    if not isinstance(action.source, Reference):
+    if isinstance(action.source, Constant):
         return False
     target = space[action.target].domain
-    return any(value not in target for value in space[action.source.name].domain.values)
+    if isinstance(action.source, Reference):
+        return any(value not in target for value in space[action.source.name].domain.values)
+    low, high = bounds(action.source, {name: space[name].domain for name in action.reads()})
+    return low not in target or high not in target

@@ -6,12 +6,13 @@ from dataclasses import replace
 from itertools import chain
 from typing import TYPE_CHECKING
 
-from scbm.model import Add, Assign, Constant, Role
+from scbm.model import Add, Assign, Constant, Reference, Role
 from scbm.model.variables import trigger_name
 from scbm.testing.mutants.model_parts import clean_up_of, planned_actions_of, timedout_of, transitions_of
 from scbm.testing.mutants.mutant import Mutant, SubjectKind
 from scbm.testing.mutants.mutation import Mutation, line_of
 from scbm.testing.mutants.predicate_edits import after
+from scbm.testing.mutants.term_edits import can_meet, other_calculations, other_constants
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -54,14 +55,14 @@ class DropCleanUp(DropAction):
 
 
 class OtherActionValue(Mutation):
-    """Assigns the next value of the domain, or counts in the other direction."""
+    """Assigns the next value of the domain or another sum, or counts in the other direction."""
 
     name = "action-value"
     group = "actions"
-    summary = "an action assigns the next value of the domain, or counts in the other direction"
+    summary = "an action assigns the next value of the domain or another sum, or counts in the other direction"
 
     def mutants(self, model: BehaviorModel) -> Iterator[Mutant]:
-        """Yield a mutant for each action of a constant or a count."""
+        """Yield a mutant for each action of a constant, a sum or a count."""
         for part in chain(planned_actions_of(model), clean_up_of(model)):
             for index, action in enumerate(part.value):
                 for other in other_actions(action, model.running_space):
@@ -70,7 +71,7 @@ class OtherActionValue(Mutation):
 
 
 def other_actions(action: Action, space: StateSpace) -> Iterator[Action]:
-    """Yield the action with the next value that a model may assign, or counting in the other direction."""
+    """Yield the action with the next value that a model may assign, with another sum, or counting the other way."""
     match action:
         case Add(target, amount):
             yield Add(target, -amount)
@@ -78,8 +79,9 @@ def other_actions(action: Action, space: StateSpace) -> Iterator[Action]:
             for other in after(value, space[target].assignable):
                 yield Assign(target, Constant(other))
                 return
-        case _:
-            return
+        case Assign(target, source):
+            changed = (*other_calculations(source), *other_constants(source))
+            yield from (Assign(target, other) for other in changed if can_meet(Reference(target), other, space))
 
 
 class MoveAction(Mutation):

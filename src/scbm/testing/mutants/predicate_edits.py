@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple, TypeVar, assert_never
 
 from scbm.model import (
@@ -21,7 +22,8 @@ from scbm.model import (
     Truth,
     ValueKind,
 )
-from scbm.model.predicates import TRUE
+from scbm.model.predicates import TRUE, calculates
+from scbm.testing.mutants.term_edits import can_meet, other_constants, with_other_part
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -163,7 +165,7 @@ def other_variables(leaf: Leaf, space: StateSpace) -> Iterator[Leaf]:
     """Yield a comparison of the next variable with the same domain and role instead of each of its variables."""
     match leaf:
         case Member(variable, members):
-            yield from (Member(other, members) for other in _next_variable(variable, variable, space))
+            yield from (Member(other, members) for other in _alike(variable, variable, space))
         case Order(left, relation, right):
             yield from (Order(other, relation, right) for other in _next_variable(left, right, space))
             yield from (Order(left, relation, other) for other in _next_variable(right, left, space))
@@ -174,7 +176,12 @@ def other_variables(leaf: Leaf, space: StateSpace) -> Iterator[Leaf]:
             assert_never(leaf)
 
 
-def _next_variable(term: Term, opposite: Term, space: StateSpace) -> Iterator[Reference]:
+def _next_variable(term: Term, opposite: Term, space: StateSpace) -> Iterator[Term]:
+    """Yield `term` with the next variable in place of each of its variables; nothing where no variable can be there."""
+    yield from with_other_part(term, lambda part: _alike(part, opposite, space))
+
+
+def _alike(term: Term, opposite: Term, space: StateSpace) -> Iterator[Reference]:
     """Yield the next variable that can take the place of `term`; none if `term` is a value, or no variable can."""
     if isinstance(term, Reference):
         variable = space[term.name]
@@ -199,6 +206,9 @@ def other_thresholds(leaf: Leaf, space: StateSpace) -> Iterator[Leaf]:
             yield from (Order(left, relation, value) for value in _neighbours(right, space[left.name]))
         case Order(Constant() as left, relation, Reference() as right):
             yield from (Order(value, relation, right) for value in _neighbours(left, space[right.name]))
+        case Equal() | NotEqual() | Order() if calculates(leaf.left) or calculates(leaf.right):
+            yield from (replace(leaf, left=o) for o in other_constants(leaf.left) if can_meet(o, leaf.right, space))
+            yield from (replace(leaf, right=o) for o in other_constants(leaf.right) if can_meet(leaf.left, o, space))
         case _:
             return
 
