@@ -24,6 +24,15 @@ class ExampleCell:
 
 
 EXAMPLES: dict[str, ExampleCell] = {
+    "gripper": ExampleCell(
+        "gripper/cell.yaml", "loaded", "a robot with a gripper that loads a machine; the smallest one"
+    ),
+    "packml": ExampleCell(
+        "packml/cell.yaml", "pallet_full", "a packaging machine by ISA-TR88 (PackML) with an emergency stop, of parts"
+    ),
+    "agv": ExampleCell(
+        "agv_line/cell.yaml", "delivered", "an AGV with orders that fail, a protective field and a lost position"
+    ),
     "cnc": ExampleCell(
         "dual_cnc/cell.yaml", "pallet_finished", "two CNC machines and a robot, with stop, light curtain and recovery"
     ),

@@ -15,7 +15,7 @@ from scbm.model import Diagnostic, InputError, Place, Slug
 
 ExampleName = StrEnum("ExampleName", list(EXAMPLES))  # type: ignore[misc] # mypy knows no members of such an enum
 
-_FIRST = ExampleName("cnc")
+_FIRST = ExampleName("gripper")
 
 _HELP = "What to start from: " + "; ".join(f"{name}, {cell.about}" for name, cell in EXAMPLES.items()) + "."
 
