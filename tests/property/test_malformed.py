@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from support.mutations import Mutation
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples" / "robot_in_the_air"
-TEXTS = [(EXAMPLES / name).read_text(encoding="utf-8") for name in ("before.yaml", "after.yaml")]
+TEXTS = [(EXAMPLES / name).read_text(encoding="utf-8") for name in ("before.yaml", "handshakes.yaml", "after.yaml")]
 
 LIFTED = [(EXAMPLES.parents[1] / "tests" / "models" / "valid" / "objects.yaml").read_text(encoding="utf-8")]
 """Models with objects and parameters, which are expanded before they are checked."""
