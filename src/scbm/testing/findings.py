@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from scbm.testing.shrinking import Shrinker
+from scbm.testing.shrinking import Shrinker, UnshrinkableError
 
 if TYPE_CHECKING:
     from scbm.testing.campaign import Campaign
@@ -54,6 +55,7 @@ def find_causes(tester: Tester, campaign: Campaign, most_shrunk: int = MAX_SHRUN
             shrunk += 1
             name = f"{campaign.model.name[:_MAX_OF_A_NAME]}-{finding.failure.subject[:_MAX_OF_A_NAME]}-{shrunk}"
             first = tester.execute(campaign.source.case(cause.positions[0]))
-            small = shrinker.shrink(first, finding.failure, name)
+            with suppress(UnshrinkableError):
+                small = shrinker.shrink(first, finding.failure, name)
         findings.append(replace(finding, shrunk=small))
     return tuple(findings)

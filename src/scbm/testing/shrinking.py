@@ -59,6 +59,10 @@ class Shrunk:
     matters: tuple[Choice, ...]
 
 
+class UnshrinkableError(Exception):
+    """A case fails only while its choices are drawn."""
+
+
 class Shrinker:
     """Shrinks failing cases of one model."""
 
@@ -84,6 +88,8 @@ class Shrinker:
             name: the name of the small case.
 
         Raises:
+            UnshrinkableError: the case does not fail so once its random choices are written into it: what has not acted
+                from outside until the end of the run could still have acted, and does not any more.
             ValueError: the run did not fail so, or `can_shrink` says no.
         """
         if not self.can_shrink(failure) or failure not in execution.verdict.failures:
@@ -100,7 +106,7 @@ class Shrinker:
         )
         best = search.start(case)
         if best is None:
-            raise AssertionError(f"{execution.case.name} fails otherwise when its random choices are recorded")
+            raise UnshrinkableError(f"{execution.case.name} fails otherwise when its random choices are recorded")
         before = size_of(best, failure, self._model)
         improved = True
         while improved:

@@ -24,7 +24,8 @@ from scbm.cases import (
 )
 from scbm.files import Scope, Where, parse_predicate, read_case, write_case
 from scbm.model import Always, BehaviorModel, Constant, Equal, Not, Outcome, Predicate, Reference, Requirement
-from scbm.testing import FailureKind, Shrinker, Shrunk, Tester
+from scbm.testing import Campaign, FailureKind, RandomCases, Shrinker, Shrunk, Tester, find_causes
+from scbm.testing.shrinking import UnshrinkableError
 from support.models import scan_cell
 from support.seeded import SEEDED
 from support.wording import Wording
@@ -266,3 +267,19 @@ def test_the_latency_of_a_network_that_does_not_matter_is_left_out() -> None:
     network = Network(latency_ns=S, partitions=(Partition(0, S),))
     shrunk = _shrink(_case(network=network), "scan_box.state == timedout")
     assert shrunk.execution.case.network == Network(partitions=(Partition(0, S),))
+
+
+def test_a_case_that_fails_only_while_something_outside_could_act_stays_as_it_is() -> None:
+    """The tester judges `recovers` only where no change from outside is withheld, and a small case withholds all."""
+    fails = "    simulation: {outcomes: {succeed: 0, fail: 1, timeout: 0}}\n"
+    fades = "environment:\n  fades: {guard: light == green, actions: [light <- blue], every: 1 h}\n"
+    aborts = ("[current.state <- failed, scan", "[plan.state <- aborted, scan")
+    model = scan_cell(("    measures: [temperature]\n", fails), aborts, more=fades, is_open=True)
+    tester = Tester(model)
+    execution = tester.execute(RandomCases(model).case(1, 1))
+    (failure,) = execution.verdict.failures
+    assert failure.subject == "recovers"
+    with pytest.raises(UnshrinkableError):
+        Shrinker(tester).shrink(execution, failure)
+    (finding,) = find_causes(tester, Campaign.of(model, [execution.result]))
+    assert (finding.failure, finding.shrunk) == (failure, None)
