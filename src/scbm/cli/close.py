@@ -29,6 +29,7 @@ from scbm.closing.closing_files import ClosingFiles, write_output
 from scbm.closing.closing_json import closing_json
 from scbm.closing.decisions import FailedCase, FoundFault, consequences_of_force, failed_cases, found_faults
 from scbm.closing.proved_statuses import with_waivers
+from scbm.closing.requirements.requirement_closer import RequirementCloser
 from scbm.files import add_goals, load_model, suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports import counted
@@ -78,6 +79,14 @@ def command(
             rich_help_panel=HelpSection.CASES,
         ),
     ] = False,
+    requirements: Annotated[
+        bool,
+        typer.Option(
+            "--requirements",
+            help="Prove or refute the built-in requirements, too.",
+            rich_help_panel=HelpSection.CASES,
+        ),
+    ] = False,
     jobs: Jobs = None,
     out: Annotated[
         Path | None,
@@ -115,7 +124,9 @@ def command(
     options = PlannerOptions(planner, max_length, max_expanded, plans=plans)
     limits = CloseLimits(max_states, planning=max_planning, random=max_random, changes=max_changes)
     model = _only_model(files or [])
-    asked = _CloseRequest(model, tuple(suite or ()), cases, seed, limits, options, jobs, waivers, one_case_each)
+    asked = _CloseRequest(
+        model, tuple(suite or ()), cases, seed, limits, options, jobs, waivers, one_case_each, requirements
+    )
     result = asked.close()
     goals = _SuggestedGoals.chosen(result.closing, write or ())
     if goals.new:
@@ -137,7 +148,8 @@ def command(
     if result.closing.is_interrupted:
         return INTERRUPTED
     is_open = any(decided.decision is Decision.UNDECIDED for decided in result.closing.decided)
-    return 1 if failed or is_open else 0
+    judged = result.closing.requirements
+    return 1 if failed or is_open or (judged is not None and judged.is_open) else 0
 
 
 def _only_model(files: Sequence[Path]) -> Path:
@@ -162,6 +174,7 @@ class _CloseRequest:
     jobs: int | None = None
     waivers: Path | None = None
     one_case_each: bool = False
+    requirements: bool = False
 
     def close(self) -> "_CloseResult":
         """Read model and suite again, run the suite, and decide the remaining obligations."""
@@ -173,12 +186,15 @@ class _CloseRequest:
             campaign = suite.run(executor)
             show(f"exploring {model.name}")
             closing = Closer(model, self.limits, show, executor).close(campaign, one_case_each=self.one_case_each)
+            if self.requirements and not closing.is_interrupted:
+                decisions = RequirementCloser(model, self.limits, show).decide(campaign, closing)
+                closing = replace(closing, requirements=decisions)
         return _CloseResult(self, suite, campaign, with_waivers(closing, waivers))
 
     @property
     def options(self) -> str:
         """The options that repeat this closing, in addition to those of the suite."""
-        each = " --one-case-each" * self.one_case_each
+        each = " --one-case-each" * self.one_case_each + " --requirements" * self.requirements
         return f"{each}{limit_text(self.limits)}{self.waivers_option}"
 
     @property
@@ -241,7 +257,8 @@ class _CloseResult:
     def _with_new_cases(self) -> Campaign:
         """Return the campaign of the suite and of the new cases that follow it."""
         model, suite = self.closing.model, self.campaign
-        results = [replace(made.execution.result, verdict=made.verdict) for made in self.closing.cases]
+        made_cases = (*self.closing.cases, *self.closing.counterexamples)
+        results = [replace(made.execution.result, verdict=made.verdict) for made in made_cases]
         new = Campaign.of(model, results)
         if not suite.count:
             return new

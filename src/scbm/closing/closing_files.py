@@ -66,9 +66,10 @@ def write_output(closing: Closing, directory: Path, model_file: Path, suite: Col
         InputError: a file cannot be written, or a file of the same name exists that closing did not write, or wrote for
             another model. In the last two cases nothing is written.
     """
-    cases = {made.case.name: directory / _CASES / f"{made.case.name}.yaml" for made in closing.cases}
+    written = (*closing.cases, *closing.counterexamples)
+    cases = {made.case.name: directory / _CASES / f"{made.case.name}.yaml" for made in written}
     certificates = {name: directory / _CERTIFICATES / f"{name}{SUFFIX}" for name, _ in closing.certificates}
-    texts = {cases[made.case.name]: _case_text(made, closing.model, model_file, directory) for made in closing.cases}
+    texts = {cases[made.case.name]: _case_text(made, closing.model, model_file, directory) for made in written}
     reasons = {str(decided.obligation): decided.reason for decided in closing.decided}
     for name, certificate in closing.certificates:
         shown = _seen_from(certificates[name].parent, model_file)
@@ -103,7 +104,9 @@ def _recorded_case(made: ClosingCase, model: BehaviorModel) -> Case:
 
 def _comment(made: ClosingCase, model: BehaviorModel) -> Iterator[str]:
     """Yield what a case adds to the cases before it."""
-    yield f"{_OWN.removeprefix('# ')}a case of {model.name}{' that adds' if made.adds_freely else ''}"
+    adds = " that adds" if made.adds_freely else ""
+    violates = f" that violates {made.violates}" if made.violates else ""
+    yield f"{_OWN.removeprefix('# ')}a case of {model.name}{adds}{violates}"
     for words in in_few_words(made.adds_freely):
         yield from wrap(words, _COLUMNS, initial_indent="  ", subsequent_indent="    ", break_long_words=False)
     if made.forcing is None:

@@ -25,6 +25,7 @@ def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[s
         output: the files of its cases and certificates, if they were written.
     """
     planner = planner_of(closing.model)
+    requirements = {} if closing.requirements is None else {"requirements": _requirements(closing, output)}
     counted = [decided for decided in closing.decided if decided.obligation.counts]
     queued = [decided for decided in closing.decided if not decided.obligation.counts]
     return {
@@ -47,7 +48,7 @@ def closing_json(closing: Closing, output: ClosingFiles | None = None) -> dict[s
             "expired": [waiver_json(waiver) for waiver in closing.expired_waivers],
         },
         "ended": [{"stage": end.stage.value, "why": end.why, "option": end.option} for end in closing.ended],
-    }
+    } | requirements
 
 
 def decided_json(decided: Decided, output: ClosingFiles | None = None) -> dict[str, Any]:
@@ -71,6 +72,22 @@ def suggestion_json(suggestion: Suggestion) -> dict[str, Any]:
         "goal": None if suggestion.goal is None else str(suggestion.goal),
         "name": suggestion.name,
         "blamed": list(suggestion.blamed),
+    }
+
+
+def _requirements(closing: Closing, output: ClosingFiles | None) -> dict[str, Any]:
+    """Return the decisions about built-in requirements, with the cases that violate some."""
+    found = closing.requirements
+    decided = () if found is None else found.decided
+    return {
+        "decided": [
+            {"name": each.name, "status": each.status.value, "reason": each.reason, "option": each.option}
+            | ({} if each.case is None else {"case": each.case})
+            for each in decided
+        ],
+        "situations": 0 if found is None else found.situations,
+        "assumptions": [] if found is None else list(found.assumptions),
+        "cases": [_case(made, output) for made in closing.counterexamples],
     }
 
 

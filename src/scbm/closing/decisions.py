@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from scbm.cases import Case
     from scbm.cases.coverage import Coverage, Figure, Obligation
+    from scbm.closing.requirements.decided_requirements import RequirementDecisions
     from scbm.model import BehaviorModel, Predicate, Waiver
     from scbm.proofcheck import Certificate
     from scbm.testing import Campaign, Execution
@@ -72,12 +73,14 @@ class ClosingCase:
         execution: its run.
         adds: the obligations that no case before it visits, *queued* included, or that all of these visit by force.
         adds_by_force: those of them that it visits in a forced state only (semantics 9.10).
+        violates: the built-in requirement that it was made to violate; empty if it was made for obligations.
     """
 
     case: Case
     execution: Execution
     adds: tuple[Obligation, ...]
     adds_by_force: tuple[Obligation, ...] = ()
+    violates: str = ""
 
     @property
     def adds_freely(self) -> tuple[Obligation, ...]:
@@ -203,6 +206,7 @@ class Closing:
         ended: the stages that ended early, in order.
         visited_waivers: the waivers that count although cases visit their obligations.
         expired_waivers: the waivers that do not count any more.
+        requirements: the decisions about built-in requirements; `None` if they were not asked for.
     """
 
     model: BehaviorModel
@@ -215,6 +219,17 @@ class Closing:
     ended: tuple[StageEnd, ...] = ()
     visited_waivers: tuple[Waiver, ...] = ()
     expired_waivers: tuple[Waiver, ...] = ()
+    requirements: RequirementDecisions | None = None
+
+    @property
+    def counterexamples(self) -> tuple[ClosingCase, ...]:
+        """The cases that violate built-in requirements, made small."""
+        decided = () if self.requirements is None else self.requirements.decided
+        return tuple(
+            ClosingCase(each.execution.case, each.execution, (), violates=each.name)
+            for each in decided
+            if each.execution is not None
+        )
 
     def bit(self, obligation: Obligation) -> int:
         """Return the bit of an obligation in the sets of `before` and `after`."""
@@ -245,7 +260,8 @@ class Closing:
     @property
     def is_interrupted(self) -> bool:
         """Whether the user ended a stage."""
-        return any(end.is_interrupted for end in self.ended)
+        is_interrupted = self.requirements is not None and self.requirements.is_interrupted
+        return is_interrupted or any(end.is_interrupted for end in self.ended)
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,7 +282,7 @@ class FailedCase:
 def failed_cases(suite: Campaign, closing: Closing, again: Callable[[str], str]) -> tuple[FailedCase, ...]:
     """Return the failed cases, those of the suite first; `again` returns the command that runs a case, by its name."""
     verdicts = [(result.case.name, result.verdict) for result in suite.failed]
-    verdicts += [(made.case.name, made.verdict) for made in closing.cases]
+    verdicts += [(made.case.name, made.verdict) for made in (*closing.cases, *closing.counterexamples)]
     return tuple(
         FailedCase(name, tuple(str(failure) for failure in verdict.failures), again(name))
         for name, verdict in verdicts

@@ -240,16 +240,21 @@ class Requirement:
 
 
 class BuiltIn(StrEnum):
-    """The names of the requirements that each model has unless it switches them off (semantics 7.12).
-
-    `BUILT_INS` in `testing/built_in_requirements.py` has the class of each, which finds violations in a run.
-    """
+    """The built-in requirements that the code names (semantics 7.12)."""
 
     NO_ORPHAN = "no_orphan"
-    """No request outlives its operation."""
     READY_AGAIN = "ready_again"
-    """A resource can be used again after its operation failed or timed out."""
     RECOVERS = "recovers"
-    """One failed or missing reply does not keep a run from its goal."""
     STOPS = "stops"
-    """Nothing is sent after an abort or the end of a run."""
+
+
+BUILT_IN_NAMES: dict[str, str] = {
+    BuiltIn.NO_ORPHAN.value: "no request outlives its operation",
+    BuiltIn.READY_AGAIN.value: "a resource can be used again after its operation failed or timed out",
+    BuiltIn.RECOVERS.value: "one failed or missing reply does not keep a run from its goal",
+    BuiltIn.STOPS.value: "nothing is sent after an abort or the end of a run",
+}
+"""The names of all requirements that each model has unless it switches them off, each with what it says.
+
+`BUILT_INS` in `testing/built_in_requirements.py` has the class of each, which finds violations in a run.
+"""

@@ -1,7 +1,7 @@
 """The built-in requirements: what runs of each model satisfy unless the model says otherwise (semantics 7.12).
 
-A built-in requirement is a name in `BuiltIn`, a class, and an entry in `BUILT_INS`. All are about the request protocol,
-so they need no text of the user. They are judged on the records of a run up to the first forced state (semantics 9.10).
+A built-in requirement is a class and an entry in `BUILT_INS`; its name is in `BUILT_IN_NAMES`, too, as model files may
+switch it off. It needs no text of the user. It is judged on the records of a run up to the first forced state.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class JudgedRun:
         """Return the values of all variables before a record."""
         return state_after(self.records[:index])
 
-    def violation(self, name: BuiltIn, index: int, reason: str, reads: Sequence[str], begins: int) -> Violation:
+    def violation(self, name: str, index: int, reason: str, reads: Sequence[str], begins: int) -> Violation:
         """Return a violation that a record shows.
 
         Args:
@@ -89,7 +89,7 @@ class JudgedRun:
         values = tuple((each, state[each]) for each in reads)
         current = str(state.get(CURRENT_NAME, NO_OPERATION))
         at_ns = self.records[index].at_ns
-        return Violation(name.value, at_ns, index, begins, reason, current, values, is_built_in=True)
+        return Violation(str(name), at_ns, index, begins, reason, current, values, is_built_in=True)
 
 
 class BuiltInRequirement(ABC):
@@ -101,7 +101,7 @@ class BuiltInRequirement(ABC):
         is_explained_by_others: whether it is not reported beside a violation of another one, as that is the reason.
     """
 
-    name: ClassVar[BuiltIn]
+    name: ClassVar[str]
     violated: ClassVar[str]
     is_explained_by_others: ClassVar[bool] = False
 
@@ -249,7 +249,7 @@ class Stops(BuiltInRequirement):
         return None
 
 
-BUILT_INS: dict[BuiltIn, BuiltInRequirement] = {
+BUILT_INS: dict[str, BuiltInRequirement] = {
     BuiltIn.NO_ORPHAN: NoOrphan(),
     BuiltIn.READY_AGAIN: ReadyAgain(),
     BuiltIn.RECOVERS: Recovers(),
@@ -267,7 +267,7 @@ class BuiltInJudge:
         self._protocol = RequestProtocol(model)
         off = [name for name, _ in model.requirements_off]
         has_requests = bool(model.resources)
-        self._judged = [each for name, each in BUILT_INS.items() if has_requests and name.value not in off]
+        self._judged = [each for name, each in BUILT_INS.items() if has_requests and name not in off]
 
     def find_violations(self, case: Case, outcomes: Outcomes, forced_by: int | None) -> tuple[Violation, ...]:
         """Return the first violation of each requirement that a run violates.

@@ -38,6 +38,11 @@ def waits_for_change(model: BehaviorModel, case: Case, state: Mapping[str, Value
     return not is_moved and _would_be_enabled(model, state)
 
 
+def is_change_withheld(model: BehaviorModel, state: Mapping[str, Value]) -> bool:
+    """Return whether something outside could act in a state, or enable its operation, where nothing outside acts."""
+    return any(_is_enabled(each, state) for each in model.environment) or _would_be_enabled(model, state)
+
+
 def _is_enabled(transition: EnvironmentTransition, state: Mapping[str, Value]) -> bool:
     """Return whether a transition can be taken, and changes something."""
     return transition.guard.holds(state) and any(act.value(state) != state[act.target] for act in transition.actions)

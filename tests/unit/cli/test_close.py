@@ -535,3 +535,47 @@ def test_closing_writes_the_same_bytes_under_every_hash_seed(tmp_path: Path) -> 
         written.append((done.stdout.replace(str(out).encode(), b"out"), files))
     assert len(written[0][1]) > 1
     assert written[0] == written[1]
+
+
+# built-in requirements
+
+
+def test_a_requirement_that_a_run_violates_fails_with_a_small_case(
+    scbm: Scbm, tmp_path: Path, wording: Wording
+) -> None:
+    path, out = tmp_path / "cell.yaml", tmp_path / "out"
+    path.write_text(
+        SCAN_CELL.replace("current.state <- failed, scan_req_state <- initial,", "current.state <- failed,")
+    )
+    before = scbm("close", path, "--out", out)
+    ran = scbm("close", path, "--requirements", "--out", out)
+    assert ran.code == 1
+    shown = ran.out[ran.out.index("Built-in requirements") :]
+    wording(shown.partition("\n\n")[0])
+    assert "Built-in requirements" not in before.out
+    small = out / "cases/ready_again-1.yaml"
+    assert small.read_text().startswith("# closed by scbm: a case of scan_cell that violates ready_again\n")
+    replayed = _json(scbm("replay", small, "--json"))
+    assert [violation["requirement"] for violation in replayed["violations"]] == ["ready_again"]
+    again = scbm("close", path, "--out", out)
+    assert not small.exists()
+    assert again.code == before.code
+
+
+def test_requirements_as_json(scbm: Scbm, cell: Path) -> None:
+    closed = _json(scbm("close", cell, "--requirements", "--json"))
+    decided = closed["requirements"]["decided"]
+    assert [(each["name"], each["status"]) for each in decided] == [
+        (name, "holds") for name in ("no_orphan", "ready_again", "recovers", "stops")
+    ]
+    assert closed["requirements"]["cases"] == []
+    assert closed["requirements"]["assumptions"]
+    assert "requirements" not in _json(scbm("close", cell, "--json"))
+
+
+def test_a_requirement_that_is_undecided_or_off_is_shown(scbm: Scbm, cell: Path, wording: Wording) -> None:
+    cell.write_text(f"{SCAN_CELL}requirements_off: {{recovers: a person clears each fault}}\n")
+    ran = scbm("close", cell, "--requirements", "--max-states", 1)
+    assert ran.code == 1
+    shown = ran.out[ran.out.index("Built-in requirements") :]
+    wording(shown.partition("\n\n")[0])

@@ -8,6 +8,7 @@ from itertools import chain
 from typing import TYPE_CHECKING
 
 from scbm.closing.proofs.possible_values import ValueSets, possible_values
+from scbm.closing.runs.noted_steps import NotedSteps
 from scbm.closing.runs.plan_queues import CanonicalQueues, QueuesByDistance
 from scbm.closing.runs.run_answers import SATISFICING_SHARE, RunAnswers
 from scbm.closing.runs.run_graph import Relevance, RunGraph, explore_runs, initial_states
@@ -64,6 +65,7 @@ class RunScope:
             difference.
         from_rest: whether something may change before the first goal is given; always where goals follow each other.
         keeps_all: whether states keep all variables, also those that cannot influence a run of the model.
+        keeps_notes: whether edges have notes about what happens to operations and requests.
     """
 
     outside: tuple[OutsideGroup, ...] = ()
@@ -71,6 +73,7 @@ class RunScope:
     plans: PlanSet = PlanSet.CANONICAL
     from_rest: bool = False
     keeps_all: bool = False
+    keeps_notes: bool = False
 
 
 class AllRuns:
@@ -255,7 +258,8 @@ class AllRuns:
 
     def steps(self, goal: Predicate, number: int = 0) -> RunSteps:
         """Return the steps of the runs for a goal, which has this number where goals follow each other."""
-        return RunSteps(
+        kind = NotedSteps if self.scope.keeps_notes else RunSteps
+        return kind(
             self.program,
             self.relevance,
             self.visits,

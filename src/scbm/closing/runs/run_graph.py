@@ -31,6 +31,7 @@ from scbm.planning.engines.breadth_first import BreadthFirst
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
+    from scbm.closing.runs.run_notes import RunNote
     from scbm.closing.runs.run_steps import RunSteps
     from scbm.closing.runs.situations import Position
     from scbm.model import BehaviorModel, Packing, Predicate, Value
@@ -83,6 +84,7 @@ class RunGraph:
     _targets: array[int]
     _visits: list[int]
     _labels: list[Happening | Start]
+    _notes: list[tuple[RunNote, ...]]
     _parents: Mapping[int, tuple[int, int] | None]
 
     @property
@@ -122,6 +124,10 @@ class RunGraph:
             edges.append(Edge(number, node, self._visits[number]))
             node = source
         return edges[::-1]
+
+    def notes(self, edge: int) -> tuple[RunNote, ...]:
+        """Return the notes about the step of an edge; of one that a limit cuts off those about the whole step."""
+        return self._notes[edge]
 
     def label(self, edge: int) -> Happening | Start:
         """Return the event of an edge; the initial state for the first edge of a path."""
@@ -196,6 +202,8 @@ class _RunExploration:
         self._targets = array("q")
         self._visits: list[int] = []
         self._labels: list[Happening | Start] = []
+        self._notes: list[tuple[RunNote, ...]] = []
+        self._known_notes: dict[tuple[RunNote, ...], tuple[RunNote, ...]] = {}
         self._known: dict[int, int] = {}
         self._cut_offs: list[tuple[int, Edge, int]] = []
         self._cut_off = 0
@@ -222,6 +230,7 @@ class _RunExploration:
             self._targets,
             self._visits,
             self._labels,
+            self._notes,
             exploration.parents,
         )
 
@@ -246,20 +255,28 @@ class _RunExploration:
     def _recorded(self, node: int, label: Happening | Start, step: RunStep) -> Iterator[tuple[int, int]]:
         """Record the edges of a step, and yield their numbers and targets: mostly one edge."""
         number = len(self._targets)
-        yield number, self._add(label, step.visits, step.target, step.rests[:1])
+        notes = self._known_notes.setdefault(step.notes, step.notes)
+        yield number, self._add(label, step.visits, step.target, step.rests[:1], notes)
         if step.cut_off & ~self._cut_off:  # one edge of each kind is enough
             self._cut_off |= step.cut_off
             self._cut_offs.append((node, Edge(number, self._targets[number], step.visits), step.cut_off))
         for rest in step.rests[1:]:
-            yield len(self._targets), self._add(label, step.visits, None, (rest,))
+            yield len(self._targets), self._add(label, step.visits, None, (rest,), notes)
         for rest in dict.fromkeys(step.cut_off_rests):
-            yield len(self._targets), self._add(PLAN_LIMIT, step.visits | step.cut_off, None, (rest,))
+            yield len(self._targets), self._add(PLAN_LIMIT, step.visits | step.cut_off, None, (rest,), notes)
         if self._until:
             self._left &= ~(step.visits | step.cut_off)
             if not self._left:
                 raise _EnoughVisitedError
 
-    def _add(self, label: Happening | Start, visits: int, position: Position | None, rests: tuple[int, ...]) -> int:
+    def _add(
+        self,
+        label: Happening | Start,
+        visits: int,
+        position: Position | None,
+        rests: tuple[int, ...],
+        notes: tuple[RunNote, ...],
+    ) -> int:
         """Record an edge, and return its target; -1 if the run ends, or there are too many positions."""
         if rests:
             position = self._steps[0].initial(rests[0])
@@ -276,6 +293,7 @@ class _RunExploration:
         self._targets.append(target)
         self._visits.append(self._known.setdefault(visits, visits))
         self._labels.append(label)
+        self._notes.append(notes)
         return target
 
 

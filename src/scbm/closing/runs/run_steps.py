@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias, assert_never
 
 from scbm.cases.coverage import Aspect
+from scbm.cases.trace import End
 from scbm.closing.runs.outside_changes import OutsideChanges, choices
 from scbm.closing.runs.situations import (
     ANSWER,
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
     from scbm.model.sources import OutsideGroup
     from scbm.planning import Answer
     from scbm.running import Program
+    from scbm.running.micro_steps import MicroStep
     from scbm.running.program import RequestLine
 
     Plan: TypeAlias = Callable[[int], Answer]
@@ -96,7 +98,7 @@ class _PlanQuestion(NamedTuple):
 
 
 @dataclass(slots=True)
-class _SettlingRun:
+class SettlingRun:
     """A run between an event and the next position.
 
     Attributes:
@@ -224,7 +226,7 @@ class RunSteps:
     def begin(self, state: int) -> RunStep:
         """Return the step in which the goal is given to a runner at rest in a packed state."""
         keep, bits = self._planning
-        return self._settle(_SettlingRun((state & keep | bits) & self._kept, 0, (), goal=self._number))
+        return self._settle(SettlingRun((state & keep | bits) & self._kept, 0, (), goal=self._number))
 
     def initial(self, state: int) -> Position:
         """Return the position of a runner at rest in a packed state."""
@@ -264,7 +266,7 @@ class RunSteps:
         match happening.kind:
             case HappeningKind.TIME_LIMIT | HappeningKind.GIVE_UP:
                 is_limit = happening.kind is HappeningKind.TIME_LIMIT
-                return self._ended(run, PlanState.ABORTED if is_limit else PlanState.UNSOLVABLE)
+                return self._ended(run, End.TIME_LIMIT if is_limit else End.UNSOLVABLE)
             case HappeningKind.NEXT:
                 self._take_next(run, self._queues.following(run.queue)[happening.number])
                 return self._settle(run)
@@ -289,16 +291,16 @@ class RunSteps:
         requests = self._program.requests
         return tuple([requests[number] for number in position.in_flight]) if position.in_flight else ()
 
-    def _resumed(self, position: Position) -> _SettlingRun:
+    def _resumed(self, position: Position) -> SettlingRun:
         """Return the run that was settled in a position."""
         asked = self._question_in(position)
         queue = 0 if asked is not None else position.queue
         unsolvable_in = position.state if position.awaits is Awaits.CHANGE else None
-        return _SettlingRun(position.state, queue, self._lines(position), asked, unsolvable_in, goal=self._number)
+        return SettlingRun(position.state, queue, self._lines(position), asked, unsolvable_in, goal=self._number)
 
     # micro-steps
 
-    def _settle(self, run: _SettlingRun, *, timer_passed: bool = False) -> RunStep:
+    def _settle(self, run: SettlingRun, *, timer_passed: bool = False) -> RunStep:
         """Take micro-steps until the run waits or ends."""
         first, evaluated = self._steps.first, self.evaluated
         chain: dict[int, None] = {}
@@ -326,7 +328,7 @@ class RunSteps:
             if complete is not None:
                 return complete
 
-    def _follow(self, run: _SettlingRun, step: RequestSending | RequestCancelling | RunTurn | None) -> RunStep | None:
+    def _follow(self, run: SettlingRun, step: RequestSending | RequestCancelling | RunTurn | None) -> RunStep | None:
         """Take a micro-step of the run as a whole; return the step if it is complete."""
         match step:
             case RequestSending(line, after):
@@ -334,15 +336,15 @@ class RunSteps:
             case RequestCancelling(line, after):
                 run.in_flight = tuple(other for other in run.in_flight if other is not line)
             case RunTurn.REACH_GOAL:
-                return self._ended(run, PlanState.COMPLETED)
+                return self._ended(run, End.REACHED)
             case RunTurn.ABORT:
-                return self._ended(run, PlanState.ABORTED)
+                return self._ended(run, End.ABORTED)
             case _:
                 return run.waiting(Awaits.NOTHING)
         run.state = after & self._kept
         return None
 
-    def _take_automatic(self, run: _SettlingRun, move: AutomaticMove) -> None:
+    def _take_automatic(self, run: SettlingRun, move: AutomaticMove) -> None:
         transition, failed, after = move
         run.automatic += 1
         run.visits |= self._taken[transition.name]
@@ -350,17 +352,17 @@ class RunSteps:
             run.visits |= self._entered[failed.name][OperationState.FAILED]
         run.state = after & self._kept
 
-    def _move_operation(self, run: _SettlingRun, move: OperationMove) -> RunStep | None:
+    def _move_operation(self, run: SettlingRun, move: OperationMove) -> RunStep | None:
         operation, rule, _, after, _ = move
         if rule.plan is PlanEffect.MODEL_ERROR:
-            return self._ended(run, PlanState.ABORTED)
+            return self._ended(run, End.MODEL_ERROR)
         if rule.plan is PlanEffect.REPLAN:
             run.queue = 0
         run.visits |= self._entered[operation.name][rule.target]
         run.state = after & self._kept
         return None
 
-    def _follow_plan(self, run: _SettlingRun) -> RunStep | None:
+    def _follow_plan(self, run: SettlingRun) -> RunStep | None:
         """Do what the plan says; return the step if the run waits or ends."""
         following = next_in_plan(
             is_queued=run.queue != 0,
@@ -377,16 +379,20 @@ class RunSteps:
         if following is _AWAIT_ANSWER:
             return self._await_answer(run)
         if following is _REQUEST_PLAN:
-            self._cut_off(run)
-            keep, bits = self._planning
-            run.state = run.state & keep | bits
-            run.asked = self._question_from(run.state)
+            self._request_plan(run)
             return None
         if following is PlanStep.AWAIT_CHANGE:
             return run.waiting(Awaits.CHANGE)
-        return self._ended(run, PlanState.UNSOLVABLE)
+        return self._ended(run, End.UNSOLVABLE)
 
-    def _take_next(self, run: _SettlingRun, way: FollowingOperation) -> None:
+    def _request_plan(self, run: SettlingRun) -> None:
+        """Ask for a plan; a limit can end the run instead."""
+        self._cut_off(run)
+        keep, bits = self._planning
+        run.state = run.state & keep | bits
+        run.asked = self._question_from(run.state)
+
+    def _take_next(self, run: SettlingRun, way: FollowingOperation) -> None:
         """Let the next operation of the plan become current, or the plan end."""
         number, run.queue = way
         if number < 0:
@@ -397,14 +403,14 @@ class RunSteps:
 
     # the planner
 
-    def _await_answer(self, run: _SettlingRun) -> RunStep | None:
+    def _await_answer(self, run: SettlingRun) -> RunStep | None:
         """Wait for the planner if something else may come first. Else its answer is next, in the same step."""
         assert run.asked is not None  # noqa: S101 - that is why the run waits
         position = run.position(*run.asked.awaited(run.state))
         if run.in_flight or self._outside:
             return run.complete(position)
-        if position in run.answered:  # without end, until the limit of plans
-            return run.complete(None)
+        if position in run.answered:
+            return self._goes_round(run)
         if len(run.answered) == MAX_ANSWERS:
             raise PlanningTooLargeError
         run.answered[position] = None
@@ -412,12 +418,16 @@ class RunSteps:
         run.automatic = 0
         return self._answer(run)
 
-    def _answer(self, run: _SettlingRun) -> RunStep | None:
+    def _goes_round(self, run: SettlingRun) -> RunStep:
+        """Return the step of a run that asks for plans without end, until the limit of plans."""
+        return run.complete(None)
+
+    def _answer(self, run: SettlingRun) -> RunStep | None:
         """Give the run the planner's answer; return the step if that ends the run."""
         asked, run.asked = run.asked, None
         assert asked is not None  # noqa: S101 - only questions are answered
         if asked.gives_up:
-            return self._ended(run, PlanState.ABORTED)
+            return self._ended(run, End.PLANNER_LIMIT)
         if asked.queue is None:
             run.unsolvable_in = asked.state
             return None
@@ -459,18 +469,18 @@ class RunSteps:
 
     # the end
 
-    def _ended(self, run: _SettlingRun, plan_state: PlanState) -> RunStep:
+    def _ended(self, run: SettlingRun, end: End) -> RunStep:
         """Return the step with which a run ends."""
-        end = self._end(run.state, run.in_flight, plan_state)
-        return run.complete(None, end.visits, end.rests)
+        after = self._end(run.state, run.in_flight, end.plan_state)
+        return run.complete(None, after.visits, after.rests)
 
-    def _cut_off(self, run: _SettlingRun) -> None:
+    def _cut_off(self, run: SettlingRun) -> None:
         """Note what follows if a limit ends the run here."""
         end = self._end(run.state, run.in_flight, PlanState.ABORTED)
         run.cut_off |= end.visits
         run.cut_off_rests += end.rests
 
-    def _livelock(self, run: _SettlingRun, chain: tuple[int, ...]) -> RunStep:
+    def _livelock(self, run: SettlingRun, chain: tuple[int, ...]) -> RunStep:
         """Return the step that ends in a livelock: in the last state, or in any one of the cycle."""
         visits = 0
         rests: tuple[int, ...] = ()
@@ -527,12 +537,16 @@ class RunSteps:
             self.evaluated[state] = None
             step = self._idle_steps.first(state, (), timer_passed=False)
             if not isinstance(step, AutomaticMove):
+                self._note_idle(step)
                 return visits, (state & self._kept,)
             visits |= self._taken[step.transition.name]
             state = step.after & self._kept
             if state in seen or len(seen) > self._bound:
                 return visits, (state, *(other for other in seen if other != state))
             seen[state] = None
+
+    def _note_idle(self, step: MicroStep | None) -> None:
+        """Note what a runner without a goal would do if it did more than take automatic transitions: nothing here."""
 
 
 def _entered(name: str, visits: Visits) -> dict[OperationState, int]:

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from scbm.cases.trace import Changes
+    from scbm.closing.runs.run_notes import RunNote
     from scbm.model import BehaviorModel, Value
     from scbm.running import Program
 
@@ -109,6 +110,7 @@ class RunStep(NamedTuple):
         cut_off: what it would visit if the limit of plans ended it on the way.
         rests: the states of the runner at rest after the end, where goals follow each other; mostly one.
         cut_off_rests: those after an end by the limit of plans on the way.
+        notes: what is noted on the way, where notes are kept.
     """
 
     target: Position | None
@@ -116,6 +118,7 @@ class RunStep(NamedTuple):
     cut_off: int = 0
     rests: tuple[int, ...] = ()
     cut_off_rests: tuple[int, ...] = ()
+    notes: tuple[RunNote, ...] = ()
 
 
 class Visits:

@@ -88,13 +88,21 @@ class CaseScripts:
         plain = PlainReactions()
         self.plain = {resource.name: plain.react(resource) for resource in model.resources}
 
-    def case(self, path: RunPath, name: str) -> Case:
-        """Return the case whose runs follow this path, with default behavior after it."""
+    def case(self, path: RunPath, name: str, missing: str | None = None) -> Case:
+        """Return the case whose runs follow this path, with default behavior after it.
+
+        Args:
+            path: the path.
+            name: the name of the case.
+            missing: a resource whose request is in flight at the end of the path, and gets no reply.
+        """
         run = _ScriptedRun(self, path)
         run.follow()
         if run.needs_limit:  # the run goes on after a time limit that was not known before
             run = _ScriptedRun(self, path, run.ends_ns)
             run.follow()
+        if missing is not None:
+            run.lose_reply(missing)
         initial = State(self.model.space, dict(path.start.values))
         goals = _goals(path)
         first = goals[0]
@@ -165,6 +173,11 @@ class _ScriptedRun:
                 self._answer_if_alone()
         except _StrayedError:
             return
+
+    def lose_reply(self, resource: str) -> None:
+        """Let no reply come to the request that is in flight to a resource."""
+        if resource in self._in_flight:
+            self._requests[self._in_flight[resource]].cancelled_ns = _NEVER_NS
 
     def _go_on(self, *, is_at_rest: bool) -> None:
         """Prepare for the next event of the path; raise `_StrayedError` if it cannot happen."""

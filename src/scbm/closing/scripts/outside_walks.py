@@ -91,7 +91,7 @@ class ShownWalks:
             cuts_short: whether the time limit may end a run that is not the last one.
         """
         self.graph = graph
-        self._kind = _Kind(only_in_motion=False, cuts_short=cuts_short)
+        self._cuts_short = cuts_short
         self._edges: list[tuple[int, Edge]] = []
         self._search = BreadthFirst((0,), self._successors)
 
@@ -103,23 +103,43 @@ class ShownWalks:
             yield from self._edges
 
     def _successors(self, place: int) -> Iterator[tuple[Edge, int]]:
-        node, phase = divmod(place, len(_Phase))
-        for edge in self.graph.edges(node):
-            if not _can_be_shown(self.graph, node, edge, _Phase(phase), self._kind):
-                continue
+        for edge, following in shown_edges(self.graph, place, cuts_short=self._cuts_short):
             self._edges.append((place, edge))
-            if edge.target >= 0 and _may_go_on(self.graph, edge, self._kind):
-                yield edge, len(_Phase) * edge.target + _phase_after(self.graph, edge, _Phase(phase))
+            if following is not None:
+                yield edge, following
 
     @staticmethod
     def node(place: int) -> int:
         """Return the node of a place."""
-        return place // len(_Phase)
+        return node_of(place)
 
     def path(self, place: int, edge: Edge | None = None) -> RunPath:
         """Return the walk to a place, and over an edge from there."""
         edges = self._search.actions_to(place)
         return path_along(self.graph, edges if edge is None else [*edges, edge])
+
+
+def shown_edges(graph: RunGraph, place: int, *, cuts_short: bool) -> Iterator[tuple[Edge, int | None]]:
+    """Yield the edges that a simulated run can take from a place, with the places that they lead to.
+
+    A place is a node together with how far a walk has come; place 0 is node 0. `None` if no walk goes on there.
+
+    Args:
+        graph: the graph.
+        place: the place.
+        cuts_short: whether the time limit may end a run that is not the last one.
+    """
+    kind = _Kind(only_in_motion=False, cuts_short=cuts_short)
+    node, phase = divmod(place, len(_Phase))
+    for edge in graph.edges(node):
+        if _can_be_shown(graph, node, edge, _Phase(phase), kind):
+            goes_on = edge.target >= 0 and _may_go_on(graph, edge, kind)
+            yield edge, len(_Phase) * edge.target + _phase_after(graph, edge, _Phase(phase)) if goes_on else None
+
+
+def node_of(place: int) -> int:
+    """Return the node of a place."""
+    return place // len(_Phase)
 
 
 def _phase_after(graph: RunGraph, edge: Edge, phase: _Phase) -> _Phase:

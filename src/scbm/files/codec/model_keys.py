@@ -39,7 +39,7 @@ from scbm.model.behavior import (
     RunsDeclaration,
 )
 from scbm.model.predicates import TRUE, Predicate
-from scbm.model.requirements import BuiltIn, Requirement
+from scbm.model.requirements import BUILT_IN_NAMES, Requirement
 from scbm.model.variables import NO_OPERATION, Variable, VariableSource, resource_variables, runner_variables
 
 if TYPE_CHECKING:
@@ -214,7 +214,7 @@ class RequirementsOffType(NamesType[str | None]):
     def schema(self, definitions: Definitions) -> dict[str, Data]:
         """Return the JSON Schema, in which only built-in requirements are keys."""
         reason = self.inner.schema(definitions)
-        return {"type": "object", "properties": {name.value: reason for name in BuiltIn}, "additionalProperties": False}
+        return {"type": "object", "properties": dict.fromkeys(BUILT_IN_NAMES, reason), "additionalProperties": False}
 
 
 _REQUIREMENTS_OFF = RequirementsOffType(TEXT, "name → reason", in_flow=lambda written: len(written) == 1)
@@ -276,7 +276,7 @@ class ModelKeys(Keys):
     )
     requirements_off = DefaultKey(
         _REQUIREMENTS_OFF,
-        f"Built-in requirements that do not hold, each with the reason: {', '.join(f'`{name}`' for name in BuiltIn)}.",
+        f"Built-in requirements that do not hold, each with the reason: `{'`, `'.join(BUILT_IN_NAMES)}`.",
         default=(),
     )
     planner = Key(
@@ -345,7 +345,7 @@ class ModelKeys(Keys):
 
     def _switched_off(self) -> Iterator[tuple[str, str]]:
         """Yield the built-in requirements that are switched off, with their reasons; note unknown ones."""
-        names = [name.value for name in BuiltIn]
+        names = list(BUILT_IN_NAMES)
         for entry in self.requirements_off:
             if entry.name not in names:
                 remedy = suggestion(entry.name, names, "the built-in requirements are")

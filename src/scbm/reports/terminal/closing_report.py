@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from math import floor
 from shlex import quote
 from textwrap import wrap
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, assert_never
 
 from rich.text import Text
 
 from scbm.cases.coverage import Aspect, count_statuses, status_counts_in_words
 from scbm.closing import Decision
 from scbm.closing.advice.suggestions import grouped
+from scbm.closing.requirements.decided_requirements import RequirementStatus
 from scbm.closing.summaries import aspects_in_words, in_few_words
 from scbm.model import format_moment
 from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, counted, wrapped
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from scbm.closing import Closing, ClosingCase, Decided, Suggestion
     from scbm.closing.closing_files import ClosingFiles
     from scbm.closing.decisions import Consequence, FoundFault, StageEnd
+    from scbm.closing.requirements.decided_requirements import DecidedRequirement
     from scbm.testing import Campaign, Finding
 
 _BAR_WIDTH = 50
@@ -104,6 +106,7 @@ def closing_report(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     yield from _decisions("Waived", closing, Decision.WAIVED)
     yield from _decisions("Covered by a forced state", closing, Decision.FORCED)
     yield from _decisions("Undecided", closing, Decision.UNDECIDED)
+    yield from _requirements(closing)
     yield from ended_lines(closing.ended)
     yield from _suggestions(closing.suggestions, setting)
     yield from _commands(closing, setting)
@@ -314,6 +317,49 @@ def _group_lines(subjects: tuple[str, ...], groups: tuple[tuple[str, str], ...])
         yield from _wrapped(reason, 6)
 
 
+# built-in requirements
+
+
+_STATUS_STYLES = {
+    RequirementStatus.HOLDS: "",
+    RequirementStatus.VIOLATED: "red",
+    RequirementStatus.UNDECIDED: "bold red",
+    RequirementStatus.OFF: "dim",
+}
+
+
+def _requirements(closing: Closing) -> Iterator[Text]:
+    found = closing.requirements
+    if found is None:
+        return
+    yield from _head("Built-in requirements")
+    width = max(len(each.name) for each in found.decided)
+    for each in found.decided:
+        lines = wrap(_status_words(each), _COLUMNS - width - 4, break_long_words=False, break_on_hyphens=False)
+        for number, line in enumerate(lines):
+            yield Text(f"  {'' if number else each.name:<{width}}  {line}", style=_STATUS_STYLES[each.status])
+        if each.option is not None:
+            yield Text(f"  {'':<{width}}  {each.option} raises this limit", style="dim")
+    if found.assumptions:
+        followed = f"{counted(found.situations, 'situation')} of runs were followed"
+        yield from _wrapped(f"{followed}. What holds has no certificate, and assumes:", 2, "")
+    for sentence in found.assumptions:
+        for line in wrap(sentence, _COLUMNS - 6):
+            yield Text(f"      {line}", style="dim")
+
+
+def _status_words(decided: DecidedRequirement) -> str:
+    match decided.status:
+        case RequirementStatus.HOLDS:
+            return f"holds {decided.reason}"
+        case RequirementStatus.VIOLATED:
+            return f"violated by {decided.case}"
+        case RequirementStatus.UNDECIDED | RequirementStatus.OFF:
+            return f"{decided.status.value}: {decided.reason}"
+        case _:
+            assert_never(decided.status)
+
+
 # suggestions
 
 
@@ -342,9 +388,10 @@ def _close(setting: ClosingSetting) -> str:
 
 def _commands(closing: Closing, setting: ClosingSetting) -> Iterator[Text]:
     output = setting.output
-    if output is None and (closing.cases or closing.certificates):
+    cases = (*closing.cases, *closing.counterexamples)
+    if output is None and (cases or closing.certificates):
         yield from _head("Save the result")
-        made = [counted(len(closing.cases), "case")] if closing.cases else []
+        made = [counted(len(cases), "case")] if cases else []
         made += [counted(len(closing.certificates), "certificate")] if closing.certificates else []
         yield command_text("  ", f"{_close(setting)} --out closed", f"writes {' and '.join(made)}")
     elif output is not None:

@@ -1,0 +1,267 @@
+"""Built-in requirements in all runs (decision 53): what holds, what a small case violates, and what stays open."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from scbm.cases import Case, OutcomeRule
+from scbm.closing import CloseLimits
+from scbm.closing.requirements.decided_requirements import DecidedRequirement, RequirementDecisions, RequirementStatus
+from scbm.closing.requirements.requirement_closer import RequirementCloser
+from scbm.files import load_model, read_case, read_model, write_case
+from scbm.model import BehaviorModel, GoalOrder, Outcome, PlanSet, RunsDeclaration
+from scbm.running.micro_steps import MicroStep, MicroSteps
+from scbm.testing import Campaign, FailureKind, Tester
+from scbm.testing.case_sizes import size_of
+from support.closings import closing_of
+from support.models import scan_cell
+from support.wording import Wording
+
+ROOT = Path(__file__).parents[4]
+SMALL_EXAMPLES = ("robot_in_the_air/after.yaml", "robot_in_the_air/before.yaml")
+LARGE_EXAMPLES = ("robot_in_the_air/shared.yaml", "dual_cnc/cell.yaml", "dual_cnc/before.yaml")
+HOLDS, VIOLATED = RequirementStatus.HOLDS, RequirementStatus.VIOLATED
+UNDECIDED, OFF = RequirementStatus.UNDECIDED, RequirementStatus.OFF
+NAMES = ("no_orphan", "ready_again", "recovers", "stops")
+
+NO_CLEAN_UP_AFTER_A_TIMEOUT = ("    timedout: [scan_req_trigger <- false]\n", "")
+STAYS_FAILED = ("<- failed, scan_req_state <- initial, scan_req_trigger", "<- failed, scan_req_trigger")
+GIVES_UP_AT_ONCE = ("[current.state <- failed, scan", "[plan.state <- aborted, scan")
+WAITS_FOR_EVER = ("    deadline: 10 seconds\n", "")
+ASKS_AGAIN_WHEN_ABORTED = (
+    "[current.state <- failed, scan_req_state <- initial, scan_req_trigger <- false]",
+    "[plan.state <- aborted, scan_req_state <- initial]",
+)
+RESUMES = RunsDeclaration(GoalOrder.SEQUENCE)
+
+
+LIMITS = CloseLimits()
+
+
+def decide(model: BehaviorModel, limits: CloseLimits = LIMITS, suite: tuple[Case, ...] = ()) -> RequirementDecisions:
+    campaign = Campaign.of(model, Tester(model).results(suite))
+    return RequirementCloser(model, limits, lambda _: None).decide(campaign, closing_of(model, suite=suite))
+
+
+def statuses(decisions: RequirementDecisions) -> dict[str, RequirementStatus]:
+    return {each.name: each.status for each in decisions.decided}
+
+
+def decided(decisions: RequirementDecisions, name: str) -> DecidedRequirement:
+    return next(each for each in decisions.decided if each.name == name)
+
+
+def assert_small_case_fails(found: DecidedRequirement, model: BehaviorModel) -> None:
+    """The case, written and read, fails by this requirement, and its run has at most two operations."""
+    assert found.execution is not None
+    case = read_case(write_case(found.execution.case, model, "model.yaml"), model)
+    execution = Tester(model).execute(case)
+    (failure,) = (each for each in execution.verdict.failures if each.subject == found.name)
+    assert (failure.kind, str(failure)) == (FailureKind.BUILT_IN, found.reason)
+    assert case.name == f"{found.name}-1"
+    assert size_of(execution, failure, model).operations <= 2
+
+
+# what holds
+
+
+@pytest.mark.parametrize(
+    "path", [*SMALL_EXAMPLES, *(pytest.param(path, marks=pytest.mark.slow) for path in LARGE_EXAMPLES)]
+)
+def test_all_hold_in_the_examples(path: str) -> None:
+    decisions = decide(load_model(ROOT / "examples" / path))
+    assert statuses(decisions) == dict.fromkeys(NAMES, HOLDS)
+    assert decisions.assumptions
+    assert not decisions.is_open
+
+
+NO_REQUESTS = """
+behavior_model: no_requests
+variables:
+  done: {domain: bool, initial: false}
+operations:
+  work: {pre: {g: done == false}, post: {g: true, a: [done <- true]}}
+goals:
+  done: done == true
+"""
+
+
+def test_the_report_says_which_runs_an_answer_is_about(wording: Wording) -> None:
+    for model in (scan_cell(), scan_cell(is_open=True), read_model(NO_REQUESTS)):
+        decisions = decide(model)
+        lines = [f"{each.name} {each.status.value} {each.reason}" for each in decisions.decided]
+        wording("\n".join([*lines, *decisions.assumptions]))
+
+
+# what is violated
+
+
+@pytest.mark.parametrize("runs", [RunsDeclaration(GoalOrder.SINGLE), RESUMES, RunsDeclaration(plans=PlanSet.SHORTEST)])
+@pytest.mark.parametrize(
+    ("replacement", "name", "others"),
+    [
+        (NO_CLEAN_UP_AFTER_A_TIMEOUT, "no_orphan", {"recovers": UNDECIDED}),
+        (STAYS_FAILED, "ready_again", {"recovers": UNDECIDED}),
+        (GIVES_UP_AT_ONCE, "recovers", {}),
+        (WAITS_FOR_EVER, "recovers", {}),
+    ],
+)
+def test_a_seeded_fault_is_shown_by_a_small_case(
+    replacement: tuple[str, str], name: str, others: dict[str, RequirementStatus], runs: RunsDeclaration
+) -> None:
+    replacements = [replacement] if replacement is not WAITS_FOR_EVER else [replacement, NO_CLEAN_UP_AFTER_A_TIMEOUT]
+    model = replace(scan_cell(*replacements), runs=runs)
+    decisions = decide(model)
+    assert statuses(decisions) == dict.fromkeys(NAMES, HOLDS) | others | {name: VIOLATED}
+    assert_small_case_fails(decided(decisions, name), model)
+
+
+def test_what_is_sent_after_an_abort_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = scan_cell(ASKS_AGAIN_WHEN_ABORTED)
+    assert statuses(decide(model))["stops"] is HOLDS
+    correct = MicroSteps.first_not_automatic
+
+    def requests_first(self: MicroSteps, state: int, in_flight: tuple[()], *, timer_passed: bool) -> MicroStep | None:
+        return self._request(state, in_flight) or correct(self, state, in_flight, timer_passed=timer_passed)
+
+    monkeypatch.setattr(MicroSteps, "first_not_automatic", requests_first)
+    found = decided(decide(model), "stops")
+    assert found.status is VIOLATED
+    assert_small_case_fails(found, model)
+
+
+def test_what_is_sent_while_no_goal_is_pursued_is_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    tidy = "automatic_transitions:\n  ask: {g: plan.state == completed, a: [scan_req_trigger <- true]}"
+    model = scan_cell(("automatic_transitions:", tidy), more="  unscanned: box_is_scanned == false\n")
+    assert statuses(decide(model))["stops"] is HOLDS
+    correct = MicroSteps.first_not_automatic
+
+    def always(self: MicroSteps, state: int, in_flight: tuple[()], *, timer_passed: bool) -> MicroStep | None:
+        return self._request(state, in_flight) or correct(self, state, in_flight, timer_passed=timer_passed)
+
+    monkeypatch.setattr(MicroSteps, "first_not_automatic", always)
+    found = decided(decide(model), "stops")
+    assert found.status is VIOLATED
+    assert_small_case_fails(found, model)
+
+
+OCCUPIED = """
+behavior_model: occupied
+variables:
+  done: {domain: bool, initial: false}
+resources:
+  lift: {shared: true}
+  robot: {}
+operations:
+  drive:
+    deadline: 15 s
+    pre: {g: done == false, a: [robot_req_trigger <- true]}
+    post:
+      g: true
+      gr: robot_req_state == succeeded
+      a: [done <- true, robot_req_trigger <- false, robot_req_state <- initial]
+    failed: {g: robot_req_state == failed, a: [robot_req_trigger <- false, robot_req_state <- initial]}
+    timedout: [robot_req_trigger <- false]
+automatic_transitions:
+  lift_moves: {g: lift_req_state == executing && current.state == executing, a: [current.state <- failed]}
+goals:
+  done: done == true
+"""
+
+
+def test_a_change_from_outside_is_part_of_the_case() -> None:
+    model = read_model(OCCUPIED)
+    decisions = decide(model)
+    found = decided(decisions, "no_orphan")
+    assert found.execution is not None
+    assert [injection.resource for injection in found.execution.case.injections] == ["lift"]
+    assert_small_case_fails(found, model)
+    assert decided(decisions, "recovers").reason == "in all runs in which nothing changes from outside"
+
+
+def test_a_case_of_the_suite_shows_a_violation_that_the_limits_hide() -> None:
+    model = scan_cell(STAYS_FAILED)
+    case = Case("mine", *model.goals[0], model.nominal_state, (OutcomeRule("scan", 1, 1, Outcome.FAIL),))
+    found = decided(decide(model, CloseLimits(situations=1), (case,)), "ready_again")
+    assert found.status is VIOLATED
+    assert_small_case_fails(found, model)
+
+
+# what stays open
+
+
+def test_a_limit_leaves_the_answers_open() -> None:
+    decisions = decide(read_model(OCCUPIED.replace("lift: {shared: true}", "lift: {}")), CloseLimits(situations=2))
+    assert statuses(decisions) == dict.fromkeys(NAMES, UNDECIDED)
+    assert {each.option for each in decisions.decided} == {"--max-states"}
+    assert decisions.is_open
+
+
+LOOKS_AGAIN = """
+behavior_model: looks_again
+variables:
+  seen: {domain: [nothing, box], initial: nothing}
+  found: {domain: bool, initial: false}
+resources:
+  camera: {measures: [seen], simulation: {measured: {seen: [box]}}}
+operations:
+  look:
+    deadline: 10 s
+    pre: {g: camera_req_state == initial && found == false, a: [camera_req_trigger <- true]}
+    post:
+      g: true
+      gr: camera_req_state == succeeded && seen == box
+      a: [found <- true, camera_req_trigger <- false, camera_req_state <- initial]
+    timedout: [camera_req_trigger <- false]
+automatic_transitions:
+  look_again:
+    g: current.state == executing && (camera_req_state == failed || camera_req_state == succeeded && seen == nothing)
+    a: [current.state <- failed, camera_req_trigger <- false, camera_req_state <- initial]
+goals:
+  found: found == true
+"""
+
+
+def test_a_run_that_replies_may_keep_going_round_is_open(wording: Wording) -> None:
+    found = decided(decide(read_model(LOOKS_AGAIN)), "recovers")
+    assert found.status is UNDECIDED
+    wording(found.reason)
+
+
+def test_an_end_that_the_model_allows_is_no_violation() -> None:
+    gives_up = replace(scan_cell(GIVES_UP_AT_ONCE), may_end=("aborted",))
+    assert statuses(decide(gives_up))["recovers"] is HOLDS
+    gives_up = replace(scan_cell(GIVES_UP_AT_ONCE), goals_may_end=(("scanned", ("aborted",)),))
+    assert statuses(decide(gives_up))["recovers"] is HOLDS
+
+
+def test_a_reply_that_may_be_late_counts_as_no_fault() -> None:
+    """Two late replies and one fault are too many for this model, where its resource may be so slow."""
+    twice = replace(scan_cell(), operations=(replace(scan_cell().operations[0], deadline_ns=10),))
+    assert statuses(decide(twice))["recovers"] is HOLDS
+    slow = scan_cell(("    measures: [temperature]\n", "    simulation: {latency: {uniform: [1 s, 12 s]}}\n"))
+    assert statuses(decide(slow))["recovers"] is UNDECIDED
+
+
+def test_a_requirement_that_is_off_is_not_decided() -> None:
+    model = replace(scan_cell(STAYS_FAILED), requirements_off=(("ready_again", "a person clears it"),))
+    found = decided(decide(model), "ready_again")
+    assert (found.status, found.reason, found.execution) == (OFF, "a person clears it", None)
+    everything = replace(model, requirements_off=tuple((name, "why") for name in NAMES))
+    decisions = decide(everything)
+    assert statuses(decisions) == dict.fromkeys(NAMES, OFF)
+    assert decisions.situations == 0
+
+
+def test_an_interruption_leaves_what_is_not_decided_open() -> None:
+    def interrupt(message: str) -> None:
+        if message.startswith("following the runs"):
+            raise KeyboardInterrupt
+
+    model = scan_cell()
+    decisions = RequirementCloser(model, CloseLimits(), interrupt).decide(Campaign.of(model, ()), closing_of(model))
+    assert decisions.is_interrupted
+    assert statuses(decisions)["recovers"] is UNDECIDED
