@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import support.whole_product  # noqa: F401 - before all other imports of scbm
+
+# isort: split
 import asyncio
 import gc
 import os
@@ -9,7 +12,6 @@ import shutil
 import signal
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from socket import gethostname
@@ -18,7 +20,6 @@ from typing import TYPE_CHECKING
 import pytest
 
 from scbm.cli import main
-from scbm.cli.main import VERBS
 from support import tiers
 from support.domains import LOOPBACK, own_domain
 from support.loops import GUARD_S
@@ -26,13 +27,6 @@ from support.profiles import load_profile
 from support.shared_closings import SharedCloser, shared_flaws
 from support.shared_models import share_models
 from support.wording import Wording
-
-# pytester forgets the modules that a test within the process imports; what is imported before stays the same for all.
-for _module in ("scbm.cli.application", *VERBS.values()):
-    import_module(_module)
-for _package in map(import_module, ("scbm.closing", "scbm.nodes", "scbm.reports", "scbm.store", "scbm.testing")):
-    for _name in _package.__all__:
-        getattr(_package, _name)
 
 share_models()
 

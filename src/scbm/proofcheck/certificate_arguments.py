@@ -93,8 +93,7 @@ def _read_values(parts: CertificateParts, document: dict[str, Any]) -> ValuesArg
     if not isinstance(value, dict):
         parts.refuse(("values",), "here is an object of variables, each with a list of values")
     sets: Iterable[tuple[str, tuple[Value, ...]]] = (
-        (parts.word(name, ("values",)), parts.each(values, ("values", name), parts.value))
-        for name, values in value.items()
+        (parts.word(name, ("values",)), parts.values(values, ("values", name))) for name, values in value.items()
     )
     return ValuesArgument(tuple(sets))
 
@@ -118,23 +117,23 @@ def _read_runs(parts: CertificateParts, document: dict[str, Any]) -> RunsArgumen
     def runs(value: object, path: JsonPath) -> GoalRuns:
         read = parts.keys(value, ("goal", *(["planned"] if is_of_set else []), "situations"), path)
         situations = parts.each(read["situations"], (*path, "situations"), situation)
-        planned = parts.each(read["planned"], (*path, "planned"), parts.word) if is_of_set else ()
+        planned = parts.words(read["planned"], (*path, "planned")) if is_of_set else ()
         return GoalRuns(parts.word(read["goal"], (*path, "goal")), situations, planned)
 
-    variables = parts.each(document["variables"], ("variables",), parts.word)
+    variables = parts.words(document["variables"], ("variables",))
     return RunsArgument(variables, parts.each(document["runs"], ("runs",), runs), goals, plans)
 
 
 def _read_situation(parts: CertificateParts, value: object, path: JsonPath, *, is_of_set: bool) -> Situation:
     if not isinstance(value, list) or not _MIN_PARTS <= len(value) <= _MAX_PARTS:
         parts.refuse(path, "a situation is a list of values, queue, requests in flight, and what it awaits")
-    values = parts.each(value[0], (*path, 0), parts.value)
+    values = parts.values(value[0], (*path, 0))
     queue: Queue = None
     if is_of_set and value[1] is not None:
-        queue = parts.each(value[1], (*path, 1), parts.value)
+        queue = parts.values(value[1], (*path, 1))
     elif not is_of_set:
-        queue = parts.each(value[1], (*path, 1), parts.word) or None
-    in_flight = parts.each(value[2], (*path, 2), parts.word)
+        queue = parts.words(value[1], (*path, 1)) or None
+    in_flight = parts.words(value[2], (*path, 2))
     if len(value) < _MAX_PARTS:
         return Situation(values, queue, in_flight)
     if not isinstance(value[3], str) or value[3] not in _AWAITS:

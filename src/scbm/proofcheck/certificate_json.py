@@ -218,6 +218,25 @@ class CertificateParts:
                     raise
         return tuple(parts)
 
+    def values(self, value: object, path: JsonPath) -> tuple[Value, ...]:
+        """Return a list of values of variables: there may be millions of lists, of few words."""
+        words = self._words
+        if type(value) is not list:
+            return self.each(value, path, self.value)
+        try:
+            return tuple([part if part is True or part is False else words[part] for part in value])
+        except (KeyError, TypeError):  # a number, a new word, or no value at all
+            return self.each(value, path, self.value)
+
+    def words(self, value: object, path: JsonPath) -> tuple[str, ...]:
+        """Return a list of words."""
+        if type(value) is not list:
+            return self.each(value, path, self.word)
+        try:
+            return tuple([self._words[part] for part in value])
+        except (KeyError, TypeError):  # a new word, or no word at all
+            return self.each(value, path, self.word)
+
     def keys(self, value: object, keys: tuple[str, ...], path: JsonPath) -> dict[str, Any]:
         """Return an object that has exactly these keys."""
         if not isinstance(value, dict):
