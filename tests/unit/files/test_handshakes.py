@@ -129,3 +129,27 @@ def test_operations_of_a_wrong_shape_have_their_errors() -> None:
         with pytest.raises(InputError) as raised:
             read_model(f"{HEAD}operations: {operations}")
         assert [found.place.line for found in raised.value.diagnostics] == [6]
+
+
+OBJECTS = """behavior_model: cell
+types: {robot: [r1, r2]}
+variables: {"held[robot]": {domain: bool, initial: false}}
+resources: {"arm[r in robot]": {}}
+operations:
+  hold[r in robot]: {request: "arm[r]", guard: "held[r] == false", effects: ["held[r] <- true"]}
+"""
+
+
+def test_handshakes_of_objects_have_one_failure_for_each_object() -> None:
+    model = read_model(OBJECTS)
+    assert [each.name for each in model.automatic_transitions] == ["arm_failed.r1", "arm_failed.r2"]
+    assert model.lifted_name("automatic_transitions", "arm_failed.r2") == "arm_failed"
+    assert str(model.operations[1].pre.g).startswith("arm.r2_req_state == initial && arm.r2_req_trigger == false && ")
+
+
+def test_a_lifted_failure_by_hand_replaces_those_of_all_objects() -> None:
+    actions = "['current.state <- failed', 'arm[r]_req_state <- initial']"
+    by_hand = f"  arm_failed[r in robot]: {{g: 'arm[r]_req_state == failed', a: {actions}}}\n"
+    model = read_model(f"{OBJECTS}automatic_transitions:\n{by_hand}")
+    assert [each.name for each in model.automatic_transitions] == ["arm_failed.r1", "arm_failed.r2"]
+    assert all(len(each.a) == 2 for each in model.automatic_transitions)

@@ -196,4 +196,4 @@ def test_handshakes_can_have_parameters() -> None:
         "  go[r in robot]: {request: arm.r, guard: 'at[r] == a', effects: [at.r <- dock], deadline: 10 s}\n"
     )
     assert str(model.operations[1].pre.a[0]) == "arm.r2_req_trigger <- true"
-    assert [each.name for each in model.automatic_transitions] == ["arm.r1_failed", "arm.r2_failed"]
+    assert [each.name for each in model.automatic_transitions] == ["arm_failed.r1", "arm_failed.r2"]

@@ -173,7 +173,7 @@ def _with_failures(document: YamlNode, requested: set[str], report: ErrorCollect
     written = document.get(_AUTOMATIC)
     if resources is None or (written is not None and not isinstance(written.plain, dict)):
         return None
-    names = {f"{entry.key}_failed": entry for entry in entries_of(resources) if entry.key in requested}
+    names = {_failure_name(entry): entry for entry in entries_of(resources) if entry.key in requested}
     missing = [name for name in names if written is None or name not in written.items]
     if not missing:
         return None
@@ -184,6 +184,14 @@ def _with_failures(document: YamlNode, requested: set[str], report: ErrorCollect
         return MappingEntry(_AUTOMATIC, place, mapping_node(failures, place, 0), 0)
     node = with_entries(written, [*entries_of(written), *failures])
     return MappingEntry(_AUTOMATIC, document.key_places[_AUTOMATIC], node, document.value_ends[_AUTOMATIC])
+
+
+def _failure_name(resource: MappingEntry) -> str:
+    """Return the name of the transition for a resource: `arm_failed` for `arm`, `arm_failed.r1` for `arm[r]`."""
+    lifted = resource.node.origin
+    if lifted is None or not resource.key.startswith(f"{lifted}."):
+        return f"{resource.key}_failed"
+    return f"{lifted}_failed{resource.key.removeprefix(lifted)}"
 
 
 def _failure(name: str, resource: MappingEntry) -> MappingEntry:
