@@ -14,7 +14,7 @@ from scbm.cli.campaigns.mutation_campaign import (
     read_oracle,
     read_score,
 )
-from scbm.cli.campaigns.test_campaign import CampaignOptions
+from scbm.cli.campaigns.test_campaign import CampaignOptions, refuse_drawn_inputs
 from scbm.cli.options.campaign_options import Cases, Files, Inputs, Jobs, Json, Model, Network, Require, Seed
 from scbm.cli.options.closing_options import DEFAULT_LIMITS, MaxPlanning, MaxStates
 from scbm.cli.options.help_sections import HelpSection
@@ -118,6 +118,15 @@ def command(
             rich_help_panel=HelpSection.OUTPUT,
         ),
     ] = None,
+    store: Annotated[
+        Path | None,
+        typer.Option(
+            "--store",
+            metavar="FILE",
+            help="Keep the results of mutants in this coverage store, and take those that it has.",
+            rich_help_panel=HelpSection.OUTPUT,
+        ),
+    ] = None,
     json: Json = False,
 ) -> int:
     """Change the model in one small way at a time, and report which changes its cases notice."""
@@ -128,7 +137,9 @@ def command(
     thresholds = read_score(fail_under or [])
     chosen, records = read_operators(operators or []), read_oracle(oracle)
     suite = wanted.suite({})
+    if store is not None and suite.moves_inputs:
+        refuse_drawn_inputs()
     entries = None if since is None else changed_since(since, suite.model, model)
     limits = CloseLimits(max_states, planning=max_planning) if equivalence else None
-    asked = MutationOptions(chosen, entries, jobs, records, limits)
+    asked = MutationOptions(chosen, entries, jobs, records, limits, store)
     return carry_out_mutants(suite, asked, MutationOutput(thresholds, witnesses, html, sarif, json))

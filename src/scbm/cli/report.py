@@ -16,7 +16,13 @@ from typer.models import OptionInfo
 
 from scbm.cases.case import BETWEEN_GOALS, CaseGoalNames
 from scbm.cases.coverage import Cover, smallest_cover
-from scbm.cli.options.campaign_options import FAIL_UNDER, FAIL_UNDER_HELP, meets_thresholds, read_thresholds
+from scbm.cli.options.campaign_options import (
+    FAIL_UNDER,
+    FAIL_UNDER_HELP,
+    asks_for_asserted,
+    meets_thresholds,
+    read_thresholds,
+)
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.registry_options import OptionPerEntry
 from scbm.cli.options.status_options import Certificates, WaiversFile, stored_evidence
@@ -183,7 +189,8 @@ def command(
     if written:
         errors().line(f"Written: {', '.join(written)}")
     coverable = None if history.decided is None else history.decided.coverable
-    return 0 if meets_thresholds(history.coverage, wanted_figures, coverable) and is_saved else 1
+    evidence_of_mutants = history.evidence if asks_for_asserted(wanted_figures) else None
+    return 0 if meets_thresholds(history.coverage, wanted_figures, coverable, evidence_of_mutants) and is_saved else 1
 
 
 def _smallest(history: History) -> Cover:

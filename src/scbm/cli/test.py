@@ -31,6 +31,7 @@ from scbm.cli.options.campaign_options import (
     Store,
     read_executor,
     read_thresholds,
+    refuse_asserted,
 )
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.node_options import (
@@ -178,6 +179,7 @@ def command(
     )
     suite = wanted.suite({"--save": save, "--until-dry": until_dry})
     figures = read_thresholds(fail_under or [])
+    refuse_asserted(figures, store, is_over_nodes=transport is not None)
     refuse_selection(until_dry, {"-k": select, "--lf": last_failed or None})
     recording = RecordingMode(record, update)
     refuse_without_files(recording, suite, {"--time-limit": time_limit})

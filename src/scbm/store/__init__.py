@@ -12,33 +12,53 @@ from scbm.model.lazy_exports import lazy_exports
 if TYPE_CHECKING:
     from scbm.store.history import Drawn, History, ModelSource, Recipe, StoredCase, StoredRun, Written, key_of, sayable
     from scbm.store.model_edits import Dropped
+    from scbm.store.mutant_writer import MutantWriter, write_mutants
     from scbm.store.replays import Replays, drawn_recipe, network_words, written_recipe
     from scbm.store.store_tables import read_history
     from scbm.store.store_union import Combined, combine_stores
-    from scbm.store.store_writer import StoreWriter, begin_run, write_store
+    from scbm.store.store_writer import StoreWriter, begin_run, time_now, write_store
     from scbm.store.stored_evidence import StoredCertificate
+    from scbm.store.stored_mutants import (
+        RECORDED,
+        VERDICTS,
+        MutatedSuite,
+        StoredMutant,
+        StoredMutation,
+        basis_of,
+        limits_text,
+    )
 
 __all__ = [
+    "RECORDED",
+    "VERDICTS",
     "Combined",
     "Drawn",
     "Dropped",
     "History",
     "ModelSource",
+    "MutantWriter",
+    "MutatedSuite",
     "Recipe",
     "Replays",
     "StoreWriter",
     "StoredCase",
     "StoredCertificate",
+    "StoredMutant",
+    "StoredMutation",
     "StoredRun",
     "Written",
+    "basis_of",
     "begin_run",
     "combine_stores",
     "digest_of",
     "drawn_recipe",
     "key_of",
+    "limits_text",
     "network_words",
     "read_history",
     "sayable",
+    "time_now",
+    "write_mutants",
     "write_store",
     "written_recipe",
 ]
@@ -48,10 +68,12 @@ __getattr__ = lazy_exports(
     {
         "history": "Drawn History ModelSource Recipe StoredCase StoredRun Written key_of sayable",
         "model_edits": "Dropped",
+        "mutant_writer": "MutantWriter write_mutants",
         "replays": "Replays drawn_recipe network_words written_recipe",
         "store_tables": "read_history",
         "store_union": "Combined combine_stores",
         "stored_evidence": "StoredCertificate",
-        "store_writer": "StoreWriter begin_run write_store",
+        "stored_mutants": "RECORDED VERDICTS MutatedSuite StoredMutant StoredMutation basis_of limits_text",
+        "store_writer": "StoreWriter begin_run time_now write_store",
     },
 )

@@ -17,12 +17,15 @@ from zlib import error as damaged
 from scbm.cases.coverage import Coverage, Obligations, Statuses
 from scbm.cases.trace import End
 from scbm.model import FIRST_PLANNER
+from scbm.store.stored_mutants import find_evidence
 
 if TYPE_CHECKING:
     from scbm.cases.coverage import Obligation
     from scbm.model import BehaviorModel, Waiver
     from scbm.store.stored_evidence import StoredCertificate
+    from scbm.store.stored_mutants import StoredMutation
     from scbm.testing import Excuse, Verdict
+    from scbm.testing.mutants import AssertionEvidence
 
 
 _KEY_BYTES = 16
@@ -187,6 +190,7 @@ class History:
         outdated: how many cases are left out, as a later run had another version of their file.
         certificates: the certificates that were added, those of earlier versions of the model included.
         decided: the statuses of obligations, as the command line found them; `None` if visits alone decide them.
+        mutations: the results of mutants.
     """
 
     model: BehaviorModel
@@ -195,6 +199,7 @@ class History:
     outdated: int = 0
     certificates: tuple[StoredCertificate, ...] = ()
     decided: Statuses | None = None
+    mutations: tuple[StoredMutation, ...] = ()
 
     @property
     def waivers(self) -> tuple[Waiver, ...]:
@@ -205,6 +210,11 @@ class History:
     def statuses(self) -> Statuses:
         """The statuses of obligations; without certificates and waivers visits alone decide them."""
         return self.decided or Statuses.of(self.coverage, forced=self.forced)
+
+    @cached_property
+    def evidence(self) -> AssertionEvidence:
+        """What the results of mutants say about the obligations that the cases visit."""
+        return find_evidence(self.mutations, [case.key for case in self.cases], self.obligations, self.coverage.visited)
 
     @cached_property
     def forced(self) -> int:

@@ -19,6 +19,10 @@ _PATIENCE_S = 60
 
 _START = b"SQLite format 3\0"
 
+NO_RUN = "no run has added anything to this store"
+ADD_RUNS = "`scbm test MODEL --store FILE` adds to it"
+"""The message and the remedy for a store without cases."""
+
 
 @contextmanager
 def open_for_reading(path: Path, *, is_exclusive: bool = False) -> Iterator[sqlite3.Connection]:
@@ -36,8 +40,7 @@ def open_for_reading(path: Path, *, is_exclusive: bool = False) -> Iterator[sqli
                 _lock_exclusively(connection, path)
             with snapshot(connection):
                 if not has_tables(connection, path):
-                    remedy = "`scbm test MODEL --store FILE` adds to it"
-                    raise problem(Slug.STORE_EMPTY, path, "no run has added anything to this store", remedy)
+                    raise problem(Slug.STORE_EMPTY, path, NO_RUN, ADD_RUNS)
                 _refuse_cut_off(connection, path)
                 _refuse_damage(connection, path)
                 show_as_newest(connection)

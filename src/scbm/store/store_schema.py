@@ -217,6 +217,46 @@ TABLES: dict[str, StoreTable] = {
         without_rowid=True,
         since=5,
     ),
+    "mutation": StoreTable(
+        "Suites that were run against mutants.",
+        (
+            StoreColumn("key", "BLOB PRIMARY KEY", "16 bytes of the SHA-256 of the columns `basis` to `cases`"),
+            StoreColumn("model", "INTEGER NOT NULL REFERENCES model", "the model: a row of `model`"),
+            StoreColumn(
+                "basis", "TEXT NOT NULL", "SHA-256 of the model with its planner and what changes from outside"
+            ),
+            StoreColumn("oracle", "TEXT NOT NULL", "what judges its cases: `verdicts` or `recorded`"),
+            StoreColumn("made_by", "TEXT NOT NULL", "the versions of `scbm` and of the mutation operators"),
+            StoreColumn("cases", "BLOB NOT NULL", "the keys of its cases, 16 bytes each, in ascending order"),
+            StoreColumn("mutants", "INTEGER NOT NULL", "the number of mutants of the model"),
+            StoreColumn("started", "TEXT NOT NULL", "when the last command that added to it began, as in `run`"),
+        ),
+        without_rowid=True,
+        since=7,
+    ),
+    "mutant": StoreTable(
+        "The results of mutants.",
+        (
+            StoreColumn("key", "BLOB PRIMARY KEY", "16 bytes of the SHA-256 of the suite and the name"),
+            StoreColumn("mutation", "BLOB NOT NULL REFERENCES mutation", "the suite: a row of `mutation`"),
+            StoreColumn("name", "TEXT NOT NULL", "the name of the mutant"),
+            StoreColumn("status", "TEXT NOT NULL", "`killed`, `equivalent`, `survived` or `undecided`"),
+            StoreColumn("test_case", "TEXT NOT NULL", "the name of the first case that killed it, or empty"),
+            StoreColumn("reason", "TEXT NOT NULL", "why that case failed, or why the mutant is undecided, or empty"),
+            StoreColumn("runs", "INTEGER NOT NULL", "the number of cases that were run on it"),
+            StoreColumn("skipped", "INTEGER NOT NULL", "the number of cases whose run could not differ"),
+            StoreColumn("belongs", "BLOB NOT NULL", "the set of obligations that it belongs to"),
+            StoreColumn(
+                "noticed", "BLOB NOT NULL", "of these the set of obligations that a case visits which kills it"
+            ),
+            StoreColumn("limits", "TEXT", "JSON: the limits of the search for a proof or a witness; null without one"),
+            StoreColumn("witness", "TEXT", "the witness of a survivor as YAML; else null"),
+            StoreColumn("is_benign", "INTEGER NOT NULL", "1 if it breaks no requirement there that the model keeps"),
+            StoreColumn("is_killable", "INTEGER NOT NULL", "1 if the witness fails on it"),
+        ),
+        without_rowid=True,
+        since=7,
+    ),
 }
 """The tables by name, each behind those that it refers to."""
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from scbm.cases.coverage import Coverage, Obligations, Unnamed, bits_of
 from scbm.cases.trace import End
 from scbm.files import digest_of, read_model, write_model
-from scbm.model import FIRST_PLANNER, PlannerChoice, PlannerIdentity
+from scbm.model import FIRST_PLANNER, PlannerChoice, PlannerIdentity, Slug
 from scbm.model.json_reader import convert_json, read_json
 from scbm.store.history import (
     Drawn,
@@ -27,7 +27,8 @@ from scbm.store.history import (
     label_of,
     unpacked_log,
 )
-from scbm.store.store_file import open_for_reading, understood
+from scbm.store.mutant_tables import MutantTables
+from scbm.store.store_file import ADD_RUNS, NO_RUN, open_for_reading, problem, understood
 from scbm.store.store_schema import TABLES
 from scbm.store.stored_evidence import (
     StoredCertificate,
@@ -475,7 +476,10 @@ def _recipe(options: Row, seed: str | None, number: int, text: str | None, path:
 def read_history(path: Path) -> History:
     """All that a store holds. Raises `InputError` if it is not a store, is empty, damaged, or newer than this scbm."""
     with open_for_reading(path) as connection, understood(path):
-        return history_in(Tables(connection))
+        tables = Tables(connection)
+        if all(row.run.is_earlier for row in tables.runs()):
+            raise problem(Slug.STORE_EMPTY, path, NO_RUN, ADD_RUNS)  # it has results of mutants alone
+        return replace(history_in(tables), mutations=MutantTables(connection).mutations())
 
 
 def history_in(tables: Tables) -> History:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from scbm.files import read_model
 from scbm.model import Slug
 from scbm.store.model_edits import Dropped, ModelEdit, difference
+from scbm.store.mutant_tables import MutantTables
 from scbm.store.store_file import (
     make_tables,
     open_for_reading,
@@ -78,9 +79,12 @@ def combine_stores(paths: Sequence[Path], target: Path, *, across_edits: bool = 
             make_tables(united)
             union = Tables(united)
             with transaction(united):
-                union.put_model(model)
+                id_ = union.put_model(model)
                 edits = [None if row.digest == models[-1].digest else _edit(row, model) for row in models]
                 dropped = [_add(union, *store, edit) for store, edit in zip(stores, edits, strict=True)]
+                alike = (path for path, edit in zip(paths, edits, strict=True) if edit is None)
+                for path in alike:
+                    _add_mutations(MutantTables(united), path, MutantTables(opened[realpath(path)]), id_)
             totals = totals_in(union)
             own = opened.get(realpath(target))
             if own is None:
@@ -113,6 +117,14 @@ def _add(union: Tables, path: Path, tables: Tables, edit: ModelEdit | None) -> t
     """Adds all rows of a store; gives what is lost of it."""
     with store_errors(path), understood(path):
         return _added(union, tables, edit)
+
+
+def _add_mutations(union: MutantTables, path: Path, tables: MutantTables, model: int) -> None:
+    """Adds the results of mutants of a store that has the model of the union."""
+    with store_errors(path), understood(path):
+        for mutation in tables.mutations():
+            union.put_mutation(mutation.suite, model)
+            union.put_results(mutation.suite.key, mutation.results)
 
 
 def _added(union: Tables, tables: Tables, edit: ModelEdit | None) -> tuple[Dropped, ...]:

@@ -19,6 +19,7 @@ from scbm.model import Slug
 from scbm.planning import planner_of_random_runs
 from scbm.store.history import MAX_LOG_BYTES, ModelSource, StoredRun, key_of, packed_log, sayable
 from scbm.store.model_edits import difference
+from scbm.store.mutant_tables import MutantTables
 from scbm.store.store_file import (
     has_tables,
     make_tables,
@@ -30,7 +31,8 @@ from scbm.store.store_file import (
     transaction,
     understood,
 )
-from scbm.store.store_tables import CaseRow, ModelRow, Tables, time_text
+from scbm.store.store_tables import CaseRow, Tables, time_text
+from scbm.store.stored_mutants import basis_of, find_evidence
 
 if TYPE_CHECKING:
     import sqlite3
@@ -38,10 +40,12 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from scbm.cases.coverage import Figure
-    from scbm.model import BehaviorModel, InputError, PlannerIdentity, Waiver
+    from scbm.model import BehaviorModel, PlannerIdentity, Waiver
     from scbm.store.history import Recipe
+    from scbm.store.store_tables import ModelRow
     from scbm.store.stored_evidence import StoredCertificate
     from scbm.testing import CaseResult
+    from scbm.testing.mutants import AssertionEvidence
 
 
 def begin_run(
@@ -62,10 +66,11 @@ def begin_run(
     """
     source = ModelSource(sayable(model_path), model_text)
     words = sayable(shlex.join(command))
-    return StoredRun(uuid4().hex, _now(), words, source, nodes=nodes, waivers=tuple(waivers))
+    return StoredRun(uuid4().hex, time_now(), words, source, nodes=nodes, waivers=tuple(waivers))
 
 
-def _now() -> str:
+def time_now() -> str:
+    """Return the current time in UTC, as stores have it."""
     return time_text(datetime.now(UTC))
 
 
@@ -108,19 +113,22 @@ class StoreWriter:
         self._ids: tuple[int, int] | None = None
         self._certificates: tuple[StoredCertificate, ...] = ()
         self._is_whole = True
+        self._keys: dict[bytes, None] | None = None
+        self._visited = 0
         self.lost = 0
         with store_errors(path), understood(path), snapshot(connection):
             has_runs = has_tables(connection, path)
             self.before = self._last_finished() if has_runs else None
             newest = self._tables.newest_start() if has_runs else None
+            if has_runs and MutantTables(connection).has_mutations():
+                self._keys = {}
         # Another process may have begun since this run did, so the time now counts.
-        self.later_start = newest if newest is not None and newest > max(run.started, _now()) else None
+        self.later_start = newest if newest is not None and newest > max(run.started, time_now()) else None
 
     def _last_finished(self) -> StoredRun | None:
         """The last finished run. Raises `InputError` if the store is of another model."""
         known = next(row for row in self._tables.models() if row.is_current)
-        if known.digest != self._digest:
-            raise self._of_another_model(known)
+        refuse_another_model(self._path, known, self._model, self._digest)
         show_as_newest(self._connection)
         runs = [row.run for row in self._tables.runs() if row.run.is_finished and row.run.id != self._run.id]
         return runs[-1] if runs else None
@@ -169,6 +177,9 @@ class StoreWriter:
             )  # fmt: skip
             self._tables.put_case(row)
             self._tables.add_to_run(ids[1], result.visited, failed=not result.verdict.passed)
+        self._visited |= result.visited
+        if self._keys is not None:
+            self._keys[key] = None
         self._ids = ids
         self._is_whole = True
 
@@ -183,8 +194,7 @@ class StoreWriter:
         """The ids of the model and of the run, which are there then. To be called in a transaction."""
         make_tables(self._connection)
         known = next((row for row in self._tables.models() if row.is_current), None)
-        if known is not None and known.digest != self._digest:
-            raise self._of_another_model(known)  # another process was faster
+        refuse_another_model(self._path, known, self._model, self._digest)  # another process may be faster
         model = self._tables.put_model(self._model)
         for certificate in self._certificates:
             self._tables.put_certificate(certificate, model)
@@ -197,6 +207,18 @@ class StoreWriter:
             with store_errors(self._path), transaction(self._connection):
                 self._tables.finish_run(self._ids[1])
 
+    def evidence(self) -> AssertionEvidence | None:
+        """Return what the store says about the obligations that the cases of the run visit.
+
+        `None` if it had no results of mutants when the run began.
+        """
+        if self._keys is None:
+            return None
+        with store_errors(self._path), understood(self._path), snapshot(self._connection):
+            show_as_newest(self._connection)
+            mutations = MutantTables(self._connection).mutations()
+        return find_evidence(mutations, self._keys, self._obligations, self._visited, basis_of(self._model))
+
     def totals(self) -> tuple[int, Figure]:
         """How many cases the store has, and the figure of all of them together, those of others that write included."""
         with store_errors(self._path), understood(self._path), snapshot(self._connection):
@@ -206,7 +228,17 @@ class StoreWriter:
                 cases, visited = self._tables.totals()
         return cases, self._obligations.figure(visited)
 
-    def _of_another_model(self, known: ModelRow) -> InputError:
-        message = f"this store is of another model than this one: {difference(known.name, known.text, self._model)}"
+
+def refuse_another_model(path: Path, known: ModelRow | None, model: BehaviorModel, digest: str) -> None:
+    """Raise `InputError` if a store is of another model.
+
+    Args:
+        path: the store.
+        known: its model; `None` if it has none yet.
+        model: the model.
+        digest: the digest of the model.
+    """
+    if known is not None and known.digest != digest:
+        message = f"this store is of another model than this one: {difference(known.name, known.text, model)}"
         remedy = "use a store of its own; `scbm combine OLD NEW -o FILE --across-edits` takes over what is unchanged"
-        return problem(Slug.STORE_OTHER_MODEL, self._path, message, remedy)
+        raise problem(Slug.STORE_OTHER_MODEL, path, message, remedy)

@@ -4,6 +4,7 @@ This package reads traces and counts; it runs nothing and prints nothing.
 """
 
 from scbm.cases.coverage.obligations import (
+    ASSERTED,
     COVERABLE,
     KINDS,
     STATE_ASPECTS,
@@ -36,6 +37,7 @@ from scbm.cases.coverage.visits import (
 )
 
 __all__ = [
+    "ASSERTED",
     "COVERABLE",
     "KINDS",
     "STATE_ASPECTS",

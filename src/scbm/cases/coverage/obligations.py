@@ -147,6 +147,9 @@ KINDS = {"all": None, **{aspect.value: aspect for aspect in STATE_ASPECTS}, "aut
 COVERABLE = "coverable"
 """The kind of a threshold for the figure of what can be covered, which depends on statuses."""
 
+ASSERTED = "asserted"
+"""The kind of a threshold for the figure of asserted obligations, which depends on results of mutants."""
+
 
 @dataclass(frozen=True, slots=True)
 class Threshold:
@@ -154,26 +157,29 @@ class Threshold:
 
     Attributes:
         percent: from 0 to 100.
-        kind: one of `KINDS`, or `COVERABLE`.
+        kind: one of `KINDS`, `COVERABLE`, or `ASSERTED`.
     """
 
     percent: float
     kind: str = "all"
 
-    def figure(self, coverage: Coverage, coverable: Figure | None = None) -> Figure:
+    def figure(self, coverage: Coverage, coverable: Figure | None = None, asserted: Figure | None = None) -> Figure:
         """Return the figure that is compared with the threshold.
 
         Args:
             coverage: the visits of the cases.
             coverable: the figure of what can be covered; by default everything can be covered.
+            asserted: the figure of asserted obligations; by default nothing is known of any.
         """
+        if self.kind == ASSERTED:
+            return asserted or Figure(0, 0)
         if self.kind == COVERABLE:
             return coverable or coverage.figure
         aspect = KINDS[self.kind]
         return coverage.figure if aspect is None else coverage.figure_of(aspect)
 
-    def is_met(self, coverage: Coverage, coverable: Figure | None = None) -> bool:
-        """Return whether `coverage` reaches the threshold; a model without obligations never does."""
-        figure = self.figure(coverage, coverable)
+    def is_met(self, coverage: Coverage, coverable: Figure | None = None, asserted: Figure | None = None) -> bool:
+        """Return whether a figure reaches the threshold; one of no obligations never does. See `figure`."""
+        figure = self.figure(coverage, coverable, asserted)
         wanted = Fraction(str(self.percent)) * figure.of  # the decimal as written, not the nearest binary fraction
         return bool(figure.of) and 100 * figure.visited >= wanted

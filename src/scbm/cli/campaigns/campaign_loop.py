@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from scbm.nodes.log.event_log import EventLog
     from scbm.testing import CaseResult, Execution
     from scbm.testing.batches.campaign_runs import CampaignStep
+    from scbm.testing.mutants import AssertionEvidence
 
 _SLOW = 500
 """Minimum number of simulated cases for a progress bar on a terminal; over nodes there always is one."""
@@ -139,6 +140,11 @@ class CampaignEnd:
         if self.keeper is None or self.ended is not None:
             return None
         return self.keeper.since(self.campaign.coverage)
+
+    @property
+    def evidence(self) -> AssertionEvidence | None:
+        """What the store says about asserted obligations; `None` without results of mutants, or after an early end."""
+        return None if self.keeper is None or self.ended is not None else self.keeper.evidence
 
     @property
     def words(self) -> str:

@@ -6,9 +6,9 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from scbm.cli.campaigns.mutation_loop import MutationLoop
 from scbm.cli.main import sigterm_as_interrupt
 from scbm.cli.output.terminal import activity_display, errors, report_columns, results, write_json
-from scbm.closing.mutants.survivors import Survivors
 from scbm.files import load_located, read_file, suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports import counted
@@ -20,15 +20,15 @@ from scbm.reports.mutants.mutation_sarif import mutation_sarif
 from scbm.reports.mutants.mutation_summary import MutationSummary
 from scbm.testing import case_texts
 from scbm.testing.batches.mutation_work import MutationWork
-from scbm.testing.mutants import MUTATIONS, MutantStatus
+from scbm.testing.mutants import MUTATIONS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
 
     from scbm.cli.campaigns.suite import Suite
     from scbm.closing import CloseLimits
-    from scbm.testing.mutants import MutantCounts, MutantResult, SubjectKind
+    from scbm.testing.mutants import MutantCounts, SubjectKind
 
 _MUTANTS = "mutants"
 _FAIL_UNDER = "--fail-under"
@@ -46,6 +46,7 @@ class MutationOptions:
         jobs: the number of worker processes; `None` for all cores as soon as it takes long.
         records: whether a case also fails if it does something else than on the model.
         limits: the limits for deciding about mutants that no case killed; `None` does not decide about them.
+        store: the store that has results of mutants and gets those that it lacks; `None` for none.
     """
 
     operators: tuple[str, ...] | None = None
@@ -53,6 +54,7 @@ class MutationOptions:
     jobs: int | None = None
     records: bool = False
     limits: CloseLimits | None = None
+    store: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,8 +144,9 @@ def carry_out_mutants(suite: Suite, options: MutationOptions, output: MutationOu
     Raises:
         InputError: there is no case that passes on the model, so none can kill a mutant; or a file cannot be written.
     """
-    suite.writer.refuse_clashes(output.files)
-    summary = _summary(suite, options)
+    suite.writer.refuse_clashes(output.files | ({} if options.store is None else {"--store": options.store}))
+    loop = MutationLoop(suite, options, _work(suite, options))
+    summary = _summary(suite, loop)
     if output.json:
         write_json(mutation_json(summary))
     else:
@@ -153,44 +156,31 @@ def carry_out_mutants(suite: Suite, options: MutationOptions, output: MutationOu
     for option, path in output.files.items():
         text = mutation_sarif(summary) if option == "--sarif" else mutation_page(summary, read_file(suite.file))
         suite.writer.write(option, path, text.encode())
+    if loop.kept:
+        errors().line(loop.kept)
     if output.files:
         errors().line(f"Written: {', '.join(map(str, output.files.values()))}")
     return 0 if _is_met(summary.counts, output.thresholds) else 1
 
 
-def _summary(suite: Suite, options: MutationOptions) -> MutationSummary:
+def _work(suite: Suite, options: MutationOptions) -> MutationWork:
+    finds_visitors = options.store is not None
+    return MutationWork(suite.work, options.operators, options.entries, options.records, finds_visitors)
+
+
+def _summary(suite: Suite, loop: MutationLoop) -> MutationSummary:
     """Run the suite against the mutants, and show the progress."""
     _, places = load_located(suite.file)
-    work = MutationWork(suite.work, options.operators, options.entries, options.records)
-    done: list[MutantResult] = []
     with sigterm_as_interrupt(), activity_display(suite.activity) as show:
-        runs = work.runs()
+        runs = loop.work.runs()
         if not runs.cases:
             raise InputError([_no_case(suite, runs.failing)])
-        killed = 0
-        for result in work.results(runs, options.jobs):
-            done.append(result)
-            killed += result.status is MutantStatus.KILLED
-            show(f"{len(done)} of {len(work.mutants)} mutants, {killed} killed")
-        if options.limits is not None and killed < len(done):
-            done = _decided(suite, options.limits, done, show)
+        done = loop.carry_out(runs, show)
     command = f"scbm mutate {shown_path(str(suite.file))}{suite.test_options}"
     failing = tuple(runs.failing)
     return MutationSummary(
         suite.model, str(suite.file), places, suite.words, len(runs.cases), failing, tuple(done), command
     )
-
-
-def _decided(
-    suite: Suite, limits: CloseLimits, done: Sequence[MutantResult], show: Callable[[str], None]
-) -> list[MutantResult]:
-    """Decide about the mutants that no case killed."""
-    survivors = Survivors(suite.model, limits, show)
-    decided: list[MutantResult] = []
-    for result in done:
-        show(f"comparing {result.mutant.name}")
-        decided.append(survivors.decided(result))
-    return decided
 
 
 def _save_witnesses(summary: MutationSummary, suite: Suite, directory: Path) -> None:

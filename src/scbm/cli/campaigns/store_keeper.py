@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from scbm.nodes.log.event_log import EventLog
     from scbm.store import Recipe, StoreWriter
     from scbm.testing import CaseResult, WrittenCase
+    from scbm.testing.mutants import AssertionEvidence
 
 
 @contextmanager
@@ -65,17 +66,37 @@ def _stored(checked: CheckedCertificate) -> StoredCertificate:
     return StoredCertificate.of(sayable(str(path)), read_file(path, MAX_BYTES), dict(claims_of(checked)))
 
 
+def recipe_of(
+    case: Case, real: tuple[str, ...] | None, written: Mapping[str, WrittenCase], network: str, model: BehaviorModel
+) -> Recipe:
+    """Return the recipe of a case that has run or will run.
+
+    Args:
+        case: the case with what the command line added to it.
+        real: if it runs over nodes, the resources that are real.
+        written: by their names, the cases from files, as the files say them; all others are drawn.
+        network: the words for the network that these are drawn with.
+        model: the model.
+    """
+    if case.name not in written:
+        return drawn_recipe(case, network, real)
+    from_file = written[case.name]
+    return written_recipe(from_file.case, model, sayable(str(from_file.path)), case, real)
+
+
 class Keeper:
     """Adds results to a store.
 
     Attributes:
         is_whole: whether all results were added; after an error the campaign continues without the store.
         is_unfinished: whether the store may have cases of a run that is not marked as finished.
+        evidence: at the end, what the store says about asserted obligations; `None` if it has no results of mutants.
     """
 
     def __init__(self, writer: StoreWriter, path: Path, model: BehaviorModel) -> None:
         self.is_whole = True
         self.is_unfinished = False
+        self.evidence: AssertionEvidence | None = None
         self._writer = writer
         self._path = path
         self._model = model
@@ -98,20 +119,11 @@ class Keeper:
         for position, result, log in ran:
             if not self.is_whole:
                 return
-            recipe = self._recipe(result.case, None if log is None else log.real, written, words)
+            recipe = recipe_of(result.case, None if log is None else log.real, written, words, self._model)
             with self._store_errors():
                 planner = None if log is None else log.planner
                 self._writer.add(position, recipe, result, self._log(log), planner)
                 self.is_unfinished = self.is_unfinished or result.verdict.end is not End.LOST
-
-    def _recipe(
-        self, case: Case, real: tuple[str, ...] | None, written: Mapping[str, WrittenCase], words: str
-    ) -> Recipe:
-        """Return the recipe of a case; `None` for a lost case, which is not stored."""
-        if case.name not in written:
-            return drawn_recipe(case, words, real)
-        from_file = written[case.name]
-        return written_recipe(from_file.case, self._model, sayable(str(from_file.path)), case, real)
 
     @contextmanager
     def _store_errors(self) -> Iterator[None]:
@@ -134,7 +146,9 @@ class Keeper:
         """Close the store after the last case, so that its run is finished; show an error."""
         self.is_unfinished = False  # after an interruption here, it is unknown whether the run is finished
         with self._store_errors(), store:
-            self._totals = self._writer.totals() if self.is_whole else None
+            if self.is_whole:
+                self._totals = self._writer.totals()
+                self.evidence = self._writer.evidence()
 
     def since(self, coverage: Coverage) -> Since:
         """Return the changes since the last run, and the figure of the whole store."""

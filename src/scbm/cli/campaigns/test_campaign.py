@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from os.path import lexists
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from scbm.cli.campaigns.campaign_loop import CampaignEnd, carry_out, finished_batches, finished_executions
 from scbm.cli.campaigns.suite import Suite
 from scbm.cli.campaigns.suite_recording import update_hint
 from scbm.cli.main import INTERRUPTED
-from scbm.cli.options.campaign_options import meets_thresholds, read_inputs
+from scbm.cli.options.campaign_options import asks_for_asserted, meets_thresholds, read_inputs
 from scbm.cli.options.case_selection import LastFailed, name_filter, select_last_failed
 from scbm.cli.options.option_values import read_faults, read_requirements, read_time_limit
 from scbm.cli.options.planner_options import NO_PLANNER_OPTIONS, PlannerOptions
@@ -19,6 +19,7 @@ from scbm.cli.output.terminal import errors, report_columns, results, write_json
 from scbm.files import load_model
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.reports import Setting, counted, coverage_report, missing_report
+from scbm.reports.asserted_lines import asserted_json
 from scbm.reports.figure_table import shown_path
 from scbm.testing import MAX_SHRUNK, Tester, campaign_json, case_texts, find_causes, load_suite
 from scbm.testing.batches.campaign_runs import StopRule, run_steps
@@ -128,8 +129,7 @@ def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
     """
     _refuse_store_that_is_read(suite, output)
     if output.store is not None and suite.moves_inputs:
-        message = "a store keeps the seeds of random cases, and not whether their inputs are drawn"
-        raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--inputs"), "save the cases with `--save`")])
+        refuse_drawn_inputs()
     rule = StopRule(output.stop, output.dry)
     steps = run_steps(suite.work, executor, rule, keeps_all=output.store is not None)
     done = carry_out(suite, output.store, lambda _: finished_batches(suite, steps), None, stop=output.stop)
@@ -144,6 +144,12 @@ def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
     commands = tuple(_again(suite, finding, path) for finding, path in zip(findings, saved, strict=True))
     code = _report(done, _setting(suite, findings, commands), output, suite)
     return code if is_saved else max(2, code)
+
+
+def refuse_drawn_inputs() -> NoReturn:
+    """Raise `InputError`: a store has no cases whose inputs are drawn."""
+    message = "a store keeps the seeds of random cases, and not whether their inputs are drawn"
+    raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--inputs"), "save the cases with `--save`")])
 
 
 def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, command: str) -> int:
@@ -191,16 +197,19 @@ def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput, suite: 
     if suite.evidence is not None:
         goals = [written.case.goals_in(suite.model) for written in suite.written]
         statuses = suite.evidence.statuses(campaign.coverage, campaign.forced, goals)
+    evidence = done.evidence
     if output.json:
         stored = {} if since is None else {"store": since.as_json}
         early = {"ended_early": done.words} if done.words else {}
         report = campaign_json(campaign, setting.seed, setting.findings, setting.commands, setting.answers)
         decided = {} if statuses is None else {"statuses": statuses_json(statuses)}
-        write_json(report | decided | _dry_json(campaign.summary, output.dry) | stored | early | dict(output.recorded))
+        asserted = {} if evidence is None else {"asserted": asserted_json(evidence)}
+        dry_parts = _dry_json(campaign.summary, output.dry)
+        write_json(report | decided | asserted | dry_parts | stored | early | dict(output.recorded))
     else:
         dry = _dry_words(campaign.summary, output.dry)
         shown = replace(setting, random=done.drawn, ended_early=done.words, dry=dry, columns=report_columns())
-        shown = replace(shown, statuses=statuses)
+        shown = replace(shown, statuses=statuses, evidence=evidence, mutate=_mutate_command(suite, output))
         results().lines((missing_report if output.missing else coverage_report)(campaign, shown))
         results().lines(update_hint(campaign, suite))
         results().lines([] if since is None else since.lines)
@@ -209,8 +218,16 @@ def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput, suite: 
     if since is not None and not since.is_whole:
         return 2
     coverable = None if statuses is None else statuses.coverable
-    is_met = meets_thresholds(campaign.coverage, output.thresholds, coverable)
+    is_met = meets_thresholds(campaign.coverage, output.thresholds, coverable, evidence)
+    if asks_for_asserted(output.thresholds) and (evidence is None or evidence.found is None):
+        errors().line(f"  {_mutate_command(suite, output)}")
     return 0 if is_met and not campaign.failed_count else 1
+
+
+def _mutate_command(suite: Suite, output: CampaignOutput) -> str:
+    """Return the command that finds what the cases assert, and keeps it in the store."""
+    store = "" if output.store is None else f" --store {shown_path(str(output.store))}"
+    return f"scbm mutate {shown_path(str(suite.file))}{suite.test_options}{store}"
 
 
 def _is_dry(summary: BatchSummary, dry: int) -> bool:

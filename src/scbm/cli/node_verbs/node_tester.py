@@ -19,6 +19,7 @@ from scbm.cli.options.campaign_options import (
     Seed,
     Store,
     read_thresholds,
+    refuse_asserted,
 )
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.node_options import (
@@ -87,6 +88,7 @@ def command(
     """Run cases in a cell whose controller and resources run elsewhere, and report as `scbm test` does."""
     suite = CampaignOptions(model, files or [], cases, seed, network, require or [], time_limit).suite({})
     figures = read_thresholds(fail_under or [])
+    refuse_asserted(figures, store, is_over_nodes=True)
     suite = replace(suite, evidence=read_asked_evidence(suite.model, model, certificates, waivers, figures))
     output = CampaignOutput(
         figures,

@@ -11,22 +11,24 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scbm.cases.coverage import COVERABLE, KINDS, Threshold
+from scbm.cases.coverage import ASSERTED, COVERABLE, KINDS, Threshold
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.output.terminal import errors
 from scbm.files import suggestion
 from scbm.model import Diagnostic, InputError, Place, Slug
 from scbm.testing.batches.campaign_runs import InProcess
+from scbm.testing.mutants.asserted_obligations import NO_MUTANTS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from scbm.cases.coverage import Coverage, Figure
     from scbm.testing.batches.campaign_runs import Executor
+    from scbm.testing.mutants import AssertionEvidence
 
 
 FAIL_UNDER = "--fail-under"
-FAIL_UNDER_HELP = "Exit with 1 if fewer per cent are visited: `90`, `executing=100`, `coverable=100`."
+FAIL_UNDER_HELP = "Exit with 1 if fewer per cent are visited: `90`, `executing=100`, `coverable=100`, `asserted=80`."
 
 _ALL_PERCENT = 100
 _NUMBER = re.compile(r"(\d+(?:\.\d+)?)\s*%?", re.ASCII)
@@ -40,8 +42,8 @@ def read_thresholds(texts: Sequence[str]) -> tuple[Threshold, ...]:
         kind, equals, number = text.rpartition("=")
         kind = kind.strip() if equals else "all"
         percent = _percent(number)
-        if kind not in (*KINDS, COVERABLE):
-            remedy = suggestion(kind, [*KINDS, COVERABLE], "kinds are")
+        if kind not in (*KINDS, COVERABLE, ASSERTED):
+            remedy = suggestion(kind, [*KINDS, COVERABLE, ASSERTED], "kinds are")
             place = Place(FAIL_UNDER, 1, 1, max(1, len(kind)))
             wrong.append(Diagnostic(Slug.BAD_OPTION, f"there is no kind `{kind}`", place, remedy, text))
         elif percent is None:
@@ -62,18 +64,55 @@ def _percent(text: str) -> float | None:
     return percent if percent is not None and percent <= _ALL_PERCENT else None
 
 
-def meets_thresholds(coverage: Coverage, thresholds: Sequence[Threshold], coverable: Figure | None = None) -> bool:
+def refuse_asserted(thresholds: Sequence[Threshold], store: Path | None, *, is_over_nodes: bool) -> None:
+    """Raise `InputError` for a threshold of asserted obligations where no results of mutants can be known."""
+    if not asks_for_asserted(thresholds) or (store is not None and not is_over_nodes):
+        return
+    message = "whether obligations are asserted is known from results of `scbm mutate` in a store"
+    remedy = "add `--store FILE`, and fill it by `scbm mutate` with the same cases and the same store"
+    if is_over_nodes:
+        message, remedy = "mutants run in simulation, and the cases of this command do not", "leave `asserted` out"
+    raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place(FAIL_UNDER), remedy)])
+
+
+def asks_for_asserted(thresholds: Sequence[Threshold]) -> bool:
+    """Return whether a threshold is about asserted obligations."""
+    return any(threshold.kind == ASSERTED for threshold in thresholds)
+
+
+def meets_thresholds(
+    coverage: Coverage,
+    thresholds: Sequence[Threshold],
+    coverable: Figure | None = None,
+    evidence: AssertionEvidence | None = None,
+) -> bool:
     """Return whether all thresholds are met; print a sentence for each that is not.
 
     Args:
         coverage: the visits of the cases.
         thresholds: the thresholds of the command line.
         coverable: the figure of what can be covered; by default everything can be covered.
+        evidence: what a store says about asserted obligations; `None` if it has no results of mutants.
     """
-    missed = [threshold for threshold in thresholds if not threshold.is_met(coverage, coverable)]
+    asserted = None if evidence is None else evidence.figure
+    missed = [threshold for threshold in thresholds if not threshold.is_met(coverage, coverable, asserted)]
     for threshold in missed:
-        errors().line(_missed_sentence(threshold, coverage, coverable))
+        if threshold.kind == ASSERTED:
+            errors().line(_unasserted_sentence(threshold, evidence))
+        else:
+            errors().line(_missed_sentence(threshold, coverage, coverable))
     return not missed
+
+
+def _unasserted_sentence(threshold: Threshold, evidence: AssertionEvidence | None) -> str:
+    wanted = f"{FAIL_UNDER} {ASSERTED}={threshold.percent:g} cannot be met."
+    if evidence is None or evidence.found is None:
+        why = NO_MUTANTS if evidence is None else evidence.why_none
+        return f"What cases assert is not known: {why}. So {wanted}"
+    figure = evidence.figure
+    if not figure.of:
+        return f"No visited obligation has a mutant that may behave differently, so {wanted}"
+    return f"Of what is visited, {figure} is asserted, under {threshold.percent:g} %."
 
 
 def _missed_sentence(threshold: Threshold, coverage: Coverage, coverable: Figure | None) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from scbm.cases.coverage import bits_of, only_by, visitors_of_each
+from scbm.reports.asserted_lines import asserted_json
 from scbm.reports.stored_cases import again
 from scbm.store import Written
 from scbm.testing.campaign import coverage_json, statuses_json
@@ -28,6 +29,7 @@ def history_json(history: History) -> dict[str, Any]:
         "passed": not history.failed,
         "coverage": coverage_json(history.coverage),
         "statuses": statuses_json(history.statuses),
+        **({"asserted": asserted_json(history.evidence)} if history.mutations else {}),
         "simulated_seconds": history.ended_ns / 1e9,
         "over_nodes_seconds": history.over_nodes_ns / 1e9,
         "outdated": history.outdated,

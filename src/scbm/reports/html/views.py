@@ -11,12 +11,14 @@ from urllib.parse import quote
 from markupsafe import Markup, escape
 
 from scbm.cases.coverage import STATE_ASPECTS, Aspect, Decision, Obligation, growth, status_counts_in_words
+from scbm.reports.asserted_lines import asserted_words
 from scbm.reports.ci.marked_lines import mark_lines
 from scbm.reports.figure_table import STATUS_MARKS, short_of_goal_in_words
 from scbm.reports.html.diagrams import lifecycle_svg
 from scbm.reports.missed_reasons import close_command, missed_reasons
 from scbm.reports.status_lines import status_warnings
 from scbm.reports.stored_cases import again, causes_of, durations, place_of
+from scbm.testing.mutants import Assertion
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from scbm.reports.html.page import Visitors
     from scbm.reports.missed_reasons import Missed
     from scbm.store import History, StoredRun
+    from scbm.testing.mutants import AssertedObligation, AssertedObligations, AssertionEvidence
 
 _FIRST = 5
 """Maximum number of cases listed beside an aspect or a finding; the list of cases has all."""
@@ -207,6 +210,30 @@ class ReportView:
         """The statuses that occur beside covered and undecided, in their order."""
         found = {entry.decision for entry in self.history.statuses.entries}
         return tuple(each for each in Decision if each in found and each not in (Decision.COVERED, Decision.UNDECIDED))
+
+    @property
+    def evidence(self) -> AssertionEvidence | None:
+        """What the store says about asserted obligations; `None` if it has no results of mutants."""
+        return self.history.evidence if self.history.mutations else None
+
+    @cached_property
+    def asserted(self) -> AssertedObligations | None:
+        """The visited obligations with their answers; `None` if none are known."""
+        return None if self.evidence is None else self.evidence.found
+
+    @property
+    def asserted_words(self) -> str:
+        """How many visited obligations have each answer, in words; empty if none are known."""
+        return "" if self.asserted is None else asserted_words(self.asserted)
+
+    @property
+    def unasserted(self) -> tuple[AssertedObligation, ...]:
+        """The obligations that cases visit and nothing asserts."""
+        return () if self.asserted is None else self.asserted.with_answer(Assertion.NOTHING_ASSERTED)
+
+    def answer(self, obligation: Obligation) -> AssertedObligation | None:
+        """Return whether an obligation is asserted; `None` if it is not visited, or nothing is known."""
+        return None if self.asserted is None else self.asserted.by_obligation.get(obligation)
 
     def status(self, obligation: Obligation) -> Decision:
         """Return the status of an obligation."""

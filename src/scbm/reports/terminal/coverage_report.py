@@ -13,6 +13,7 @@ from rich.text import Text
 
 from scbm.cases.coverage import Aspect, Decision, Obligation
 from scbm.model import Outcome
+from scbm.reports.asserted_lines import asserted_line, unasserted_lines
 from scbm.reports.figure_table import (
     COLUMNS,
     DEFAULT_COLUMNS,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from scbm.model import BehaviorModel
     from scbm.reports.missed_reasons import Missed
     from scbm.testing import Answers, Campaign, Finding
+    from scbm.testing.mutants import AssertionEvidence
 
 
 def missing_lines(
@@ -131,6 +133,8 @@ class Setting:
         columns: the width of the report.
         dry: whether the last random cases visited something new, in words; empty if that is not asked.
         statuses: the statuses of the obligations; `None` if visits alone decide them.
+        evidence: what a store says about asserted obligations; `None` if it has no results of mutants.
+        mutate: the command that finds what the cases assert.
     """
 
     file: str
@@ -147,6 +151,8 @@ class Setting:
     columns: int = DEFAULT_COLUMNS
     dry: str = ""
     statuses: Statuses | None = None
+    evidence: AssertionEvidence | None = None
+    mutate: str = ""
 
 
 def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
@@ -156,6 +162,8 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     yield Text()
     yield headline(coverage.figure, setting.columns)
     yield from _statuses(setting)
+    if setting.evidence is not None:
+        yield from asserted_line(setting.evidence, setting.columns)
     duration = f"{campaign.simulated_ns / 1e9:.2f} s {setting.where or 'simulated'}"
     yield Text(f"  Testing duration: {duration}, {_cases(campaign, setting)}")
     yield from _short_of_goal(campaign)
@@ -167,6 +175,8 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     yield from finding_lines(campaign, setting.findings, setting.commands)
     yield from unused_lines(campaign)
     yield from missed_table(campaign.model, coverage, setting.columns, setting.statuses)
+    if setting.evidence is not None:
+        yield from unasserted_lines(setting.evidence, setting.columns, setting.mutate)
     yield from _reasons(campaign, setting)
 
 

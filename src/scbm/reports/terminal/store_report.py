@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from rich.text import Text
 
 from scbm.cases.coverage import Decision
+from scbm.reports.asserted_lines import asserted_line, unasserted_lines
 from scbm.reports.figure_table import (
     DEFAULT_COLUMNS,
     command_text,
@@ -133,6 +134,8 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     yield headline(coverage.figure, columns)
     if history.decided is not None:
         yield from status_lines(history.decided, columns)
+    if history.mutations:
+        yield from asserted_line(history.evidence, columns)
     yield Text(f"  Testing duration: {durations(history)}, {_cases(history)}")
     short = short_of_goal_in_words(history.short_count, history.short)
     if short:
@@ -148,6 +151,8 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     yield from figures(coverage, columns)
     yield from _failed(history)
     yield from missed_table(history.model, coverage, columns, history.decided)
+    if history.mutations:
+        yield from unasserted_lines(history.evidence, columns)
     if any(status.obligation.counts for status in history.statuses.with_status(Decision.UNDECIDED)):
         yield Text()
         yield Text("How to cover the rest", style="bold")

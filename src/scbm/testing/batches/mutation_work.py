@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pickle
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
 from typing import TYPE_CHECKING, TypeAlias
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from scbm.testing.batches.campaign_work import CampaignWork
     from scbm.testing.mutants import Mutant
 
-    _Fields: TypeAlias = tuple[MutantStatus, str, str, int, int]
+    _Fields: TypeAlias = tuple[MutantStatus, str, str, int, int, int, int]
     """The fields of a result without its mutant, which each process has."""
 
 _WORTH_S = 3.0
@@ -40,23 +40,28 @@ class MutationWork:
         operators: the names of the mutation operators; `None` for all.
         entries: the entries of the model whose mutants are made; `None` for all.
         records: whether cases without a recorded result are compared with what they did on the original.
+        finds_visitors: whether a killed mutant is run further, until a case kills it that visits its obligation.
+        left_out: the names of mutants that are not run.
     """
 
     campaign: CampaignWork
     operators: tuple[str, ...] | None = None
     entries: tuple[tuple[SubjectKind, str], ...] | None = None
     records: bool = False
+    finds_visitors: bool = False
+    left_out: frozenset[str] = frozenset()
 
     @cached_property
     def mutants(self) -> tuple[Mutant, ...]:
         """The mutants, in the order of reports."""
         entries = None if self.entries is None else frozenset(self.entries)
-        made = mutants_of(self.campaign.model, self.operators)
+        made = (m for m in mutants_of(self.campaign.model, self.operators) if m.name not in self.left_out)
         return tuple(m for m in made if entries is None or (m.kind, m.subject) in entries)
 
     def runs(self) -> MutationRuns:
         """Run the suite on the original. Raise `InputError` if a case cannot be drawn, or does not fit the model."""
-        return MutationRuns(Tester(self.campaign.model), self.campaign.cases(), records=self.records)
+        original, cases = Tester(self.campaign.model), self.campaign.cases()
+        return MutationRuns(original, cases, records=self.records, finds_visitors=self.finds_visitors)
 
     def results(self, runs: MutationRuns, jobs: int | None = None) -> Generator[MutantResult, None, None]:
         """Yield the result of each mutant, in their order.
@@ -91,7 +96,9 @@ class MutationWork:
             for begin, future in zip(begins, pending, strict=True):
                 chunk = self.mutants[begin : begin + _CHUNK]
                 for mutant, fields in zip(chunk, future.result(), strict=True):
-                    yield MutantResult(mutant, *fields)
+                    status, case, reason, runs, skipped, belongs, noticed = fields
+                    result = MutantResult(mutant, status, case, reason, runs, skipped)
+                    yield replace(result, belongs=belongs, noticed=noticed)
         except BrokenProcessPool:
             message, remedy = "a worker process ended while it ran mutants", "was the memory used up? run with `-j 1`"
             raise InputError([Diagnostic(Slug.WORKERS_LOST, message, Place("-j"), remedy)]) from None
@@ -113,4 +120,9 @@ def _take_mutants(sent: bytes) -> None:
 def _run_in_worker(begin: int) -> list[_Fields]:
     ((work, runs),) = _taken
     results = map(runs.result, work.mutants[begin : begin + _CHUNK])
-    return [(each.status, each.case, each.reason, each.runs, each.skipped) for each in results]
+    return [_fields(each) for each in results]
+
+
+def _fields(result: MutantResult) -> _Fields:
+    counts = (result.runs, result.skipped, result.belongs, result.noticed)
+    return (result.status, result.case, result.reason, *counts)

@@ -3,16 +3,31 @@
 A mutation operator is a class and an entry in `MUTATIONS`.
 """
 
+from scbm.testing.mutants.asserted_obligations import (
+    NO_MUTANTS,
+    AssertedObligation,
+    AssertedObligations,
+    Assertion,
+    AssertionEvidence,
+    MutantNotice,
+)
 from scbm.testing.mutants.mutant import Mutant, MutatedPart, SubjectKind
 from scbm.testing.mutants.mutant_results import MutantCounts, MutantResult, MutantStatus
 from scbm.testing.mutants.mutation import Mutation
 from scbm.testing.mutants.mutation_runs import MutantUnderTest, MutationRuns
-from scbm.testing.mutants.mutations import MUTATIONS, mutants_of
+from scbm.testing.mutants.mutations import MUTATIONS, OPERATORS_VERSION, mutants_of
 
 __all__ = [
     "MUTATIONS",
+    "NO_MUTANTS",
+    "OPERATORS_VERSION",
+    "AssertedObligation",
+    "AssertedObligations",
+    "Assertion",
+    "AssertionEvidence",
     "Mutant",
     "MutantCounts",
+    "MutantNotice",
     "MutantResult",
     "MutantStatus",
     "MutantUnderTest",

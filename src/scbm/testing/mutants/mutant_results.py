@@ -42,6 +42,8 @@ class MutantResult:
         witness: of a mutant that survived a case whose run on it differs, with the recorded result of the original.
         is_benign: whether the mutant breaks no requirement in the run of the witness that the original keeps there.
         is_killable: whether the witness passes on the original and fails on the mutant.
+        belongs: the obligations that the mutant belongs to, as bits.
+        noticed: of these the ones that a case visits which kills the mutant; 0 unless `MutationRuns` looks for them.
     """
 
     mutant: Mutant
@@ -53,6 +55,8 @@ class MutantResult:
     witness: Case | None = None
     is_benign: bool = False
     is_killable: bool = False
+    belongs: int = 0
+    noticed: int = 0
 
 
 @dataclass(frozen=True, slots=True)

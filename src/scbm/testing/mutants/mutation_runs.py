@@ -5,7 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from scbm.cases.coverage import Obligations
 from scbm.model import InputError
+from scbm.testing.mutants.asserted_obligations import MutantObligations, belonging, visited_ones
 from scbm.testing.mutants.evaluations import Evaluations
 from scbm.testing.mutants.mutant_cases import begun_as, missing_name
 from scbm.testing.mutants.mutant_results import MutantResult, MutantStatus
@@ -15,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from scbm.cases import Case
+    from scbm.testing.mutants.asserted_obligations import MutantObligation
     from scbm.testing.mutants.mutant import Mutant
     from scbm.testing.tester import Execution, Tester
 
@@ -27,13 +30,16 @@ class MutationRuns:
         failing: the names of the others.
     """
 
-    def __init__(self, original: Tester, cases: Iterable[Case], *, records: bool = False) -> None:
+    def __init__(
+        self, original: Tester, cases: Iterable[Case], *, records: bool = False, finds_visitors: bool = False
+    ) -> None:
         """Run the cases on the original model.
 
         Args:
             original: the tester of the original model.
             cases: the suite.
             records: whether cases without a recorded result are compared with what they did on the original.
+            finds_visitors: whether a killed mutant is run further, until a case kills it that visits its obligation.
 
         Raises:
             InputError: a case does not fit the model.
@@ -41,11 +47,15 @@ class MutationRuns:
         self._original = original
         self.cases: list[Case] = []
         self.failing: list[str] = []
+        self._finds_visitors = finds_visitors
+        self._visited: list[int] = []
+        self._obligations = MutantObligations(original.model, Obligations.of(original.model))
         evaluations = Evaluations(original.program)
         for case in cases:
             execution = original.execute(case)
             if execution.verdict.passed:
                 self.cases.append(_with_record(case, execution) if records else case)
+                self._visited.append(execution.result.visited)
                 evaluations.add(execution)
             else:
                 self.failing.append(case.name)
@@ -58,6 +68,8 @@ class MutationRuns:
     def result(self, mutant: Mutant) -> MutantResult:
         """Run the suite against one mutant, until a case kills it; leave out runs that cannot differ."""
         under_test = self.under_test(mutant)
+        obligations = self._obligations.of(mutant)
+        belongs = belonging(obligations)
         runs = skipped = 0
         for number, case in enumerate(self.cases):
             if not under_test.may_differ(number, case):
@@ -66,8 +78,26 @@ class MutationRuns:
             runs += 1
             reason = under_test.failure(case)
             if reason is not None:
-                return MutantResult(mutant, MutantStatus.KILLED, case.name, reason, runs, skipped)
-        return MutantResult(mutant, MutantStatus.UNDECIDED, "", "", runs, skipped)
+                noticed = self._noticed(under_test, obligations, number) if self._finds_visitors else 0
+                killed = MutantResult(mutant, MutantStatus.KILLED, case.name, reason, runs, skipped)
+                return replace(killed, belongs=belongs, noticed=noticed)
+        return MutantResult(mutant, MutantStatus.UNDECIDED, "", "", runs, skipped, belongs=belongs)
+
+    def _noticed(self, under_test: MutantUnderTest, obligations: tuple[MutantObligation, ...], killer: int) -> int:
+        """Return those of the obligations of a mutant that a case visits which kills it, as bits.
+
+        Args:
+            under_test: the mutant.
+            obligations: the obligations that it belongs to.
+            killer: the number of the first case that kills it.
+        """
+        noticed = visited_ones(obligations, self._visited[killer])
+        for number in range(killer + 1, len(self.cases)):
+            case = self.cases[number]
+            gained = visited_ones(obligations, self._visited[number]) & ~noticed
+            if gained and under_test.may_differ(number, case) and under_test.failure(case) is not None:
+                noticed |= gained
+        return noticed
 
     def under_test(self, mutant: Mutant) -> MutantUnderTest:
         """Return one mutant, to run cases on it one by one."""

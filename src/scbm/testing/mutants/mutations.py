@@ -64,6 +64,11 @@ _ALL: tuple[Mutation, ...] = (
 MUTATIONS: dict[str, Mutation] = {mutation.name: mutation for mutation in _ALL}
 """The mutation operators by their names, in the order of reports."""
 
+OPERATORS_VERSION = 1
+"""The version of the operators. A change after which an operator makes other mutants of some model, or gives them other
+names, raises it: results that stores have of the operators before do not count any more (decision 52).
+"""
+
 
 def mutants_of(model: BehaviorModel, operators: Iterable[str] | None = None) -> Iterator[Mutant]:
     """Yield the mutants of a model, operator by operator, each in the order of the file.

@@ -1,0 +1,116 @@
+"""`scbm mutate --store`: takes results of mutants from a coverage store, and adds new ones at once (decision 52)."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from scbm.cli.campaigns.store_keeper import recipe_of
+from scbm.planning import planner_of_random_runs
+from scbm.store import (
+    RECORDED,
+    VERDICTS,
+    MutantWriter,
+    MutatedSuite,
+    StoredMutant,
+    basis_of,
+    digest_of,
+    key_of,
+    limits_text,
+    network_words,
+    time_now,
+    write_mutants,
+)
+from scbm.testing.mutants import MutantResult, MutantStatus, mutants_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from pathlib import Path
+
+    from scbm.cli.campaigns.suite import Suite
+    from scbm.closing import CloseLimits
+    from scbm.model import BehaviorModel
+    from scbm.testing.mutants import Mutant
+
+
+@contextmanager
+def keeping_mutants(path: Path, suite: Suite, limits: CloseLimits | None, *, records: bool) -> Iterator[MutantKeeper]:
+    """Return a keeper for the results of mutants of a suite. Raise `InputError` if the store cannot be used.
+
+    Args:
+        path: the store.
+        suite: the cases, with the model.
+        limits: the limits for deciding about mutants that no case killed; `None` does not decide about them.
+        records: whether a case also fails if it does something else than on the model.
+    """
+    model = suite.model
+    oracle = RECORDED if records else VERDICTS
+    count = sum(1 for _ in mutants_of(model))
+    mutated = MutatedSuite(basis_of(model), oracle, _case_keys(suite), count, time_now())
+    with write_mutants(path, model, mutated) as writer:
+        yield MutantKeeper(writer, model, None if limits is None else limits_text(limits))
+
+
+def _case_keys(suite: Suite) -> tuple[bytes, ...]:
+    """Return the keys that a store gives to the cases of a suite, in ascending order."""
+    digest, words = digest_of(suite.model), network_words(suite.network)
+    planner = planner_of_random_runs(suite.model).words
+    recipes = (recipe_of(case, None, suite.by_name, words, suite.model) for case in suite.work.cases())
+    return tuple(sorted(dict.fromkeys(key_of(recipe, digest, planner) for recipe in recipes)))
+
+
+class MutantKeeper:
+    """Gives the results of mutants that a store has, and adds new ones.
+
+    Attributes:
+        added: the names of the mutants whose results were added or changed.
+    """
+
+    def __init__(self, writer: MutantWriter, model: BehaviorModel, limits: str | None) -> None:
+        self._writer = writer
+        self._model = model
+        self._limits = limits
+        self.added: dict[str, None] = {}
+
+    def ran(self, mutants: Iterable[Mutant]) -> dict[str, MutantResult]:
+        """Return what the cases did on those of some mutants that the store has, by their names.
+
+        Decisions about mutants that no case killed are left out.
+        """
+        known = self._writer.known
+        return {m.name: self._ran(known[m.name], m) for m in mutants if m.name in known}
+
+    def _ran(self, stored: StoredMutant, mutant: Mutant) -> MutantResult:
+        if stored.status is MutantStatus.KILLED:
+            return stored.result(mutant, self._model)
+        run = StoredMutant(
+            *(stored.name, MutantStatus.UNDECIDED, "", "", stored.runs, stored.skipped),
+            *(stored.belongs, stored.noticed),
+        )
+        return run.result(mutant, self._model)
+
+    def decided(self, result: MutantResult) -> MutantResult | None:
+        """Return the result of a mutant that no case killed with the decision in the store; `None` if it has none."""
+        stored = self._writer.decisions.get((result.mutant.name, self._limits or ""))
+        if stored is None:
+            return None
+        decided = StoredMutant.of(result, self._model, None).decided_by(stored)
+        self._add(decided)
+        return decided.result(result.mutant, self._model)
+
+    def add(self, result: MutantResult, *, is_decided: bool) -> None:
+        """Add a result. Raise `InputError` if the store cannot be written.
+
+        Args:
+            result: the result.
+            is_decided: whether a proof or a witness was looked for.
+        """
+        self._add(StoredMutant.of(result, self._model, self._limits if is_decided else None))
+
+    def _add(self, stored: StoredMutant) -> None:
+        known = self._writer.known.get(stored.name)
+        if known == stored:
+            return
+        self._writer.add(stored)
+        self._writer.known[stored.name] = stored
+        self.added[stored.name] = None

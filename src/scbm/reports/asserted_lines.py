@@ -1,0 +1,101 @@
+"""The parts of reports about asserted obligations: lines for the terminal, and JSON (decision 52)."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rich.text import Text
+
+from scbm.cases.coverage import Aspect
+from scbm.reports.figure_table import DEFAULT_COLUMNS, command_text, wrapped
+from scbm.testing.mutants import Assertion
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from scbm.testing.mutants import AssertedObligations, AssertionEvidence
+
+_INDENT = 12
+_ASPECTS_INDENT = 4
+
+
+def asserted_words(found: AssertedObligations) -> str:
+    """Return how many visited obligations have each answer."""
+    asserted, nothing, unknown = (len(found.with_answer(answer)) for answer in Assertion)
+    return f"{asserted} asserted, {nothing} with nothing asserted, {unknown} unknown of {len(found.entries)} visited"
+
+
+def asserted_line(evidence: AssertionEvidence, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:
+    """Yield the figure of asserted obligations, or why it is not known.
+
+    Args:
+        evidence: what a store says.
+        columns: the width of the report.
+    """
+    if evidence.found is None:
+        yield from map(Text, wrapped(f"not known: {evidence.why_none}", columns, "  Asserted: ", _INDENT))
+        return
+    first, *others = wrapped(f"{evidence.figure}; {asserted_words(evidence.found)}", columns, "  Asserted: ", _INDENT)
+    yield Text(first)
+    yield from map(Text, others)
+
+
+def unasserted_lines(evidence: AssertionEvidence, columns: int = DEFAULT_COLUMNS, command: str = "") -> Iterator[Text]:
+    """Yield the obligations that cases visit and nothing asserts; nothing if there are none.
+
+    Args:
+        evidence: what a store says.
+        columns: the width of the report.
+        command: the command that shows the changes which no case notices, or makes results for these cases; empty if
+            there is no single one.
+    """
+    if evidence.found is None:
+        if command:
+            yield Text()
+            yield command_text("  ", command, "finds what these cases assert")
+        return
+    entries = evidence.found.with_answer(Assertion.NOTHING_ASSERTED)
+    if not entries:
+        return
+    yield Text()
+    yield Text(f"Visited, but nothing asserted: {len(entries)}", style="bold")
+    rows: dict[str, list[str]] = {}
+    for entry in entries:
+        is_taken = entry.obligation.aspect is Aspect.TAKEN
+        name = f"{'at' if is_taken else 'op'}: {entry.obligation.subject}"
+        rows.setdefault(name, []).append(entry.obligation.aspect.value)
+    width = max(map(len, rows))
+    for name, aspects in rows.items():
+        words = ", ".join(aspects)
+        if 2 + width + 2 + len(words) <= columns:
+            yield Text(f"  {name:<{width}}  {words}", no_wrap=True)
+        else:
+            yield Text(f"  {name}", no_wrap=True)
+            yield from map(Text, wrapped(words, columns, " " * (2 + _ASPECTS_INDENT), 2 + _ASPECTS_INDENT))
+    if command:
+        yield command_text("  ", command, "shows the changes that no case notices")
+
+
+def asserted_json(evidence: AssertionEvidence) -> dict[str, Any]:
+    """Return what a store says about asserted obligations as data for `json`."""
+    found, figure = evidence.found, evidence.figure
+    entries = () if found is None else found.entries
+    return {
+        "percent": figure.percent,
+        "asserted": figure.visited,
+        "of": figure.of,
+        "counts": {answer.value: 0 if found is None else len(found.with_answer(answer)) for answer in Assertion},
+        "why_none": evidence.why_none or None,
+        "obligations": [
+            {
+                "name": str(entry.obligation),
+                "answer": entry.answer.value,
+                "mutants": entry.mutants,
+                "noticed": entry.noticed,
+                "unnoticed": entry.unnoticed,
+                "equivalent": entry.equivalent,
+                "undecided": entry.undecided,
+            }
+            for entry in entries
+        ],
+    }

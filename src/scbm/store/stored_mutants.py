@@ -1,0 +1,211 @@
+"""Results of mutants as a store keeps them, and what they say about the obligations that cases visit (decision 52)."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass, replace
+from hashlib import sha256
+from typing import TYPE_CHECKING
+
+from scbm import __version__
+from scbm.files import read_case, write_case, write_model
+from scbm.testing.mutants import (
+    NO_MUTANTS,
+    OPERATORS_VERSION,
+    AssertedObligations,
+    AssertionEvidence,
+    MutantNotice,
+    MutantResult,
+    MutantStatus,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Iterable, Sequence
+
+    from _typeshed import DataclassInstance
+
+    from scbm.cases.coverage import Obligations
+    from scbm.model import BehaviorModel
+    from scbm.testing.mutants import Mutant
+
+KEY_BYTES = 16
+
+VERDICTS = "verdicts"
+"""The oracle of `scbm test`: the verdicts of the cases as they are."""
+
+RECORDED = "recorded"
+"""The oracle `--oracle recorded`: verdicts of the cases, each with the recorded result of the original."""
+
+MADE_BY = f"scbm {__version__}, operators {OPERATORS_VERSION}"
+"""What decides the results of mutants beside models and cases. Results of other versions do not count."""
+
+_STRENGTH = (MutantStatus.UNDECIDED, MutantStatus.SURVIVED, MutantStatus.EQUIVALENT, MutantStatus.KILLED)
+"""The statuses, the one first that gives way to all others where results of several suites are added up."""
+
+
+@dataclass(frozen=True, slots=True)
+class MutatedSuite:
+    """A suite that is run against mutants of a model.
+
+    Attributes:
+        basis: identifies the model, with its planner and with what changes from outside.
+        oracle: `VERDICTS` or `RECORDED`.
+        cases: the keys of the cases in ascending order, those of failing cases included.
+        mutants: the number of mutants of the model.
+        started: when the last command that ran it began, in UTC.
+        made_by: the versions of scbm and of the mutation operators.
+    """
+
+    basis: str
+    oracle: str
+    cases: tuple[bytes, ...]
+    mutants: int
+    started: str
+    made_by: str = MADE_BY
+
+    @property
+    def key(self) -> bytes:
+        """The identity of the suite: 16 bytes of a SHA-256."""
+        text = json.dumps([self.basis, self.oracle, self.made_by, [case.hex() for case in self.cases]])
+        return sha256(text.encode()).digest()[:KEY_BYTES]
+
+
+@dataclass(frozen=True, slots=True)
+class StoredMutant:
+    """The result of one mutant.
+
+    Attributes:
+        name: its name.
+        status, case, reason, runs, skipped, is_benign, is_killable, belongs, noticed: as in `MutantResult`.
+        limits: the limits of the search for a proof or a witness, as text; `None` if there was no search.
+        witness: the witness as YAML; `None` if there is none.
+    """
+
+    name: str
+    status: MutantStatus
+    case: str
+    reason: str
+    runs: int
+    skipped: int
+    belongs: int
+    noticed: int
+    limits: str | None = None
+    witness: str | None = None
+    is_benign: bool = False
+    is_killable: bool = False
+
+    @staticmethod
+    def of(result: MutantResult, model: BehaviorModel, limits: str | None) -> StoredMutant:
+        """Return what a store keeps of a result.
+
+        Args:
+            result: the result.
+            model: the original.
+            limits: the limits under which it was decided; `None` if it was not.
+        """
+        witness = None if result.witness is None else write_case(result.witness, model, None)
+        return StoredMutant(
+            result.mutant.name, result.status, result.case, result.reason, result.runs, result.skipped,
+            result.belongs, result.noticed, limits, witness, result.is_benign, result.is_killable,
+        )  # fmt: skip
+
+    def result(self, mutant: Mutant, model: BehaviorModel) -> MutantResult:
+        """Return the result of the mutant with this name. Raise `InputError` if its witness cannot be read."""
+        witness = None if self.witness is None else read_case(self.witness, model, self.name)
+        return MutantResult(
+            mutant, self.status, self.case, self.reason, self.runs, self.skipped,
+            witness, self.is_benign, self.is_killable, self.belongs, self.noticed,
+        )  # fmt: skip
+
+    def decided_by(self, other: StoredMutant) -> StoredMutant:
+        """Return this result of a mutant that no case killed with the decision of another suite about it."""
+        decision = replace(self, status=other.status, reason=other.reason, limits=other.limits, witness=other.witness)
+        return replace(decision, is_benign=other.is_benign, is_killable=other.is_killable)
+
+    @property
+    def notice(self) -> MutantNotice:
+        """What it says about obligations."""
+        return MutantNotice(self.belongs, self.noticed, self.status)
+
+    @property
+    def rank(self) -> tuple[object, ...]:
+        """A total order of results of one mutant in one suite; of two the greater one is kept."""
+        is_decided = self.limits is not None
+        return is_decided, _STRENGTH.index(self.status), self.limits or "", json.dumps(asdict(self), sort_keys=True)
+
+
+@dataclass(frozen=True, slots=True)
+class StoredMutation:
+    """A suite with the results of its mutants."""
+
+    suite: MutatedSuite
+    results: tuple[StoredMutant, ...]
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether each mutant of the model has a result."""
+        return len(self.results) == self.suite.mutants
+
+
+def basis_of(model: BehaviorModel) -> str:
+    """Return what identifies a model for mutants: all but its bindings, its waivers, comments and layout."""
+    resources = tuple(replace(resource, binding=None) for resource in model.resources)
+    return sha256(write_model(replace(model, resources=resources, waivers=())).encode()).hexdigest()
+
+
+def limits_text(limits: DataclassInstance) -> str:
+    """Return limits as text."""
+    return json.dumps(asdict(limits), sort_keys=True)
+
+
+def find_evidence(
+    mutations: Sequence[StoredMutation],
+    cases: Collection[bytes],
+    obligations: Obligations,
+    visited: int,
+    basis: str | None = None,
+) -> AssertionEvidence:
+    """Return the answers that results of mutants give for the obligations that cases visit, or why they give none.
+
+    Args:
+        mutations: the results of a store.
+        cases: the keys of the cases.
+        obligations: the obligations of the model.
+        visited: those that the cases visit, as bits.
+        basis: identifies the model; `None` for the one that was mutated last.
+    """
+    if not mutations:
+        return AssertionEvidence(None, NO_MUTANTS)
+    current = [each for each in mutations if each.suite.made_by == MADE_BY]
+    if not current:
+        return AssertionEvidence(None, "the results of `scbm mutate` in the store are of another version of scbm")
+    judged = [each for each in current if each.suite.oracle == VERDICTS]
+    if not judged:
+        return AssertionEvidence(None, "the results of `scbm mutate` in the store are for `--oracle recorded`")
+    wanted = frozenset(cases)
+    within = [each for each in judged if wanted.issuperset(each.suite.cases)]
+    for name in (basis,) if basis is not None else _bases(within):
+        alike = [each for each in within if each.suite.basis == name]
+        whole = [each for each in alike if each.is_whole]
+        if len({key for each in whole for key in each.suite.cases}) == len(wanted) and whole:
+            notices = _added_up(whole)
+            return AssertionEvidence(AssertedObligations.of(obligations, visited, notices))
+        if len(whole) < len(alike):
+            return AssertionEvidence(None, "the results of `scbm mutate` for these cases do not have all mutants")
+    return AssertionEvidence(None, "the results of `scbm mutate` in the store are not about exactly these cases")
+
+
+def _bases(mutations: Iterable[StoredMutation]) -> tuple[str, ...]:
+    """Return what identifies the mutated models, the one that was mutated last first."""
+    ordered = sorted(mutations, key=lambda each: (each.suite.started, each.suite.basis), reverse=True)
+    return tuple(dict.fromkeys(each.suite.basis for each in ordered))
+
+
+def _added_up(mutations: Iterable[StoredMutation]) -> tuple[MutantNotice, ...]:
+    """Return what several suites together say about each mutant."""
+    found: dict[str, MutantNotice] = {}
+    for result in (result for mutation in mutations for result in mutation.results):
+        known = found.get(result.name, result.notice)
+        status = max(known.status, result.status, key=_STRENGTH.index)
+        found[result.name] = MutantNotice(known.belongs, known.noticed | result.noticed, status)
+    return tuple(found.values())

@@ -1,0 +1,260 @@
+"""The obligations that mutants belong to, and whether cases notice a change of those that they visit (decision 52)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+from scbm.cases.coverage import Aspect, Figure
+from scbm.model.variables import CURRENT_STATE, operation_state_name
+from scbm.testing.mutants.mutant import MutatedPart, SubjectKind
+from scbm.testing.mutants.mutant_results import MutantStatus
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from scbm.cases.coverage import Obligation, Obligations
+    from scbm.model import BehaviorModel
+    from scbm.testing.mutants.mutant import Mutant
+
+
+_PART = MutatedPart
+
+_ASPECTS: dict[MutatedPart, tuple[Aspect, ...]] = {
+    _PART.PRE_G: (Aspect.EXECUTING, Aspect.DISABLED),
+    _PART.PRE_GR: (Aspect.EXECUTING, Aspect.DISABLED),
+    _PART.PRE_A: (Aspect.EXECUTING,),
+    _PART.PRE_AR: (Aspect.EXECUTING,),
+    _PART.POST_G: (Aspect.COMPLETED,),
+    _PART.POST_GR: (Aspect.COMPLETED,),
+    _PART.POST_A: (Aspect.COMPLETED,),
+    _PART.POST_AR: (Aspect.COMPLETED,),
+    _PART.FAILED: (Aspect.FAILED,),
+    _PART.FAILED_G: (Aspect.FAILED,),
+    _PART.FAILED_GR: (Aspect.FAILED,),
+    _PART.FAILED_A: (Aspect.FAILED,),
+    _PART.FAILED_AR: (Aspect.FAILED,),
+    _PART.TIMEDOUT: (Aspect.TIMEDOUT,),
+    _PART.DEADLINE: (Aspect.TIMEDOUT,),
+    _PART.DISABLED_DEADLINE: (Aspect.DISABLED,),
+}
+"""The aspects of an operation whose transitions a part decides."""
+
+
+class MutantObligation(NamedTuple):
+    """An obligation that a mutant belongs to.
+
+    Attributes:
+        bit: the bit of the obligation.
+        visits: the obligations, as bits, that a case has to visit so that it is a case of this one.
+    """
+
+    bit: int
+    visits: int
+
+
+class MutantObligations:
+    """The obligations of a model that its mutants belong to."""
+
+    def __init__(self, model: BehaviorModel, obligations: Obligations) -> None:
+        self._model = model
+        self._obligations = obligations
+
+    def of(self, mutant: Mutant) -> tuple[MutantObligation, ...]:
+        """Return the obligations that a mutant belongs to."""
+        return tuple(dict.fromkeys(self._found(mutant)))
+
+    def _found(self, mutant: Mutant) -> Iterator[MutantObligation]:
+        bit_of = self._obligations.bit_of
+        match mutant.kind:
+            case SubjectKind.OPERATION:
+                for part in mutant.parts:
+                    for aspect in _ASPECTS.get(part, ()):
+                        bit = bit_of(mutant.subject, aspect)
+                        yield MutantObligation(bit, bit)
+            case SubjectKind.AUTOMATIC:
+                taken = bit_of(mutant.subject, Aspect.TAKEN)
+                yield MutantObligation(taken, taken)
+                for name in self._failed_by(mutant.subject):
+                    bit = bit_of(name, Aspect.FAILED)
+                    yield MutantObligation(bit, bit | taken)
+            case SubjectKind.ENVIRONMENT | SubjectKind.VARIABLE | SubjectKind.RESOURCE:
+                return
+
+    def _failed_by(self, name: str) -> Iterator[str]:
+        """Yield the operations that an automatic transition can fail: it assigns their states."""
+        transition = next(each for each in self._model.automatic_transitions if each.name == name)
+        targets = [action.target for action in transition.running_actions]
+        for operation in self._model.operations:
+            if CURRENT_STATE in targets or operation_state_name(operation.name) in targets:
+                yield operation.name
+
+
+def belonging(found: tuple[MutantObligation, ...]) -> int:
+    """Return the obligations of a mutant as bits."""
+    bits = 0
+    for each in found:
+        bits |= each.bit
+    return bits
+
+
+def visited_ones(found: tuple[MutantObligation, ...], visited: int) -> int:
+    """Return those of the obligations of a mutant that a case visits, as bits."""
+    return belonging(tuple(each for each in found if each.visits & ~visited == 0))
+
+
+NO_MUTANTS = "the store has no results of `scbm mutate`"
+"""Why nothing is known, as a clause, where a store has no results of mutants at all."""
+
+
+class Assertion(StrEnum):
+    """Whether cases notice a change of the transition of an obligation that they visit."""
+
+    ASSERTED = "asserted"
+    """A case that visits it kills one of its mutants."""
+    NOTHING_ASSERTED = "nothing_asserted"
+    """No such case does, and one of its mutants behaves differently."""
+    UNKNOWN = "unknown"
+    """It has no mutants, or all of them are equivalent or undecided."""
+
+    __hash__ = str.__hash__  # of equal value, and without a call of Python for each lookup
+
+    @property
+    def words(self) -> str:
+        """The answer in words."""
+        return self.value.replace("_", " ")
+
+
+class MutantNotice(NamedTuple):
+    """What is known of a mutant, for the obligations that it belongs to.
+
+    Attributes:
+        belongs: the obligations that it belongs to, as bits.
+        noticed: of these the ones that a case visits which kills it.
+        status: its status.
+    """
+
+    belongs: int
+    noticed: int
+    status: MutantStatus
+
+
+@dataclass(frozen=True, slots=True)
+class AssertedObligation:
+    """A visited obligation, with the number of its mutants.
+
+    Attributes:
+        obligation: the obligation.
+        noticed: mutants that a case kills which visits the obligation.
+        unnoticed: other mutants that behave differently.
+        equivalent: mutants that are proved to behave like the model.
+        undecided: mutants of which neither is known.
+    """
+
+    obligation: Obligation
+    noticed: int = 0
+    unnoticed: int = 0
+    equivalent: int = 0
+    undecided: int = 0
+
+    @staticmethod
+    def of(obligation: Obligation, bit: int, notices: Iterable[MutantNotice]) -> AssertedObligation:
+        """Count the mutants of one obligation, which has this bit."""
+        counts = dict.fromkeys(("noticed", "unnoticed", "equivalent", "undecided"), 0)
+        for notice in notices:
+            if notice.belongs & bit:
+                counts[_group(notice, bit)] += 1
+        return AssertedObligation(obligation, **counts)
+
+    @property
+    def mutants(self) -> int:
+        """The number of its mutants."""
+        return self.noticed + self.unnoticed + self.equivalent + self.undecided
+
+    @property
+    def counts(self) -> bool:
+        """Whether the figure counts it: one of its mutants may behave differently."""
+        return self.mutants > self.equivalent
+
+    @property
+    def answer(self) -> Assertion:
+        """Whether cases notice a change."""
+        if self.noticed:
+            return Assertion.ASSERTED
+        return Assertion.NOTHING_ASSERTED if self.unnoticed else Assertion.UNKNOWN
+
+    @property
+    def words(self) -> str:
+        """The number of its mutants in words, or why nothing is known."""
+        if self.answer is not Assertion.UNKNOWN:
+            return f"{self.noticed} of {self.mutants - self.equivalent} changes noticed"
+        if self.undecided:
+            return "no case notices a change, and it is undecided whether one makes a difference"
+        return "no change makes a difference" if self.equivalent else "no mutant changes it"
+
+
+def _group(notice: MutantNotice, bit: int) -> str:
+    if notice.noticed & bit:
+        return "noticed"
+    match notice.status:
+        case MutantStatus.EQUIVALENT:
+            return "equivalent"
+        case MutantStatus.UNDECIDED:
+            return "undecided"
+        case MutantStatus.KILLED | MutantStatus.SURVIVED:
+            return "unnoticed"
+
+
+@dataclass(frozen=True)
+class AssertedObligations:
+    """The visited obligations of a model with their answers, in the order of the model, without *queued*."""
+
+    entries: tuple[AssertedObligation, ...]
+
+    @staticmethod
+    def of(obligations: Obligations, visited: int, notices: Sequence[MutantNotice]) -> AssertedObligations:
+        """Return the answers for the visited obligations.
+
+        Args:
+            obligations: the obligations of the model.
+            visited: those that the cases visit, as bits.
+            notices: all mutants of the model.
+        """
+        bits = ((obligation, obligations.bit(obligation)) for obligation in obligations if obligation.counts)
+        return AssertedObligations(
+            tuple(AssertedObligation.of(obligation, bit, notices) for obligation, bit in bits if bit & visited)
+        )
+
+    @property
+    def figure(self) -> Figure:
+        """The asserted obligations among the visited ones that have a mutant which may behave differently."""
+        return Figure(len(self.with_answer(Assertion.ASSERTED)), sum(entry.counts for entry in self.entries))
+
+    def with_answer(self, answer: Assertion) -> tuple[AssertedObligation, ...]:
+        """Return the obligations with an answer."""
+        return tuple(entry for entry in self.entries if entry.answer is answer)
+
+    @cached_property
+    def by_obligation(self) -> dict[Obligation, AssertedObligation]:
+        """The answer of each visited obligation."""
+        return {entry.obligation: entry for entry in self.entries}
+
+
+@dataclass(frozen=True, slots=True)
+class AssertionEvidence:
+    """What a store says about the obligations that cases visit.
+
+    Attributes:
+        found: the answers; `None` if no result of mutants is about these cases.
+        why_none: why there are none, as a clause.
+    """
+
+    found: AssertedObligations | None
+    why_none: str = ""
+
+    @property
+    def figure(self) -> Figure:
+        """The figure of asserted obligations; of none if nothing is known."""
+        return Figure(0, 0) if self.found is None else self.found.figure

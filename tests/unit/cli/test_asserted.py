@@ -1,0 +1,281 @@
+"""`scbm mutate --store`, and what `scbm test` and `scbm report` say of visited obligations then (decision 52)."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from conftest import Ran
+from scbm.closing.mutants.survivors import Survivors
+from scbm.testing.mutants import MUTATIONS, MutantResult, MutationRuns
+from support.wording import Wording, diagnostic_heads
+
+GATE = """behavior_model: gate
+variables:
+  door: {domain: [open, closed], initial: closed, source: state}
+  noted: {domain: bool, initial: false, source: state}
+resources:
+  motor: {simulation: {latency: 1 s}}
+operations:
+  open_door:
+    deadline: 10 s
+    pre: {g: door == closed && motor_req_state == initial, a: [motor_req_trigger <- true]}
+    post:
+      g: true
+      gr: motor_req_state == succeeded
+      a: [motor_req_trigger <- false, motor_req_state <- initial, door <- open]
+    failed: {g: motor_req_state == failed, a: [motor_req_trigger <- false, motor_req_state <- initial]}
+    timedout: [motor_req_trigger <- false]
+automatic_transitions:
+  notes: {g: open_door.state == timedout && noted == false, a: [noted <- true]}
+goals: {opened: door == open}
+"""
+LATE = "case: late\nmodel: gate.yaml\ngoal: opened\noutcomes: {motor: [timeout]}\n"
+WELL = "case: well\nmodel: gate.yaml\ngoal: opened\n"
+
+Scbm = Callable[..., Ran]
+
+
+@pytest.fixture
+def gate(scbm: Scbm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:  # noqa: ARG001 - it sets a directory, too
+    """The working directory has the model and two cases."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "80")
+    for name, text in (("gate", GATE), ("late", LATE), ("well", WELL)):
+        Path(f"{name}.yaml").write_text(text, encoding="utf-8")
+
+
+SUITE = ("gate.yaml", "late.yaml", "well.yaml")
+MUTATE = ("mutate", *SUITE, "-j", "1")
+TEST = ("test", *SUITE)
+STORE = ("--store", "cov.db")
+
+pytestmark = pytest.mark.usefixtures("gate")
+
+
+_FILLED: list[bytes] = []
+"""The store after `scbm mutate` with the suite, once a test has made it: it is the same for all."""
+
+
+def fill(scbm: Scbm) -> None:
+    """Make a store with the results of all mutants, and without cases."""
+    if not _FILLED:
+        scbm(*MUTATE, *STORE)
+        _FILLED.append(Path("cov.db").read_bytes())
+    Path("cov.db").write_bytes(_FILLED[0])
+
+
+def mutants(ran: Ran) -> Any:  # noqa: ANN401 - parsed JSON
+    return json.loads(ran.out)["mutants"]
+
+
+def test_a_report_from_a_store_is_the_report_without_one(scbm: Scbm, monkeypatch: pytest.MonkeyPatch) -> None:
+    plain = scbm(*MUTATE, "--json")
+    first = scbm(*MUTATE, "--json", *STORE)
+    assert (first.out, first.err) == (plain.out, "cov.db: results of 45 mutants, 45 of them new\n")
+    monkeypatch.setattr(MutationRuns, "result", _refuse)
+    monkeypatch.setattr(Survivors, "decided", _refuse)
+    again = scbm(*MUTATE, "--json", *STORE)
+    assert (again.out, again.err) == (plain.out, "cov.db: results of 45 mutants, none of them new\n")
+
+
+def _refuse(*_: object) -> MutantResult:
+    raise AssertionError("the store has this result")
+
+
+def test_witnesses_come_back_from_a_store(scbm: Scbm) -> None:
+    scbm(*MUTATE, "--witnesses", "fresh")
+    fill(scbm)
+    scbm(*MUTATE, "--witnesses", "stored", *STORE)
+    fresh, stored = (sorted(Path(name).iterdir()) for name in ("fresh", "stored"))
+    assert [(file.name, file.read_text()) for file in fresh] == [(file.name, file.read_text()) for file in stored]
+    assert fresh
+
+
+def test_parts_of_the_mutants_add_up(scbm: Scbm) -> None:
+    scbm(*MUTATE, "--no-equivalence", "--operators", "guards", *STORE)
+    assert "do not have all mutants" in " ".join(scbm(*TEST, *STORE).out.split())
+    groups = ",".join(name for name, mutation in MUTATIONS.items() if mutation.group != "guards")
+    scbm(*MUTATE, "--no-equivalence", "--operators", groups, *STORE)
+    assert "  Asserted: " in scbm(*TEST, *STORE).out
+    assert "not known" not in scbm("report", "cov.db").out
+
+
+def test_decisions_outlive_a_change_of_the_cases(scbm: Scbm, monkeypatch: pytest.MonkeyPatch) -> None:
+    fill(scbm)
+    more = ("mutate", "gate.yaml", "late.yaml", "-j", "1", "--json")
+    plain, before = scbm(*more), scbm(*MUTATE, "--json", *STORE)
+    monkeypatch.setattr(Survivors, "decided", _not_again(Survivors.decided, before))
+    assert scbm(*more, *STORE).out == plain.out
+
+
+def _not_again(decided: Callable[[Survivors, MutantResult], MutantResult], before: Ran) -> Callable[..., MutantResult]:
+    """Decide about mutants that were killed before, and about no other."""
+    killed = [mutant["name"] for mutant in mutants(before) if mutant["status"] == "killed"]
+
+    def decide(survivors: Survivors, result: MutantResult) -> MutantResult:
+        assert result.mutant.name in killed
+        return decided(survivors, result)
+
+    return decide
+
+
+@pytest.mark.parametrize(
+    ("change", "old", "new"),
+    [("gate.yaml", "latency: 1 s", "latency: 2 s"), ("late.yaml", "[timeout]", "[timeout, fail]")],
+)
+def test_results_of_other_inputs_do_not_count(scbm: Scbm, change: str, old: str, new: str) -> None:
+    fill(scbm)
+    text = Path(change).read_text()
+    assert old in text
+    Path(change).write_text(text.replace(old, new))
+    ran = scbm(*MUTATE, *STORE)
+    if change == "gate.yaml":
+        assert diagnostic_heads(ran.err) == ["cov.db: error[store-other-model]"]
+    else:
+        assert ran.err == "cov.db: results of 45 mutants, 45 of them new\n"
+        assert "not about exactly these cases" not in scbm(*TEST, *STORE).out
+
+
+@pytest.mark.parametrize("place", [MutationRuns, Survivors], ids=["while cases run", "while mutants are compared"])
+def test_an_interrupted_command_keeps_what_it_did_and_goes_on(
+    scbm: Scbm, monkeypatch: pytest.MonkeyPatch, place: type
+) -> None:
+    plain = scbm(*MUTATE, "--json")
+    name = "result" if place is MutationRuns else "decided"
+    calls = {"before": 0, "after": 0}
+
+    def counted(when: str, most: int) -> Callable[..., MutantResult]:
+        method: Callable[..., MutantResult] = getattr(place, name)
+
+        def call(self: object, argument: object) -> MutantResult:
+            calls[when] += 1
+            if calls[when] > most:
+                raise KeyboardInterrupt
+            return method(self, argument)
+
+        return call
+
+    with monkeypatch.context() as patch:
+        patch.setattr(place, name, counted("before", 3))
+        ran = scbm(*MUTATE, *STORE)
+    assert ran.code == 130
+    assert ran.err.startswith("scbm: interrupted: ran the cases on ")
+    assert ran.err.endswith("; cov.db has these results, and the same command goes on\n")
+    assert ran.err.count("\n") == 1
+    with monkeypatch.context() as patch:
+        patch.setattr(place, name, counted("after", 1000))
+        assert scbm(*MUTATE, "--json", *STORE).out == plain.out
+    assert 3 + calls["after"] == (45 if place is MutationRuns else _decided(plain))
+
+
+def _decided(ran: Ran) -> int:
+    return sum(mutant["status"] != "killed" for mutant in mutants(ran))
+
+
+def test_a_store_without_results_changes_no_report(scbm: Scbm) -> None:
+    plain = scbm(*TEST, "--store", "plain.db")
+    assert "sserted" not in plain.out
+    fill(scbm)
+    lines = [line for line in scbm(*TEST, *STORE).out.splitlines() if line]
+    added = [line for line in lines if line not in plain.out]
+    assert added[0] == "  Asserted: 75.00 %; 3 asserted, 1 with nothing asserted, 0 unknown of 4 visited"
+    assert added[1:4] == [
+        "Visited, but nothing asserted: 1",
+        "  at: notes  taken",
+        "  scbm mutate gate.yaml late.yaml well.yaml --store cov.db",
+    ]
+    data = json.loads(scbm("report", "plain.db", "--json").out)
+    assert "asserted" not in data
+
+
+def test_json_has_the_answer_of_each_visited_obligation(scbm: Scbm) -> None:
+    fill(scbm)
+    tested = json.loads(scbm(*TEST, *STORE, "--json").out)["asserted"]
+    reported = json.loads(scbm("report", "cov.db", "--json").out)["asserted"]
+    assert tested == reported
+    assert tested["counts"] == {"asserted": 3, "nothing_asserted": 1, "unknown": 0}
+    assert (tested["percent"], tested["asserted"], tested["of"], tested["why_none"]) == (75.0, 3, 4, None)
+    answers = {entry["name"]: entry for entry in tested["obligations"]}
+    assert "open_door/disabled" not in answers  # no case visits it
+    assert answers["automatic/notes"]["answer"] == "nothing_asserted"
+    for entry in tested["obligations"]:
+        parts = (entry[part] for part in ("noticed", "unnoticed", "equivalent", "undecided"))
+        assert entry["mutants"] == sum(parts)
+
+
+def test_the_page_marks_what_nothing_asserts(scbm: Scbm) -> None:
+    scbm(*TEST, "--store", "plain.db")
+    scbm("report", "plain.db", "--html", "before.html")
+    assert "asserted" not in Path("before.html").read_text().partition("</style>")[2]
+    fill(scbm)
+    scbm(*TEST, *STORE)
+    scbm("report", "cov.db", "--html", "after.html")
+    page = Path("after.html").read_text()
+    assert '<p class="about" data-asserted="75.00 %"><b>75.00 %</b> asserted: 3 asserted, 1 with' in page
+    assert '<h2 data-unasserted="1">1 obligation visited, but nothing asserted</h2>' in page
+    assert page.count('title="automatic/notes: visited, but nothing asserted"') == 1
+    answers = re.findall(r'data-answer="(\w+)">', page)
+    assert answers == ["asserted"] * 3  # of the operation; its page has no row for the transition
+
+
+@pytest.mark.parametrize("verb", [TEST + STORE, ("report", "cov.db")], ids=["test", "report"])
+def test_the_threshold_decides_the_exit_code(scbm: Scbm, verb: tuple[str, ...]) -> None:
+    scbm(*TEST, *STORE)
+    ran = scbm(*verb, "--fail-under", "asserted=75")
+    assert ran.code == 1
+    assert ran.err.startswith(
+        "What cases assert is not known: the store has no results of `scbm mutate`."
+        " So --fail-under asserted=75 cannot be met.\n"
+    )
+    fill(scbm)
+    scbm(*TEST, *STORE)
+    assert scbm(*verb, "--fail-under", "asserted=75").code == 0
+    ran = scbm(*verb, "--fail-under", "asserted=76")
+    assert (ran.code, ran.err) == (1, "Of what is visited, 75.00 % is asserted, under 76 %.\n")
+
+
+def test_test_shows_the_command_that_fills_the_store(scbm: Scbm) -> None:
+    ran = scbm(*TEST, *STORE, "--fail-under", "asserted=75")
+    command = ran.err.splitlines()[-1].strip()
+    assert command == "scbm mutate gate.yaml late.yaml well.yaml --store cov.db"
+    scbm(*command.split()[1:], "-j", "1")
+    assert scbm(*TEST, *STORE, "--fail-under", "asserted=75").code == 0
+
+
+def test_random_cases_are_found_by_seed_and_options(scbm: Scbm) -> None:
+    drawn = ("gate.yaml", "--cases", "4", "--seed", "3", "--network", "drawn", "--require", "always noted == noted")
+    scbm("mutate", *drawn, "--no-equivalence", "-j", "1", *STORE)
+    assert "not known" not in scbm("test", *drawn, *STORE).out
+    other = [word.replace("3", "4") for word in drawn]
+    assert "not known" in scbm("test", *other, *STORE).out
+
+
+def test_the_threshold_needs_a_store_and_a_simulation(scbm: Scbm, wording: Wording) -> None:
+    ran = scbm(*TEST, "--fail-under", "asserted=75")
+    assert ran.code == 2
+    wording(ran.err)
+    over_nodes = scbm(*TEST, *STORE, "--transport", "loopback", "--fail-under", "asserted=75")
+    assert diagnostic_heads(over_nodes.err) == ["--fail-under: error[bad-option]"]
+
+
+def test_results_for_recorded_oracles_do_not_count(scbm: Scbm) -> None:
+    scbm(*MUTATE, "--no-equivalence", "--oracle", "recorded", *STORE)
+    assert "are for `--oracle recorded`" in " ".join(scbm(*TEST, *STORE).out.split())
+
+
+def test_a_store_has_no_cases_with_drawn_inputs(scbm: Scbm) -> None:
+    ran = scbm("mutate", "gate.yaml", "--inputs", "drawn", *STORE)
+    assert diagnostic_heads(ran.err) == ["--inputs: error[bad-option]"]
+    assert not Path("cov.db").exists()
+
+
+def test_a_case_file_is_no_store(scbm: Scbm) -> None:
+    ran = scbm(*MUTATE, "--store", "late.yaml")
+    assert ran.code == 2
+    assert Path("late.yaml").read_text() == LATE
