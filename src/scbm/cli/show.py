@@ -21,7 +21,7 @@ def command(
     ] = False,
     json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
-    """Show the size of a model, or the model with all handshakes written out."""
+    """Show the size of a model, or the model with everything written out."""
     text = read_file(model)
     loaded = read_model(text, str(model))
     written_out = write_model(loaded)
