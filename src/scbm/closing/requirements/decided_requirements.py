@@ -27,20 +27,17 @@ class DecidedRequirement:
         name: its name.
         status: the decision.
         reason: in which runs it holds, how the case violates it, what ended the search, or why it is switched off.
-        execution: the run of the case that violates it, made small; `None` if it is not violated.
+        case: the name of the case that violates it; `None` if it is not violated.
+        execution: the run of that case, if it is a new one.
         option: the option of `scbm close` that raises the limit that ended the search, if there is one.
     """
 
     name: str
     status: RequirementStatus
     reason: str
+    case: str | None = None
     execution: Execution | None = None
     option: str | None = None
-
-    @property
-    def case(self) -> str | None:
-        """The name of the case that violates it; `None` if it is not violated."""
-        return None if self.execution is None else self.execution.case.name
 
 
 @dataclass(frozen=True, slots=True)

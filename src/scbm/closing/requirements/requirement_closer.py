@@ -69,6 +69,7 @@ class RequirementCloser:
         self._progress = progress
         self._tester = Tester(model)
         self._found: dict[str, Execution] = {}
+        self._written: list[str] = []
         self._open: dict[str, tuple[str, str | None]] = {}
         self._situations = 0
         self._is_interrupted = False
@@ -99,11 +100,17 @@ class RequirementCloser:
     # what is known already
 
     def _look_in_cases(self, suite: Campaign, closing: Closing, asked: Sequence[str]) -> None:
-        """Keep the first run of the suite or of a new case that violates a requirement."""
+        """Keep the first run of the suite or of a new case that violates a requirement.
+
+        A case from a file shows the violation as it is: closing writes no other one.
+        """
         for cause in suite.summary.causes:
             failure = cause.failures[0]
             if failure.kind is FailureKind.BUILT_IN and failure.subject in asked:
-                self._keep(self._tester.execute(suite.source.case(cause.positions[0])))
+                execution = self._tester.execute(suite.source.case(cause.positions[0]))
+                self._keep(execution)
+                if execution.case.origin is None:
+                    self._written.append(execution.case.name)
         for made in closing.cases:
             self._keep(made.execution)
 
@@ -214,8 +221,13 @@ class RequirementCloser:
         if name in off:
             return DecidedRequirement(name, RequirementStatus.OFF, off[name])
         if name in self._found:
-            execution, failure = self._shrunk(name, self._found[name], taken)
-            return DecidedRequirement(name, RequirementStatus.VIOLATED, str(failure), execution)
+            execution = self._found[name]
+            is_written = execution.case.name in self._written
+            if not is_written:
+                execution = self._shrunk(name, execution, taken)
+            made = None if is_written else execution
+            reason = str(_failure(name, execution))
+            return DecidedRequirement(name, RequirementStatus.VIOLATED, reason, execution.case.name, made)
         if name in self._open:
             reason, option = self._open[name]
             return DecidedRequirement(name, RequirementStatus.UNDECIDED, reason, option=option)
@@ -228,7 +240,7 @@ class RequirementCloser:
             return "in all runs in which nothing changes from outside"
         return "in all runs"
 
-    def _shrunk(self, name: str, execution: Execution, taken: list[str]) -> tuple[Execution, Failure]:
+    def _shrunk(self, name: str, execution: Execution, taken: list[str]) -> Execution:
         """Return a small case that violates a requirement, run, under a new name."""
         number = 1
         while f"{name}-{number}" in taken:
@@ -238,10 +250,9 @@ class RequirementCloser:
         execution = self._without_delays(name, execution)
         failure = _failure(name, execution)
         try:
-            small = Shrinker(self._tester).shrink(execution, failure, taken[-1]).execution
+            return Shrinker(self._tester).shrink(execution, failure, taken[-1]).execution
         except UnshrinkableError:
-            small = self._tester.execute(replace(execution.case, name=taken[-1]))
-        return small, _failure(name, small)
+            return self._tester.execute(replace(execution.case, name=taken[-1]))
 
     def _without_delays(self, name: str, execution: Execution) -> Execution:
         """Return a run in which late replies are missing, if it violates the requirement; else the run as it is.

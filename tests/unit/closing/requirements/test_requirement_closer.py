@@ -14,7 +14,7 @@ from scbm.closing.requirements.requirement_closer import RequirementCloser
 from scbm.files import load_model, read_case, read_model, write_case
 from scbm.model import BehaviorModel, GoalOrder, Outcome, PlanSet, RunsDeclaration
 from scbm.running.micro_steps import MicroStep, MicroSteps
-from scbm.testing import Campaign, FailureKind, Tester
+from scbm.testing import Campaign, FailureKind, RandomCases, Tester
 from scbm.testing.case_sizes import size_of
 from support.closings import closing_of
 from support.models import scan_cell
@@ -186,7 +186,10 @@ def test_a_case_of_the_suite_shows_a_violation_that_the_limits_hide() -> None:
     model = scan_cell(STAYS_FAILED)
     case = Case("mine", *model.goals[0], model.nominal_state, (OutcomeRule("scan", 1, 1, Outcome.FAIL),))
     found = decided(decide(model, CloseLimits(situations=1), (case,)), "ready_again")
-    assert found.status is VIOLATED
+    assert (found.status, found.case, found.execution) == (VIOLATED, "mine", None)
+    failing = ("    measures: [temperature]\n", "    simulation: {outcomes: {succeed: 0, fail: 1, timeout: 0}}\n")
+    model = scan_cell(STAYS_FAILED, failing)
+    found = decided(decide(model, CloseLimits(situations=1), (RandomCases(model).case(1, 1),)), "ready_again")
     assert_small_case_fails(found, model)
 
 
