@@ -221,7 +221,6 @@ def test_a_wrong_argument_is_an_error_where_it_is_given(tmp_path: Path) -> None:
         ("include: door.yaml", ["cell.yaml:2:10:9 missing-key"]),
         ("include: [cycle.yaml]", ["cycle.yaml:2:10:10 contradiction"]),
         ("include: cell.yaml", ["cell.yaml:1:1:14 wrong-shape"]),
-        ("include: [names.yaml, names.yaml]", ["cell.yaml:2:23:10 duplicate-name"]),
         ("include: [own.yaml]", ["cell.yaml:3:13:1 duplicate-name"]),
         ("include: odd.yaml", ["odd.yaml:1:1:5 unknown-key", "odd.yaml:2:17:1 wrong-shape",
                                "odd.yaml:2:24:7 unknown-key"]),
@@ -246,6 +245,71 @@ def test_what_can_be_wrong_about_a_part(wrong: str, expected: list[str], tmp_pat
         text="text\n",
     )
     assert heads(path) == expected
+
+
+ISLAND = """\
+part: island
+parameters: {stop: {}}
+types: {zone: [a, b], robot: [r1, r2]}
+tables: {near: {of: [zone, zone], rows: [[a, b], [b, a]]}}
+variables:
+  at[robot]: {domain: zone, initial: a}
+  load[robot]: {domain: 0..3, initial: 0}
+resources:
+  arm[robot]: {}
+operations:
+  move[r in robot, x in zone, y in zone]:
+    where: near(x, y)
+    request: arm[r]
+    guard: at[r] == x && forall o in robot. (o == r || at[o] != y)
+    pre: {gr: stop == healthy}
+    effects: [at.r <- y]
+goals:
+  one[r in robot]: load[r] >= 1
+requirements:
+  few: always load.r1 + load.r2 <= 3
+  there: always move[r1, a, b].state == executing -> at[r1] == a && arm_req_state[r2] == initial
+"""
+
+
+def test_a_part_can_have_objects_requests_and_sums(tmp_path: Path) -> None:
+    model = load_model(
+        written(
+            tmp_path,
+            cell="behavior_model: cell\nparts:\n  left: {use: island.yaml, with: {stop: estop}}\n"
+            "  right: {use: island.yaml, with: {stop: estop}}\noperations: {}\n"
+            "variables: {estop: {domain: [healthy, pressed], initial: healthy, source: input}}\n"
+            "goals:\n  all: forall r in robot. (left.at[r] == b)\n",
+            island=ISLAND,
+        )
+    )
+    assert [operation.name for operation in model.operations[:3]] == [
+        "left.move.r1.a.b",
+        "left.move.r1.b.a",
+        "left.move.r2.a.b",
+    ]
+    assert str(model.operation("right.move.r2.a.b").pre.running_guard) == (
+        "(right.arm.r2_req_state == initial && right.arm.r2_req_trigger == false && right.at.r2 == a"
+        " && right.at.r1 != b) && estop == healthy"
+    )
+    assert [str(requirement.sentence) for requirement in model.requirements[2:]] == [
+        "always right.load.r1 + right.load.r2 <= 3",
+        "always right.move.r1.a.b.state == executing -> right.at.r1 == a && right.arm.r2_req_state == initial",
+    ]
+    assert str(model.goal("all")) == "left.at.r1 == b && left.at.r2 == b"
+
+
+def test_what_two_files_include_is_there_once(tmp_path: Path) -> None:
+    model = load_model(
+        written(
+            tmp_path,
+            cell=f"behavior_model: cell\ninclude: [first.yaml, second.yaml]\n{OPERATION}",
+            first="part: first\ninclude: common.yaml\n",
+            second="part: second\ninclude: [common.yaml]\n",
+            common="part: common\nvariables: {a: {domain: bool, initial: false}}\n",
+        )
+    )
+    assert [variable.name for variable in model.variables] == ["a"]
 
 
 def test_a_folder_can_be_allowed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

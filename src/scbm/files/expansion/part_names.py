@@ -10,7 +10,7 @@ from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, list_n
 from scbm.files.expansion.rewritten_scalar import Piece, RewrittenScalar
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
     from scbm.files.yaml.document import YamlNode
     from scbm.files.yaml.source_text import Scalar
@@ -45,23 +45,39 @@ _HEAD = re.compile(r"[^\[\s]*")
 """The name in a key such as `robot_at[robot]`."""
 
 
-def declared_names(part: YamlNode) -> dict[str, None]:
-    """Return the names that predicates, actions and lists can use and that a part declares, in its order."""
-    names: dict[str, None] = {}
-    for head in _heads(part, "variables"):
-        names[head] = None
-    for head in _heads(part, "resources"):
-        names |= dict.fromkeys((head, f"{head}_req_trigger", f"{head}_req_state"))
-    for head in _heads(part, "operations"):
-        names[f"{head}.state"] = None
-    return names
+class DeclaredNames:
+    """The names that predicates, actions and lists can use and that a part declares."""
 
+    def __init__(self, part: YamlNode) -> None:
+        """Take the tree of a part, with the parts that it uses itself."""
+        self._names: dict[str, None] = {}
+        self._families: dict[str, None] = {}
+        for key in _keys(part, "variables"):
+            self._add(key, "")
+        for key in _keys(part, "resources"):
+            self._add(key, "", "_req_trigger", "_req_state")
+        for key in _keys(part, "operations"):
+            self._add(key, ".state")
 
-def _heads(part: YamlNode, section: str) -> Iterator[str]:
-    node = part.get(section)
-    for key in node.items if node is not None else ():
+    def _add(self, key: str, *suffixes: str) -> None:
+        """Add what an entry declares; `move[r in robot]` declares `move` and all names that begin with `move.`."""
         match = _HEAD.match(key)
-        yield match[0] if match is not None else key
+        head = match[0] if match is not None else key
+        if head == key:
+            self._names |= dict.fromkeys(f"{head}{suffix}" for suffix in suffixes)
+        else:
+            self._families |= dict.fromkeys(f"{head}{'' if suffix == '.state' else suffix}" for suffix in suffixes)
+
+    def __contains__(self, name: object) -> bool:
+        if not isinstance(name, str) or name in self._names:
+            return name in self._names
+        ends = (index for index, character in enumerate(name) if character == ".")
+        return name in self._families or any(name[:end] in self._families for end in ends)
+
+
+def _keys(part: YamlNode, section: str) -> Iterable[str]:
+    node = part.get(section)
+    return node.items if node is not None else ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +91,7 @@ class PartCopy:
     """
 
     prefix: str
-    declared: Mapping[str, None]
+    declared: DeclaredNames
     arguments: Mapping[str, YamlNode]
 
     def section(self, name: str, node: YamlNode) -> YamlNode:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from scbm.files.expansion.expanded_nodes import MappingEntry, entries_of, mapping_node, with_entries
 from scbm.files.expansion.part_files import SHARED_SECTIONS, PartFile, PartFiles
-from scbm.files.expansion.part_names import NAMED_SECTIONS, PartCopy, declared_names
+from scbm.files.expansion.part_names import NAMED_SECTIONS, DeclaredNames, PartCopy
 from scbm.files.spelling import nearest, suggestion
 from scbm.files.yaml.yaml_events import MAX_NODES
 from scbm.model import Diagnostic, InputError, Slug
@@ -180,7 +180,7 @@ class _Expansion:
         shown = Path(part.document.place.file)
         whole = self.whole(part.document, (*users, part.path), shown)
         self._add_to_count(whole.size, place)
-        declared = declared_names(whole)
+        declared = DeclaredNames(whole)
         self._refuse_hidden(part, declared)
         copy = PartCopy(prefix, declared, arguments)
         return with_entries(
@@ -198,7 +198,7 @@ class _Expansion:
             message = f"with this part the model has more than {MAX_NODES:,} YAML nodes"
             raise InputError([Diagnostic(Slug.YAML_TOO_LARGE, message, place)])
 
-    def _refuse_hidden(self, part: PartFile, declared: dict[str, None]) -> None:
+    def _refuse_hidden(self, part: PartFile, declared: DeclaredNames) -> None:
         """Note parameters with the name of something that the part declares."""
         parameters = part.document.get("parameters")
         for name in part.parameters:
@@ -229,10 +229,9 @@ class _Expansion:
         return whole._replace(node=replace(with_entries(whole.node, entries.values()), incomplete=incomplete))
 
     def _enter(self, entries: dict[str, MappingEntry], entry: MappingEntry, place: Place) -> None:
-        if entry.key in entries:
-            other = entries[entry.key].place
+        other = entries.setdefault(entry.key, entry).place
+        if other != entry.place:
             message = f"`{entry.key}` is there already, from {other.file}:{other.line}"
             self.report.add(
                 Slug.DUPLICATE_NAME, message, place, "use one of them under `parts`, with a name of its own"
             )
-        entries.setdefault(entry.key, entry)

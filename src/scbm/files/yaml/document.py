@@ -233,7 +233,12 @@ class _Reader:
         node.incomplete = True
         if name is not None:
             message = f"merge keys (`<<`) are not part of {self._noun} files"
-            self._report.add(Slug.UNKNOWN_KEY, message, key.place)
+            remedy = (
+                "write the keys out; what repeats can be a part (`parts`), or an entry for several objects (`types`)"
+            )
+            self._report.add(
+                Slug.UNKNOWN_KEY, message, key.place, remedy if self._noun == "model" else "write them out"
+            )
         elif not key.condemned:
             self._report.add(Slug.WRONG_SHAPE, "a key must be a name", key.place)
 
