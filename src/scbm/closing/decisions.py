@@ -142,6 +142,7 @@ class SuggestionKind(StrEnum):
     DEADLINE = "deadline"
     FAILURE = "failure"
     INSTANT = "instant"
+    PLANS = "plans"
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ import pytest
 
 from scbm.cases.coverage import Decision
 from scbm.closing import CloseLimits, Closer
-from scbm.closing.decisions import Closing
+from scbm.closing.decisions import Closing, SuggestionKind
 from scbm.closing.proved_statuses import assumed_by, proved_status
 from scbm.model import PlanSet
 from scbm.planning import model_with_plans
@@ -17,6 +17,7 @@ from scbm.testing import RandomCases, Tester
 from support.profiles import share
 from support.random_models import random_model
 from support.two_robots import two_robots
+from support.wording import Wording
 
 _FEW = CloseLimits(situations=4_000, planning=20_000, candidates=20, beyond=2_000, random=100, changes=100)
 """The limits for random models, some of which take minutes to close."""
@@ -50,6 +51,25 @@ def test_what_only_other_shortest_plans_visit_is_covered_by_cases_with_these_pla
 def test_under_canonical_plans_they_are_excluded_by_the_planner() -> None:
     decisions = _decisions(Closer(two_robots("canonical")).close())
     assert decisions["pick_2/executing"] is Decision.EXCLUDED
+
+
+def test_another_shortest_plan_with_what_canonical_plans_exclude_is_suggested(wording: Wording) -> None:
+    model = two_robots("canonical", more=DETOUR)
+    closing = Closer(model).close()
+    (found,) = (each for each in closing.suggestions if each.kind is SuggestionKind.PLANS)
+    about = {str(obligation) for obligation in found.obligations}
+    assert {"pick_2/executing", "place_2/queued"} <= about
+    assert not any(name.startswith(("pick_1", "put_back")) for name in about)  # no shortest plan has `put_back`
+    drawn = _decisions(Closer(model_with_plans(PlanSet.SHORTEST, model)).close())
+    assert {drawn[name] for name in about} == {Decision.COVERED}
+    wording(found.text)
+
+
+def test_no_other_plan_is_suggested_where_plans_are_drawn_or_all_shortest_ones_are_canonical() -> None:
+    for model in (two_robots(more=DETOUR), two_robots("canonical", goals="  held: box == held_1\n")):
+        suggestions = Closer(model).close().suggestions
+        assert suggestions
+        assert SuggestionKind.PLANS not in [each.kind for each in suggestions]
 
 
 def test_what_no_shortest_plan_visits_is_excluded_with_that_set_of_plans() -> None:

@@ -155,6 +155,15 @@ def test_a_wait_ends_when_no_change_is_pending() -> None:
     assert (execution.verdict.end, execution.ended_ns) == ("unsolvable", 4 * SECOND_NS)
 
 
+def test_a_wait_ends_when_the_last_clock_is_stopped() -> None:
+    release = "release: {guard: stop == pressed && door == closed, actions: [door <- open], after: 1 s}"
+    sticks = "sticks: {guard: door == closed, actions: [stop <- released], after: 100 s}"
+    model = press(release, sticks)
+    execution = run(model, initial=model.nominal_state.replace({"stop": "pressed"}))
+    assert (execution.verdict.end, execution.ended_ns) == ("unsolvable", SECOND_NS)
+    assert [change.by for change in execution.recorded_case.environment or ()] == ["release"]
+
+
 def test_the_trace_names_the_transition_and_is_written_and_read() -> None:
     model = press("push: {guard: true, actions: [stop <- pressed], after: 1 s}")
     execution = run(model)

@@ -73,9 +73,13 @@ def suggest(
         oracles: answers to questions about its runs.
         search: finds goals for its operations.
     """
+    return in_order_of(_Suggestions(model, dict.fromkeys(uncoverable), oracles, search).all(), model)
+
+
+def in_order_of(suggestions: Iterable[Suggestion], model: BehaviorModel) -> tuple[Suggestion, ...]:
+    """Return suggestions in the order of the obligations of a model; those about one obligation keep their order."""
     order = {obligation: number for number, obligation in enumerate(Obligations.of(model))}
-    suggestions = _Suggestions(model, dict.fromkeys(uncoverable), oracles, search)
-    return tuple(sorted(suggestions.all(), key=lambda suggestion: min(map(order.__getitem__, suggestion.obligations))))
+    return tuple(sorted(suggestions, key=lambda suggestion: min(map(order.__getitem__, suggestion.obligations))))
 
 
 class _Suggestions:

@@ -10,6 +10,7 @@ import pytest
 from scbm.cases import AT_ONCE, LOST, Network, OutcomeRule, Partition, Reaction
 from scbm.model import Latency, LatencyShape, Outcome, Resource, Simulation
 from scbm.running.simulation import Choices, MessageKind, PlainReactions, leave_nothing_open
+from scbm.running.simulation.free_choices import DrawnChance
 from support.wording import Wording
 
 MS = 1_000_000
@@ -24,6 +25,13 @@ def _choices(*forced: OutcomeRule, network: Network | None = None) -> Choices:
 
 def _outcomes(choices: Choices, *requests: tuple[Resource, str | None]) -> list[Outcome]:
     return [choices.react(resource, operation).outcome for resource, operation in requests]
+
+
+def test_a_drawn_time_is_in_its_range() -> None:
+    chance = DrawnChance(Random(1))
+    assert [chance.up_to(0) for _ in range(20)] == [0] * 20
+    assert sorted({chance.up_to(3) for _ in range(50)}) == [0, 1, 2]
+    assert {chance.up_to(50 * MS) % 1_000 for _ in range(50)} == {0}
 
 
 def test_requests_are_counted_for_each_resource() -> None:
