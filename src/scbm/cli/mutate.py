@@ -14,7 +14,7 @@ from scbm.cli.campaigns.mutation_campaign import (
     read_oracle,
     read_score,
 )
-from scbm.cli.campaigns.test_campaign import CampaignOptions, refuse_drawn_inputs
+from scbm.cli.campaigns.test_campaign import CampaignOptions
 from scbm.cli.options.campaign_options import Cases, Files, Inputs, Jobs, Json, Model, Network, Require, Seed
 from scbm.cli.options.closing_options import DEFAULT_LIMITS, MaxPlanning, MaxStates
 from scbm.cli.options.help_sections import HelpSection
@@ -137,8 +137,6 @@ def command(
     thresholds = read_score(fail_under or [])
     chosen, records = read_operators(operators or []), read_oracle(oracle)
     suite = wanted.suite({})
-    if store is not None and suite.moves_inputs:
-        refuse_drawn_inputs()
     entries = None if since is None else changed_since(since, suite.model, model)
     limits = CloseLimits(max_states, planning=max_planning) if equivalence else None
     asked = MutationOptions(chosen, entries, jobs, records, limits, store)

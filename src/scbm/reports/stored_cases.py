@@ -94,6 +94,7 @@ def again(stored: StoredCase, model_file: str, runs: Sequence[StoredRun]) -> str
         options = "" if _PLANS.search(recipe.text) else _planner_options(run, more=recipe.text)  # it needs no planner
         return f"scbm replay {shown_path(recipe.path)} --model {shown_path(model_file)}{options}{_added(recipe)}"
     network = f" --network {quote(recipe.network)}" if recipe.network else ""
+    network += " --inputs drawn" if recipe.moves_inputs else ""
     options = f"{network}{_planner_options(run)}{_added(recipe)}"
     return f"scbm run {shown_path(model_file)} --seed {recipe.seed} --case {recipe.number}{options}"
 

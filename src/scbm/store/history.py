@@ -115,6 +115,7 @@ class Drawn:
         requirements: name and sentence of the requirements beside those of the model.
         time_limit_ns: the time limit of the command line; `None` for none.
         real: as of a written one.
+        moves_inputs: whether inputs and published values without environment transitions are moved (`--inputs drawn`).
     """
 
     seed: int
@@ -123,6 +124,7 @@ class Drawn:
     requirements: tuple[tuple[str, str], ...] = ()
     time_limit_ns: int | None = None
     real: tuple[str, ...] | None = None
+    moves_inputs: bool = False
 
 
 Recipe: TypeAlias = Written | Drawn
@@ -302,6 +304,7 @@ def key_of(recipe: Recipe, model_digest: str, planner: str = FIRST_PLANNER.name)
         parts: list[object] = ["written", recipe.text]
     else:
         parts = ["drawn", recipe.seed, recipe.number, recipe.network]
+        parts += ["inputs"] if recipe.moves_inputs else []  # older stores have no such cases
     parts += [recipe.requirements, recipe.time_limit_ns]
     parts += [] if recipe.real is None else [recipe.real]
     parts += [] if planner == FIRST_PLANNER.name else [planner]  # older stores have keys without it

@@ -70,8 +70,9 @@ def drawn_recipe(case: Case, network: str, real: tuple[str, ...] | None = None) 
     """
     if case.origin is None:
         raise ValueError(f"`{case.name}` is not drawn")
-    origin = case.origin
-    return Drawn(origin.seed, origin.number, network, _sentences(case.requirements), case.limits.time_ns, real)
+    origin, requirements = case.origin, _sentences(case.requirements)
+    added = (requirements, case.limits.time_ns, real, origin.moves_inputs)
+    return Drawn(origin.seed, origin.number, network, *added)
 
 
 class Replays:
@@ -81,7 +82,7 @@ class Replays:
         self._model = history.model
         self._runs = history.runs
         self._testers: dict[str, Tester] = {}
-        self._random: dict[str, RandomCases] = {}
+        self._random: dict[tuple[str, bool], RandomCases] = {}
         self._requirements: dict[str, Requirement] = {}
 
     def execute(self, stored: StoredCase) -> Execution | None:
@@ -144,16 +145,18 @@ class Replays:
         if isinstance(recipe, Written):
             case = read_case(recipe.text, self._model, recipe.path)
         else:
-            case = self._random_cases(recipe.network).case(recipe.seed, recipe.number)
+            case = self._random_cases(recipe.network, recipe.moves_inputs).case(recipe.seed, recipe.number)
         added = tuple(self._requirement(name, sentence) for name, sentence in recipe.requirements)
         limit_ns = recipe.time_limit_ns if case.limits.time_ns is None else case.limits.time_ns
         limits = replace(case.limits, time_ns=limit_ns)
         return replace(case, requirements=(*case.requirements, *added), limits=limits)
 
-    def _random_cases(self, network: str) -> RandomCases:
-        if network not in self._random:
-            self._random[network] = RandomCases(self._model, network=self._network(network))
-        return self._random[network]
+    def _random_cases(self, network: str, moves_inputs: bool) -> RandomCases:  # noqa: FBT001 - a key of the cache
+        key = (network, moves_inputs)
+        if key not in self._random:
+            drawn_in = self._network(network)
+            self._random[key] = RandomCases(self._model, network=drawn_in, moves_inputs=moves_inputs)
+        return self._random[key]
 
     def _network(self, text: str) -> Network | None:
         if text == DRAWN:

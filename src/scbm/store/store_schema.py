@@ -155,7 +155,7 @@ TABLES: dict[str, StoreTable] = {
             StoreColumn(
                 "options",
                 "TEXT NOT NULL UNIQUE",
-                "JSON: `network`, `requirements`, `time_limit_ns`, and over nodes `real`",
+                "JSON: `network`, `requirements`, `time_limit_ns`; over nodes `real`, with drawn inputs `moves_inputs`",
             ),
         ),
     ),

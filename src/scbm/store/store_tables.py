@@ -364,10 +364,12 @@ class Tables:
 
     def _setting(self, network: str, recipe: Recipe) -> int:
         """Return the id of the options of the command line for a case."""
-        options = (network, recipe.requirements, recipe.time_limit_ns, recipe.real)
+        moves_inputs = isinstance(recipe, Drawn) and recipe.moves_inputs
+        options = (network, recipe.requirements, recipe.time_limit_ns, recipe.real, moves_inputs)
         if options not in self._settings:
             given = dict(zip(_OPTIONS, options, strict=False))
             given |= {} if recipe.real is None else {"real": recipe.real}
+            given |= {"moves_inputs": True} if moves_inputs else {}
             text = json.dumps(given, ensure_ascii=False)
             self._connection.execute("INSERT OR IGNORE INTO setting (options) VALUES (?)", (text,))
             self._settings[options] = self._id("setting", "options", text)
@@ -448,12 +450,13 @@ class _WrittenSetting:
     requirements: tuple[tuple[str, str], ...]
     time_limit_ns: int | None
     real: tuple[str, ...] | None = None
+    moves_inputs: bool = False
 
 
 def _options(text: str) -> Row:
-    """Network, requirements, time limit and real resources of a setting."""
+    """Network, requirements, time limit, real resources of a setting, and whether inputs move."""
     written = convert_json(read_json(text, _MAX_JSON_CHARACTERS), _WrittenSetting)
-    return written.network, written.requirements, written.time_limit_ns, written.real
+    return written.network, written.requirements, written.time_limit_ns, written.real, written.moves_inputs
 
 
 def _refuse_another_log(log: bytes | None, recipe: Recipe) -> None:
@@ -465,12 +468,10 @@ def _refuse_another_log(log: bytes | None, recipe: Recipe) -> None:
 
 
 def _recipe(options: Row, seed: str | None, number: int, text: str | None, path: str) -> Recipe:
-    network, *added = options
-    return (
-        Drawn(int(seed or ""), _number(number), network, *added)
-        if text is None
-        else Written(_text(text), _text(path), *added)
-    )
+    network, requirements, limit_ns, real, moves_inputs = options
+    if text is not None:
+        return Written(_text(text), _text(path), requirements, limit_ns, real)
+    return Drawn(int(seed or ""), _number(number), network, requirements, limit_ns, real, moves_inputs)
 
 
 def read_history(path: Path) -> History:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 import sqlite3
 from collections.abc import Callable
 from pathlib import Path
@@ -10,7 +11,8 @@ from typing import Any, Protocol
 
 import pytest
 
-from scbm.store import StoreWriter, read_history
+from scbm.reports.stored_cases import again
+from scbm.store import Replays, StoreWriter, read_history
 from support.wording import Wording, diagnostic_heads
 
 BEFORE = "examples/robot_in_the_air/before.yaml"
@@ -602,3 +604,51 @@ def test_a_killed_run_is_not_compared_with(scbm: Scbm, filled: Path, wording: Wo
     connection.commit()
     connection.close()
     assert compared in scbm("report", filled).out
+
+
+BUTTON = """
+behavior_model: button
+variables:
+  button: {domain: [released, pressed], initial: released, source: input}
+  done: {domain: 0..3, initial: 0}
+resources:
+  arm: {simulation: {latency: 8 s}}
+operations:
+  work:
+    deadline: 20 s
+    pre: {g: done < 3 && arm_req_state == initial, a: [arm_req_trigger <- true]}
+    post:
+      g: true
+      gr: arm_req_state == succeeded
+      a: [done += 1, arm_req_trigger <- false, arm_req_state <- initial]
+goals: {finished: done == 3}
+"""
+
+
+def test_cases_whose_inputs_are_drawn_are_run_again_with_the_same_inputs(
+    scbm: Scbm, store: Path, tmp_path: Path
+) -> None:
+    model = tmp_path / "button.yaml"
+    model.write_text(BUTTON, encoding="utf-8")
+    never = ("--require", "never button == pressed")
+    asked = ("test", model, "--cases", 4, "--seed", 1, "--store", store, *never, "--failures", tmp_path / "failures")
+    assert scbm(*asked).code == 0
+    assert scbm(*asked, "--inputs", "drawn").code == 1
+    history = read_history(store)
+    plain, drawn = history.cases[:4], history.cases[4:]
+    assert [case.name for case in plain] == [case.name for case in drawn]
+    replays = Replays(history)
+    for case in history.cases:
+        execution = replays.execute(case)
+        assert execution is not None
+        assert (execution.verdict.failures, execution.ended_ns) == (case.verdict.failures, case.ended_ns)
+        assert any("pressed" in dict(r.changes).values() for r in execution.trace.records) == bool(
+            case.verdict.failures
+        )
+    failed = next(case for case in drawn if case.verdict.failures)
+    words = shlex.split(again(failed, str(model), history.runs))
+    ran = scbm(*words[1:], "--json")
+    assert (ran.code, json.loads(ran.out)["simulated_seconds"] * 1e9) == (1, failed.ended_ns)
+    both = tmp_path / "both.db"
+    assert scbm("combine", store, "--out", both).code == 0
+    assert read_history(both).cases == history.cases

@@ -129,6 +129,13 @@ def test_automatic_transitions_without_end_are_a_livelock() -> None:
     assert step.visited == ("automatic/on", "automatic/off")
 
 
+def test_automatic_transitions_follow_the_end_by_a_livelock() -> None:
+    ends = "  ends: {g: plan.state == aborted && seen == 2, a: [seen <- 0]}\n"
+    blinks = "  on: {g: lamp == dark && seen == 2, a: [lamp <- lit]}\n  off: {g: lamp == lit, a: [lamp <- dark]}\n"
+    _, _, visited = begun(ends + blinks, seen=2)
+    assert visited == ("automatic/on", "automatic/off", "automatic/ends")
+
+
 def test_timedout_actions_that_do_not_fit_are_a_model_error() -> None:
     text = LAMP.replace("a: [lamp <- lit]}", "gr: lamp == lit, a: [lamp <- lit]}\n    timedout: [seen += 2]")
     steps, model = interpreter(text.replace("automatic_transitions:\n", ""))

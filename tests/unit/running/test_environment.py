@@ -155,6 +155,11 @@ def test_a_wait_ends_when_no_change_is_pending() -> None:
     assert (execution.verdict.end, execution.ended_ns) == ("unsolvable", 4 * SECOND_NS)
 
 
+def test_a_wait_ends_when_a_transition_has_fired_whose_guard_stays_true() -> None:
+    execution = run(press("push: {guard: true, actions: [stop <- pressed], after: 1 s}"))
+    assert (execution.verdict.end, execution.ended_ns) == ("unsolvable", SECOND_NS)
+
+
 def test_a_wait_ends_when_the_last_clock_is_stopped() -> None:
     release = "release: {guard: stop == pressed && door == closed, actions: [door <- open], after: 1 s}"
     sticks = "sticks: {guard: door == closed, actions: [stop <- released], after: 100 s}"

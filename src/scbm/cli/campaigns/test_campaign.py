@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from itertools import islice
 from os.path import lexists
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 from scbm.cli.campaigns.campaign_loop import CampaignEnd, carry_out, finished_batches, finished_executions
 from scbm.cli.campaigns.suite import Suite
@@ -128,8 +128,6 @@ def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
         executor: where the cases run.
     """
     _refuse_store_that_is_read(suite, output)
-    if output.store is not None and suite.moves_inputs:
-        refuse_drawn_inputs()
     rule = StopRule(output.stop, output.dry)
     steps = run_steps(suite.work, executor, rule, keeps_all=output.store is not None)
     done = carry_out(suite, output.store, lambda _: finished_batches(suite, steps), None, stop=output.stop)
@@ -144,12 +142,6 @@ def simulate(suite: Suite, output: CampaignOutput, executor: Executor) -> int:
     commands = tuple(_again(suite, finding, path) for finding, path in zip(findings, saved, strict=True))
     code = _report(done, _setting(suite, findings, commands), output, suite)
     return code if is_saved else max(2, code)
-
-
-def refuse_drawn_inputs() -> NoReturn:
-    """Raise `InputError`: a store has no cases whose inputs are drawn."""
-    message = "a store keeps the seeds of random cases, and not whether their inputs are drawn"
-    raise InputError([Diagnostic(Slug.BAD_OPTION, message, Place("--inputs"), "save the cases with `--save`")])
 
 
 def run_over_nodes(suite: Suite, output: CampaignOutput, asked: NodeOptions, command: str) -> int:

@@ -83,7 +83,8 @@ def test_a_run_of_a_mutant_takes_its_automatic_transitions_and_not_those_of_the_
     text = MODEL.replace(
         "goals:", "automatic_transitions:\n  undo: {g: at == c && safe == true, a: [at <- a, safe <- false]}\ngoals:"
     )
-    model, mutant = read_model(text.replace("at == c && safe", "at == b && safe")), read_model(text)
+    model = read_model(text.replace("at == c && safe", "at == b && safe"))
+    mutant = replace(model, automatic_transitions=read_model(text).automatic_transitions)
     case = Case("case", *model.goals[0], model.nominal_state)
     for simulated, taken in ((Simulator(model), []), (Simulator(model).of_mutant(mutant, plans_alike=False), ["undo"])):
         records = simulated.run(case, Choices(PlainReactions())).records
