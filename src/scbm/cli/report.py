@@ -15,7 +15,7 @@ from rich.text import Text
 from typer.models import OptionInfo
 
 from scbm.cases.case import BETWEEN_GOALS, CaseGoalNames
-from scbm.cases.coverage import Cover, smallest_cover
+from scbm.cases.coverage import Cover, LiftedStatuses, smallest_cover
 from scbm.cli.options.campaign_options import (
     FAIL_UNDER,
     FAIL_UNDER_HELP,
@@ -189,8 +189,11 @@ def command(
     if written:
         errors().line(f"Written: {', '.join(written)}")
     coverable = None if history.decided is None else history.decided.coverable
+    lifted = LiftedStatuses.of(history.model, history.statuses)
+    folded = None if lifted is None else lifted.figure
     evidence_of_mutants = history.evidence if asks_for_asserted(wanted_figures) else None
-    return 0 if meets_thresholds(history.coverage, wanted_figures, coverable, evidence_of_mutants) and is_saved else 1
+    is_met = meets_thresholds(history.coverage, wanted_figures, coverable, evidence_of_mutants, folded)
+    return 0 if is_met and is_saved else 1
 
 
 def _smallest(history: History) -> Cover:

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.cases.coverage import STATE_ASPECTS, Aspect, Decision, Obligation, Statuses
+from scbm.cases.coverage import STATE_ASPECTS, Aspect, Decision, LiftedStatuses, Obligation, Statuses, first_missed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
-    from scbm.cases.coverage import Coverage, Figure
+    from scbm.cases.coverage import Coverage, Figure, LiftedStatus
     from scbm.model import BehaviorModel
     from scbm.testing import Excuse
 
@@ -45,6 +45,9 @@ STATUS_MARKS = {
     Decision.UNDECIDED: "○",
 }
 """One character for each status: reports do not rely on colours alone."""
+
+_STATUS_STYLES = {Decision.COVERED: "dim green", Decision.UNDECIDED: "red", Decision.FORCED: "yellow"}
+"""The colours of marks; the others are dim."""
 
 _NAME_INDENT = len("  op: ")
 _GUARD_INDENT = 8
@@ -150,6 +153,10 @@ def missed_table(
         columns: the width of the report.
         statuses: the statuses of the obligations; `None` if visits alone decide them.
     """
+    lifted = LiftedStatuses.of(model, statuses or Statuses.of(coverage))
+    if lifted is not None:
+        yield from _folded_table(lifted, columns)
+        return
     known = (statuses or Statuses.of(coverage)).by_obligation
     missed = {o: status.decision for o, status in known.items() if status.decision is not Decision.COVERED}
     if not missed:
@@ -181,6 +188,48 @@ def missed_table(
         yield Text(f"  {'   '.join(f'{STATUS_MARKS[status]} {status.words}' for status in others)}", style="dim")
 
 
+def _folded_table(lifted: LiftedStatuses, columns: int) -> Iterator[Text]:
+    """Yield a row for each entry with parameters, and for each other one, that misses something.
+
+    A cell has the mark of the first status that any instance has, and the number of instances that are not covered.
+    """
+    rows: dict[tuple[str, bool], dict[Aspect, LiftedStatus]] = {}
+    for entry in lifted.entries:
+        head = "at" if entry.obligation.aspect is Aspect.TAKEN else "op"
+        name = f"{entry.obligation.subject} ({len(entry.decisions)})" if entry.is_lifted else entry.obligation.subject
+        rows.setdefault((f"{head}: {name}", entry.is_lifted), {})[entry.obligation.aspect] = entry
+    shown = {name: cells for (name, _), cells in rows.items() if any(cell.missed for cell in cells.values())}
+    if not shown:
+        return
+    names = [name.removeprefix("op: ").removeprefix("at: ") for name in shown]
+    width, cell, heads = _form(names, names, columns)
+    yield Text()
+    title = Text(f"{'Missed (○)':<{width + _NAME_INDENT}}", style="bold")
+    yield title.append("".join(f"{head:^{cell}}" for head in heads).rstrip())
+    for name, cells in shown.items():
+        yield from _folded_row(name, width, cell, cells)
+    entries = [entry for cells in shown.values() for entry in cells.values()]
+    found = dict.fromkeys(decision for entry in entries for decision in entry.decisions)
+    others = [d for d in Decision if d in found and d not in (Decision.UNDECIDED, Decision.COVERED)]
+    yield Text("  (3): so many instances; ○2: two of them", style="dim")
+    if others:
+        yield Text(f"  {'   '.join(f'{STATUS_MARKS[status]} {status.words}' for status in others)}", style="dim")
+
+
+def _folded_row(name: str, width: int, cell: int, cells: Mapping[Aspect, LiftedStatus]) -> Iterator[Text]:
+    row = Text(f"  {name:<{width + _NAME_INDENT - 2}}", no_wrap=True)
+    if len(row) > width + _NAME_INDENT:
+        yield row
+        row = Text(" " * (width + _NAME_INDENT), no_wrap=True)
+    for aspect in (Aspect.TAKEN,) if Aspect.TAKEN in cells else COLUMNS:
+        entry = cells[aspect]
+        decision = first_missed(entry.decisions)
+        count = str(entry.missed) if entry.missed and entry.is_lifted else ""
+        row.append(f"{STATUS_MARKS[decision] + count:^{cell}}", style=_STATUS_STYLES.get(decision, "dim"))
+    row.rstrip()
+    yield row
+
+
 def _form(rows: list[str], names: list[str], columns: int) -> tuple[int, int, tuple[str, ...]]:
     """Return the width of the names, the width of a column and the heads of the widest form that fits."""
     for widest in (names, rows):
@@ -194,8 +243,7 @@ def _form(rows: list[str], names: list[str], columns: int) -> tuple[int, int, tu
 
 def _mark(status: Decision, cell: int) -> Text:
     """Return the mark of a status in its cell of the table."""
-    style = {Decision.COVERED: "dim green", Decision.UNDECIDED: "red", Decision.FORCED: "yellow"}.get(status, "dim")
-    return Text(f"{STATUS_MARKS[status]:^{cell}}", style=style)
+    return Text(f"{STATUS_MARKS[status]:^{cell}}", style=_STATUS_STYLES.get(status, "dim"))
 
 
 def _marks(name: str, width: int, cell: int, missed: Mapping[Obligation, Decision]) -> Iterator[Text]:

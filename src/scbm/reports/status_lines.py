@@ -6,14 +6,24 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.cases.coverage import status_counts_in_words
+from scbm.cases.coverage import LiftedStatuses, status_counts_in_words
 from scbm.reports.figure_table import DEFAULT_COLUMNS, wrapped
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     from scbm.cases.coverage import Statuses
-    from scbm.model import Waiver
+    from scbm.model import BehaviorModel, Waiver
+
+
+def lifted_lines(model: BehaviorModel, statuses: Statuses) -> Iterator[Text]:
+    """Yield the figure of lifted obligations; nothing for a model without parameters."""
+    lifted = LiftedStatuses.of(model, statuses)
+    if lifted is None:
+        return
+    figure = lifted.figure
+    line = Text("  Lifted: ").append(str(figure), style="bold")
+    yield line.append(f", {figure.visited} of {figure.of}: an operation with parameters counts once")
 
 
 def status_lines(statuses: Statuses, columns: int = DEFAULT_COLUMNS) -> Iterator[Text]:

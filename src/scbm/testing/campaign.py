@@ -9,7 +9,17 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from scbm.cases.coverage import STATE_ASPECTS, Aspect, Coverage, Decision, Obligations, Statuses, Unnamed, bits_of
+from scbm.cases.coverage import (
+    STATE_ASPECTS,
+    Aspect,
+    Coverage,
+    Decision,
+    LiftedStatuses,
+    Obligations,
+    Statuses,
+    Unnamed,
+    bits_of,
+)
 from scbm.testing.batches.batch_summary import BatchSummary, CaseOutcome, SummaryBuilder
 from scbm.testing.batches.campaign_work import ListedCases
 from scbm.testing.batches.forecast import Forecast, forecast
@@ -159,6 +169,7 @@ def campaign_json(
         commands: for each finding the command that shows it again.
         answers: how real resources answered, if there are any.
     """
+    decided = Statuses.of(campaign.coverage, forced=campaign.forced)
     real = {"real_resources": [_answers(of_one) for of_one in answers]} if answers else {}
     return {
         "format_version": FORMAT_VERSION,
@@ -166,7 +177,8 @@ def campaign_json(
         "seed": seed,
         "passed": not campaign.failed_count,
         "coverage": coverage_json(campaign.coverage),
-        "statuses": statuses_json(Statuses.of(campaign.coverage, forced=campaign.forced)),
+        "statuses": statuses_json(decided),
+        **lifted_json(campaign.model, decided),
         "simulated_seconds": campaign.simulated_ns / 1e9,
         "findings": [_finding(*pair) for pair in zip(findings, commands, strict=True)],
         **real,
@@ -232,6 +244,32 @@ def waiver_json(waiver: Waiver) -> dict[str, Any]:
         "author": waiver.author,
         "date": waiver.date,
         "expires": waiver.expires,
+    }
+
+
+def lifted_json(model: BehaviorModel, statuses: Statuses) -> dict[str, Any]:
+    """Return the key `lifted` with the statuses of lifted obligations; nothing for a model without parameters."""
+    lifted = LiftedStatuses.of(model, statuses)
+    if lifted is None:
+        return {}
+    figure, coverable = lifted.figure, lifted.coverable
+    return {
+        "lifted": {
+            **_figure(figure),
+            "percent": figure.percent,
+            "coverable": _figure(coverable) | {"percent": coverable.percent},
+            "counts": {status.value: count for status, count in lifted.counts.items()},
+            "obligations": [
+                {
+                    "name": str(entry.obligation),
+                    "status": entry.decision.value,
+                    "instances": len(entry.decisions),
+                    "missed": entry.missed,
+                }
+                for entry in lifted.entries
+                if entry.is_lifted
+            ],
+        }
     }
 
 

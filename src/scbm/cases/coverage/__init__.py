@@ -3,10 +3,12 @@
 This package reads traces and counts; it runs nothing and prints nothing.
 """
 
+from scbm.cases.coverage.lifted_statuses import LiftedStatus, LiftedStatuses, first_missed
 from scbm.cases.coverage.obligations import (
     ASSERTED,
     COVERABLE,
     KINDS,
+    LIFTED,
     STATE_ASPECTS,
     Aspect,
     Figure,
@@ -40,6 +42,7 @@ __all__ = [
     "ASSERTED",
     "COVERABLE",
     "KINDS",
+    "LIFTED",
     "STATE_ASPECTS",
     "Aspect",
     "Cover",
@@ -47,6 +50,8 @@ __all__ = [
     "Decision",
     "Figure",
     "GrowthStep",
+    "LiftedStatus",
+    "LiftedStatuses",
     "Obligation",
     "ObligationStatus",
     "Obligations",
@@ -58,6 +63,7 @@ __all__ = [
     "bits_of",
     "count_statuses",
     "coverable_figure",
+    "first_missed",
     "growth",
     "only_by",
     "smallest_cover",

@@ -7,6 +7,7 @@ from itertools import islice
 from os.path import lexists
 from typing import TYPE_CHECKING, Any
 
+from scbm.cases.coverage import LiftedStatuses, Statuses
 from scbm.cli.campaigns.campaign_loop import CampaignEnd, carry_out, finished_batches, finished_executions
 from scbm.cli.campaigns.suite import Suite
 from scbm.cli.campaigns.suite_recording import update_hint
@@ -23,7 +24,7 @@ from scbm.reports.asserted_lines import asserted_json
 from scbm.reports.figure_table import shown_path
 from scbm.testing import MAX_SHRUNK, Tester, campaign_json, case_texts, find_causes, load_suite
 from scbm.testing.batches.campaign_runs import StopRule, run_steps
-from scbm.testing.campaign import statuses_json
+from scbm.testing.campaign import lifted_json, statuses_json
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Mapping, Sequence
@@ -195,6 +196,7 @@ def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput, suite: 
         early = {"ended_early": done.words} if done.words else {}
         report = campaign_json(campaign, setting.seed, setting.findings, setting.commands, setting.answers)
         decided = {} if statuses is None else {"statuses": statuses_json(statuses)}
+        decided |= {} if statuses is None else lifted_json(campaign.model, statuses)
         asserted = {} if evidence is None else {"asserted": asserted_json(evidence)}
         dry_parts = _dry_json(campaign.summary, output.dry)
         write_json(report | decided | asserted | dry_parts | stored | early | dict(output.recorded))
@@ -210,7 +212,9 @@ def _report(done: CampaignEnd, setting: Setting, output: CampaignOutput, suite: 
     if since is not None and not since.is_whole:
         return 2
     coverable = None if statuses is None else statuses.coverable
-    is_met = meets_thresholds(campaign.coverage, output.thresholds, coverable, evidence)
+    lifted = LiftedStatuses.of(campaign.model, statuses or Statuses.of(campaign.coverage, forced=campaign.forced))
+    folded = None if lifted is None else lifted.figure
+    is_met = meets_thresholds(campaign.coverage, output.thresholds, coverable, evidence, folded)
     if asks_for_asserted(output.thresholds) and (evidence is None or evidence.found is None):
         errors().line(f"  {_mutate_command(suite, output)}")
     return 0 if is_met and not campaign.failed_count else 1

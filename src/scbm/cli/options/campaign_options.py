@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from scbm.cases.coverage import ASSERTED, COVERABLE, KINDS, Threshold
+from scbm.cases.coverage import ASSERTED, COVERABLE, KINDS, LIFTED, Threshold
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.output.terminal import errors
 from scbm.files import suggestion
@@ -42,8 +42,8 @@ def read_thresholds(texts: Sequence[str]) -> tuple[Threshold, ...]:
         kind, equals, number = text.rpartition("=")
         kind = kind.strip() if equals else "all"
         percent = _percent(number)
-        if kind not in (*KINDS, COVERABLE, ASSERTED):
-            remedy = suggestion(kind, [*KINDS, COVERABLE, ASSERTED], "kinds are")
+        if kind not in (*KINDS, COVERABLE, LIFTED, ASSERTED):
+            remedy = suggestion(kind, [*KINDS, COVERABLE, LIFTED, ASSERTED], "kinds are")
             place = Place(FAIL_UNDER, 1, 1, max(1, len(kind)))
             wrong.append(Diagnostic(Slug.BAD_OPTION, f"there is no kind `{kind}`", place, remedy, text))
         elif percent is None:
@@ -85,6 +85,7 @@ def meets_thresholds(
     thresholds: Sequence[Threshold],
     coverable: Figure | None = None,
     evidence: AssertionEvidence | None = None,
+    lifted: Figure | None = None,
 ) -> bool:
     """Return whether all thresholds are met; print a sentence for each that is not.
 
@@ -93,14 +94,15 @@ def meets_thresholds(
         thresholds: the thresholds of the command line.
         coverable: the figure of what can be covered; by default everything can be covered.
         evidence: what a store says about asserted obligations; `None` if it has no results of mutants.
+        lifted: the figure of lifted obligations, of a model with parameters.
     """
     asserted = None if evidence is None else evidence.figure
-    missed = [threshold for threshold in thresholds if not threshold.is_met(coverage, coverable, asserted)]
+    missed = [threshold for threshold in thresholds if not threshold.is_met(coverage, coverable, asserted, lifted)]
     for threshold in missed:
         if threshold.kind == ASSERTED:
             errors().line(_unasserted_sentence(threshold, evidence))
         else:
-            errors().line(_missed_sentence(threshold, coverage, coverable))
+            errors().line(_missed_sentence(threshold, threshold.figure(coverage, coverable, None, lifted)))
     return not missed
 
 
@@ -115,8 +117,7 @@ def _unasserted_sentence(threshold: Threshold, evidence: AssertionEvidence | Non
     return f"Of what is visited, {figure} is asserted, under {threshold.percent:g} %."
 
 
-def _missed_sentence(threshold: Threshold, coverage: Coverage, coverable: Figure | None) -> str:
-    figure = threshold.figure(coverage, coverable)
+def _missed_sentence(threshold: Threshold, figure: Figure) -> str:
     if threshold.kind == COVERABLE and figure.of:
         return f"Of what can be covered, {figure} is covered, under {threshold.percent:g} %."
     kind = "" if threshold.kind == "all" else f"{threshold.kind}="

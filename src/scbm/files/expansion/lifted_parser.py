@@ -346,7 +346,7 @@ class LiftedParser:
         words = [token.text for token in tokens]
         if words in (["true"], ["false"]):
             return ConstantFormula(words == ["true"])
-        if len(tokens) > 2 and words[1] == "(" and words[-1] == ")" and tokens[0].is_name:  # noqa: PLR2004 - `t ( )`
+        if len(tokens) > 2 and words[1] == "(" and tokens[0].is_name and ")" not in words[:-1]:  # noqa: PLR2004 - `t ( )`
             self.is_lifted = True
             table = self._scope.names.facts.tables.get(words[0])
             return self._row(table, tokens) if table is not None else self._unknown_table(tokens)
@@ -446,6 +446,9 @@ class LiftedParser:
         if token.text in self._scope.parameters:
             return ObjectSlot(token.text, token.begin, token.end), index + 1
         dotted = self._scope.dotted(token)
+        if dotted is not None and dotted.indexed.has_state and [part[0] for part in dotted.parts] == ["state"]:
+            self._scope.refuse_missing_index(dotted.indexed, token.begin, token.end, self._note)
+            return None, index + 1
         if dotted is not None:
             terms = self._scope.index(dotted.indexed, dotted.parts, token.begin, token.end, self._note)
             slot = None if terms is None else IndexSlot(dotted.indexed, terms, dotted.suffix, token.begin, token.end)

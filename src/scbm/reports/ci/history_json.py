@@ -8,7 +8,7 @@ from scbm.cases.coverage import bits_of, only_by, visitors_of_each
 from scbm.reports.asserted_lines import asserted_json
 from scbm.reports.stored_cases import again
 from scbm.store import Written
-from scbm.testing.campaign import coverage_json, statuses_json
+from scbm.testing.campaign import coverage_json, lifted_json, statuses_json
 
 if TYPE_CHECKING:
     from scbm.cases.coverage.set_cover import Cover
@@ -30,6 +30,7 @@ def history_json(history: History) -> dict[str, Any]:
         "coverage": coverage_json(history.coverage),
         "statuses": statuses_json(history.statuses),
         **({"asserted": asserted_json(history.evidence)} if history.mutations else {}),
+        **lifted_json(history.model, history.statuses),
         "simulated_seconds": history.ended_ns / 1e9,
         "over_nodes_seconds": history.over_nodes_ns / 1e9,
         "outdated": history.outdated,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from rich.text import Text
 
-from scbm.cases.coverage import Aspect, Decision, Obligation
+from scbm.cases.coverage import Aspect, Decision, Obligation, Statuses
 from scbm.model import Outcome
 from scbm.reports.asserted_lines import asserted_line, unasserted_lines
 from scbm.reports.figure_table import (
@@ -28,13 +28,13 @@ from scbm.reports.figure_table import (
     wrapped,
 )
 from scbm.reports.missed_reasons import close_command, missed_reasons
-from scbm.reports.status_lines import status_lines
+from scbm.reports.status_lines import lifted_lines, status_lines
 from scbm.reports.terminal.failure_report import finding_lines, unused_lines
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from scbm.cases.coverage import Coverage, Statuses
+    from scbm.cases.coverage import Coverage
     from scbm.model import BehaviorModel
     from scbm.reports.missed_reasons import Missed
     from scbm.testing import Answers, Campaign, Finding
@@ -161,6 +161,8 @@ def coverage_report(campaign: Campaign, setting: Setting) -> Iterator[Text]:
     yield Text("Coverability report: ", style="bold").append(campaign.model.name)
     yield Text()
     yield headline(coverage.figure, setting.columns)
+    decided = setting.statuses or Statuses.of(coverage, forced=campaign.forced)
+    yield from lifted_lines(campaign.model, decided)
     yield from _statuses(setting)
     if setting.evidence is not None:
         yield from asserted_line(setting.evidence, setting.columns)

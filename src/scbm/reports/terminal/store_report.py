@@ -23,7 +23,7 @@ from scbm.reports.figure_table import (
     shown_path,
 )
 from scbm.reports.missed_reasons import close_command
-from scbm.reports.status_lines import status_lines
+from scbm.reports.status_lines import lifted_lines, status_lines
 from scbm.reports.stored_cases import again, again_words, durations, place_counts, place_of
 from scbm.testing import coverage_json
 
@@ -132,6 +132,7 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     yield Text("Coverability report: ", style="bold").append(history.model.name)
     yield Text()
     yield headline(coverage.figure, columns)
+    yield from lifted_lines(history.model, history.statuses)
     if history.decided is not None:
         yield from status_lines(history.decided, columns)
     if history.mutations:

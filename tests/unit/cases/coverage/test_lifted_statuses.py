@@ -1,0 +1,101 @@
+"""The statuses of lifted obligations, and the lifted figure (semantics 8.6)."""
+
+from __future__ import annotations
+
+import pytest
+
+from scbm.cases.coverage import (
+    LIFTED,
+    Aspect,
+    Coverage,
+    Decision,
+    Figure,
+    LiftedStatuses,
+    Obligation,
+    Obligations,
+    Statuses,
+    StatusProof,
+    Threshold,
+)
+from scbm.cases.coverage.lifted_statuses import folded_decision
+from scbm.files import read_model
+
+C, U, E, W, F, X = (
+    Decision.COVERED,
+    Decision.UNCOVERABLE,
+    Decision.EXCLUDED,
+    Decision.WAIVED,
+    Decision.FORCED,
+    Decision.UNDECIDED,
+)
+
+MODEL = read_model(
+    """behavior_model: doors
+types: {door: [d1, d2]}
+variables:
+  open[door]: {domain: bool, initial: false}
+operations:
+  open_it[d in door]:
+    pre: {g: open.d == false}
+    post: {g: true, a: [open.d <- true]}
+  rest: {pre: {g: true}, post: {g: true}}
+automatic_transitions:
+  shut[d in door]: {g: open.d == true, a: [open.d <- false]}
+"""
+)
+
+
+def coverage_of(*visited: Obligation) -> Coverage:
+    obligations = Obligations.of(MODEL)
+    return Coverage(obligations, (("case", sum(map(obligations.bit, visited))),))
+
+
+@pytest.mark.parametrize(
+    ("decisions", "folded"),
+    [
+        ([C, U, X], C),
+        ([U, U], U),
+        ([U, E], E),
+        ([U, W, E], W),
+        ([W, F, E], F),
+        ([X, F, W, E, U], X),
+    ],
+)
+def test_a_lifted_obligation_has_the_first_status_of_its_instances(decisions: list[Decision], folded: Decision) -> None:
+    assert folded_decision(decisions) is folded
+    assert folded_decision(reversed(decisions)) is folded
+
+
+def test_the_lifted_figure_counts_entries_once() -> None:
+    coverage = coverage_of(Obligation("open_it.d2", Aspect.EXECUTING), Obligation("shut.d1", Aspect.TAKEN))
+    lifted = LiftedStatuses.of(MODEL, Statuses.of(coverage))
+    assert lifted is not None
+    assert coverage.figure == Figure(2, 17)
+    assert lifted.figure == Figure(2, 11)
+    by_name = {str(entry.obligation): entry for entry in lifted.entries}
+    executing = by_name["open_it/executing"]
+    assert (executing.is_lifted, executing.decision, executing.missed, len(executing.decisions)) == (True, C, 1, 2)
+    assert not by_name["rest/failed"].is_lifted
+    assert by_name["automatic/shut"].decision is C
+
+
+def test_what_all_instances_prove_cannot_be_covered() -> None:
+    proof = StatusProof(Decision.UNCOVERABLE, "no request fails", "c")
+    proofs = {f"open_it.d{number}/failed": proof for number in (1, 2)} | {"open_it.d1/timedout": proof}
+    lifted = LiftedStatuses.of(MODEL, Statuses.of(coverage_of(), proofs))
+    assert lifted is not None
+    assert lifted.counts[Decision.UNCOVERABLE] == 1
+    assert lifted.coverable == Figure(0, 10)
+
+
+def test_a_model_without_parameters_has_no_lifted_statuses() -> None:
+    model = read_model("behavior_model: m\nvariables: {}\noperations: {a: {pre: {g: true}, post: {g: true}}}\n")
+    assert LiftedStatuses.of(model, Statuses.of(Coverage(Obligations.of(model), ()))) is None
+
+
+def test_a_threshold_can_be_for_the_lifted_figure() -> None:
+    coverage = coverage_of()
+    assert Threshold(90, LIFTED).figure(coverage, lifted=Figure(9, 10)) == Figure(9, 10)
+    assert Threshold(90, LIFTED).is_met(coverage, lifted=Figure(9, 10))
+    assert not Threshold(90, LIFTED).is_met(coverage, lifted=Figure(8, 10))
+    assert Threshold(90, LIFTED).figure(coverage) == coverage.figure

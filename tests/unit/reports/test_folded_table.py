@@ -1,0 +1,54 @@
+"""The table of what was missed in a model with parameters: a row for each entry as it is written."""
+
+from __future__ import annotations
+
+from scbm.cases.coverage import Aspect, Coverage, Obligation, Obligations, Statuses, StatusProof
+from scbm.cases.coverage.statuses import Decision
+from scbm.files import read_model
+from scbm.model import BehaviorModel
+from scbm.reports.figure_table import missed_table
+
+MODEL = read_model(
+    """behavior_model: doors
+types: {door: [d1, d2, d3]}
+variables:
+  open[door]: {domain: bool, initial: false}
+operations:
+  open_it[d in door]: {pre: {g: open.d == false}, post: {g: true, a: [open.d <- true]}}
+  rest: {pre: {g: true}, post: {g: true}}
+automatic_transitions:
+  shut[d in door]: {g: open.d == true, a: [open.d <- false]}
+"""
+)
+
+
+def lines(model: BehaviorModel, visited: list[Obligation], proofs: dict[str, StatusProof] | None = None) -> list[str]:
+    obligations = Obligations.of(model)
+    coverage = Coverage(obligations, (("case", sum(map(obligations.bit, visited))),))
+    return [line.plain for line in missed_table(model, coverage, 100, Statuses.of(coverage, proofs))]
+
+
+def test_a_row_counts_the_instances_that_are_missed() -> None:
+    visited = [Obligation("open_it.d1", Aspect.EXECUTING), Obligation("rest", Aspect.COMPLETED)]
+    found = lines(MODEL, visited)
+    assert found[1].split()[:2] == ["Missed", "(○)"]
+    assert [line.split() for line in found[2:-1]] == [
+        ["op:", "open_it", "(3)", "○3", "○3", "○2", "○3", "○3", "○3"],
+        ["op:", "rest", "○", "○", "○", "○", "○", "●"],
+        ["at:", "shut", "(3)", "○3"],
+    ]
+
+
+def test_a_cell_has_the_first_status_of_what_is_missed() -> None:
+    proof = StatusProof(Decision.UNCOVERABLE, "never", "c")
+    proofs = {f"open_it.d{number}/failed": proof for number in (1, 2, 3)} | {"automatic/shut.d1": proof}
+    found = [line.split() for line in lines(MODEL, [], proofs)]
+    assert found[2][6] == "\N{MULTIPLICATION SIGN}3"
+    assert found[4] == ["at:", "shut", "(3)", "○3"]
+    assert found[6] == ["\N{MULTIPLICATION SIGN}", "uncoverable"]
+
+
+def test_entries_that_miss_nothing_have_no_row() -> None:
+    everything = list(Obligations.of(MODEL))
+    assert lines(MODEL, everything) == []
+    assert len(lines(MODEL, [each for each in everything if each.subject != "rest"])) == 4
