@@ -64,7 +64,7 @@ class Written:
         """The operation with the whole protocol."""
         state, trigger = f"{self.resource}_req_state", f"{self.resource}_req_trigger"
         guard = f" && ({self.guard})" if "||" in self.guard or "->" in self.guard else f" && {self.guard}"
-        payload = [f"{name} <- {value}" for name, value in self.payload.items() if value != name]
+        payload = [f"{name} <- {value}" for name, value in self.payload.items()]
         lines = [
             f"  {self.name}:",
             "    pre:",

@@ -15,9 +15,13 @@ from scbm.model.variables import CURRENT_STATE, operation_state_name
 from scbm.testing.request_protocol import clears, sets
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     from scbm.model import Action, BehaviorModel, Operation, Predicate, Resource, Transition, Value
+
+
+_HABIT = 2
+"""What this many operations do alike, one more probably should do as well."""
 
 
 def doubts_about_handshakes(model: BehaviorModel) -> Iterator[Doubt]:
@@ -25,6 +29,8 @@ def doubts_about_handshakes(model: BehaviorModel) -> Iterator[Doubt]:
     for operation in model.operations:
         for resource in model.resources:
             yield from _doubts_about_operation(operation, resource, model)
+    for resource in model.resources:
+        yield from _doubts_about_habits(resource, model)
     for resource in model.resources:
         for path, transition in _failures(model):
             yield from _doubts_about_failure(path, transition, resource, model)
@@ -67,6 +73,26 @@ def _doubts_about_operation(operation: Operation, resource: Resource, model: Beh
             yield _doubt(message, (*here, "post", "a"), f"add `{resource.request_state} <- initial` to `a` of `post`")
         case _:
             pass
+
+
+def _doubts_about_habits(resource: Resource, model: BehaviorModel) -> Iterator[Doubt]:
+    """Yield a doubt for the one operation that lacks what at least two others, and all of them, say of a resource."""
+    users = [operation for operation in model.operations if sets(operation.pre.running_actions, resource)]
+    unguarded = [each for each in users if resource.trigger not in each.pre.running_guard.reads()]
+    if _is_odd_one(unguarded, users) and resource.request_state in unguarded[0].pre.running_guard.reads():
+        message = f"{unguarded[0].name} triggers a request, and no guard reads {resource.trigger}, as all others do"
+        path = ("operations", unguarded[0].name, "pre", "g")
+        yield _doubt(message, path, f"add `{resource.trigger} == false` to `g` of `pre`")
+    for name in resource.request:
+        silent = [each for each in users if not _assigns(each.pre.running_actions, name)]
+        if _is_odd_one(silent, users):
+            message = f"{silent[0].name} does not say which {name} it sends to {resource.name}, as all others do"
+            remedy = f"add `{name} <- <value>` to `a` of `pre`; `{name} <- {name}` sends the value that it has"
+            yield _doubt(message, ("operations", silent[0].name, "pre", "a"), remedy)
+
+
+def _is_odd_one(odd: Sequence[Operation], users: Sequence[Operation]) -> bool:
+    return len(odd) == 1 and len(users) > _HABIT
 
 
 # failed replies

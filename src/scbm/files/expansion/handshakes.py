@@ -140,10 +140,10 @@ class Handshake:
         return text_node(text, self._request.place, self._request.end)
 
     def _payload(self) -> Iterator[YamlNode]:
-        """Yield an assignment for each entry of `with`; a variable that is sent as it is needs none."""
+        """Yield an assignment for each entry of `with`."""
         node = self._operation.get("with")
         for name, place, value, end in entries_of(node) if node is not None else ():
-            if value.scalar is not None and value.plain is not None and value.text != name:
+            if value.scalar is not None and value.plain is not None:
                 target = Piece.copy(PlacedScalar(name, place))
                 pieces = (target, Piece.instead(" <- ", value.scalar), Piece.copy(value.scalar))
                 yield scalar_node(RewrittenScalar(pieces), value.place, end)

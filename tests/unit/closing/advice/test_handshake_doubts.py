@@ -64,6 +64,25 @@ def test_a_failure_of_any_operation_that_leaves_the_trigger_is_named(wording: Wo
     wording(f"{doubt.message}; {doubt.remedy}")
 
 
+@pytest.mark.parametrize(
+    ("line", "key"),
+    [("robot_req_trigger == false\n        && ", "g"), (", robot_command <- mount_scanner", "a")],
+)
+def test_what_only_one_operation_of_a_resource_lacks_is_named(line: str, key: str, wording: Wording) -> None:
+    text = (ROOT / "examples/robot_in_the_air/after.yaml").read_text(encoding="utf-8")
+    before, name, rest = text.partition("  robot_mount_scanner:\n")
+    assert line in rest
+    (doubt,) = doubts_about_handshakes(read_model(before + name + rest.replace(line, "", 1)))
+    assert doubt.path == ("operations", "robot_mount_scanner", "pre", key)
+    wording(f"{doubt.message}; {doubt.remedy}")
+
+
+def test_what_several_operations_lack_is_meant() -> None:
+    text = (ROOT / "examples/robot_in_the_air/after.yaml").read_text(encoding="utf-8")
+    assert not _paths(read_model(text.replace("robot_req_trigger == false\n        && ", "")))
+    assert not _paths(read_model(text.replace("robot_command <- mount_scanner", "robot_command <- robot_command")))
+
+
 @pytest.mark.parametrize(("line", "path"), [("scan_req_state <- initial, ", (*PRE[:2], "failed"))])
 def test_a_failed_transition_of_an_operation_is_doubted_alike(line: str, path: tuple[str, ...]) -> None:
     assert not _paths(scan_cell((BEHIND_DEADLINE, BEHIND_DEADLINE + OPERATION_FAILS)))
