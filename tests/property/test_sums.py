@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -13,27 +14,42 @@ from scbm.closing import CloseLimits, Closer, Decision
 from scbm.closing.proofs.possible_values import possible_values, ruled_out
 from scbm.files import parse_predicate
 from scbm.files.language.scope import Scope
-from scbm.model import Assign, Packing, StateSpace, Sum
+from scbm.model import (
+    Assign,
+    BehaviorModel,
+    Constant,
+    Equal,
+    Operation,
+    Packing,
+    Reference,
+    StateSpace,
+    Sum,
+    Transition,
+    Truth,
+    conjunction,
+)
 from scbm.model.operations import apply
 from scbm.model.predicates import LinearForm, bounds, substituted
 from scbm.model.satisfiability import is_satisfiable
-from scbm.planning import PlanLimits, Planner, Solved
+from scbm.planning import PLANNERS, PlanLimits, Planner, Solved, find_flaw
+from scbm.planning.pddl_export import PddlDomain
 from scbm.planning.plan_search import SEARCHES, search_plan
 from scbm.proofcheck import ValuesArgument, check_certificate
 from scbm.proofcheck.certificate import claimable_obligations
 from scbm.proofcheck.values_check import check_values
-from support.draws import one_of
+from support.draws import flag, one_of, some_of, whole
 from support.enumeration import enumerate_runs
+from support.pddl_reference import shortest_length
 from support.profiles import examples
-from support.reference import canonical_plan
-from support.strategies import calculation, comparison, integer_variables, planning_models, running_models
+from support.reference import canonical_plan, step, world
+from support.strategies import calculation, comparison, integer_variables, running_models
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from hypothesis.strategies import DrawFn
 
-    from scbm.model import BehaviorModel, Predicate, Term
+    from scbm.model import Predicate, Term, Variable
 
 
 @st.composite
@@ -53,6 +69,33 @@ def assignments(draw: DrawFn) -> tuple[StateSpace, tuple[Assign, ...]]:
     space = draw(integer_variables())
     first, second = space[0], one_of(draw, space[1:])
     return StateSpace(space), tuple(Assign(target.name, calculation(draw, space)) for target in (first, second))
+
+
+@st.composite
+def problems(draw: DrawFn) -> BehaviorModel:
+    """Models whose operations calculate, with a goal that some of them reach and one that is drawn."""
+    space = draw(integer_variables())
+    operations = []
+    for index in range(whole(draw, 2, 4)):
+        guards = [comparison(draw, space) if flag(draw) else Truth(True) for _ in range(2)]
+        first = Transition("start", guards[0], a=tuple(_assignments(draw, space, whole(draw, 0, 1))))
+        second = Transition("end", guards[1], a=tuple(_assignments(draw, space, whole(draw, 1, 2))))
+        operations.append(Operation(f"o{index}", first, second))
+    model = BehaviorModel("calculating", space, tuple(operations))
+    state = world(model, model.nominal_state)
+    for _ in range(6):
+        state = step(model, one_of(draw, operations).name, state) or state
+    reached = conjunction(Equal(Reference(v.name), Constant(state[v.name])) for v in space)
+    return replace(model, goals=(("reached", reached), ("drawn", comparison(draw, space))))
+
+
+def _assignments(draw: DrawFn, space: Sequence[Variable], count: int) -> Iterator[Assign]:
+    domains = {variable.name: variable.domain for variable in space}
+    for target in some_of(draw, space, count, count):
+        term = calculation(draw, space, 1)
+        low, high = bounds(term, domains)
+        if low < int(target.domain.values[-1]) and high > int(target.domain.values[0]):
+            yield Assign(target.name, term)
 
 
 def states(space: StateSpace) -> Iterator[dict[str, int]]:
@@ -102,7 +145,7 @@ def test_assignments_are_packed_as_written(drawn: tuple[StateSpace, tuple[Assign
 
 
 @pytest.mark.parametrize("engine", list(SEARCHES))
-@given(planning_models(declared=integer_variables()))
+@given(problems())
 @examples(300, usual=15)
 def test_each_search_finds_the_canonical_plan_with_sums(engine: str, model: BehaviorModel) -> None:
     planner, start = Planner(model), model.nominal_state
@@ -111,6 +154,27 @@ def test_each_search_finds_the_canonical_plan_with_sums(engine: str, model: Beha
         answer = search_plan(problem, problem.task.pack(start), PlanLimits(), engine=engine)
         expected = canonical_plan(model, start, goal, most=1_000)
         assert (answer.plan if isinstance(answer, Solved) else None) == expected
+
+
+@pytest.mark.parametrize("name", [name for name, entry in PLANNERS.items() if not entry.is_external])
+@given(problems())
+@examples(300, usual=15)
+def test_each_planner_plans_with_sums(name: str, model: BehaviorModel) -> None:
+    for _, goal in model.goals:
+        answer = Planner(model, name).plan(model.nominal_state, goal)
+        assert isinstance(answer, Solved) is (canonical_plan(model, model.nominal_state, goal, 1_000) is not None)
+        if isinstance(answer, Solved):
+            assert find_flaw(model, model.nominal_state, goal, answer.plan) is None
+
+
+@given(problems())
+@examples(300, usual=15)
+def test_exported_models_with_sums_have_plans_of_the_same_length(model: BehaviorModel) -> None:
+    domain = PddlDomain(model, [goal for _, goal in model.goals])
+    for name, goal in model.goals:
+        plan = canonical_plan(model, model.nominal_state, goal, most=1_000)
+        length = shortest_length(domain.text, domain.problem(name, model.nominal_state, goal))
+        assert length == (None if plan is None else len(plan))
 
 
 @given(running_models(integer_variables()))

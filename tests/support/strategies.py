@@ -204,11 +204,9 @@ def _action(draw: DrawFn, target: Variable, space: Sequence[Variable]) -> Action
 
 
 @st.composite
-def planning_models(
-    draw: DrawFn, most_operations: int = 5, declared: SearchStrategy[tuple[Variable, ...]] | None = None
-) -> BehaviorModel:
+def planning_models(draw: DrawFn, most_operations: int = 5) -> BehaviorModel:
     """Models of the world alone: variables, operations that set them, goals."""
-    space = draw(variables() if declared is None else declared)
+    space = draw(variables())
     operations = []
     for index in range(whole(draw, 1, most_operations)):
         pre = Transition(f"start_o{index}", _predicate(draw, space, 2), a=_actions(draw, space, 3))

@@ -285,16 +285,12 @@ class ValueSets:
 
     def can_do(self, actions: Sequence[Action]) -> bool:
         """Return whether each of the actions can give its variable a value of the domain."""
-        sums = [action for action in actions if len(action.reads()) > 1]
-        effects = tuple(_effect(action, self._space) for action in actions if action not in sums)
-        if not RelaxedRule(True, effects).has_images(self._bits):
-            return False
-        return not sums or self._can_add(sums)
+        return self.can_take(Truth(True), actions)
 
-    def _can_add(self, sums: Sequence[Action]) -> bool:
-        """Return whether all sums can stay in their domains together."""
-        cases = joint_moves(_single_move(Truth(True), sums, self._space))
-        return any(satisfiable(case.guard, self._bits) is not False for case in cases)
+    def can_take(self, guard: Predicate, actions: Sequence[Action]) -> bool:
+        """Return whether the actions can be taken together where the guard can hold."""
+        rules = _relaxed(_ValueRule(guard, tuple(actions)), self._space)
+        return any(rule.can_be_taken(self._bits) for rule in rules)
 
 
 def _shifted(bits: int, amount: int, size: int) -> int:
@@ -348,15 +344,13 @@ class _ValueReasons:
 
     def of_automatic(self, transition: Transition) -> str | None:
         """Return why an automatic transition is never taken; `None` if the values allow it."""
-        if any(self._can_take(rule) for rule in _automatic_rules(transition, self._model)):
+        rules = _automatic_rules(transition, self._model)
+        if any(self._sets.can_take(rule.guard, rule.actions) for rule in rules):
             changes = conjunction((transition.running_guard, _changes(transition)))
             return None if self._sets.can_hold(changes) else "wherever its guard can hold, it would change nothing"
         executing = [_executes(name) for name in _fails(transition, self._model)]
         where = Or(tuple(executing)) if len(executing) > 1 else conjunction(executing)
         return self._blocked("its guard", transition, where)
-
-    def _can_take(self, rule: _ValueRule) -> bool:
-        return self._sets.can_hold(rule.guard) and self._sets.can_do(rule.actions)
 
     def _blocked(self, what: str, transition: Transition, where: Predicate) -> str:
         """Return why a transition cannot be taken where it is evaluated."""
@@ -365,8 +359,7 @@ class _ValueReasons:
             return contradicting(what, parts)
         blamed = blame((transition.running_guard,), lambda part: self._sets.can_hold(And((where, part))))
         if not blamed:
-            misfits = [action for action in transition.running_actions if not self._sets.can_do((action,))]
-            return f"{what} would leave a domain: {misfits[0]}" if misfits else f"{what} is never evaluated"
+            return self._misfit(what, transition, where)
         needed = conjunction(blamed)
         read = needed.reads()
         if self._sets.can_hold(needed):
@@ -377,6 +370,17 @@ class _ValueReasons:
         if not read:
             return f"{what} needs {needed}, which never holds"
         return f"{what} needs {needed}, and no run gives {listed(read, 'and')} such values"
+
+    def _misfit(self, what: str, transition: Transition, where: Predicate) -> str:
+        """Return which action keeps a transition from being taken where its guard can hold."""
+        for action in transition.running_actions:
+            if not self._sets.can_do((action,)):
+                return f"{what} would leave a domain: {action}"
+        here = And((where, transition.running_guard))
+        for action in transition.running_actions:
+            if len(action.reads()) > 1 and not self._sets.can_take(here, (action,)):
+                return f"{what} holds only where it would leave a domain: {action}"
+        return f"{what} is never evaluated"
 
     def _known(self, name: str) -> str:
         """Return the possible values of a variable in words; empty if they are too many to list."""
