@@ -10,7 +10,7 @@ from model_figures import BUILT_INS, RECORDED, REQUIREMENTS
 from predictors import PREDICTORS, SCBM_IAS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from effects import Effect
     from model_figures import ModelFigures
@@ -49,13 +49,14 @@ class Hypothesis:
         name: its name.
         words: its effect.
         threshold: what the effect has to reach.
-        figures: the effects in one model. The hypothesis holds if it holds for each; only H3 has more than one.
+        figures: the effects in one model, each with its name. The hypothesis holds if it holds for each. Only H3 has
+            more than one.
     """
 
     name: str
     words: str
     threshold: Threshold
-    figures: tuple[Figure, ...]
+    figures: tuple[tuple[str, Figure], ...]
 
 
 def tau_of(predictor: str, *, by_requests: bool = False) -> Figure:
@@ -68,9 +69,10 @@ def share_of(oracle: int, *, clean_up: bool = False) -> Figure:
     return lambda model: (model.clean_up_shares if clean_up else model.shares)[oracle]
 
 
-def less_than_ours(rival: str) -> Figure:
+def less_than_ours(rival: str, *, by_requests: bool = False) -> Figure:
     """Return the figure τ of SCBM-IAS less τ of a rival, each the mean over the sizes at which it exists."""
-    return lambda model: difference(model.tau, mean(model.by_cases[rival]))
+    ours, theirs = (tau_of(name, by_requests=by_requests) for name in (SCBM_IAS, rival))
+    return lambda model: difference(ours(model), theirs(model))
 
 
 def raised_by_built_ins(model: ModelFigures) -> float | None:
@@ -83,14 +85,23 @@ def difference(first: float | None, second: float | None) -> float | None:
     return None if first is None or second is None else first - second
 
 
+def _against_rivals() -> tuple[tuple[str, Figure], ...]:
+    ways = (("fixed number of cases", False), ("fixed number of requests", True))
+    return tuple(
+        (f"{rival}, {way}", less_than_ours(rival, by_requests=is_way)) for way, is_way in ways for rival in RIVALS
+    )
+
+
 HYPOTHESES = (
-    Hypothesis("H1", "τ of coverage, fixed number of cases", TAU, (tau_of(SCBM_IAS),)),
-    Hypothesis("H2", "τ of coverage, fixed number of requests", TAU, (tau_of(SCBM_IAS, by_requests=True),)),
-    Hypothesis("H3", "τ of coverage less τ of each rival", DIFFERENCE, tuple(map(less_than_ours, RIVALS))),
-    Hypothesis("H4", "Â12, chosen by coverage against random", SUPERIORITY, (lambda model: model.chosen,)),
-    Hypothesis("H5", "Â12, completed by closing against random", SUPERIORITY, (lambda model: model.completed,)),
-    Hypothesis("H6", "share of clean-up and deadline mutants that built-ins add", DIFFERENCE, (raised_by_built_ins,)),
-    Hypothesis("H7", "share that recorded results notice", SHARE, (share_of(RECORDED),)),
+    Hypothesis("H1", "τ of coverage, fixed number of cases", TAU, (("", tau_of(SCBM_IAS)),)),
+    Hypothesis("H2", "τ of coverage, fixed number of requests", TAU, (("", tau_of(SCBM_IAS, by_requests=True)),)),
+    Hypothesis("H3", "τ of coverage less τ of each rival", DIFFERENCE, _against_rivals()),
+    Hypothesis("H4", "Â12, chosen by coverage against random", SUPERIORITY, (("", lambda model: model.chosen),)),
+    Hypothesis("H5", "Â12, completed by closing against random", SUPERIORITY, (("", lambda model: model.completed),)),
+    Hypothesis(
+        "H6", "share of clean-up and deadline mutants that built-ins add", DIFFERENCE, (("", raised_by_built_ins),)
+    ),
+    Hypothesis("H7", "share that recorded results notice", SHARE, (("", share_of(RECORDED)),)),
 )
 
 
@@ -100,26 +111,31 @@ class Decision:
 
     Attributes:
         hypothesis: the hypothesis.
-        effects: the effects over models; `None` where too few models have one.
+        effects: the effects over models by their names; `None` where too few models have one.
         p: the largest p-value of the effects.
         corrected: the same, corrected by Holm's method for all hypotheses.
     """
 
     hypothesis: Hypothesis
-    effects: tuple[Effect | None, ...]
+    effects: Mapping[str, Effect | None]
     p: float
     corrected: float = 1.0
 
     @property
-    def weakest(self) -> Effect | None:
-        """The effect with the largest p-value, and among these with the smallest median; `None` if one is missing."""
-        known = [effect for effect in self.effects if effect is not None]
-        return max(known, key=lambda effect: (effect.p, -effect.median)) if len(known) == len(self.effects) else None
+    def weakest(self) -> tuple[str, Effect | None]:
+        """The effect with the largest p-value, and its name; of equal ones that with the smallest lower end."""
+
+        def weakness(name: str) -> tuple[float, float]:
+            effect = self.effects[name]
+            return (2.0, 0.0) if effect is None else (effect.p, -effect.low)
+
+        name = max(self.effects, key=weakness)
+        return name, self.effects[name]
 
     @property
     def missed(self) -> tuple[str, ...]:
         """The conditions that do not hold, in words; none if the hypothesis is confirmed."""
-        effect = self.weakest
+        _, effect = self.weakest
         if effect is None:
             return ("too few models have this effect",)
         threshold = self.hypothesis.threshold
@@ -140,5 +156,5 @@ def decisions(models: Sequence[ModelFigures], resamples: int = RESAMPLES) -> tup
 
 def _uncorrected(hypothesis: Hypothesis, models: Sequence[ModelFigures], resamples: int) -> Decision:
     above = hypothesis.threshold.above
-    effects = tuple(over_models(list(map(figure, models)), above, resamples) for figure in hypothesis.figures)
-    return Decision(hypothesis, effects, max(1.0 if effect is None else effect.p for effect in effects))
+    effects = {name: over_models(list(map(figure, models)), above, resamples) for name, figure in hypothesis.figures}
+    return Decision(hypothesis, effects, max(1.0 if effect is None else effect.p for effect in effects.values()))

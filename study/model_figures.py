@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from effects import kendall, mean, vargha_delaney
 from kill_matrix import ORACLES
-from predictors import PREDICTORS, SCBM_IAS, masks_of
+from predictors import AFTERWARDS, PREDICTORS, SCBM_IAS, masks_of
 from suites import (
     REQUESTS,
     SIZES,
@@ -79,7 +79,7 @@ class ModelFigures:
     Attributes:
         matrix: its kill matrix.
         file_digest: the SHA-256 of its file; empty if it has none.
-        by_cases: Kendall's τ of each predictor for each of `SIZES`, each difference noticed.
+        by_cases: Kendall's τ of each predictor, with `AFTERWARDS`, for each of `SIZES`; each difference noticed.
         by_requests: the same for each of `REQUESTS`.
         by_oracle: τ of SCBM-IAS for each of `SIZES`, for each of `ORACLES`.
         chosen: Â12 of suites chosen by coverage against random ones of as many cases.
@@ -121,12 +121,13 @@ def model_figures(matrix: KillMatrix, suites: int, file_digest: str = "") -> Mod
     model = _SuitesOfModel(matrix, suites)
     sized = [model.sized(size) for size in SIZES]
     by_cases = [each.drawn for each in sized]
+    measures = (*PREDICTORS, *AFTERWARDS)
     by_requests = [tuple(suites_of_requests(matrix.cases, number, suites)) for number in REQUESTS]
     return ModelFigures(
         matrix=matrix,
         file_digest=file_digest,
-        by_cases={name: model.taus(name, by_cases) for name in PREDICTORS},
-        by_requests={name: model.taus(name, by_requests) for name in PREDICTORS},
+        by_cases={name: model.taus(name, by_cases) for name in measures},
+        by_requests={name: model.taus(name, by_requests) for name in measures},
         by_oracle=tuple(model.taus(SCBM_IAS, by_cases, oracle) for oracle in range(len(ORACLES))),
         chosen=mean([model.superiority(each.chosen, each.drawn) for each in sized]),
         chosen_by_requests=mean([model.superiority(each.chosen, each.matching_chosen) for each in sized]),
@@ -169,7 +170,7 @@ class _SuitesOfModel:
 
     def taus(self, predictor: str, sized: Iterable[Sequence[Suite]], oracle: int = EACH) -> tuple[float | None, ...]:
         """Return Kendall's τ between a predictor and what suites find, for each size."""
-        measure = PREDICTORS[predictor]
+        measure = (PREDICTORS | AFTERWARDS)[predictor]
         return tuple(
             kendall(
                 [measure(suite, self._facts, self._masks) for suite in suites],

@@ -133,6 +133,7 @@ def _curves(axes: Axes, models: Sequence[ModelFigures], resamples: int, kinds: S
             sizes, [e.low for _, e in known], [e.high for _, e in known], color=color, alpha=0.18, linewidth=0
         )
     axes.set_xscale("log", base=2)
+    axes.set_xlim(SIZES[0] / 1.2, SIZES[-1] * 1.2)
     axes.set_xticks(SIZES, [str(size) for size in SIZES])
     axes.set_ylim(0, 1.02)
     axes.grid(color="#dddddd", linewidth=0.6)

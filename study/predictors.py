@@ -56,3 +56,8 @@ PREDICTORS: dict[str, Predictor] = {
     "edges of runs, by events": _event_pairs,
 }
 """Counts: the share of a constant number has the same rank."""
+
+AFTERWARDS: dict[str, Predictor] = {
+    "SCBM-IAS without failed": lambda suite, facts, masks: (visited_by(suite, facts) & ~masks["failed"]).bit_count(),
+}
+"""Predictors that were tried after the results were seen; no hypothesis is about them."""

@@ -1,8 +1,8 @@
 """Runs the study by its protocol: `python study/run.py [--smoke] [-j PROCESSES] [--out DIRECTORY]`.
 
 Writes the kill matrix of each model into `study/results/`, and there `report.md` with all tables, and the plots. A
-model whose kill matrix is there already is not run again, unless the model has changed. So the report of the results
-in the repository is made again in about a minute, without running any case.
+model whose kill matrix is there already is not run again. So the report of the results in the repository is made again
+in about a minute, without running any case. If a model has changed since, this is printed.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ import argparse
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
-from hashlib import sha256
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 ROOT = Path(__file__).parents[1]
 sys.path[:0] = [str(ROOT / "benchmarks"), str(ROOT / "study")]
@@ -24,6 +24,9 @@ from model_figures import ModelFigures, model_figures  # noqa: E402
 from plots import write_plots  # noqa: E402
 from study_report import StudyResults, report  # noqa: E402
 from subjects import Subject, subjects  # noqa: E402
+
+if TYPE_CHECKING:
+    from scbm.model import BehaviorModel
 
 SMOKE = ("nav2_recovery", "packml_machine", "espresso_machine", "generated-1", "generated-2", "generated-3", "flags-3")
 """The models of `--smoke`."""
@@ -62,20 +65,19 @@ def run(names: tuple[str, ...], out: Path, processes: int, *, smoke: bool = Fals
 def _figures(name: str, counts: Counts, suites: int, out: Path) -> ModelFigures | KillMatrix:
     """Return the figures of a model, or its kill matrix if it leaves the study."""
     subject = next(subject for subject in subjects() if subject.name == name)
-    matrix = _matrix(subject, counts, path_of(name, out))
+    model = subject.model()
+    matrix = _matrix(subject, model, counts, path_of(name, out))
     if matrix.left:
         return matrix
-    file_digest = sha256(subject.file.read_bytes()).hexdigest() if subject.file else ""
-    return model_figures(matrix, suites, file_digest)
+    is_same = matrix.digest == digest_of(model)
+    if not is_same:
+        print(f"{name}: the model has changed; remove its kill matrix to run it again", flush=True)
+    return model_figures(matrix, suites, subject.file_digest() if is_same else "")
 
 
-def _matrix(subject: Subject, counts: Counts, path: Path) -> KillMatrix:
-    model = subject.model()
+def _matrix(subject: Subject, model: BehaviorModel, counts: Counts, path: Path) -> KillMatrix:
     if path.exists():
-        earlier = read_matrix(path)
-        if earlier.digest == digest_of(model):
-            return earlier
-        print(f"{subject.name}: the model has changed since its kill matrix was made", flush=True)
+        return read_matrix(path)
     matrix = kill_matrix(subject.name, subject.group, model, counts)
     write_matrix(matrix, path)
     print(f"{subject.name}: {len(matrix.mutants)} mutants, {len(matrix.cases)} cases, {matrix.cpu_s:.1f} s", flush=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
+from hashlib import sha256
 from pathlib import Path
 from random import Random
 from typing import TYPE_CHECKING
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 
     from scbm.model import Action, Predicate, Value
 
-WRITTEN, GENERATED, CONTROL = "written", "generated", "control"
+GROUPS = WRITTEN, GENERATED, CONTROL = "written", "generated", "control"
 
 _MS_NS = 1_000_000
 _GENERATED = 60
@@ -67,6 +68,10 @@ class Subject:
     group: str
     model: Callable[[], BehaviorModel]
     file: Path | None = None
+
+    def file_digest(self) -> str:
+        """Return the SHA-256 of the file; an empty text if there is none."""
+        return "" if self.file is None else sha256(self.file.read_bytes()).hexdigest()
 
 
 def subjects() -> tuple[Subject, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,3 +42,9 @@ def test_the_table_has_each_model_with_its_figures() -> None:
         (path.name, str(len(model.operations)), str(5 * len(model.operations) + len(model.automatic_transitions)))
         for path, model in models
     ]
+
+
+def test_the_report_is_about_the_models_as_they_are() -> None:
+    report = (FOLDER.parent / "results" / "report.md").read_text(encoding="utf-8")
+    written = dict(re.findall(r"^\| (\w+) \| written \|.*\| `\w+` \| `(\w+)` \|$", report, re.MULTILINE))
+    assert written == {path.stem: sha256(path.read_bytes()).hexdigest() for path in MODELS}
