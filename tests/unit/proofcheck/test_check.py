@@ -247,6 +247,12 @@ def test_no_value_that_closing_lists_can_be_left_out(model: BehaviorModel, claim
             assert any(flaw.startswith(f"{name}: ") for flaw in flaws), (name, dropped)
 
 
+def test_an_operation_starts_though_no_later_state_is_listed() -> None:
+    early = ("initial", "disabled")
+    flaws = flaws_of(lamp(), values(lamp(), light__state=early, current__state=early), "light/executing")
+    assert any(flaw.startswith("light.state: ") for flaw in flaws)
+
+
 def test_what_a_resource_measures_can_be_anything(wording: Wording) -> None:
     model = lamp(("{request: [note]}", "{measures: [note]}"), ("true, note <- y]", "true]"))
     flaws = flaws_of(model, values(model, note=("x",)), "light/failed")

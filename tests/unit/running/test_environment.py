@@ -155,6 +155,17 @@ def test_a_wait_ends_when_no_change_is_pending() -> None:
     assert (execution.verdict.end, execution.ended_ns) == ("unsolvable", 4 * SECOND_NS)
 
 
+def test_the_change_for_which_a_run_waited_until_its_end_is_recorded_and_no_other() -> None:
+    model = press("reset: {guard: stop == pressed, actions: [stop <- released], after: 10 s}")
+    pressed = model.nominal_state.replace({"stop": "pressed"})
+    waited = run(model, initial=pressed, limits=CaseLimits(4 * SECOND_NS))
+    assert waited.recorded_case.environment == (EnvironmentChange(10 * SECOND_NS, (), "reset"),)
+    again = Tester(model).execute(waited.recorded_case)
+    assert (waited.verdict.end, again.trace) == ("time_limit", waited.trace)
+    formed = run(press("late: {guard: true, actions: [door <- open], after: 10 s}"))
+    assert (formed.verdict.end, formed.recorded_case.environment) == ("reached", ())
+
+
 def test_a_wait_ends_when_a_transition_has_fired_whose_guard_stays_true() -> None:
     execution = run(press("push: {guard: true, actions: [stop <- pressed], after: 1 s}"))
     assert (execution.verdict.end, execution.ended_ns) == ("unsolvable", SECOND_NS)
