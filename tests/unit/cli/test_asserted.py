@@ -269,10 +269,13 @@ def test_results_for_recorded_oracles_do_not_count(scbm: Scbm) -> None:
     assert "are for `--oracle recorded`" in " ".join(scbm(*TEST, *STORE).out.split())
 
 
-def test_a_store_has_no_cases_with_drawn_inputs(scbm: Scbm) -> None:
-    ran = scbm("mutate", "gate.yaml", "--inputs", "drawn", *STORE)
-    assert diagnostic_heads(ran.err) == ["--inputs: error[bad-option]"]
-    assert not Path("cov.db").exists()
+def test_cases_with_drawn_inputs_are_other_cases(scbm: Scbm) -> None:
+    few = ("gate.yaml", "--cases", "2")
+    scbm("mutate", *few, "--inputs", "drawn", "--no-equivalence", "-j", "1", *STORE)
+    assert "not known" in scbm("test", *few, "--store", "cov.db").out
+    Path("cov.db").unlink()
+    scbm("mutate", *few, "--inputs", "drawn", "--no-equivalence", "-j", "1", *STORE)
+    assert "not known" not in scbm("test", *few, "--inputs", "drawn", *STORE).out
 
 
 def test_a_case_file_is_no_store(scbm: Scbm) -> None:

@@ -54,7 +54,7 @@ class MutationLoop:
                 if self._options.limits is not None and any(map(_is_open, self._results)):
                     self._decide(keeper, show)
             except KeyboardInterrupt:
-                if keeper is not None:
+                if keeper is not None and self._results:
                     errors().line(f"scbm: {self._interrupted}")
                 raise
         if keeper is not None:

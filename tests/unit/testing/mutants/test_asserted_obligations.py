@@ -17,6 +17,7 @@ from scbm.testing.mutants import (
     MutationRuns,
     mutants_of,
 )
+from scbm.testing.mutants.asserted_obligations import MutantObligations
 
 MODEL = read_model(
     """behavior_model: gate
@@ -111,6 +112,27 @@ def test_a_run_without_the_search_is_the_same_but_for_what_is_noticed() -> None:
     for name, found in results(*cases).items():
         assert (found.status, found.case, found.runs) == (plain[name].status, plain[name].case, plain[name].runs)
         assert plain[name].noticed == 0
+
+
+def test_what_is_noticed_is_what_all_runs_of_all_cases_say() -> None:
+    """The search leaves out runs; the reference runs each case on each mutant."""
+    cases = (
+        case("well", "succeed"),
+        case("late", "timeout", "{outcome: succeed, after: 5 s}", expect="{final: [count == 1]}"),
+        case("fails", "fail", "timeout", expect="{final: [noted == true]}"),
+    )
+    runs = MutationRuns(Tester(MODEL), cases, finds_visitors=True)
+    visited = [Tester(MODEL).execute(each).result.visited for each in cases]
+    for mutant in mutants_of(MODEL):
+        found = runs.result(mutant)
+        under_test = runs.under_test(mutant)
+        kills = [under_test.failure(each) is not None for each in cases]
+        assert (found.status is MutantStatus.KILLED) is any(kills)
+        expected = 0
+        for obligation in MutantObligations(MODEL, OBLIGATIONS).of(mutant):
+            if any(kill and obligation.visits & ~seen == 0 for kill, seen in zip(kills, visited, strict=True)):
+                expected |= obligation.bit
+        assert OBLIGATIONS.names(found.noticed) == OBLIGATIONS.names(expected), mutant.name
 
 
 BIT = OBLIGATIONS.bit_of("open_door", Aspect.TIMEDOUT)
