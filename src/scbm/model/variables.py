@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum, StrEnum
+from functools import lru_cache
 from typing import TYPE_CHECKING, assert_never
 
 from scbm.model.values import Domain, Value, format_value
@@ -126,16 +127,23 @@ def _fixed(name: str, values: Iterable[str], initial: str, role: Role) -> Variab
     return Variable(name, Domain(tuple(values)), initial, (initial,), role)
 
 
+_MAX_NAMES = 10_000
+"""Checking a proof asks for the same few names in each step."""
+
+
+@lru_cache(_MAX_NAMES)
 def trigger_name(resource: str) -> str:
     """Return the name of the variable that triggers a request."""
     return f"{resource}_req_trigger"
 
 
+@lru_cache(_MAX_NAMES)
 def request_state_name(resource: str) -> str:
     """Return the name of the variable with the state of the request."""
     return f"{resource}_req_state"
 
 
+@lru_cache(_MAX_NAMES)
 def operation_state_name(operation: str) -> str:
     """Return the name of the variable with the state of the operation."""
     return f"{operation}.state"

@@ -279,12 +279,13 @@ class CheckedRun:
 
     def end(self, plan_state: PlanState) -> None:
         """End the run: clear its requests, make the operation initial, drop the plan (semantics 5, after the ends)."""
-        self._set({PLAN_STATE: plan_state.value})
+        changes: dict[str, Value] = {PLAN_STATE: plan_state.value}
         for name, resource in self._rules.resources.items():
             occupied = self.values[resource.request_state] == RequestState.EXECUTING and name not in self.in_flight
             if not occupied:
-                self._set({resource.request_state: RequestState.INITIAL.value})
-            self._set({resource.trigger: False})
+                changes[resource.request_state] = RequestState.INITIAL.value
+            changes[resource.trigger] = False
+        self._set(changes)
         self._leave()
         self.has_ended = True
         self._automatic = 0
