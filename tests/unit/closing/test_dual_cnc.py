@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     Scbm = Callable[..., Ran]
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "dual_cnc"
-CELL, BEFORE = EXAMPLE / "cell.yaml", EXAMPLE / "before.yaml"
+CELL, BEFORE, LIFTED = EXAMPLE / "cell.yaml", EXAMPLE / "before.yaml", EXAMPLE / "lifted.yaml"
 CASES = sorted((EXAMPLE / "cases").glob("*.yaml"))
 
 
@@ -40,7 +40,7 @@ def run_case(model: BehaviorModel, path: Path) -> Execution:
     return Tester(model).execute(open_case(path).read(model))
 
 
-@pytest.mark.parametrize("file", [CELL, BEFORE], ids=lambda file: file.stem)
+@pytest.mark.parametrize("file", [CELL, BEFORE, LIFTED], ids=lambda file: file.stem)
 def test_the_model_has_no_warnings(file: Path, scbm: Scbm) -> None:
     ran = scbm("check", "--strict", file)
     assert (ran.code, ran.out.splitlines()[0]) == (0, f"{file}: good")
@@ -100,6 +100,30 @@ def test_the_operator_case_finds_a_cut_that_the_planner_cannot_finish(tmp_path: 
     path.write_text(text.replace(reset, reset.replace("cnc_1_req_state <- initial, ", "")), encoding="utf-8")
     failures = run_case(load_model(path), EXAMPLE / "cases" / "operator_after_two_missed_picks.yaml").verdict.failures
     assert any("expected start_cut_1" in str(failure) for failure in failures)
+
+
+def test_the_lifted_cell_says_the_same_in_at_most_130_lines(cell: BehaviorModel, scbm: Scbm) -> None:
+    assert len(LIFTED.read_text(encoding="utf-8").splitlines()) <= 130
+    lifted = load_model(LIFTED)
+    written = (cell.operations, cell.automatic_transitions, cell.resources, cell.environment)
+    assert [
+        len(lifted.operations),
+        len(lifted.automatic_transitions),
+        len(lifted.resources),
+        len(lifted.environment),
+    ] == [len(part) for part in written]
+    for goal, _ in cell.goals:
+        lengths = [len(json.loads(scbm("plan", file, "--goal", goal, "--json").out)["plan"]) for file in (CELL, LIFTED)]
+        assert lengths[0] == lengths[1], goal
+    for case in RandomCases(lifted).first(share(100), 1):
+        assert Tester(lifted).execute(case).verdict.failures == (), case.name
+
+
+@pytest.mark.slow
+def test_closing_decides_the_same_of_the_lifted_cell(scbm: Scbm) -> None:
+    closed = [json.loads(scbm("close", file, "--json").out) for file in (CELL, LIFTED)]
+    decisions = [sorted(each["decision"] for each in result["obligations"]) for result in closed]
+    assert decisions[0] == decisions[1]
 
 
 @pytest.mark.slow
