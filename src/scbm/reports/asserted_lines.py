@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
@@ -14,6 +15,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from scbm.testing.mutants import AssertedObligations, AssertionEvidence
+
+MAX_LISTED = 40
+"""Maximum number of operations and automatic transitions that the terminal lists; the page and the JSON have all."""
 
 _INDENT = 12
 _ASPECTS_INDENT = 4
@@ -65,13 +69,15 @@ def unasserted_lines(evidence: AssertionEvidence, columns: int = DEFAULT_COLUMNS
         name = f"{'at' if is_taken else 'op'}: {entry.obligation.subject}"
         rows.setdefault(name, []).append(entry.obligation.aspect.value)
     width = max(map(len, rows))
-    for name, aspects in rows.items():
+    for name, aspects in islice(rows.items(), MAX_LISTED):
         words = ", ".join(aspects)
         if 2 + width + 2 + len(words) <= columns:
             yield Text(f"  {name:<{width}}  {words}", no_wrap=True)
         else:
             yield Text(f"  {name}", no_wrap=True)
             yield from map(Text, wrapped(words, columns, " " * (2 + _ASPECTS_INDENT), 2 + _ASPECTS_INDENT))
+    if len(rows) > MAX_LISTED:
+        yield Text(f"  and {len(rows) - MAX_LISTED} more: `--json` and the page of `scbm report --html` have all")
     if command:
         yield command_text("  ", command, "shows the changes that no case notices")
 
