@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import typer
 
-from scbm.cases.coverage import Obligation, Obligations
+from scbm.cases.coverage import Obligation, Obligations, instances_of
 from scbm.cli.campaigns.suite import Suite
 from scbm.cli.main import INTERRUPTED
 from scbm.cli.options.closing_options import (
@@ -88,9 +88,14 @@ def command(
 
 
 def _read_obligation(text: str, model: BehaviorModel) -> tuple[Obligation, ...]:
-    """Return the obligations of a name: one, or all of an operation or transition. Raise `InputError`."""
+    """Return the obligations of a name: one, or all of an operation or transition, with all of its instances.
+
+    Raises:
+        InputError: there are none.
+    """
     known = Obligations.of(model)
     found = tuple(obligation for obligation in known if text in (str(obligation), obligation.subject))
+    found = found or tuple(instances_of(text, model, known))
     if found:
         return found
     names = [*map(str, known), *dict.fromkeys(obligation.subject for obligation in known)]

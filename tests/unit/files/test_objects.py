@@ -10,7 +10,7 @@ from published.plants import factory
 
 from scbm.files import digest_of, load_model, read_model, write_model
 from scbm.files.expansion.thresholds import Joint, at_least, copies
-from scbm.model import Assign
+from scbm.model import Assign, InputError, Slug
 
 if TYPE_CHECKING:
     from scbm.files.expansion.thresholds import Threshold
@@ -73,6 +73,21 @@ def test_the_factory_in_forty_lines_has_the_846_operations_of_the_published_one(
     }
     assert len(lifted.operations) == len(published.operations) == 846
     assert {origin.lifted for origin in lifted.origins} == {"move", "transport", "recharge", "assemble"}
+
+
+@pytest.mark.slow
+def test_a_file_that_is_too_large_when_it_is_written_out_is_refused_at_once() -> None:
+    objects = ", ".join(f"o{number}" for number in range(100))
+    text = (
+        f"behavior_model: m\ntypes: {{t: [{objects}]}}\n"
+        "variables:\n  on[t]: {domain: bool, initial: false}\n"
+        "operations:\n  go[p in t, q in t]:\n    pre:\n"
+        "      g: forall x in t. (x == p || on[x] == on[q])\n    post: {g: true}\n"
+    )
+    with pytest.raises(InputError) as raised:
+        read_model(text)
+    (diagnostic,) = raised.value.diagnostics
+    assert (diagnostic.slug, diagnostic.place.line, diagnostic.place.column) == (Slug.TOO_MANY_INSTANCES, 8, 10)
 
 
 # order, names, choices

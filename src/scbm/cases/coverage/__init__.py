@@ -3,7 +3,7 @@
 This package reads traces and counts; it runs nothing and prints nothing.
 """
 
-from scbm.cases.coverage.lifted_statuses import LiftedStatus, LiftedStatuses, first_missed
+from scbm.cases.coverage.lifted_statuses import LiftedStatus, LiftedStatuses, first_missed, instances_of
 from scbm.cases.coverage.obligations import (
     ASSERTED,
     COVERABLE,
@@ -65,6 +65,7 @@ __all__ = [
     "coverable_figure",
     "first_missed",
     "growth",
+    "instances_of",
     "only_by",
     "smallest_cover",
     "status_counts_in_words",

@@ -9,8 +9,9 @@ from scbm.cases.coverage.obligations import Aspect, Figure, Obligation
 from scbm.cases.coverage.statuses import Decision, count_statuses, coverable_figure
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
 
+    from scbm.cases.coverage.obligations import Obligations
     from scbm.cases.coverage.statuses import Statuses
     from scbm.model import BehaviorModel
 
@@ -89,6 +90,15 @@ class LiftedStatuses:
     def coverable(self) -> Figure:
         """The figure of what can be covered, of lifted obligations."""
         return coverable_figure(self.counts)
+
+
+def instances_of(text: str, model: BehaviorModel, obligations: Obligations) -> Iterator[Obligation]:
+    """Yield the obligations of all instances of an entry with parameters; of one aspect, if the name has it."""
+    origins = {(origin.section, origin.name): origin.lifted for origin in model.origins}
+    for obligation in obligations:
+        lifted, is_lifted = lifted_obligation(obligation, origins)
+        if is_lifted and text in (str(lifted), lifted.subject):
+            yield obligation
 
 
 def lifted_obligation(obligation: Obligation, origins: Mapping[tuple[str, str], str]) -> tuple[Obligation, bool]:

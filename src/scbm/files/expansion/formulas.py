@@ -26,6 +26,9 @@ MAX_INSTANCES = 10_000
 _MAX_WORK = 2_000_000
 """Maximum number of instances of all quantifiers of a file, so that a refusal takes a few seconds at most."""
 
+_MAX_CHARACTERS = 4 * 1024 * 1024
+"""Maximum number of characters of all ground texts of a file: a file that is written by hand cannot have more."""
+
 
 class Tightness(IntEnum):
     """How tightly the outermost connective of a ground text binds."""
@@ -325,15 +328,31 @@ class GroupFormula(Formula):
 
 
 class WorkLimit:
-    """Counts the instances of all quantifiers of one file."""
+    """Counts the instances of all quantifiers of one file, and the characters of its ground texts.
+
+    Attributes:
+        is_exceeded: whether one of them was too large, which is noted; nothing more is built then.
+    """
 
     def __init__(self) -> None:
         self._instances = 0
+        self._characters = 0
+        self.is_exceeded = False
+
+    def count_characters(self, number: int, begin: int, end: int) -> None:
+        """Count the characters of one more text. Raises `LiftedFault` if there are too many."""
+        self._characters += number
+        if self._characters > _MAX_CHARACTERS:
+            self.is_exceeded = True
+            message = f"the file has more than {_MAX_CHARACTERS:,} characters when it is written out"
+            remedy = "use fewer objects, or fewer quantifiers in entries with parameters"
+            raise LiftedFault(Slug.TOO_MANY_INSTANCES, message, begin, end, remedy)
 
     def count(self, begin: int, end: int) -> None:
         """Count one more instance. Raises `LiftedFault` if there are too many."""
         self._instances += 1
         if self._instances > _MAX_WORK:
+            self.is_exceeded = True
             message = f"the quantifiers of this file have more than {_MAX_WORK:,} instances"
             raise LiftedFault(Slug.TOO_MANY_INSTANCES, message, begin, end, "use fewer objects")
 

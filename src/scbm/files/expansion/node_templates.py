@@ -22,6 +22,7 @@ from scbm.files.expansion.formulas import (
     ConstantFormula,
     Formula,
     LiftedFault,
+    WorkLimit,
 )
 from scbm.files.expansion.lifted_parser import LiftedParser
 from scbm.files.expansion.lifted_tokens import text_of
@@ -88,12 +89,14 @@ class _LiftedScalar:
     Attributes:
         lifted: the node.
         report: where errors go.
+        limit: counts what is built.
         is_wrong: whether the text has an error.
         is_plain: whether there is nothing to expand in it.
     """
 
     lifted: YamlNode
     report: ErrorCollector
+    limit: WorkLimit
     is_wrong: bool = False
     is_plain: bool = False
 
@@ -105,8 +108,10 @@ class _LiftedScalar:
             self.report.add(slug, message, self.lifted.scalar.stretch(begin, end), remedy)
 
     def note_fault(self, fault: LiftedFault) -> None:
-        """Note the error of a part that cannot be expanded."""
+        """Note the error of a part that cannot be expanded. Raises `InputError` if the file is too large as a whole."""
         self.note(fault.slug, fault.message, fault.begin, fault.end, fault.remedy)
+        if self.limit.is_exceeded:
+            raise self.report.error()
 
     def ground(self, pieces: Callable[[], Pieces | bool]) -> YamlNode:
         """Return the ground node; a condemned one if there is an error."""
@@ -130,6 +135,7 @@ class _LiftedScalar:
         if len(text) > MAX_CHARACTERS:
             message = f"this text has {len(text):,} characters when it is written out; at most {MAX_CHARACTERS:,} fit"
             raise LiftedFault(Slug.TOO_MANY_INSTANCES, message, 0, len(scalar.text), "use fewer objects")
+        self.limit.count_characters(len(text), 0, len(scalar.text))
         made = RewrittenScalar([ScalarPiece(part, scalar, begin, end) for part, begin, end in pieces])
         return scalar_node(made, self.lifted.place, self.lifted.end)
 
@@ -142,7 +148,7 @@ class PredicateTemplate(NodeTemplate):
         self._node = node
         self._parts: list[tuple[_LiftedScalar, Formula]] = []
         for element in node.elements if isinstance(node.plain, list) else [node]:
-            scalar = _LiftedScalar(element, report)
+            scalar = _LiftedScalar(element, report, scope.names.limit)
             self._parts.append((scalar, _parsed(scalar, scope, is_static=is_static)))
 
     def conjuncts(self) -> Iterator[Formula]:
@@ -192,7 +198,7 @@ class RequirementTemplate(NodeTemplate):
     """A requirement: predicates, and words between them."""
 
     def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
-        self._scalar = _LiftedScalar(node, report)
+        self._scalar = _LiftedScalar(node, report, scope.names.limit)
         parser = LiftedParser(node.text or "", scope, self._scalar.note)
         try:
             self._parts = parser.requirement()
@@ -226,7 +232,7 @@ class ActionTemplate(NodeTemplate):
     """An action; with `forall`, one for each object."""
 
     def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
-        self._scalar = _LiftedScalar(node, report)
+        self._scalar = _LiftedScalar(node, report, scope.names.limit)
         self._bounds: tuple[Bound, ...] = ()
         self._action = AtomFormula([])
         try:
@@ -250,7 +256,7 @@ class NameTemplate(NodeTemplate):
     """A text that is one name or one value."""
 
     def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
-        self._scalar = _LiftedScalar(node, report)
+        self._scalar = _LiftedScalar(node, report, scope.names.limit)
         self._name = LiftedParser(node.text or "", scope, self._scalar.note).reference()
 
     def nodes(self, choice: Choice) -> list[YamlNode]:
@@ -262,7 +268,7 @@ class TextTemplate(NodeTemplate):
     """A text for people or for drivers, in which `{r}` stands for an object."""
 
     def __init__(self, node: YamlNode, scope: LiftedScope, report: ErrorCollector) -> None:
-        self._scalar = _LiftedScalar(node, report)
+        self._scalar = _LiftedScalar(node, report, scope.names.limit)
         self._parameters = scope.parameters
 
     def nodes(self, choice: Choice) -> list[YamlNode]:

@@ -194,8 +194,7 @@ class _ObjectStage:
             return []
         except LiftedFault as fault:
             self._report.add(fault.slug, fault.message, key.place, fault.remedy)
-            self._incomplete.append(section)
-            return []
+            raise self._report.error() from None
         for indexed in self._owned(section, key.base):
             indexed.declared.update(dict.fromkeys(choices))
         return choices

@@ -16,6 +16,7 @@ from scbm.cases.coverage import (
     Statuses,
     StatusProof,
     Threshold,
+    instances_of,
 )
 from scbm.cases.coverage.lifted_statuses import folded_decision
 from scbm.files import read_model
@@ -86,6 +87,20 @@ def test_what_all_instances_prove_cannot_be_covered() -> None:
     assert lifted is not None
     assert lifted.counts[Decision.UNCOVERABLE] == 1
     assert lifted.coverable == Figure(0, 10)
+
+
+def test_a_lifted_name_stands_for_all_instances() -> None:
+    obligations = Obligations.of(MODEL)
+    assert [str(each) for each in instances_of("open_it/failed", MODEL, obligations)] == [
+        "open_it.d1/failed",
+        "open_it.d2/failed",
+    ]
+    assert len(list(instances_of("open_it", MODEL, obligations))) == 12
+    assert [str(each) for each in instances_of("automatic/shut", MODEL, obligations)] == [
+        "automatic/shut.d1",
+        "automatic/shut.d2",
+    ]
+    assert list(instances_of("rest/failed", MODEL, obligations)) == []
 
 
 def test_a_model_without_parameters_has_no_lifted_statuses() -> None:
