@@ -82,3 +82,19 @@ def test_a_file_in_one_line_has_that_line() -> None:
     text = '{"behavior_model": "m", "variables": {}, "operations": {"go": {"pre": {"g": true}, "post": {"g": true}}}}'
     _, places = read_located(text)
     assert places.lines(("operations", "go", "post", "g")) == (1,)
+
+
+def test_what_comes_from_a_part_has_the_line_that_uses_it() -> None:
+    used = """behavior_model: cell
+parts:
+  left: {use: "scbm:gripper"}
+  right: {use: "scbm:gripper"}
+variables: {done: {domain: bool, initial: false}}
+operations: {work: {pre: {g: done == false}, post: {g: true, a: [done <- true]}}}
+"""
+    model, places = read_located(used)
+    lines = {each.name: places.line(("operations", each.name, "pre", "g")) for each in model.operations}
+    assert {name.split(".")[0]: line for name, line in lines.items()} == {"left": 3, "right": 4, "work": 6}
+    automatic = [(each.name, places.line(("automatic_transitions", each.name))) for each in model.automatic_transitions]
+    assert {name.split(".")[0]: line for name, line in automatic} == {"left": 3, "right": 4}
+    assert not any(places.lines(("operations", name)) for name in lines if name != "work")

@@ -58,6 +58,18 @@ class Places:
         source = self._others.get(place.file, self._source)
         return place, source.lines[place.line - 1] if place.line else ""
 
+    def line(self, path: tuple[str, ...]) -> int:
+        """Return the line of the model file for a key, or for its nearest ancestor that has a line; at least 1.
+
+        What comes from a part has the line that uses the part.
+        """
+        for length in range(len(path), 0, -1):
+            user = self._document.at(path[:length]).user
+            if user is not None and self._has(path[:length]):
+                return user.line
+        place = self.find(path)[0]
+        return 1 if place.file in self._others else max(1, place.line)
+
     def lines(self, path: tuple[str, ...]) -> tuple[int, ...]:
         """Return the numbers of the lines under a path, with those of its key, ascending.
 

@@ -202,7 +202,9 @@ def _failure(name: str, resource: MappingEntry) -> MappingEntry:
     taken = list_node([text_node(action, place, 0) for action in actions], place, 0)
     origin = None if resource.node.origin is None else f"{resource.node.origin}_failed"
     entries = (MappingEntry("g", place, guard, 0), MappingEntry("a", place, taken, 0))
-    return MappingEntry(name, place, mapping_node(entries, place, 0, origin), 0)
+    node = mapping_node(entries, place, 0, origin)
+    node.user = resource.node.user
+    return MappingEntry(name, place, node, 0)
 
 
 def _refuse_collisions(document: YamlNode, names: list[str], report: ErrorCollector) -> None:

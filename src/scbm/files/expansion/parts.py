@@ -218,7 +218,7 @@ class _Expansion:
         entries: dict[str, MappingEntry] = {}
         for use, node in found:
             for entry in entries_of(node):
-                self._enter(entries, entry, use.place)
+                self._enter(entries, entry._replace(node=replace(entry.node, user=use.place)), use.place)
         for entry in entries_of(own.node) if own is not None else ():
             self._enter(entries, entry, entry.place)
         whole = own

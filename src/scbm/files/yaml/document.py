@@ -68,6 +68,7 @@ class YamlNode:
         incomplete: whether a mapping has a key that is not a name, for which an error is noted.
         end: where in the text the node ends.
         origin: the name of the lifted entry that an expanded entry of a section comes from; `None` if there is none.
+        user: where the model file uses the part that an entry of a section comes from; `None` for its own entries.
         flattens: whether the elements of a list of predicates are parts of one conjunction: `a && b` among them is no
             conjunction of its own. Only expanded guards do that.
     """
@@ -84,6 +85,7 @@ class YamlNode:
     incomplete: bool = False
     end: int = 0
     origin: str | None = None
+    user: Place | None = None
     flattens: bool = False
 
     @property

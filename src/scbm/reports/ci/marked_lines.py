@@ -163,14 +163,14 @@ def _meanings(model: BehaviorModel, places: Places) -> Iterator[_LineMeaning]:
     for operation in model.operations:
         path = ("operations", operation.name)
         aspects = {aspect: Obligation(operation.name, aspect) for aspect in STATE_ASPECTS}
-        yield _LineMeaning(operation.name, _line(places, path), "operation", tuple(aspects.values()))
+        yield _LineMeaning(operation.name, places.line(path), "operation", tuple(aspects.values()))
         for role, aspect, below in _ROLES:
             for number in places.lines((*path, *below)):
                 yield _LineMeaning(operation.name, number, role, (aspects[aspect],))
     for transition in model.automatic_transitions:
         path = ("automatic_transitions", transition.name)
         taken = Obligation(transition.name, Aspect.TAKEN)
-        for number in (_line(places, path), *places.lines(path)):
+        for number in (places.line(path), *places.lines(path)):
             yield _LineMeaning(str(taken), number, "automatic transition", (taken,))
 
 
@@ -179,10 +179,10 @@ def _branches(model: BehaviorModel, places: Places) -> Iterator[tuple[Obligation
     for operation in model.operations:
         for aspect in STATE_ASPECTS:
             path = ("operations", operation.name, *_below(aspect, operation))
-            yield Obligation(operation.name, aspect), _line(places, path)
+            yield Obligation(operation.name, aspect), places.line(path)
     for transition in model.automatic_transitions:
         path = ("automatic_transitions", transition.name)
-        yield Obligation(transition.name, Aspect.TAKEN), _line(places, path)
+        yield Obligation(transition.name, Aspect.TAKEN), places.line(path)
 
 
 def _below(aspect: Aspect, operation: Operation) -> tuple[str, ...]:
@@ -196,11 +196,6 @@ def _below(aspect: Aspect, operation: Operation) -> tuple[str, ...]:
             return ("timedout",) if operation.deadline_ns is None else ("deadline",)
         case _:
             return ()
-
-
-def _line(places: Places, path: tuple[str, ...]) -> int:
-    """Return the line of a key, or of its nearest ancestor that has a line."""
-    return max(1, places.find(path)[0].line)
 
 
 class _Marker:
