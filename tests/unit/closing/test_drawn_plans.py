@@ -14,7 +14,7 @@ from scbm.model import PlanSet
 from scbm.planning import model_with_plans
 from scbm.proofcheck import check_certificate
 from scbm.testing import RandomCases, Tester
-from support.profiles import share
+from support.profiles import share, slow_beyond
 from support.random_models import random_model
 from support.two_robots import two_robots
 from support.wording import Wording
@@ -109,7 +109,7 @@ QUICK_FIRST = (2, 9, 10, 0, 1, 3, 4, 5, 6, 7, 8, 11)
 """Numbers of random models: a usual run takes those at the front, which are closed fastest."""
 
 
-@pytest.mark.parametrize("number", QUICK_FIRST[: share(12, least=3)])
+@pytest.mark.parametrize("number", slow_beyond(2, QUICK_FIRST[: share(12, least=3)]))
 def test_no_random_case_visits_what_is_proved_of_a_random_model(number: int) -> None:
     model = model_with_plans(PlanSet.SHORTEST, random_model(number))
     closing = Closer(model, _FEW).close()
