@@ -6,6 +6,7 @@ The actions of one transition happen at once.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import prod
 from typing import TYPE_CHECKING, TypeAlias
 
 from scbm.model.predicates import TRUE, Predicate, Term, conjunction
@@ -65,6 +66,22 @@ def apply(actions: Iterable[Action], state: State) -> State | None:
         if value not in state.space[name].domain:
             return None
     return state.replace(changes)
+
+
+MAX_SUM_CASES = 2_000
+"""Maximum number of cases into which sums divide the steps of one operation or transition."""
+
+
+def count_sum_cases(actions: Iterable[Action], sizes: Mapping[str, int]) -> int:
+    """Return how many cases planners distinguish for sums: one for each choice of values, but for one variable each.
+
+    `sizes` are those of the domains.
+    """
+    fixed: dict[str, None] = {}
+    for action in actions:
+        names = sorted(action.reads(), key=lambda name: sizes[name])
+        fixed |= dict.fromkeys(names[:-1])
+    return prod(sizes[name] for name in fixed)
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,11 +21,11 @@ from scbm.files.language.scope import Where
 from scbm.files.spelling import nearest
 from scbm.model import Slug
 from scbm.model.environment import EnvironmentTransition, Rate, RateKind
-from scbm.model.operations import Operation, Transition
+from scbm.model.operations import MAX_SUM_CASES, Operation, Transition, count_sum_cases
 from scbm.model.predicates import TRUE, Predicate
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from scbm.files.codec.keys import Data, Definitions, ShapeCheck, Spot
     from scbm.files.codec.value_reader import ValueReader
@@ -59,7 +59,23 @@ def read_actions(
             assigned.setdefault(target, (action, element))
             actions.append(action)
         read.append(tuple(actions))
+    calculating = [element for action, element in assigned.values() if len(action.reads()) > 1]
+    if calculating:
+        _refuse_many_cases(reader, [action for actions in read for action in actions], calculating[-1].place)
     return tuple(read)
+
+
+def _count_cases(reader: ValueReader, actions: Sequence[Action]) -> int:
+    sizes = {name: len(v.domain) for name, v in reader.scope.variables.items() if v is not None}
+    return count_sum_cases(actions, sizes)
+
+
+def _refuse_many_cases(reader: ValueReader, actions: Sequence[Action], place: Place) -> None:
+    """Note sums of too many cases in actions that are taken in one step."""
+    count = _count_cases(reader, actions)
+    if count > MAX_SUM_CASES:
+        message = f"the sums of these actions have {count:,} cases together, and {MAX_SUM_CASES:,} are the most"
+        reader.add(Slug.DOMAIN_TOO_LARGE, message, place, "use smaller domains, or assign fewer sums in one step")
 
 
 def _other_remedy(other: Action, element: YamlNode) -> str:
@@ -250,6 +266,8 @@ class OperationKeys(HandshakeKeys):
             self.reader.add(Slug.MISSING_KEY, message, self.place(key), remedy)
         if pre is None or post is None:
             return None
+        if all(_count_cases(self.reader, half.running_actions) <= MAX_SUM_CASES for half in (pre, post)):
+            _refuse_many_cases(self.reader, (*pre.a, *post.a), self.place("post"))
         return Operation(name, pre, post, deadline_ns, failed, actions, disabled_deadline_ns)
 
     def _transition(self, keys: TransitionKeys | None, name: str, a_where: Where) -> Transition | None:
