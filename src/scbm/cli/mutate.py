@@ -19,6 +19,7 @@ from scbm.cli.options.campaign_options import Cases, Files, Inputs, Jobs, Json, 
 from scbm.cli.options.closing_options import DEFAULT_LIMITS, MaxPlanning, MaxStates
 from scbm.cli.options.help_sections import HelpSection
 from scbm.cli.options.planner_options import MaxExpanded, MaxLength, PlannerName, PlannerOptions, Plans
+from scbm.cli.output.terminal import errors
 from scbm.closing import CloseLimits
 
 
@@ -138,6 +139,8 @@ def command(
     chosen, records = read_operators(operators or []), read_oracle(oracle)
     suite = wanted.suite({})
     entries = None if since is None else changed_since(since, suite.model, model)
-    limits = CloseLimits(max_states, planning=max_planning) if equivalence else None
+    limits = CloseLimits(max_states, planning=max_planning) if equivalence and suite.model.goals else None
+    if equivalence and limits is None:
+        errors().line(f"{model}: no mutant is proved equivalent: proofs are about goals of the model, and it has none")
     asked = MutationOptions(chosen, entries, jobs, records, limits, store)
     return carry_out_mutants(suite, asked, MutationOutput(thresholds, witnesses, html, sarif, json))

@@ -48,6 +48,26 @@ class FileWriter:
         if wrong:
             raise InputError(wrong)
 
+    @staticmethod
+    def refuse_unwritable(files: Mapping[str, Path], directories: Mapping[str, Path]) -> None:
+        """Raise `InputError` for outputs that cannot be written, before the work that they are the result of.
+
+        Args:
+            files: the files to write, by their options.
+            directories: the directories to write files into, by their options; those that are missing are made.
+        """
+        wrong = []
+        for option, path in files.items():
+            if path.is_dir():
+                wrong.append(_bad_output(option, f"{path} is a directory", "name a file in it"))
+            elif not path.parent.is_dir():
+                wrong.append(_bad_output(option, f"there is no directory {path.parent}", "name another, or make it"))
+        for option, path in directories.items():
+            if lexists(path) and not path.is_dir():
+                wrong.append(_bad_output(option, f"{path} is a file", "name a directory"))
+        if wrong:
+            raise InputError(wrong)
+
     def reads(self, path: Path) -> bool:
         """Return whether the command reads this file."""
         return _identity(path) in [_identity(known) for known, _ in self._inputs]
@@ -92,6 +112,10 @@ class FileWriter:
                 place = Place(str(error.filename or path))
                 message = f"cannot write the output here: {_reason(error)}"
                 raise InputError([Diagnostic(Slug.BAD_OPTION, message, place)]) from None
+
+
+def _bad_output(option: str, message: str, remedy: str) -> Diagnostic:
+    return Diagnostic(Slug.BAD_OPTION, message, Place(option), remedy)
 
 
 def replace_file(path: Path, content: bytes) -> None:

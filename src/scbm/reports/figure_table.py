@@ -69,7 +69,9 @@ def short_of_goal_in_words(cases: int, excuses: Mapping[Excuse, int]) -> str:
         reasons = ", ".join(f"by {excuse.words}" for excuse in excuses)
     else:
         reasons = ", ".join(f"{number} by {excuse.words}" for excuse, number in excuses.items())
-    return f"{counted(cases, 'case')}, {reasons}" if cases else ""
+    missed = sum(excuses.values())
+    goals = f" with {missed} missed goals" if missed != cases else ""  # a case can have several
+    return f"{counted(cases, 'case')}{goals}, {reasons}" if cases else ""
 
 
 def wrapped(words: str, columns: int, first: str, following: int) -> Iterator[str]:

@@ -196,6 +196,29 @@ def test_wrong_options_are_located(scbm: Scbm, gate: Path, options: tuple[str, s
 # equivalence
 
 
+def test_outputs_that_cannot_be_written_are_refused_before_any_mutant_runs(
+    scbm: Scbm, gate: Path, tmp_path: Path
+) -> None:
+    outputs = ("--html", tmp_path / "missing" / "page.html", "--sarif", tmp_path, "--witnesses", gate)
+    ran = scbm("mutate", gate, gate.parent / "late.yaml", *outputs)
+    assert (ran.code, ran.out) == (2, "")
+    assert diagnostic_heads(ran.err) == [
+        "--html: error[bad-option]",
+        "--sarif: error[bad-option]",
+        "--witnesses: error[bad-option]",
+    ]
+
+
+def test_without_goals_of_the_model_no_mutant_is_proved_equivalent(scbm: Scbm, gate: Path) -> None:
+    gate.write_text(GATE.replace("goals: {opened: door == open}\n", ""), encoding="utf-8")
+    case = gate.parent / "late.yaml"
+    case.write_text(LATE.replace("goal: opened", "goal: door == open"), encoding="utf-8")
+    ran = scbm("mutate", gate, case, "--json")
+    assert ran.code == 0
+    assert {mutant["status"] for mutant in result(ran)["mutants"]} == {"killed", "undecided"}
+    assert "proofs are about goals" in ran.err
+
+
 def test_without_a_decision_no_mutant_is_equivalent(scbm: Scbm, gate: Path) -> None:
     arguments = ("mutate", gate, gate.with_name("late.yaml"), "--json")
     decided, left = result(scbm(*arguments)), result(scbm(*arguments, "--no-equivalence"))

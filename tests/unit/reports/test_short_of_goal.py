@@ -67,3 +67,8 @@ def test_json_has_the_number_and_the_reasons(history: History) -> None:
 def test_one_reason_needs_no_number_of_its_own() -> None:
     assert short_of_goal_in_words(2, {Excuse.MAY_END: 2}) == "2 cases, by `may_end`"
     assert not short_of_goal_in_words(0, {})
+
+
+def test_missed_goals_are_counted_where_cases_have_several() -> None:
+    words = short_of_goal_in_words(2, {Excuse.FAULT: 2, Excuse.MAY_END: 1})
+    assert words == "2 cases with 3 missed goals, 2 by a fault, 1 by `may_end`"

@@ -120,10 +120,10 @@ def read_operators(texts: Sequence[str]) -> tuple[str, ...] | None:
     if not texts:
         return None
     groups = dict.fromkeys(mutation.group for mutation in MUTATIONS.values())
-    names = [name.strip() for text in texts for name in text.split(",") if name.strip()]
-    unknown = [name for name in names if name not in MUTATIONS and name not in groups]
-    if unknown or not names:
-        raise InputError([_unknown(name, list(dict.fromkeys((*groups, *MUTATIONS)))) for name in unknown or [""]])
+    names = [name.strip() for text in texts for name in text.split(",")]
+    unknown = dict.fromkeys(name for name in names if name not in MUTATIONS and name not in groups)
+    if unknown:
+        raise InputError([_unknown(name, list(dict.fromkeys((*groups, *MUTATIONS)))) for name in unknown])
     return tuple(name for name, mutation in MUTATIONS.items() if name in names or mutation.group in names)
 
 
@@ -145,6 +145,7 @@ def carry_out_mutants(suite: Suite, options: MutationOptions, output: MutationOu
         InputError: there is no case that passes on the model, so none can kill a mutant; or a file cannot be written.
     """
     suite.writer.refuse_clashes(output.files | ({} if options.store is None else {"--store": options.store}))
+    suite.writer.refuse_unwritable(output.files, {} if output.witnesses is None else {"--witnesses": output.witnesses})
     loop = MutationLoop(suite, options, _work(suite, options))
     summary = _summary(suite, loop)
     if output.json:

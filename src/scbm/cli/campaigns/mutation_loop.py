@@ -56,6 +56,9 @@ class MutationLoop:
             except KeyboardInterrupt:
                 if keeper is not None and self._results:
                     errors().line(f"scbm: {self._interrupted}")
+                elif self._results:
+                    done = counted(len(self._results), "mutant")
+                    errors().line(f"scbm: interrupted after {done}, which are lost; `--store FILE` keeps results")
                 raise
         if keeper is not None:
             self.kept = f"{self._options.store}: {self._kept(keeper)}"

@@ -305,7 +305,7 @@ class ModelKeys(Keys):
         self._refuse_odd_requests()
         operations = [entry.value.operation(entry.name) for entry in self._named(self.operations, _RESERVED_OPERATIONS)]
         automatic = self._named(self.automatic_transitions)
-        requirements = [(entry.name, entry.value) for entry in self._named(self.requirements)]
+        requirements = [(entry.name, entry.value) for entry in self._named(self.requirements, tuple(BUILT_IN_NAMES))]
         model = BehaviorModel(
             name=self.behavior_model or "",
             variables=tuple(variable for variable in variables.values() if variable is not None),
