@@ -106,6 +106,9 @@ estop, curtain = (
     DataWriter(participant, Topic(participant, f"rt/safety/{name}", String), qos) for name in ("estop", "curtain")
 )
 print("the driver publishes", flush=True)
+while not all(writer.get_matched_subscriptions() for writer in (estop, curtain)):
+    time.sleep(0.01)
+print("the driver is heard", flush=True)
 draw = random.Random(1)
 while True:
     for writer, calm, other, rate in ((curtain, "clear", "broken", 0.4), (estop, "healthy", "pressed", 0.1)):
@@ -133,6 +136,7 @@ def test_what_a_driver_publishes_visits_nothing_that_is_proved_uncoverable(domai
         driver.says("the driver publishes")
         controller = cell.start("node", "controller", cell.model, "--bindings", "bindings.yaml", "--real", "safety")
         controller.says("controller of .*")
+        driver.says("the driver is heard")
         cell.resources("arm", "press")
         tester = cell.start(
             "node", "tester", cell.model, "--cases", runs, "--seed", 1, "--json", "--logs", "logs", *PATIENCE

@@ -525,7 +525,7 @@ class CaseKeys(Keys):
         for entry in self.requirements:
             if not NAME.fullmatch(entry.name):
                 self.reader.refuse_name(entry.name, entry.place)
-            elif entry.name in BUILT_IN_NAMES:
+            elif entry.name in BUILT_IN_NAMES and entry.name not in dict(model.requirements_off):
                 message = f"`{entry.name}` is the name of a built-in requirement"
                 self.reader.add(Slug.RESERVED_NAME, message, entry.place, "choose another name")
             elif entry.name in known:
