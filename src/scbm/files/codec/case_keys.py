@@ -51,7 +51,7 @@ from scbm.files.language.scope import Where
 from scbm.files.spelling import nearest, suggestion
 from scbm.model import Slug
 from scbm.model.predicates import TRUE, Predicate
-from scbm.model.requirements import BUILT_IN_NAMES, Requirement
+from scbm.model.requirements import Requirement
 from scbm.model.sources import outside_values
 from scbm.model.values import format_value
 
@@ -525,9 +525,6 @@ class CaseKeys(Keys):
         for entry in self.requirements:
             if not NAME.fullmatch(entry.name):
                 self.reader.refuse_name(entry.name, entry.place)
-            elif entry.name in BUILT_IN_NAMES and entry.name not in dict(model.requirements_off):
-                message = f"`{entry.name}` is the name of a built-in requirement"
-                self.reader.add(Slug.RESERVED_NAME, message, entry.place, "choose another name")
             elif entry.name in known:
                 message = f"the model has a requirement `{entry.name}` already"
                 self.reader.add(Slug.DUPLICATE_NAME, message, entry.place, "choose another name")

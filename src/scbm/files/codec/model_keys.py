@@ -305,7 +305,7 @@ class ModelKeys(Keys):
         self._refuse_odd_requests()
         operations = [entry.value.operation(entry.name) for entry in self._named(self.operations, _RESERVED_OPERATIONS)]
         automatic = self._named(self.automatic_transitions)
-        requirements = [(entry.name, entry.value) for entry in self._named(self.requirements, self._built_ins_in_use())]
+        requirements = [(entry.name, entry.value) for entry in self._named(self.requirements)]
         model = BehaviorModel(
             name=self.behavior_model or "",
             variables=tuple(variable for variable in variables.values() if variable is not None),
@@ -342,11 +342,6 @@ class ModelKeys(Keys):
             for name, entry in node.items.items() if node is not None else ():
                 if entry.origin is not None:
                     yield LiftedOrigin(section, name, entry.origin)
-
-    def _built_ins_in_use(self) -> tuple[str, ...]:
-        """Return the names of the built-in requirements that hold; reports call these so."""
-        off = [entry.name for entry in self.requirements_off]
-        return tuple(name for name in BUILT_IN_NAMES if name not in off)
 
     def _switched_off(self) -> Iterator[tuple[str, str]]:
         """Yield the built-in requirements that are switched off, with their reasons; note unknown ones."""
