@@ -139,8 +139,8 @@ def command(
     chosen, records = read_operators(operators or []), read_oracle(oracle)
     suite = wanted.suite({})
     entries = None if since is None else changed_since(since, suite.model, model)
-    limits = CloseLimits(max_states, planning=max_planning) if equivalence and suite.model.goals else None
-    if equivalence and limits is None:
+    limits = CloseLimits(max_states, planning=max_planning) if equivalence else None
+    if equivalence and not suite.model.goals:
         errors().line(f"{model}: no mutant is proved equivalent: proofs are about goals of the model, and it has none")
     asked = MutationOptions(chosen, entries, jobs, records, limits, store)
     return carry_out_mutants(suite, asked, MutationOutput(thresholds, witnesses, html, sarif, json))

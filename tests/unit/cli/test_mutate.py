@@ -215,7 +215,10 @@ def test_without_goals_of_the_model_no_mutant_is_proved_equivalent(scbm: Scbm, g
     case.write_text(LATE.replace("goal: opened", "goal: door == open"), encoding="utf-8")
     ran = scbm("mutate", gate, case, "--json")
     assert ran.code == 0
-    assert {mutant["status"] for mutant in result(ran)["mutants"]} == {"killed", "undecided"}
+    mutants = result(ran)["mutants"]
+    assert {mutant["status"] for mutant in mutants} == {"killed", "undecided"}
+    reasons = [mutant.get("reason") for mutant in mutants if mutant["status"] == "undecided"]
+    assert dict.fromkeys(reasons) == {"the model has no goals, and proofs and witnesses are about them": None}
     assert "proofs are about goals" in ran.err
 
 

@@ -21,12 +21,14 @@ class Survivors:
 
     def __init__(self, model: BehaviorModel, limits: CloseLimits, progress: Callable[[str], None]) -> None:
         """Explore the runs of the model. For the arguments see `Equivalences`."""
-        self._equivalences = Equivalences(model, limits, progress)
+        self._equivalences = Equivalences(model, limits, progress) if model.goals else None
 
     def decided(self, result: MutantResult) -> MutantResult:
         """Return the result of a mutant with what is decided about it; that of a killed mutant as it is."""
         if result.status is not MutantStatus.UNDECIDED:
             return result
+        if self._equivalences is None:
+            return replace(result, reason="the model has no goals, and proofs and witnesses are about them")
         decision = self._equivalences.decide(result.mutant.model)
         match decision:
             case EquivalentMutant():
