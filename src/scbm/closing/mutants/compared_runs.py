@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from scbm.cases.trace import RunStarted
 from scbm.closing.scripts.case_search import bounded
+from scbm.files import read_case, write_case
 from scbm.model import State
 
 if TYPE_CHECKING:
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
     from scbm.cases import Case
     from scbm.cases.trace import Record
+    from scbm.closing.mutants.mutant_decisions import DifferentMutant
     from scbm.model import BehaviorModel
     from scbm.testing import Execution, Tester
 
@@ -23,9 +25,19 @@ class ComparedRuns:
 
     def __init__(self, original: Tester, mutant: BehaviorModel) -> None:
         """Prepare runs. They are judged by the requirements of the original, in the world of the original."""
+        self._of_original = original
         self._tester = original.of_mutant(mutant, plans_alike=False)
         self._original = original.model
         self._mutant = mutant
+
+    def confirmed(self, found: DifferentMutant) -> DifferentMutant:
+        """Return a witness that kills; one whose file does not kill is marked as such."""
+        text = write_case(found.recorded(found.case.name), self._original, None)
+        saved = read_case(text, self._original)
+        on_original = self._of_original.execute(saved)
+        on_mutant = self._tester.execute(case_on(self._mutant, saved, self._original))
+        fails = on_original.verdict.passed and not on_mutant.verdict.passed
+        return found if fails else replace(found, is_lost_in_file=True)
 
     def differing(self, original: Execution, case: Case) -> Execution | None:
         """Return the run of a case on the mutant if its trace is not that of the run on the original; else `None`."""

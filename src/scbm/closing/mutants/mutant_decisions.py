@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeAlias
 
+from scbm.testing.recorded_results import differences_of_record
+
 if TYPE_CHECKING:
     from scbm.cases import Case
     from scbm.testing import Execution
@@ -29,11 +31,13 @@ class DifferentMutant:
         case: the witness; its runs on both have different traces.
         original: its run on the original.
         mutated: its run on the mutant.
+        is_lost_in_file: whether it kills only until it is written to a file and read back.
     """
 
     case: Case
     original: Execution
     mutated: Execution
+    is_lost_in_file: bool = False
 
     @property
     def is_benign(self) -> bool:
@@ -46,11 +50,12 @@ class DifferentMutant:
         """Whether the witness fails on the mutant once it has the recorded result of the original.
 
         A record has no times, so a difference in time alone does not count. A witness that fails on the original has no
-        record.
+        record. Its order of visits does not count: names of visits are in the order of the model.
         """
-        if not self.original.verdict.passed:
+        if self.is_lost_in_file or not self.original.verdict.passed:
             return False
-        return not self.mutated.verdict.passed or self.mutated.recorded_goals != self.original.recorded_goals
+        recorded = self.recorded(self.case.name)
+        return not self.mutated.verdict.passed or any(differences_of_record(recorded, self.mutated.recorded_goals))
 
     def recorded(self, name: str) -> Case:
         """Return the witness with the result of the original, under another name."""

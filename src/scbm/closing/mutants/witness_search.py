@@ -61,7 +61,8 @@ class WitnessSearch:
         """Return a witness that leads to one of the differences, if possible one that breaks a requirement."""
         compared = ComparedRuns(self._tester, mutant)
         few = islice(differences, self._most_tried)
-        found = _best(self._compared(compared, (case for each in few for case in self._cases(each, mutant))))
+        cases = (case for each in few for case in self._cases(each, mutant))
+        found = _best(self._compared(compared, cases), compared)
         return found if found is None or found.kills else self._more_visible(found, compared)
 
     def from_random(self, mutant: BehaviorModel, *, redraws: bool = False) -> DifferentMutant | None:
@@ -74,7 +75,7 @@ class WitnessSearch:
         if self._observed.runs.planner.entry.is_external:
             return None  # each plan would start another program
         compared = ComparedRuns(self._tester, mutant)
-        return _best(self._compared_random(compared, redraws=redraws))
+        return _best(self._compared_random(compared, redraws=redraws), compared)
 
     def _cases(self, difference: StateDifference, mutant: BehaviorModel) -> Iterator[Case]:
         """Yield cases that lead to a difference."""
@@ -112,7 +113,8 @@ class WitnessSearch:
             if rule.outcome is Outcome.SUCCEED
         )
         changed = self._compared(compared, islice(others, _MAX_CHANGED))
-        return next((each for each in changed if each.kills), found)
+        killing = (compared.confirmed(each) for each in changed if each.kills)
+        return next((each for each in killing if each.kills), found)
 
     def _compared(self, compared: ComparedRuns, cases: Iterable[Case]) -> Iterator[DifferentMutant]:
         for case in cases:
@@ -156,11 +158,25 @@ class WitnessSearch:
             yield from (random.case(_SEED, number) for number in count(1))
 
 
-def _best(found: Iterator[DifferentMutant]) -> DifferentMutant | None:
-    """Return the best of a few witnesses: one that kills and breaks a requirement, or kills; `None` without any."""
+def _best(found: Iterator[DifferentMutant], compared: ComparedRuns) -> DifferentMutant | None:
+    """Return the best of a few witnesses: one that kills and breaks a requirement, or kills; `None` without any.
+
+    A witness counts as killing only if the file that it is saved in kills.
+    """
     few = list[DifferentMutant]()
     for each in islice(found, _MAX_SHOWN):
-        if each.kills and not each.is_benign:
-            return each
         few.append(each)
-    return max(few, key=lambda each: (each.kills, not each.is_benign, each.original.verdict.passed), default=None)
+        if each.kills and not each.is_benign:
+            break
+    while few:
+        place = max(range(len(few)), key=lambda number: _rank(few[number]))
+        if not few[place].kills:
+            return few[place]
+        few[place] = compared.confirmed(few[place])
+        if few[place].kills:
+            return few[place]
+    return None
+
+
+def _rank(found: DifferentMutant) -> tuple[bool, bool, bool]:
+    return found.kills, not found.is_benign, found.original.verdict.passed

@@ -144,6 +144,35 @@ def test_a_witness_that_kills_fails_once_its_result_is_recorded(cell: Equivalenc
     assert found.kills or "request" in before  # a record does not have what requests carry
 
 
+TWO_LAMPS = """
+behavior_model: two_lamps
+variables:
+  robot_at: {domain: [home, box], initial: home}
+  red: {domain: bool, initial: false}
+  green: {domain: bool, initial: false}
+operations:
+  drive:
+    pre: {g: robot_at == home}
+    post: {g: true, a: [robot_at <- box]}
+automatic_transitions:
+  light_red: {g: robot_at == box && red == false, a: [red <- true]}
+  light_green: {g: robot_at == box && green == false, a: [green <- true]}
+goals: {at_box: robot_at == box}
+"""
+
+
+def test_transitions_in_another_order_do_not_kill_where_the_record_is_the_same() -> None:
+    model = read_model(TWO_LAMPS, "two_lamps.yaml")
+    red, green = model.automatic_transitions
+    mutant = replace(model, automatic_transitions=(green, red))
+    found = witness(Equivalences(model).decide(mutant))
+    saved = read_case(write_case(found.recorded("saved"), model, None), model)
+    assert found.original.trace.records != found.mutated.trace.records
+    assert Tester(model).execute(saved).verdict.passed
+    assert Tester(mutant).execute(saved).verdict.passed
+    assert not found.kills
+
+
 def test_a_request_that_carries_another_value_shows_in_its_record(cell: Equivalences) -> None:
     found = witness(cell.decide(changed("request: [job]", "request: [tries]")))
     payloads = [
