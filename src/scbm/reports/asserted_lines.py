@@ -54,7 +54,7 @@ def unasserted_lines(evidence: AssertionEvidence, columns: int = DEFAULT_COLUMNS
             there is no single one.
     """
     if evidence.found is None:
-        if command:
+        if command and evidence.has_results:
             yield Text()
             yield command_text("  ", command, "finds what these cases assert")
         return

@@ -33,6 +33,7 @@ from scbm.store.store_file import (
 )
 from scbm.store.store_tables import CaseRow, Tables, time_text
 from scbm.store.stored_mutants import basis_of, find_evidence
+from scbm.testing.mutants import NO_MUTANTS, AssertionEvidence
 
 if TYPE_CHECKING:
     import sqlite3
@@ -45,7 +46,6 @@ if TYPE_CHECKING:
     from scbm.store.store_tables import ModelRow
     from scbm.store.stored_evidence import StoredCertificate
     from scbm.testing import CaseResult
-    from scbm.testing.mutants import AssertionEvidence
 
 
 def begin_run(
@@ -207,13 +207,13 @@ class StoreWriter:
             with store_errors(self._path), transaction(self._connection):
                 self._tables.finish_run(self._ids[1])
 
-    def evidence(self) -> AssertionEvidence | None:
-        """Return what the store says about the obligations that the cases of the run visit.
+    def evidence(self) -> AssertionEvidence:
+        """Return what the store says about the obligations that the cases of the run visit, or why it says nothing.
 
-        `None` if it had no results of mutants when the run began.
+        Only results of mutants count that were in the store when the run began.
         """
         if self._keys is None:
-            return None
+            return AssertionEvidence(None, NO_MUTANTS)
         with store_errors(self._path), understood(self._path), snapshot(self._connection):
             show_as_newest(self._connection)
             mutations = MutantTables(self._connection).mutations()

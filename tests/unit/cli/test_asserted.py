@@ -178,9 +178,26 @@ def _decided(ran: Ran) -> int:
     return sum(mutant["status"] != "killed" for mutant in mutants(ran))
 
 
-def test_a_store_without_results_changes_no_report(scbm: Scbm) -> None:
+NOT_KNOWN = "  Asserted: not known: the store has no results of `scbm mutate`"
+
+
+def test_reports_of_a_store_without_results_of_mutants_say_so(scbm: Scbm) -> None:
+    assert "sserted" not in scbm(*TEST).out
+    tested = scbm(*TEST, "--store", "plain.db").out
+    reported = scbm("report", "plain.db").out
+    for text in (tested, reported):
+        assert text.splitlines()[3] == NOT_KNOWN
+        assert text.count("scbm mutate") == 1  # one line is enough
+    scbm("report", "plain.db", "--html", "page.html")
+    page = Path("page.html").read_text()
+    assert 'data-asserted="">Asserted: not known, as the store has no results of <code>scbm mutate</code>.</p>' in page
+    for ran in (scbm(*TEST, "--store", "plain.db", "--json"), scbm("report", "plain.db", "--json")):
+        asserted = json.loads(ran.out)["asserted"]
+        assert (asserted["percent"], asserted["why_none"]) == (None, "the store has no results of `scbm mutate`")
+
+
+def test_a_store_with_results_adds_the_figure_and_a_list(scbm: Scbm) -> None:
     plain = scbm(*TEST, "--store", "plain.db")
-    assert "sserted" not in plain.out
     fill(scbm)
     lines = [line for line in scbm(*TEST, *STORE).out.splitlines() if line]
     added = [line for line in lines if line not in plain.out]
@@ -190,8 +207,6 @@ def test_a_store_without_results_changes_no_report(scbm: Scbm) -> None:
         "  at: notes  taken",
         "  scbm mutate gate.yaml late.yaml well.yaml --store cov.db",
     ]
-    data = json.loads(scbm("report", "plain.db", "--json").out)
-    assert "asserted" not in data
 
 
 def test_json_has_the_answer_of_each_visited_obligation(scbm: Scbm) -> None:
@@ -210,9 +225,6 @@ def test_json_has_the_answer_of_each_visited_obligation(scbm: Scbm) -> None:
 
 
 def test_the_page_marks_what_nothing_asserts(scbm: Scbm) -> None:
-    scbm(*TEST, "--store", "plain.db")
-    scbm("report", "plain.db", "--html", "before.html")
-    assert "asserted" not in Path("before.html").read_text().partition("</style>")[2]
     fill(scbm)
     scbm(*TEST, *STORE)
     scbm("report", "cov.db", "--html", "after.html")

@@ -90,7 +90,7 @@ class Keeper:
     Attributes:
         is_whole: whether all results were added; after an error the campaign continues without the store.
         is_unfinished: whether the store may have cases of a run that is not marked as finished.
-        evidence: at the end, what the store says about asserted obligations; `None` if it has no results of mutants.
+        evidence: at the end, what the store says about asserted obligations; `None` before, and after an error.
     """
 
     def __init__(self, writer: StoreWriter, path: Path, model: BehaviorModel) -> None:

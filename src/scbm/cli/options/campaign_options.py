@@ -93,7 +93,7 @@ def meets_thresholds(
         coverage: the visits of the cases.
         thresholds: the thresholds of the command line.
         coverable: the figure of what can be covered; by default everything can be covered.
-        evidence: what a store says about asserted obligations; `None` if it has no results of mutants.
+        evidence: what a store says about asserted obligations; `None` without a store.
         lifted: the figure of lifted obligations, of a model with parameters.
     """
     asserted = None if evidence is None else evidence.figure

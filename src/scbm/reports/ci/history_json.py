@@ -29,7 +29,7 @@ def history_json(history: History) -> dict[str, Any]:
         "passed": not history.failed,
         "coverage": coverage_json(history.coverage),
         "statuses": statuses_json(history.statuses),
-        **({"asserted": asserted_json(history.evidence)} if history.mutations else {}),
+        "asserted": asserted_json(history.evidence),
         **lifted_json(history.model, history.statuses),
         "simulated_seconds": history.ended_ns / 1e9,
         "over_nodes_seconds": history.over_nodes_ns / 1e9,

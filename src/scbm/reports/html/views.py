@@ -212,14 +212,14 @@ class ReportView:
         return tuple(each for each in Decision if each in found and each not in (Decision.COVERED, Decision.UNDECIDED))
 
     @property
-    def evidence(self) -> AssertionEvidence | None:
-        """What the store says about asserted obligations; `None` if it has no results of mutants."""
-        return self.history.evidence if self.history.mutations else None
+    def evidence(self) -> AssertionEvidence:
+        """What the store says about asserted obligations, or why it says nothing."""
+        return self.history.evidence
 
     @cached_property
     def asserted(self) -> AssertedObligations | None:
         """The visited obligations with their answers; `None` if none are known."""
-        return None if self.evidence is None else self.evidence.found
+        return self.evidence.found
 
     @property
     def asserted_words(self) -> str:

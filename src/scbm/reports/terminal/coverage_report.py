@@ -133,7 +133,7 @@ class Setting:
         columns: the width of the report.
         dry: whether the last random cases visited something new, in words; empty if that is not asked.
         statuses: the statuses of the obligations; `None` if visits alone decide them.
-        evidence: what a store says about asserted obligations; `None` if it has no results of mutants.
+        evidence: what a store says about asserted obligations; `None` without a store.
         mutate: the command that finds what the cases assert.
     """
 

@@ -135,8 +135,7 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     yield from lifted_lines(history.model, history.statuses)
     if history.decided is not None:
         yield from status_lines(history.decided, columns)
-    if history.mutations:
-        yield from asserted_line(history.evidence, columns)
+    yield from asserted_line(history.evidence, columns)
     yield Text(f"  Testing duration: {durations(history)}, {_cases(history)}")
     short = short_of_goal_in_words(history.short_count, history.short)
     if short:
@@ -152,8 +151,7 @@ def stored_report(history: History, store: str, columns: int = DEFAULT_COLUMNS) 
     yield from figures(coverage, columns)
     yield from _failed(history)
     yield from missed_table(history.model, coverage, columns, history.decided)
-    if history.mutations:
-        yield from unasserted_lines(history.evidence, columns)
+    yield from unasserted_lines(history.evidence, columns)
     if any(status.obligation.counts for status in history.statuses.with_status(Decision.UNDECIDED)):
         yield Text()
         yield Text("How to cover the rest", style="bold")

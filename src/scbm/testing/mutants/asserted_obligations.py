@@ -255,6 +255,11 @@ class AssertionEvidence:
     why_none: str = ""
 
     @property
+    def has_results(self) -> bool:
+        """Whether the store has results of mutants, of these cases or of others."""
+        return self.why_none != NO_MUTANTS
+
+    @property
     def figure(self) -> Figure:
         """The figure of asserted obligations; of none if nothing is known."""
         return Figure(0, 0) if self.found is None else self.found.figure
