@@ -1,0 +1,1 @@
+"""PDDL that others wrote: domains and problems as model files."""
