@@ -37,7 +37,7 @@ def command(
         known = name if loaded.goal(name) is not None else f"goal-{number}"
         file = "domain-problem" if known.lower() == "domain" else known  # no goal has a hyphen in its name
         texts[out / f"{file}.pddl"] = domain.problem(known, start, predicate)
-    FileWriter([(model, "the model")]).write_all(texts, overwrite=True)
+    FileWriter(model=model).write_all(texts, overwrite=True)
     for path in texts:
         results().line(str(path))
     return 0

@@ -6,7 +6,6 @@ It has an option for each entry of `FORMATS`.
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -67,15 +66,16 @@ class ReportFiles:
         """The files of the formats that were given."""
         return {option: path for option, path in self.files.items() if path is not None}
 
-    def writer(self, store: Path, history: History) -> FileWriter:
-        """Return a writer for these files that refuses to replace the store, the model or a case file.
+    def writer(self, store: Path, waivers: Path | None, history: History) -> FileWriter:
+        """Return a writer for these files that refuses to replace the store, waivers, the model or a case file.
 
         Raises:
             InputError: two formats are one file, or one of them is such an input.
         """
         cases = (case.recipe.path for case in history.cases if isinstance(case.recipe, Written))
-        others = [(store, "the store"), (Path(history.source.path), "the model")]
-        writer = FileWriter(chain(others, ((Path(path), "a case file") for path in dict.fromkeys(cases))))
+        files = ((Path(path), "a case file") for path in dict.fromkeys(cases))
+        others = [] if waivers is None else [(waivers, "the waivers")]
+        writer = FileWriter([(store, "the store"), *others, *files], Path(history.source.path))
         writer.refuse_clashes({f"--{name}": path for name, path in self.given.items()})
         return writer
 
@@ -169,7 +169,7 @@ def command(
             if isinstance(case.recipe, Written)
         ]
         history = replace(history, decided=evidence.statuses(history.coverage, history.forced, goals))
-    writer = wanted.writer(store, history)
+    writer = wanted.writer(store, waivers, history)
     cover = _smallest(history) if minimize else None
     if json:
         write_json(history_json(history) | ({} if cover is None else {"smallest": smallest_json(history, cover)}))

@@ -89,7 +89,7 @@ def command(
     json: Annotated[bool, typer.Option("--json", help="Print JSON.", rich_help_panel=HelpSection.OUTPUT)] = False,
 ) -> int:
     """Run one goal against simulated resources, and show what happens."""
-    writer = FileWriter([(model, "the model")])
+    writer = FileWriter(model=model)
     writer.refuse_clashes({} if trace is None else {"--trace": trace})
     loaded = PlannerOptions(planner, max_length, max_expanded, plans=plans).applied(load_model(model))
     faults = read_faults(network, loaded)

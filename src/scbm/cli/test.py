@@ -184,7 +184,8 @@ def command(
     recording = RecordingMode(record, update)
     refuse_without_files(recording, suite, {"--time-limit": time_limit})
     suite = select_cases(suite, select, failures if last_failed else None)
-    suite = replace(suite, evidence=read_asked_evidence(suite.model, model, certificates, waivers, figures))
+    evidence = read_asked_evidence(suite.model, model, certificates, waivers, figures)
+    suite = replace(suite, evidence=evidence, waivers=waivers)
     output = CampaignOutput(figures, missing, json, store, save, failures, shrink, stop, until_dry)
     if transport is None:
         refuse_without_transport(

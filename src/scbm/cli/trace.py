@@ -124,7 +124,7 @@ def command(
         loaded, execution, writer = done.model, done.execution, done.writer
     else:
         _refuse({"--model": model}, "`--case` draws from the model that comes first", None)
-        writer = FileWriter([(file, "the model")])
+        writer = FileWriter(model=file)
         writer.refuse_clashes(files)
         loaded = options.applied(load_model(file))
         cases = RandomCases(loaded, str(file), read_faults(network, loaded), moves_inputs=read_inputs(inputs))

@@ -79,7 +79,7 @@ def write_output(closing: Closing, directory: Path, model_file: Path, suite: Col
     _refuse_to_lose(texts, kept, model_file)
     before = _written_before(directory, model_file)
     removed = tuple(path for path in before if path not in texts and path.resolve() not in kept)
-    FileWriter([(model_file, "the model"), *((path, "a case file") for path in suite)]).write_all(texts, overwrite=True)
+    FileWriter([(path, "a case file") for path in suite], model_file).write_all(texts, overwrite=True)
     _remove(removed)
     return ClosingFiles(directory, cases, certificates, removed)
 

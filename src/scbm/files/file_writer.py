@@ -11,6 +11,7 @@ from pathlib import Path
 from secrets import token_hex
 from typing import IO, TYPE_CHECKING
 
+from scbm.files.codec.model_files import files_used_by
 from scbm.files.input_file import open_input
 from scbm.model import Diagnostic, InputError, Place, Slug
 
@@ -24,9 +25,15 @@ _NEW_FILE_MODE = 0o666
 class FileWriter:
     """Writes the output files of one command, and refuses to overwrite the files that the command reads."""
 
-    def __init__(self, inputs: Iterable[tuple[Path, str]] = ()) -> None:
-        """Take the files that the command reads, each with what it is in words: `the model`."""
-        self._inputs = tuple(inputs)
+    def __init__(self, inputs: Iterable[tuple[Path, str]] = (), model: Path | None = None) -> None:
+        """Take the files that the command reads.
+
+        Args:
+            inputs: files, each with what it is in words, such as `the store`.
+            model: the model file. The files that it uses count as read, too.
+        """
+        self._model = model
+        self._inputs = (*inputs, *([] if model is None else [(model, "the model")]))
 
     def refuse_clashes(self, outputs: Mapping[str, Path]) -> None:
         """Raise `InputError` if two outputs are one file, or an output would replace an input.
@@ -37,7 +44,7 @@ class FileWriter:
             outputs: the files to write, by the options that ask for them.
         """
         owners: dict[object, str] = {}
-        for path, words in self._inputs:
+        for path, words in (*self._inputs, *self._used_files(outputs.values())):
             owners.setdefault(_identity(path), words)
         wrong = []
         for option, path in outputs.items():
@@ -47,6 +54,12 @@ class FileWriter:
                 wrong.append(Diagnostic(Slug.BAD_OPTION, message, Place(option), "write it to another file"))
         if wrong:
             raise InputError(wrong)
+
+    def _used_files(self, outputs: Iterable[Path]) -> list[tuple[Path, str]]:
+        """Return the files that the model uses; none if all outputs are new, so that most commands do not read it."""
+        if self._model is None or not any(map(lexists, outputs)):
+            return []
+        return [(path, f"a file that {self._model} uses") for path in files_used_by(self._model)]
 
     @staticmethod
     def refuse_unwritable(files: Mapping[str, Path], directories: Mapping[str, Path]) -> None:
@@ -70,7 +83,7 @@ class FileWriter:
 
     def reads(self, path: Path) -> bool:
         """Return whether the command reads this file."""
-        return _identity(path) in [_identity(known) for known, _ in self._inputs]
+        return _identity(path) in [_identity(known) for known, _ in (*self._inputs, *self._used_files([path]))]
 
     def write(self, option: str, path: Path, content: bytes) -> None:
         """Write a file as `replace_file` does. Raise `InputError` if it cannot be written, or is an input.

@@ -64,6 +64,37 @@ def test_no_option_that_writes_destroys_an_input(
     assert inputs[target].read_bytes() == before
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("run", "{cell}", "--goal", "open", "--trace", "{door}"),
+        ("run", "{cell}", "--goal", "open", "--trace", "{lamp}"),
+        ("trace", "{cell}", "--case", "1", "--perfetto", "{lamp}"),
+        ("mutate", "{cell}", "--cases", "1", "--sarif", "{door}"),
+        ("test", "{cell}", "--cases", "1", "--waivers", "{waivers}", "--store", "{lamp}"),
+        ("test", "{cell}", "--cases", "1", "--waivers", "{waivers}", "--store", "{waivers}"),
+    ],
+)
+def test_no_option_that_writes_destroys_a_file_that_the_model_uses(
+    arguments: tuple[str, ...], tmp_path: Path, scbm: Scbm
+) -> None:
+    texts = {
+        "cell": "behavior_model: cell\nparts: {door: {use: door.yaml}}\ngoals: {open: door.is_open == true}\n",
+        "door": "part: door\ninclude: lamp.yaml\nvariables: {is_open: {domain: bool, initial: false}}\n"
+        "operations: {unlock: {pre: {g: is_open == false, a: [is_open <- true]}, post: {g: 'true'}}}\n",
+        "lamp": "part: lamp\nvariables: {is_lit: {domain: bool, initial: false}}\n",
+        "waivers": "waivers_of: cell\nwaivers:\n"
+        "- {obligation: door.unlock/failed, reason: none fails, author: A. Smith, date: 2026-01-01}\n",
+    }
+    paths = {name: tmp_path / f"{name}.yaml" for name in texts}
+    for name, text in texts.items():
+        paths[name].write_text(text, encoding="utf-8")
+    assert scbm("check", paths["cell"]).code == 0
+    ran = scbm(*(argument.format(**paths) for argument in arguments))
+    assert (ran.code, diagnostic_heads(ran.err)) == (2, [f"{arguments[-2]}: error[bad-option]"])
+    assert {name: path.read_text(encoding="utf-8") for name, path in paths.items()} == texts
+
+
 def test_a_report_is_not_written_over_the_store(inputs: dict[str, Path], tmp_path: Path, scbm: Scbm) -> None:
     store = tmp_path / "s.db"
     assert scbm("test", inputs["model"], "--cases", 1, "--store", store, "--failures", tmp_path / "f").code == 0

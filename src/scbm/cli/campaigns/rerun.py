@@ -56,7 +56,7 @@ class AskedRun:
             model_file: the model file.
             noun: the kind of `file` in words.
         """
-        writer = FileWriter([(self.file, noun), (model_file, "the model")])
+        writer = FileWriter([(self.file, noun)], model_file)
         writer.refuse_clashes(self.outputs)
         return load_model(model_file), writer
 

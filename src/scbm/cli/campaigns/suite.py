@@ -48,6 +48,7 @@ class Suite:
             the planner itself.
         moves_inputs: whether random cases move inputs and published values without environment transitions, too.
         evidence: the certificates and waivers that count; `None` if statuses are not asked for.
+        waivers: the file of waivers, if there is one.
     """
 
     model: BehaviorModel
@@ -64,6 +65,7 @@ class Suite:
     planner_option: str = ""
     moves_inputs: bool = False
     evidence: StatusEvidence | None = None
+    waivers: Path | None = None
 
     @staticmethod
     def load(
@@ -160,8 +162,9 @@ class Suite:
 
     @cached_property
     def writer(self) -> FileWriter:
-        """A writer for the files of the command; it refuses to replace the model and the case files."""
-        return FileWriter([(self.file, "the model"), *((written.path, "a case file") for written in self.written)])
+        """A writer for the files of the command; it refuses to replace what the command reads."""
+        others = [] if self.waivers is None else [(self.waivers, "the waivers")]
+        return FileWriter([*((written.path, "a case file") for written in self.written), *others], self.file)
 
     # the suite in words and as commands
 

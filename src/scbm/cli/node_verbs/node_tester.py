@@ -89,7 +89,8 @@ def command(
     suite = CampaignOptions(model, files or [], cases, seed, network, require or [], time_limit).suite({})
     figures = read_thresholds(fail_under or [])
     refuse_asserted(figures, store, is_over_nodes=True)
-    suite = replace(suite, evidence=read_asked_evidence(suite.model, model, certificates, waivers, figures))
+    evidence = read_asked_evidence(suite.model, model, certificates, waivers, figures)
+    suite = replace(suite, evidence=evidence, waivers=waivers)
     output = CampaignOutput(
         figures,
         missing,

@@ -14,6 +14,7 @@ from scbm.files.codec.model_keys import MODEL_OWNERS, ModelKeys
 from scbm.files.codec.operation_keys import OperationKeys
 from scbm.files.codec.value_reader import ValueReader
 from scbm.files.codec.waiver_keys import WAIVERS_OWNERS, WaiverKeys, WaiversKeys
+from scbm.files.expansion.parts import expand_parts
 from scbm.files.expansion.stages import expand
 from scbm.files.language.scope import Scope
 from scbm.files.yaml.text_files import read_file, read_tree
@@ -136,6 +137,16 @@ def count_entries(text: str, file: str = "model") -> dict[str, int]:
     document, _, report = read_tree(text, file, "model", _START)
     report.raise_any()
     return {name: len(section.items) for name, section in document.items.items()}
+
+
+def files_used_by(path: Path) -> tuple[Path, ...]:
+    """Return the files of the parts that a model file uses, directly or in parts; none if it cannot be read."""
+    try:
+        document, _, report = read_tree(read_file(path), str(path), "model", _START)
+        expand_parts(document, report)
+    except InputError:
+        return ()
+    return tuple(map(Path, report.others))
 
 
 _START = "a model begins with `behavior_model: <name>`"
