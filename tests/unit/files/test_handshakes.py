@@ -51,6 +51,14 @@ def test_the_example_of_the_paper_fits_180_lines_and_is_the_same_model(
     assert digest_of(with_order_of(short, long)) == digest_of(long)
 
 
+@pytest.mark.parametrize("written", ["n + 1", "(n + 1)", "(n) + 1", "((n)) + (1)"])
+def test_a_command_can_be_a_sum(written: str) -> None:
+    operation = f"operations: {{o: {{request: lamps, guard: (n) + 1 < 3, with: {{n: {written}}}}}}}\n"
+    head = HEAD.replace("simulation", "request: [n]\n    simulation")
+    before = read_model(head + operation).operation("o").pre
+    assert [str(action) for action in before.a] == ["lamps_req_trigger <- true", "n <- n + 1"]
+
+
 def test_the_example_of_the_paper_keeps_obligations_plans_traces_and_figures(
     short: BehaviorModel, long: BehaviorModel
 ) -> None:

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from scbm.files import digest_of, load_model
+from scbm.files import Scope, digest_of, load_model, parse_predicate
 from scbm.files.codec.lifted.part_keys import PartKeys, PartParameterKeys, PartUseKeys
 from scbm.files.expansion.part_files import PARAMETER_KEYS, PART_KEYS
 from scbm.files.expansion.parts import USE_KEYS
-from scbm.model import Diagnostic, InputError
+from scbm.model import Diagnostic, Domain, InputError, Variable
 
 MODEL = """\
 behavior_model: cell
@@ -160,6 +160,43 @@ operations:
     ]
 
 
+SCOPE = Scope.over(Variable(name, Domain.integers(-4, 9), 0, (0,)) for name in ("a", "m.n"))
+
+
+@pytest.mark.parametrize(
+    ("argument", "guard", "action"),
+    [
+        ("a + 1", "m.n == 3 - (a + 1)", "m.n <- a + 1"),
+        ("(a + 1)", "m.n == 3 - (a + 1)", "m.n <- a + 1"),
+        ("a", "m.n == 3 - a", "m.n <- a"),
+        ("-1", "m.n == 4", "m.n <- -1"),
+    ],
+)
+def test_a_sum_as_an_argument_is_one_operand(argument: str, guard: str, action: str, tmp_path: Path) -> None:
+    files = {
+        "cell": "behavior_model: cell\nvariables: {a: {domain: -1..3, initial: 0}}\n"
+        f"parts: {{m: {{use: machine.yaml, with: {{value: {argument}}}}}}}\n",
+        "machine": "part: machine\nparameters: {value: {}}\nvariables: {n: {domain: -4..9, initial: 0}}\n"
+        "operations: {o: {pre: {g: n == 3 - value, a: [n <- value]}, post: {g: true}}}\n",
+    }
+    before = load_model(written(tmp_path, **files)).operation("m.o").pre
+    assert before.g == parse_predicate(guard, SCOPE)
+    assert [str(each) for each in before.a] == [action]
+
+
+@pytest.mark.parametrize(
+    ("written_guard", "guard"), [("!busy", "!(a == 0 || a == 1)"), ("n == 0 && busy", "m.n == 0 && (a == 0 || a == 1)")]
+)
+def test_a_predicate_as_an_argument_is_one_operand(written_guard: str, guard: str, tmp_path: Path) -> None:
+    files = {
+        "cell": "behavior_model: cell\nvariables: {a: {domain: -1..3, initial: 0}}\n"
+        "parts: {m: {use: machine.yaml, with: {busy: a == 0 || a == 1}}}\n",
+        "machine": "part: machine\nparameters: {busy: {}}\nvariables: {n: {domain: -4..9, initial: 0}}\n"
+        f"operations: {{o: {{pre: {{g: '{written_guard}'}}, post: {{g: true}}}}}}\n",
+    }
+    assert load_model(written(tmp_path, **files)).operation("m.o").pre.g == parse_predicate(guard, SCOPE)
+
+
 def test_parts_of_parts_have_names_of_both(tmp_path: Path) -> None:
     model = load_model(
         written(
@@ -218,6 +255,7 @@ def test_a_wrong_argument_is_an_error_where_it_is_given(tmp_path: Path) -> None:
         ("parts: [door.yaml]", ["cell.yaml:2:1:5 wrong-shape"]),
         ("parts: {d: {use: [door.yaml]}}", ["cell.yaml:2:18:1 wrong-shape"]),
         ("parts: {d.e: {use: door.yaml, with: {stop: e}}}", ["cell.yaml:2:9:3 bad-name"]),
+        ("parts: {0d: {use: door.yaml, with: {stop: e}}}", ["cell.yaml:2:9:2 bad-name"]),
         ("include: door.yaml", ["cell.yaml:2:10:9 missing-key"]),
         ("include: [cycle.yaml]", ["cycle.yaml:2:10:10 contradiction"]),
         ("include: cell.yaml", ["cell.yaml:1:1:14 wrong-shape"]),

@@ -41,6 +41,11 @@ _PLAIN_KEYS = ("may_end",)
 _TOKEN = re.compile(r"(?<!\w)(?!(?:min|max)\s*\()[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*", re.ASCII)
 """A name; `min` and `max` before a bracket are none."""
 
+_OPERATOR = re.compile(r"[-+]|[=!<>]=|[<>]|&&|\|\|")
+"""An operator of predicates or sums; `->` and `<-` have one of these characters, too."""
+
+_NUMBER = re.compile(r"\s*-?\d+\s*")
+
 _HEAD = re.compile(r"[^\[\s]*")
 """The name in a key such as `robot_at[robot]`."""
 
@@ -151,10 +156,22 @@ class PartCopy:
             argument = self.arguments.get(token[0])
             if argument is not None and argument.scalar is not None:
                 yield Piece.copy(scalar, end, token.start())
-                yield Piece.copy(argument.scalar)
+                yield from _argument(argument.scalar, is_whole=scalar.text.strip() == token[0])
                 end = token.end()
             elif token[0] in self.declared and self.prefix:
                 yield Piece.copy(scalar, end, token.start())
                 yield Piece.instead(f"{self.prefix}{token[0]}", scalar, token.start(), token.end())
                 end = token.end()
         yield Piece.copy(scalar, end)
+
+
+def _argument(argument: Scalar, *, is_whole: bool) -> Iterator[Piece]:
+    """Yield the pieces of an argument; in brackets where it is an operand, as with `a + b` for `v` in `10 - v`."""
+    is_single = is_whole or _NUMBER.fullmatch(argument.text) or not _OPERATOR.search(argument.text)
+    if is_single or "<-" in argument.text:
+        yield Piece.copy(argument)
+        return
+    end = len(argument.text)
+    yield Piece.instead("(", argument, 0, 1)
+    yield Piece.copy(argument)
+    yield Piece.instead(")", argument, end - 1, end)

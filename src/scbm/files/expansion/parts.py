@@ -130,6 +130,7 @@ class _Expansion:
             message = f"`{entry.key}` is not a name"
             self.report.add(Slug.BAD_NAME, message, entry.place, "names of parts are letters, digits and `_`")
             self.is_whole = False
+            return None, {}  # each name in the part would be wrong as well
         if "use" not in node.items and not node.incomplete:
             self.report.add(
                 Slug.MISSING_KEY, f"`use` is missing in `{entry.key}`", entry.place, "name the file: `use: door.yaml`"

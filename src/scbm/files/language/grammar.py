@@ -1,5 +1,9 @@
 """The grammar of predicates, actions and requirements (semantics 2 and 7.3), for Lark's LALR parser.
 
+A term, a sum, or one of them in brackets is an operand of a comparison. It also parses as a predicate of its own,
+`bare`, as one token ahead does not show which: the resolver accepts it if it is `true` or `false`. After `(` and a sum,
+the parser takes `)` for the bracket of an operand, by Lark's rule to prefer to shift.
+
 The rules of requirements and their keywords come from the patterns of `FORMS` in `model/requirements.py`.
 """
 
@@ -25,12 +29,10 @@ predicate: implication
 ?atom: "(" implication ")" -> group
      | sum RELATION sum -> comparison
      | NAME _IN "{" (term ("," term)*)? "}" -> member
-     | truth
-     | NAME -> bare
-truth: TRUE | FALSE
+     | sum -> bare
 ?sum: operand | operand (SIGN operand)+ -> sum
 ?operand: term
-        | "(" operand (SIGN operand)+ ")" -> sum
+        | "(" sum ")"
         | EXTREME "(" sum ("," sum)+ ")" -> extreme
 term: NAME | INTEGER | TRUE | FALSE
 

@@ -49,6 +49,8 @@ if TYPE_CHECKING:
 _CLOCKS = ("elapsed", "time", "now", "clock", "timer")
 """Names under which people look for a clock."""
 
+_COMPARE = "a predicate compares it: write for example `a + b <= 5`"
+
 _MAX_DIGITS = 18
 """The maximum number of digits of an integer in a domain."""
 
@@ -109,15 +111,12 @@ class Resolver:
     def predicate(self, tree: SyntaxTree) -> Predicate | None:
         """Return the predicate of a tree."""
         match tree.data:
-            case "truth":
-                return Truth(_token(tree, 0) == "true")
             case "comparison":
                 return self._comparison(tree)
             case "member":
                 return self._member(tree)
             case "bare":
-                self._refuse_bare(tree)
-                return None
+                return self._bare(_child(tree, 0))
             case _:
                 return self._connective(tree)
 
@@ -127,9 +126,20 @@ class Resolver:
         whole = tuple(operand for operand in operands if operand is not None)
         return _connect(tree.data, whole) if len(whole) == len(operands) else None
 
-    def _refuse_bare(self, tree: SyntaxTree) -> None:
-        name = _token(tree, 0)
+    def _bare(self, tree: SyntaxTree) -> Predicate | None:
+        """Return `true` or `false`; note an error for any other operand without a comparison."""
+        word = tree.children[0] if tree.data == "term" else None
+        if isinstance(word, Token) and word.type in ("TRUE", "FALSE"):
+            return Truth(word == "true")
         begin, end = extent(tree)
+        if isinstance(word, Token) and word.type == "NAME":
+            self._refuse_bare(str(word), begin, end)
+        elif not self._has_hyphen(tree):
+            what = "number" if word is not None else "sum"
+            self.complain(SLUGS[self._start], f"this {what} is compared with nothing", begin, end, _COMPARE)
+        return None
+
+    def _refuse_bare(self, name: str, begin: int, end: int) -> None:
         variable = self.scope.variables.get(name)
         if variable is not None:
             value = "true" if variable.domain.kind is ValueKind.BOOLEAN else format_value(variable.initial)
