@@ -7,7 +7,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
-from io import StringIO
+from io import BytesIO, StringIO, TextIOWrapper
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ import pytest
 from rich.console import Console
 from rich.text import Text
 
+from conftest import Ran
 from scbm.cli.campaigns.node_setup import warn
 from scbm.cli.output.terminal import TerminalOutput, escaped, folded, in_one_line, write_json
 from scbm.model import Diagnostic, Place, Slug
@@ -113,12 +114,30 @@ def test_a_command_is_never_broken() -> None:
     assert [text.plain for text in folded(command, 80)] == [command.plain]
 
 
-@pytest.mark.parametrize(("encoding", "bar"), [("cp1252", "#"), ("cp437", "█"), ("ascii", "#"), ("utf-8", "█")])
-def test_marks_have_ascii_forms_where_the_output_lacks_them(encoding: str, bar: str) -> None:
-    environment = {**os.environ, "PYTHONIOENCODING": encoding, "COLUMNS": "80"}
-    command = [sys.executable, "-m", "scbm", "test", "examples/robot_in_the_air/before.yaml", "--cases", "2"]
-    done = subprocess.run(command, cwd=ROOT, env=environment, check=True, capture_output=True)
-    text = done.stdout.decode(encoding)
+REPORT = ("test", "examples/robot_in_the_air/before.yaml", "--cases", "2")
+
+
+def _assert_marks(out: bytes, encoding: str, bar: str) -> None:
+    text = out.decode(encoding)
     missed = "○" if encoding == "utf-8" else "o"
     assert (f"%  {bar}" in text, f"Missed ({missed})" in text, "?" in text) == (True, True, False)
     assert [line for line in text.splitlines() if len(line) > 80] == []
+
+
+def test_marks_have_ascii_forms_where_the_output_of_a_process_lacks_them() -> None:
+    environment = {**os.environ, "PYTHONIOENCODING": "cp1252", "COLUMNS": "80"}
+    command = [sys.executable, "-m", "scbm", *REPORT]
+    done = subprocess.run(command, cwd=ROOT, env=environment, check=True, capture_output=True)
+    _assert_marks(done.stdout, "cp1252", "#")
+
+
+@pytest.mark.parametrize(("encoding", "bar"), [("cp1252", "#"), ("cp437", "█"), ("ascii", "#"), ("utf-8", "█")])
+def test_marks_have_ascii_forms_where_the_output_lacks_them(
+    encoding: str, bar: str, scbm: Callable[..., Ran], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    out = BytesIO()
+    stream = TextIOWrapper(out, encoding=encoding)
+    monkeypatch.setattr("sys.stdout", stream)
+    assert scbm(*REPORT).code == 0
+    stream.flush()
+    _assert_marks(out.getvalue(), encoding, bar)

@@ -20,6 +20,7 @@ from scbm.files import load_model, read_model
 from scbm.model import BehaviorModel, PlannerChoice, PlanSet
 from scbm.testing import Execution, RandomCases, Tester
 from support.shared_closings import shared_closing
+from support.two_robots import two_robots
 from support.wording import Wording
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "robot_in_the_air"
@@ -97,8 +98,10 @@ class _InterruptedProgress:
             raise KeyboardInterrupt
 
 
-def _interrupted(beginning: str, limits: CloseLimits = NO_GRAPH) -> Closing:
-    return Closer(example(), limits, _InterruptedProgress(beginning)).close()
+def _interrupted(beginning: str, model: BehaviorModel | None = None) -> Closing:
+    """Return the closing of the example without a graph, or of a smaller model with the usual limits."""
+    limits = NO_GRAPH if model is None else CloseLimits()
+    return Closer(model or example(), limits, _InterruptedProgress(beginning)).close()
 
 
 @pytest.mark.parametrize(
@@ -117,16 +120,18 @@ def test_an_interrupted_stage_is_named_and_what_was_decided_stays(beginning: str
 
 
 def test_interrupted_suggestions_change_no_decision() -> None:
-    closing = _interrupted("looking for suggestions", CloseLimits())
+    model = two_robots("canonical")
+    closing = _interrupted("looking for suggestions", model)
     assert [(end.stage, end.is_interrupted) for end in closing.ended] == [(Stage.SUGGESTIONS, True)]
     assert closing.suggestions == ()
-    assert closing.decided == shared_closing(example()).decided
+    assert shared_closing(model).suggestions
+    assert closing.decided == shared_closing(model).decided
 
 
 @pytest.mark.parametrize("beginning", ["exploring the runs", "looking for cases", "guided search"])
 def test_an_interruption_leaves_the_cases_of_earlier_stages(beginning: str) -> None:
-    for limits in (NO_GRAPH, CloseLimits()):
-        closing = _interrupted(beginning, limits)
+    for model in (None, two_robots()):
+        closing = _interrupted(beginning, model)
         assert closing.cases
         assert counts(closing)[Decision.COVERED] > 0
 
@@ -151,9 +156,10 @@ def test_an_interruption_while_cases_are_finished_loses_none(monkeypatch: pytest
 
 
 def test_suggestions_have_a_limit_that_changes_no_decision(monkeypatch: pytest.MonkeyPatch) -> None:
-    whole = shared_closing(example())
+    model = two_robots("canonical")
+    whole = shared_closing(model)
     monkeypatch.setattr(closer, "_PLANNED_FOR_SUGGESTIONS", 0)
-    closing = Closer(example()).close()
+    closing = Closer(model).close()
     assert [(end.stage, end.option) for end in closing.ended] == [(Stage.SUGGESTIONS, "--max-planning")]
     assert closing.decided == whole.decided
     assert len(closing.suggestions) < len(whole.suggestions)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -47,9 +48,12 @@ def _verify(model: BehaviorModel, obligations: tuple[Obligation, ...]) -> bool:
     return all(visited & Obligations.of(model).bit(obligation) for obligation in obligations)
 
 
+_runs_of = cache(Runs)
+
+
 def _suggest(model: BehaviorModel, *uncoverable: str) -> tuple[Suggestion, ...]:
     """For these obligations, or for all that random cases do not visit."""
-    runs = Runs(model)
+    runs = _runs_of(model)
     known = Obligations.of(model)
     missed = [o for o in known if (str(o) in uncoverable if uncoverable else not known.bit(o) & runs.visited)]
     oracles = Oracles(runs.can_hold, runs.states, _verify)
